@@ -1,0 +1,56 @@
+"""Build script: colcon reads it, pip reads it through setuptools."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'tauto_core'
+
+TEST = [
+    'colcon-common-extensions>=0.3',
+    'colcon-defaults>=0.2.9',
+    'colcon-ros>=0.5',
+    'hypothesis>=6.100',
+    'mpmath>=1.3',
+    'pytest>=8.0',
+    'pytest-xdist>=3.5',
+]
+LINT = [
+    'import-linter>=2.1',
+    'mypy>=1.15',
+    'ruff>=0.17.5,<0.18',  # each minor release may format differently
+    'scipy-stubs>=1.15',
+    'types-PyYAML>=6.0.12',
+]
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description="Sully and Euler's sea clock on a rolling ship: curves, motion, drift, longitude.",
+    license='Apache-2.0',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={
+        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*'],
+    },
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+    ],
+    python_requires='>=3.11',
+    install_requires=[
+        'geographiclib>=2.0',
+        'lz4>=4.3',
+        'matplotlib>=3.6',
+        'mcap>=1.1',
+        'numba>=0.60',
+        'numpy>=1.26',
+        'pydantic>=2.7',
+        'pyyaml>=6.0.1',
+        'rich>=13.7',
+        'rosbags>=0.10',
+        'scipy>=1.11',
+        'typer>=0.12',
+        'zstandard>=0.22',
+    ],
+    extras_require={'test': TEST, 'dev': TEST + LINT},
+    entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},
+    zip_safe=False,
+)

@@ -1,0 +1,180 @@
+"""Samples: what flows between the stages, field for field what the messages carry.
+
+A batch holds n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
+nanoseconds, strictly increasing within a topic. Angles are radians, lengths metres, except where
+the ROS message itself says otherwise (`NavSatFix` latitude and longitude are degrees).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray: TypeAlias = NDArray[np.float64]
+IntArray: TypeAlias = NDArray[np.int64]
+
+NS_PER_S = 1_000_000_000
+SECONDS_PER_DAY = 86_400.0
+
+SCENE = 'scene'
+SHIP_IMU = 'ship/imu'
+SHIP_FIX = 'ship/fix'
+JOINT_STATES = 'trochlea/joint_states'
+PHASE = 'trochlea/phase'
+READING = 'clock/reading'
+OBSERVATION = 'clock/observation'
+CORRECTED = 'clock/corrected'
+ESTIMATE = 'drift/estimate'
+LONGITUDE_FIX = 'longitude/fix'
+LONGITUDE_ERROR = 'longitude/error'
+
+
+@dataclass(frozen=True)
+class TextSamples:
+    """std_msgs/String; `stamp_ns` is the log time, since the message has no header."""
+
+    stamp_ns: IntArray
+    data: NDArray[np.object_]
+
+
+@dataclass(frozen=True)
+class ImuSamples:
+    """sensor_msgs/Imu: attitude, angular velocity [rad/s], specific force [m/s2].
+
+    `orientation` is (x, y, z, w), shape (n, 4); the vectors are (n, 3) in the sensor's frame,
+    +g on z at rest; covariances (n, 9), row-major (all zero: unknown; first element -1: absent).
+    """
+
+    stamp_ns: IntArray
+    frame_id: str
+    orientation: FloatArray
+    orientation_covariance: FloatArray
+    angular_velocity: FloatArray
+    angular_velocity_covariance: FloatArray
+    linear_acceleration: FloatArray
+    linear_acceleration_covariance: FloatArray
+
+
+@dataclass(frozen=True)
+class JointSamples:
+    """sensor_msgs/JointState, also used as stamped named scalars.
+
+    `position` is (n, len(name)); `velocity` and `effort` are the same or (n, 0) where absent.
+    """
+
+    stamp_ns: IntArray
+    frame_id: str
+    name: tuple[str, ...]
+    position: FloatArray
+    velocity: FloatArray
+    effort: FloatArray
+
+
+@dataclass(frozen=True)
+class TimeSamples:
+    """sensor_msgs/TimeReference: `time_ref_ns` as some clock shows it at true time `stamp_ns`."""
+
+    stamp_ns: IntArray
+    frame_id: str
+    time_ref_ns: IntArray
+    source: NDArray[np.object_]
+
+
+@dataclass(frozen=True)
+class FixSamples:
+    """sensor_msgs/NavSatFix: degrees, north and east positive; covariance (n, 9) ENU [m2]."""
+
+    stamp_ns: IntArray
+    frame_id: str
+    status: NDArray[np.int8]
+    service: NDArray[np.uint16]
+    latitude: FloatArray
+    longitude: FloatArray
+    altitude: FloatArray
+    position_covariance: FloatArray
+    position_covariance_type: NDArray[np.uint8]
+
+
+Samples: TypeAlias = TextSamples | ImuSamples | JointSamples | TimeSamples | FixSamples
+Batches: TypeAlias = dict[str, Samples]
+State: TypeAlias = dict[str, Any]
+S = TypeVar('S', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)
+
+
+class Stage(Protocol):
+    """A box of the pipeline: time-ordered samples in, samples out.
+
+    Feeding `a + b` at once or `a` then `b` gives the same bits, and so does taking `state()`
+    (plain numbers, strings, arrays, samples, and lists, tuples or dicts of them), making a new
+    stage from the same scene and calling `restore()`.
+    """
+
+    inputs: ClassVar[tuple[str, ...]]
+    outputs: ClassVar[tuple[str, ...]]
+
+    def feed(self, batches: Mapping[str, Samples]) -> Batches:
+        """Take what came on any of the inputs; return what can be said now."""
+        ...
+
+    def finish(self) -> Batches:
+        """Say what is still held back: no more input will come."""
+        ...
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        ...
+
+    def health(self) -> dict[str, int]:
+        """Return counters of what was refused or bridged; empty where nothing can be."""
+        ...
+
+
+def count(samples: Samples) -> int:
+    """Return the number of samples in a batch."""
+    return len(samples.stamp_ns)
+
+
+def take(samples: S, which: slice | NDArray[np.bool_]) -> S:
+    """Return the samples that `which` selects along the first axis."""
+    arrays: dict[str, Any] = {
+        field.name: value[which]
+        for field in fields(samples)
+        if isinstance(value := getattr(samples, field.name), np.ndarray)
+    }
+    return replace(samples, **arrays)
+
+
+def join(parts: Sequence[S]) -> S:
+    """Return batches of one topic, in order, as one. The parts must share names and frame."""
+    if len(parts) == 1:
+        return parts[0]
+    arrays: dict[str, Any] = {
+        field.name: np.concatenate([getattr(part, field.name) for part in parts])
+        for field in fields(parts[0])
+        if isinstance(getattr(parts[0], field.name), np.ndarray)
+    }
+    return replace(parts[0], **arrays)
+
+
+def text(stamp_ns: int, data: str) -> TextSamples:
+    """Return one text sample."""
+    return TextSamples(np.array([stamp_ns], np.int64), np.array([data], object))
+
+
+def same(value: object, n: int) -> NDArray[np.object_]:
+    """Return n times the same object, without copies."""
+    return np.broadcast_to(np.array([value], object), (n,))
+
+
+def scalars(stamp_ns: IntArray, names: tuple[str, ...], values: FloatArray) -> JointSamples:
+    """Return stamped named scalars: values of shape (n, len(names))."""
+    none = np.empty((len(stamp_ns), 0))
+    return JointSamples(stamp_ns, '', names, values, none, none)

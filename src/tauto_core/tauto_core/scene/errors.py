@@ -1,0 +1,123 @@
+"""The one family of exceptions of tauto_core.
+
+Every message names the thing, its value, the limit and the remedy. `exit_code` is what the
+command line returns: 2 for a bad command line or scene, 1 for anything that failed on the way.
+"""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+# Long or deep values are cut, so that a message stays readable whatever the file holds.
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
+_SHORT.maxlevel = 2
+
+
+class TautoError(Exception):
+    """Base of every error that tauto_core raises on purpose."""
+
+    exit_code = 1
+
+
+class _Absent:
+    """What stands for the value of a key that is not there."""
+
+    def __repr__(self) -> str:
+        return 'absent'
+
+
+ABSENT = _Absent()
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a scene.
+
+    Args:
+        key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
+        value: what was found there, as the user wrote it; `ABSENT` where nothing was.
+        problem: what is wrong, with the limit.
+        remedy: what to write instead, as a sentence.
+    """
+
+    key: str
+    value: object
+    problem: str
+    remedy: str
+
+    def __str__(self) -> str:
+        if not self.key:
+            return f'{self.problem}. {self.remedy}'
+        found = '' if self.value is ABSENT else f' = {_SHORT.repr(self.value)}'
+        return f'{self.key}{found}: {self.problem}. {self.remedy}'
+
+
+class SceneError(TautoError):
+    """A scene that cannot be run. The message says all problems, one a line.
+
+    Args:
+        file: the scene's file or shipped name.
+        key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
+        value: what was found there, as the user wrote it.
+        problem: what is wrong, with the limit.
+        remedy: what to write instead.
+        further: the other problems of the same scene.
+    """
+
+    exit_code = 2
+
+    def __init__(
+        self,
+        file: str,
+        key: str,
+        value: object,
+        problem: str,
+        remedy: str,
+        *,
+        further: Iterable[Problem] = (),
+    ) -> None:
+        self.file = file
+        self.key = key
+        self.value = value
+        self.problem = problem
+        self.remedy = remedy
+        self.problems = (Problem(key, value, problem, remedy), *further)
+        super().__init__('\n'.join(f'{file}: {each}' for each in self.problems))
+
+
+class UsageError(TautoError):
+    """A command or call with arguments that do not fit; nothing was started."""
+
+    exit_code = 2
+
+
+class CamRangeError(TautoError):
+    """An angle beyond the range of a cam."""
+
+
+class MotionDataError(TautoError):
+    """Measured motion that cannot be used: names file, line, value, limit, remedy."""
+
+
+class PropagationError(TautoError):
+    """The motion cannot go on: slack thread, edge of the cam, no convergence.
+
+    Args:
+        what: the event, with the quantity and its limit, and the remedy.
+        time_s: time from the start of the scene at which it happened [s].
+    """
+
+    def __init__(self, what: str, time_s: float) -> None:
+        self.time_s = time_s
+        super().__init__(f'at t = {time_s:.9f} s: {what}')
+
+
+class EstimationError(TautoError):
+    """Readings or observations that a drift estimate cannot use."""
+
+
+class BagError(TautoError):
+    """A bag that cannot be read or written: names the file, what is wrong, the remedy."""

@@ -1,0 +1,187 @@
+"""From pydantic's errors to problems in the words of the schema."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from tauto_core.scene.errors import ABSENT, Problem
+
+_LONGEST_KEY = 80
+_ORDER = {
+    'greater_than': ('greater than', 'gt'),
+    'greater_than_equal': ('at least', 'ge'),
+    'less_than': ('less than', 'lt'),
+    'less_than_equal': ('at most', 'le'),
+}
+_KINDS = {
+    'float_type': 'a number',
+    'int_type': 'a whole number',
+    'int_from_float': 'a whole number',
+    'bool_type': 'true or false, without quotes',
+    'string_type': 'text',
+    'string_unicode': 'text of Unicode characters',
+    'model_type': 'a mapping of keys to values',
+    'model_attributes_type': 'a mapping of keys to values',
+    'dict_type': 'a mapping of keys to values',
+    'tuple_type': 'a list',
+    'finite_number': 'a finite number',
+    'string_too_short': 'at least one character',
+    'string_too_long': 'at most 1000 characters',
+    'string_pattern_mismatch': 'one line without control characters',
+}
+
+_OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
+
+
+def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
+    """Return what pydantic refused, with key paths, values and remedies.
+
+    Args:
+        error: raised by `root`.
+        root: the model of the whole.
+    """
+    found: list[Problem] = []
+    for detail in error.errors(include_url=False):
+        if detail['type'] == 'combination':
+            found += detail['ctx']['problems']
+        else:
+            found.append(_problem(detail, root))
+    return tuple(found)
+
+
+def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
+    key, field, owner = _locate(detail['loc'], root)
+    value, kind = detail['input'], detail['type']
+    context = detail.get('ctx', {})
+    if kind == 'missing':
+        return Problem(key, ABSENT, 'is missing', _give(key, field))
+    if kind == 'extra_forbidden':
+        return Problem(key, value, *_unknown_key(str(detail['loc'][-1]), owner, root))
+    if kind in ('union_tag_not_found', 'union_tag_invalid'):
+        return _wrong_kind(key, value, field)
+    if kind in _ORDER:
+        words, limit = _ORDER[kind]
+        problem = f'must be {words} {context[limit]!r}'
+    elif kind in _KINDS:
+        found = '' if kind in _OF_TEXT else _found(value)
+        problem = f'must be {_KINDS[kind]}{found}'
+    elif kind == 'literal_error':
+        problem = f'must be {context["expected"]}{_found(value)}'
+    elif kind in ('too_long', 'too_short'):
+        problem = f'has {context["actual_length"]} items, the limit is {_limit(context)}'
+    else:
+        problem = detail['msg'][:1].lower() + detail['msg'][1:]
+    return Problem(key, value, problem, _give(key, field))
+
+
+def _limit(context: dict[str, Any]) -> str:
+    if 'min_length' in context:
+        return f'at least {context["min_length"]}'
+    return f'at most {context["max_length"]}'
+
+
+def _found(value: object) -> str:
+    if isinstance(value, bool):
+        return ', not a truth value'
+    if isinstance(value, str):
+        return (
+            ', not text (leave out quotes around numbers)' if _is_number(value) else ', not text'
+        )
+    if value is None:
+        return ', not empty'
+    names: tuple[tuple[type, str], ...] = ((dict, 'mapping'), (list, 'list'))
+    return next((f', not a {name}' for of, name in names if isinstance(value, of)), '')
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _give(key: str, field: FieldInfo | None) -> str:
+    name = key.rpartition('.')[2].partition('[')[0]
+    if field is None or field.description is None:
+        return f'Correct `{name}`.'
+    return f'Write `{name}: …`, {field.description}.'
+
+
+def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tuple[str, str]:
+    keys = list(owner.model_fields)
+    near = difflib.get_close_matches(name, keys, 1)
+    remedy = f'Did you mean `{near[0]}`? ' if near else ''
+    elsewhere = [_kind_of(other) for other in _siblings(owner, root) if name in other.model_fields]
+    if elsewhere:
+        remedy += f'`{name}` goes with kind {" or ".join(elsewhere)}. '
+    kind = _kind_of(owner)
+    what = f'is no key of kind {kind}' if kind else 'is no key of this section'
+    return what, f'{remedy}Keys here: {", ".join(keys)}.'
+
+
+def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
+    kinds = [_kind_of(model) for model in _models(field)]
+    remedy = f'Use one of {", ".join(kinds)}.'
+    if not isinstance(value, dict) or 'kind' not in value:
+        return Problem(f'{key}.kind', ABSENT, 'is missing', remedy)
+    return Problem(f'{key}.kind', value['kind'], 'is no kind that is known', remedy)
+
+
+def _models(field: FieldInfo | None) -> list[type[BaseModel]]:
+    """Return the models among the alternatives of a field, its items' models included."""
+
+    def walk(annotation: Any) -> Iterator[type[BaseModel]]:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            yield annotation
+        for part in get_args(annotation):
+            yield from walk(part)
+
+    return [] if field is None else list(walk(field.annotation))
+
+
+def _kind_of(model: type[BaseModel]) -> str:
+    field = model.model_fields.get('kind')
+    return '' if field is None else str(get_args(field.annotation)[0])
+
+
+def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseModel]]:
+    """Return the other kinds of the same section."""
+    for field in root.model_fields.values():
+        models = _models(field)
+        if owner in models:
+            return [model for model in models if model is not owner]
+        for model in models:
+            found = _siblings(owner, model)
+            if found:
+                return found
+    return []
+
+
+def _locate(
+    location: tuple[int | str, ...], root: type[BaseModel]
+) -> tuple[str, FieldInfo | None, type[BaseModel]]:
+    """Return the key path, the field and the model that owns it, without the tags of unions."""
+    owner, field, key = root, None, ''
+    parts = iter(location)
+    for part in parts:
+        if isinstance(part, int):
+            key += f'[{part}]'
+            continue
+        models = _models(field)
+        if field is not None and field.discriminator is not None:
+            owner = next(model for model in models if _kind_of(model) == part)
+            field = None
+            continue
+        if models:
+            owner = models[0]
+        shown = part[:_LONGEST_KEY]
+        key = f'{key}.{shown}' if key else shown
+        field = owner.model_fields.get(part)
+    return key, field, owner

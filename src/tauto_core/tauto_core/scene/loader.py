@@ -1,0 +1,182 @@
+"""From names, files and text to scenes, and back to text."""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import os
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from tauto_core.scene.data import data_path, is_shipped, shipped_data
+from tauto_core.scene.errors import Problem, SceneError, UsageError
+from tauto_core.scene.explain import explain
+from tauto_core.scene.models import RecordedShip, Scene, TableCam
+from tauto_core.scene.yaml_text import read_mapping, write_mapping
+
+DEFAULT_SCENE = 'measured'
+
+_SHIPPED = Path(__file__).parent / 'shipped'
+# A scene is a page of text; more is another file by mistake.
+_LARGEST_FILE = 1_000_000
+
+
+def shipped_scenes() -> list[str]:
+    """Return the names of the scenes that come with the package, sorted."""
+    return sorted(file.stem for file in _SHIPPED.glob('*.yaml'))
+
+
+def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
+    """Return the scene of a shipped name or a YAML file.
+
+    A shipped name wins over a file of that name in the current folder; write `./name` for the
+    file. Relative data paths are resolved against the scene's folder, and the files must exist.
+
+    Args:
+        name_or_path: for example `measured` or `scenes/mine.yaml`.
+        overrides: top-level keys set before anything is checked, as `--duration` does; `None`
+            leaves what the file says.
+
+    Raises:
+        SceneError: all problems of the scene, with file, key, value and remedy.
+    """
+    file = _scene_file(name_or_path)
+    origin = str(name_or_path)
+    content = read_mapping(_read(file, origin), origin)
+    given = {key: value for key, value in overrides.items() if value is not None}
+    content = {'name': file.stem} | content | copy.deepcopy(given)
+    _resolve_paths(content, file.parent)
+    scene = _validated(content, origin, given)
+    missing = tuple(_missing_files(scene))
+    if missing:
+        raise _scene_error(origin, missing)
+    return scene
+
+
+def parse_scene(text: str, origin: str) -> Scene:
+    """Return the scene of a YAML text, such as the `scene` topic of a bag.
+
+    Data files need not exist: a bag is replayed on any machine.
+
+    Args:
+        text: YAML.
+        origin: where the text is from, for errors.
+
+    Raises:
+        SceneError: all problems of the scene, with origin, key, value and remedy.
+    """
+    return _validated(read_mapping(text, origin), origin, {})
+
+
+def scene_yaml(scene: Scene) -> str:
+    """Return the scene with all defaults written out; `parse_scene` of it gives the scene."""
+    return write_mapping(scene.model_dump(mode='json', exclude_none=True))
+
+
+def _validated(content: dict[str, Any], origin: str, given: dict[str, object]) -> Scene:
+    try:
+        return Scene.model_validate(content)
+    except ValidationError as error:
+        found = explain(error, Scene)
+    raise _scene_error(origin, tuple(_name_option(each, given) for each in found)) from None
+
+
+def _name_option(problem: Problem, given: dict[str, object]) -> Problem:
+    if problem.key not in given:
+        return problem
+    option = '--' + problem.key.replace('_', '-')
+    said = f'{problem.problem} (given by {option})'
+    return Problem(problem.key, problem.value, said, problem.remedy)
+
+
+def _scene_error(origin: str, found: tuple[Problem, ...]) -> SceneError:
+    first, *further = found
+    return SceneError(origin, first.key, first.value, first.problem, first.remedy, further=further)
+
+
+def _scene_file(name_or_path: str | Path) -> Path:
+    if str(name_or_path) in shipped_scenes():
+        return _SHIPPED / f'{name_or_path}.yaml'
+    return Path(name_or_path)
+
+
+def _read(file: Path, origin: str) -> str:
+    try:
+        with file.open('rb') as stream:
+            raw = stream.read(_LARGEST_FILE + 1)
+    except (FileNotFoundError, NotADirectoryError):
+        problem, remedy = 'there is no such file or shipped scene', _nearest_scene(origin)
+    except IsADirectoryError:
+        problem, remedy = 'is a folder', 'Name the YAML file in it.'
+    except (OSError, ValueError) as error:
+        problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
+        remedy = 'Make it readable, or name another file.'
+    else:
+        if len(raw) <= _LARGEST_FILE:
+            return _decoded(raw, origin)
+        problem = f'is larger than {_LARGEST_FILE} bytes, so it is no scene'
+        remedy = 'Name a scene, not its data or a bag.'
+    raise SceneError(origin, '', origin, problem, remedy) from None
+
+
+def _decoded(raw: bytes, origin: str) -> str:
+    try:
+        return raw.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        problem = f'is no UTF-8 text (byte {error.start})'
+        remedy = 'Name a YAML file, saved as UTF-8.'
+        raise SceneError(origin, '', origin, problem, remedy) from None
+
+
+def _nearest_scene(name: str) -> str:
+    near = difflib.get_close_matches(name, shipped_scenes(), 1)
+    guess = f'Did you mean {near[0]}? ' if near else ''
+    return f'{guess}Shipped scenes: {", ".join(shipped_scenes())}.'
+
+
+def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
+    """Make relative paths absolute where there are any; validation judges everything else."""
+    for *sections, key in (('ship', 'recorded', 'path'), ('trochlea', 'cam', 'path')):
+        section: Any = content
+        for name in sections:
+            section = section.get(name) if isinstance(section, dict) else None
+        path = section.get(key) if isinstance(section, dict) else None
+        if isinstance(path, str) and path and not is_shipped(path):
+            section[key] = os.path.abspath(folder / path)
+
+
+def _missing_files(scene: Scene) -> list[Problem]:
+    found = []
+    if isinstance(scene.trochlea.cam, TableCam):
+        found += _missing_file('trochlea.cam.path', scene.trochlea.cam.path, folders=False)
+    if isinstance(scene.ship, RecordedShip):
+        recorded = scene.ship.recorded
+        folders = recorded.topic is not None
+        found += _missing_file('ship.recorded.path', recorded.path, folders=folders)
+    return found
+
+
+def _missing_file(key: str, path: str, *, folders: bool) -> list[Problem]:
+    shipped = f'Shipped data: {", ".join(shipped_data())}.'
+    try:
+        file = data_path(path)
+    except UsageError:
+        return [Problem(key, path, 'must stay within the shipped data', shipped)]
+    remedy = (
+        shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute."
+    )
+    try:
+        file.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return [Problem(key, path, 'there is no such file', remedy)]
+    except (OSError, ValueError) as error:
+        said = f'cannot be read: {getattr(error, "strerror", None) or error}'
+        return [Problem(key, path, said, remedy)]
+    if file.is_dir() and not folders:
+        remedy = 'Name the CSV file in it; for a bag give ship.recorded.topic.'
+        return [Problem(key, path, 'is a folder', remedy)]
+    if not os.access(file, os.R_OK):
+        return [Problem(key, path, 'cannot be read: no permission', 'Make it readable.')]
+    return []

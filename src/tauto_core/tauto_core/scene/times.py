@@ -1,0 +1,30 @@
+"""Seconds and rates as whole nanoseconds, exact in the decimal digits the user wrote."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+NS_PER_S = 1_000_000_000
+
+
+def exact_nanoseconds(seconds: float) -> Fraction:
+    """Return seconds as nanoseconds, exact in the shortest decimal that reads back as `seconds`.
+
+    0.1 s is 100 000 000 ns, not the 100 000 000.0000000055 ns of its binary value.
+    """
+    return Fraction(repr(float(seconds))) * NS_PER_S
+
+
+def nanoseconds(seconds: float) -> int:
+    """Return seconds as the nearest whole nanosecond."""
+    return round(exact_nanoseconds(seconds))
+
+
+def exact_step(rate_hz: float) -> Fraction:
+    """Return the time between samples at a rate > 0 [ns]."""
+    return NS_PER_S / Fraction(repr(float(rate_hz)))
+
+
+def step_of_rate(rate_hz: float) -> int:
+    """Return the time between samples [ns], for a rate that divides into whole nanoseconds."""
+    return round(exact_step(rate_hz))

@@ -1,0 +1,275 @@
+"""Every bad scene is refused before anything starts, with file, key, value, limit and remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from tauto_core.scene import SceneError, load_scene, parse_scene
+from tauto_core.scene.errors import ABSENT
+
+
+def good() -> dict[str, Any]:
+    """Return the content of a scene that is accepted: a recorded ship, a voyage, a log."""
+    return {
+        'name': 'good',
+        'duration': 600.0,
+        'trochlea': {
+            'inertia': 4e-4,
+            'cam': {'kind': 'involute', 'base_radius': 0.01},
+            'thread': {'kind': 'vertical'},
+            'power': {'kind': 'force', 'force': 1.5},
+            'release_angle': 1.0,
+        },
+        'escapement': {'kind': 'impulse', 'energy': 1e-6},
+        'ship': {
+            'kind': 'recorded',
+            'recorded': {'path': 'roll.csv', 'time_column': 't_s', 'roll_column': 'roll_deg'},
+        },
+        'voyage': {
+            'departure': [50.0, -1.0],
+            'arrival': [18.0, -77.0],
+            'sails_at': 60.0,
+            'arrives_at': 600.0,
+        },
+        'drift': {'observation_interval': 60.0},
+    }
+
+
+SEA = {
+    'kind': 'sea',
+    'sea': {'spectrum': 'jonswap', 'significant_wave_height': 2.5, 'peak_period': 9.0},
+    'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7},
+}
+WAVES = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+FAST = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 1.5}]}
+CHOP = {'spectrum': 'jonswap', 'significant_wave_height': 0.1, 'peak_period': 1.5}
+REMOVED = object()
+
+
+def put(content: dict[str, Any], path: str, value: object) -> None:
+    """Set or remove the value at a path such as `ship.recorded.path`."""
+    *sections, key = path.split('.')
+    for name in sections:
+        content = content[name]
+    if value is REMOVED:
+        del content[key]
+    else:
+        content[key] = value
+
+
+def refusal(*changes: tuple[str, object]) -> SceneError:
+    content = good()
+    for path, value in changes:
+        put(content, path, value)
+    with pytest.raises(SceneError) as caught:
+        parse_scene(yaml.safe_dump(content), 'bad.yaml')
+    assert caught.value.exit_code == 2
+    return caught.value
+
+
+def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
+    assert parse_scene(yaml.safe_dump(good()), 'good.yaml').duration == 600.0
+
+
+@pytest.mark.parametrize(
+    ('path', 'value', 'key', 'said'),
+    [
+        # unknown keys and kinds
+        ('trochlea.cam.base_radus', 0.01, 'trochlea.cam.base_radus', 'Did you mean `base_radius`'),
+        ('duratoin', 600.0, 'duratoin', 'Did you mean `duration`'),
+        ('trochlea.cam.lever_rate', 0.01, 'trochlea.cam.lever_rate', 'goes with kind hole'),
+        ('trochlea.cam.kind', 'involut', 'trochlea.cam.kind', 'involute, hole, circular_arc, tab'),
+        ('trochlea.thread', {}, 'trochlea.thread.kind', 'is missing'),
+        ('trochlea.power.kind', ['force'], 'trochlea.power.kind', 'force, weight, spring'),
+        ('ship', {'kind': 'still', 'components': []}, 'ship.components', 'goes with kind comp'),
+        ('ship', {'kind': 'afloat'}, 'ship.kind', 'still, components, sea, recorded'),
+        ('escapement.kind', 'anchor', 'escapement.kind', "must be 'impulse'"),
+        ('ship', SEA | {'sea': SEA['sea'] | {'spectrum': 'x'}}, 'ship.sea.spectrum', 'jonswap'),  # type: ignore[operator]
+        # missing
+        ('trochlea', REMOVED, 'trochlea', 'is missing'),
+        ('duration', REMOVED, 'duration', 'is missing'),
+        ('trochlea.inertia', REMOVED, 'trochlea.inertia', 'kg m2'),
+        ('trochlea.power.force', REMOVED, 'trochlea.power.force', '[N]'),
+        # kinds of value
+        ('duration', '600.0', 'duration', 'quotes'),
+        ('duration', True, 'duration', 'truth value'),
+        ('trochlea.inertia', None, 'trochlea.inertia', 'not empty'),
+        ('seed', 1.5, 'seed', 'whole number'),
+        ('name', 5, 'name', 'must be text'),
+        ('name', '', 'name', 'at least one character'),
+        ('name', 'two\nlines', 'name', 'one line'),
+        ('name', 'a' * 1001, 'name', 'at most 1000'),
+        ('log', {'motion': 'yes'}, 'log.motion', 'true or false'),
+        ('drag', [0.0], 'drag', 'mapping'),
+        ('ship.recorded', 'roll.csv', 'ship.recorded', 'mapping'),
+        ('voyage.departure', 50.0, 'voyage.departure', 'must be a list'),
+        # ranges
+        ('duration', float('nan'), 'duration', 'finite'),
+        ('gravity', float('inf'), 'gravity', 'finite'),
+        ('trochlea.release_angle', float('-inf'), 'trochlea.release_angle', 'finite'),
+        ('trochlea.inertia', -4e-4, 'trochlea.inertia', 'greater than 0'),
+        ('trochlea.inertia', 0.0, 'trochlea.inertia', 'greater than 0'),
+        ('trochlea.cam.base_radius', -0.01, 'trochlea.cam.base_radius', 'greater than 0'),
+        ('duration', 0, 'duration', 'greater than 0'),
+        ('duration', -600.0, 'duration', 'greater than 0'),
+        ('starts_at', 0.0, 'starts_at', 'greater than 0'),
+        ('starts_at', -5.0, 'starts_at', 'greater than 0'),
+        ('seed', -1, 'seed', 'at least 0'),
+        ('drag', {'viscous': -1.0}, 'drag.viscous', 'at least 0'),
+        ('escapement.energy', 0.0, 'escapement.energy', 'greater than 0'),
+        ('clock', {'nominal_period': 0.0}, 'clock.nominal_period', 'greater than 0'),
+        ('drift.states', 4, 'drift.states', '2 or 3'),
+        ('drift.observation_sigma', 0.0, 'drift.observation_sigma', 'greater than 0'),
+        ('voyage.departure', [90.5, 0.0], 'voyage.departure[0]', 'at most 90'),
+        ('voyage.arrival', [0.0, -180.5], 'voyage.arrival[1]', 'at least -180'),
+        ('voyage.arrival', [1.0, 2.0, 3.0], 'voyage.arrival', 'limit is at most 2'),
+        ('voyage.sails_at', -1.0, 'voyage.sails_at', 'at least 0'),
+        ('ship.recorded.max_gap', 0.0, 'ship.recorded.max_gap', 'greater than 0'),
+        # combinations
+        ('trochlea.thread', {'kind': 'hole', 'distance': 0.1}, 'trochlea.thread.kind', 'vertical'),
+        (
+            'trochlea.cam',
+            {'kind': 'hole', 'lever_rate': 0.01},
+            'trochlea.thread.kind',
+            'Use thread kind hole',
+        ),
+        ('ship.rate', 3.0, 'ship.rate', '4.0 Hz'),
+        ('ship.rate', 3e9, 'ship.rate', 'whole nanoseconds'),
+        ('log', {'interval': 0.13}, 'log.interval', 'Use 0.1 or 0.15 s'),
+        ('log', {'interval': 1e-10}, 'log.interval', 'nanoseconds'),
+        ('log', {'interval': 7.0}, 'duration', 'Use 595 or 602 s'),
+        ('drift.observation_interval', 60.5, 'drift.observation_interval', 'Use 60 or 61 s'),
+        ('duration', 0.5, 'duration', 'Use 1 s'),
+        ('starts_at', 2147483400.0, 'duration', '2147483647'),
+        ('voyage.sails_at', 600.0, 'voyage.arrives_at', 'later than voyage.sails_at, 600.0'),
+        ('ship.recorded.passband', [0.4, 0.02], 'ship.recorded.passband', 'Use [0.02, 0.4]'),
+        ('ship.recorded.passband', [0.2, 0.2], 'ship.recorded.passband', 'must rise'),
+        ('ship.recorded.passband', [0.02, 10.0], 'ship.recorded.passband', '10 Hz'),
+        ('ship.recorded.scale', 0.0, 'ship.recorded.scale', 'nothing moves'),
+        ('ship.recorded.topic', 'imu', 'ship.recorded.time_column', 'Leave out topic'),
+        ('ship.recorded.roll_column', REMOVED, 'ship.recorded.roll_column', 'for a bag give'),
+        ('ship', {'kind': 'components'}, 'ship.components', 'nothing moves'),
+        ('ship', FAST | {'rate': 1.0}, 'ship.components[0].period', 'two steps'),
+        ('ship', WAVES | {'heave': []}, 'ship.heave', 'at least 1'),
+        ('ship', SEA | {'rate': 1.0, 'sea': CHOP}, 'ship.sea.peak_period', 'two steps'),
+        (
+            'ship',
+            {'kind': 'components', 'components': [{'amplitude': 8.0, 'period': 9.0}]},
+            'ship.components',
+            'radians, not degrees',
+        ),
+    ],
+)
+def test_refused(path: str, value: object, key: str, said: str) -> None:
+    error = refusal((path, value))
+    assert error.key == key
+    assert error.file == 'bad.yaml'
+    message = str(error)
+    assert message.startswith(f'bad.yaml: {key}')
+    assert said in message
+    if error.value is not ABSENT:
+        assert f'{key} = ' in message
+    assert error.remedy.endswith('.')
+
+
+def test_a_spectrum_without_a_peak_refuses_peak_enhancement() -> None:
+    sea = SEA['sea'] | {'spectrum': 'bretschneider', 'gamma': 3.3}  # type: ignore[operator]
+    error = refusal(('ship', SEA | {'sea': sea}))
+    assert (error.key, error.value) == ('ship.sea.gamma', 3.3)
+
+
+def test_a_bag_of_measured_forces_is_not_scaled() -> None:
+    error = refusal(('ship.recorded', {'path': 'run.mcap', 'topic': '/imu', 'scale': 2.0}))
+    assert (error.key, error.value) == ('ship.recorded.scale', 2.0)
+
+
+def test_a_still_ship_refuses_a_wheel_that_never_moves() -> None:
+    error = refusal(('ship', {'kind': 'still'}), ('trochlea.release_angle', 0.0))
+    assert error.key == 'trochlea.release_angle'
+
+
+def test_all_problems_are_said_the_first_in_the_attributes() -> None:
+    error = refusal(('duration', -1.0), ('trochlea.inertia', 'heavy'), ('sip', 1))
+    assert [problem.key for problem in error.problems] == ['duration', 'trochlea.inertia', 'sip']
+    assert (error.key, error.value) == ('duration', -1.0)
+    assert len(str(error).splitlines()) == 3
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('', 'holds nothing'),
+        ('# only a comment\n', 'holds nothing'),
+        ('- 1\n- 2\n', 'holds a list'),
+        ('hello', 'holds a text'),
+        ('3.5', 'holds a number'),
+        ('a: 1\nb: [1, 2\nc: 3\n', 'line 3, column 2'),
+        ('a: 1\n\tb: 2\n', 'line 2, column 1'),
+        (
+            'duration: 1\nname: x\nduration: 2\n',
+            "line 3, column 1: the key 'duration' comes twice",
+        ),
+        ('drag: {viscous: 0, viscous: 1}\n', "'viscous' comes twice"),
+        ('1: 2\n', 'a key must be a word'),
+        ('? [a]\n: 2\n', 'a key must be a word'),
+        ('a: &x 1\nb: *x\n', 'anchors and aliases'),
+        ('a: !!python/object:os.system {}\n', 'the tag'),
+        ('a: !mine 3\n', 'the tag'),
+        ('a: !!int "three"\n', 'is no int'),
+        ('a: ' + '9' * 5000 + '\n', 'is no int'),
+        ('a: 1\n---\nb: 2\n', 'line 2'),
+        ('a: \x00', 'YAML syntax'),
+        ('[' * 5000 + ']' * 5000, 'deep'),
+    ],
+)
+def test_text_that_is_no_scene(text: str, said: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, 'bad.yaml')
+    assert said in str(caught.value)
+    assert str(caught.value).startswith('bad.yaml: ')
+    assert len(str(caught.value)) < 500
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    binary = tmp_path / 'binary.yaml'
+    binary.write_bytes(b'\xff\xfe\x00')
+    large = tmp_path / 'large.yaml'
+    large.write_bytes(b'#' * 1_000_001)
+    for name, said in (
+        (tmp_path / 'none.yaml', 'no such file'),
+        (binary / 'within.yaml', 'no such file'),
+        (tmp_path, 'is a folder'),
+        (binary, 'no UTF-8 text'),
+        (large, 'larger than'),
+        ('a\0b', 'cannot be read'),
+        ('measurd', 'Did you mean measured?'),
+    ):
+        with pytest.raises(SceneError, match=said) as caught:
+            load_scene(name)
+        assert caught.value.file == str(name)
+
+
+@pytest.mark.parametrize('value', [-1.0, 0.5, '600', float('nan')])
+def test_a_refused_override_names_its_option(value: object) -> None:
+    with pytest.raises(SceneError, match=r'given by --duration') as caught:
+        load_scene('measured', duration=value)
+    assert caught.value.key == 'duration'
+
+
+@pytest.mark.parametrize('path', ['none.csv', 'folder', 'shipped:none.csv', 'shipped:../x.csv'])
+def test_data_that_are_not_there(tmp_path: Path, path: str) -> None:
+    (tmp_path / 'folder').mkdir()
+    content = good()
+    content['ship']['recorded']['path'] = path
+    content['trochlea']['cam'] = {'kind': 'table', 'path': path}
+    scene = tmp_path / 'scene.yaml'
+    scene.write_text(yaml.safe_dump(content))
+    with pytest.raises(SceneError) as caught:
+        load_scene(scene)
+    keys = {problem.key for problem in caught.value.problems}
+    assert keys == {'ship.recorded.path', 'trochlea.cam.path'}
+    assert path.removeprefix('shipped:') in str(caught.value)
