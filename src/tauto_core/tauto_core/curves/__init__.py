@@ -1,0 +1,23 @@
+"""Euler's curves as geometry: cams for the trochlea."""
+
+from tauto_core.curves.cam import Cam
+from tauto_core.curves.cams import CircularArc, Hole, Involute
+from tauto_core.curves.drawing import outline
+from tauto_core.curves.levers import ArcLever, Lever, LinearLever, TableLever
+from tauto_core.curves.making import make_cam
+from tauto_core.curves.table import Table, load_table
+
+__all__ = [
+    'ArcLever',
+    'Cam',
+    'CircularArc',
+    'Hole',
+    'Involute',
+    'Lever',
+    'LinearLever',
+    'Table',
+    'TableLever',
+    'load_table',
+    'make_cam',
+    'outline',
+]

@@ -1,0 +1,54 @@
+"""Laws of the lever arm t(ϑ) as plain numbers: what a compiled kernel needs of a cam.
+
+Angles are radians, lengths metres. All laws are odd: t(−ϑ) = −t(ϑ); lifts h = ∫ t dϑ are even.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, TypeAlias
+
+from tauto_core.samples import FloatArray
+
+
+class LinearLever(NamedTuple):
+    """t = rate·ϑ, h = rate·ϑ²/2: the involute, and Euler's cam for a hole.
+
+    Attributes:
+        rate: dt/dϑ [m/rad], > 0.
+    """
+
+    rate: float
+
+
+class ArcLever(NamedTuple):
+    """t = sgn ϑ (root_depth·sin|ϑ| + radius·(1 − cos ϑ)): a cheek of circular arc.
+
+    h = root_depth·(1 − cos ϑ) + radius·(|ϑ| − sin|ϑ|).
+
+    Attributes:
+        root_depth: depth of the cheek's root under the axle [m], > 0; it is t'(0).
+        radius: of the arc [m], > 0.
+    """
+
+    root_depth: float
+    radius: float
+
+
+class TableLever(NamedTuple):
+    """A quintic spline in |ϑ|, on n pieces.
+
+    On piece k, with x = |ϑ| − knots[k] and knots[k] ≤ |ϑ| ≤ knots[k + 1]:
+    |t| = Σ_j coefficients[k, j]·x^j and h = lifts[k] + Σ_j coefficients[k, j]·x^(j+1)/(j + 1).
+
+    Attributes:
+        knots: shape (n + 1,) [rad], strictly increasing from 0 to the cam's range.
+        coefficients: shape (n, 6), C order, [m/rad^j]; the even ones of piece 0 are exactly 0.
+        lifts: shape (n,) [m], the lift at knots[k]; lifts[0] = 0.
+    """
+
+    knots: FloatArray
+    coefficients: FloatArray
+    lifts: FloatArray
+
+
+Lever: TypeAlias = LinearLever | ArcLever | TableLever

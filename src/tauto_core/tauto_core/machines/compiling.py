@@ -1,0 +1,65 @@
+"""From a scene to the machine in it."""
+
+from __future__ import annotations
+
+from tauto_core.curves import make_cam
+from tauto_core.machines.trochlea import Machine
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.models import (
+    ForcePower,
+    Scene,
+    SpringPower,
+    StillShip,
+    VerticalThread,
+    WeightPower,
+)
+
+
+def compile_machine(scene: Scene) -> Machine:
+    """Return the trochlea of a scene in numbers.
+
+    The release is checked here where it fixes the angle at the cam: on a still ship, and at sea
+    if the thread's neutral line turns with the case. A thread that follows the apparent vertical
+    at sea is left to those who know the motion.
+
+    Raises:
+        SceneError: a cam, thread or table that can't be used, or a release beyond the cam.
+    """
+    trochlea = scene.trochlea
+    carried = pulling = force = stiffness = 0.0
+    match trochlea.power:
+        case ForcePower():
+            force = trochlea.power.force
+        case SpringPower():
+            force, stiffness = trochlea.power.force, trochlea.power.stiffness
+        case WeightPower():
+            pulling = trochlea.power.mass
+            carried = 0.0 if trochlea.power.massless else pulling
+    machine = Machine(
+        inertia=trochlea.inertia,
+        carried_mass=carried,
+        pulling_mass=pulling,
+        force=force,
+        stiffness=stiffness,
+        gravity=scene.gravity,
+        cam=make_cam(trochlea),
+        follows_apparent_vertical=pulling > 0.0 and isinstance(trochlea.thread, VerticalThread),
+        drag=scene.drag,
+        escapement=scene.escapement,
+        release_angle=trochlea.release_angle,
+    )
+    if isinstance(scene.ship, StillShip) or not machine.follows_apparent_vertical:
+        _check_release(scene, machine)
+    return machine
+
+
+def _check_release(scene: Scene, machine: Machine) -> None:
+    edge = machine.cam.range_rad
+    if not abs(machine.release_angle) <= edge:
+        raise SceneError(
+            scene.name,
+            'trochlea.release_angle',
+            machine.release_angle,
+            f'beyond the cam, whose range is ±{edge!r} rad',
+            'Release the wheel nearer to rest or give the cam a wider range.',
+        )

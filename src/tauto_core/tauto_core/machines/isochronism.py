@@ -1,0 +1,81 @@
+"""How the period depends on the amplitude."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TypedDict
+
+from tauto_core.machines.trochlea import Machine
+from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.scene.errors import UsageError
+
+
+class IsochronismRow(TypedDict):
+    """Period and rate at one amplitude.
+
+    Keys:
+        amplitude_rad: of the swing [rad].
+        period_s: of a full swing [s].
+        rate_s_per_day: what the clock gains a day (fast is positive).
+    """
+
+    amplitude_rad: float
+    period_s: float
+    rate_s_per_day: float
+
+
+class Isochronism(TypedDict):
+    """The JSON object of `tauto isochronism`.
+
+    Keys:
+        nominal_period_s: what the dial gains in a full swing [s].
+        rows: one per amplitude, in the order asked for.
+    """
+
+    nominal_period_s: float
+    rows: list[IsochronismRow]
+
+
+def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
+    """Return what a clock gains in a day of true time, 86400 (T₀ − T)/T [s/day].
+
+    Args:
+        period_s: T, of a full swing in true time [s], > 0.
+        nominal_period_s: T₀, what the dial gains in a full swing [s], > 0.
+    """
+    return SECONDS_PER_DAY * (nominal_period_s - period_s) / period_s
+
+
+def isochronism(
+    machine: Machine, amplitudes: Iterable[float], nominal_period_s: float | None = None
+) -> Isochronism:
+    """Return period and rate of free swings on land at several amplitudes.
+
+    Args:
+        machine: drag and escapement are left aside.
+        amplitudes: [rad], each > 0 and within the cam's range.
+        nominal_period_s: what the dial gains in a full swing; the small-amplitude period when
+            left out.
+
+    Raises:
+        UsageError: no amplitude, or one out of range, before anything is computed.
+        SlackThreadError: a swing in which the thread goes slack.
+    """
+    asked = tuple(amplitudes)
+    edge = machine.cam.range_rad
+    if not asked:
+        raise UsageError('amplitudes: none given; give at least one, in radians')
+    for amplitude in asked:
+        if not 0.0 < amplitude <= edge or math.isinf(amplitude):
+            raise UsageError(
+                f'amplitude {amplitude!r} rad: must be > 0 and within the range of the cam, '
+                f'{edge!r} rad; give another'
+            )
+    nominal = machine.small_period if nominal_period_s is None else nominal_period_s
+    rows: list[IsochronismRow] = []
+    for amplitude in asked:
+        period = machine.period(amplitude)
+        rate = rate_s_per_day(period, nominal)
+        rows.append({'amplitude_rad': amplitude, 'period_s': period, 'rate_s_per_day': rate})
+    return {'nominal_period_s': nominal, 'rows': rows}

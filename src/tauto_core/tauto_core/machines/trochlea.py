@@ -1,0 +1,174 @@
+"""The trochlea as a mechanism: a wheel, its cam, and what pulls the thread.
+
+I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh of a force or a
+spring, m g_eff of a weight (physics E2; Euler 1727, XVI–XX). With ϑ at rest in the case this is a
+well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tauto_core.curves import Cam
+from tauto_core.machines.quadrature import integrate
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import TautoError
+from tauto_core.scene.models import Drag, Escapement
+
+
+class SlackThreadError(TautoError):
+    """A swing in which the thread would have to push."""
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A trochlea in numbers.
+
+    Attributes:
+        inertia: I of the wheel about its axle [kg m2], > 0.
+        carried_mass: m in M = I + m t² [kg]; 0 unless a weight's inertia counts.
+        pulling_mass: mass whose weight pulls the thread [kg]; 0 for a force or a spring.
+        force: P, constant pull, a spring's at zero draw [N]; 0 for a weight.
+        stiffness: κ of the spring [N/m]; 0 unless a spring.
+        gravity: g [m/s2].
+        cam: with its thread.
+        follows_apparent_vertical: whether the thread's neutral line is the apparent vertical
+            (γ = β: a weight on a vertical thread) instead of the case's (γ = α_c).
+        drag: torques against the motion in the case, or None.
+        escapement: impulses, or None.
+        release_angle: of the wheel in its case, at rest at the start [rad].
+    """
+
+    inertia: float
+    carried_mass: float
+    pulling_mass: float
+    force: float
+    stiffness: float
+    gravity: float
+    cam: Cam
+    follows_apparent_vertical: bool
+    drag: Drag | None
+    escapement: Escapement | None
+    release_angle: float
+
+    @property
+    def frequency(self) -> float:
+        """Small-amplitude angular frequency on land, ω = √(F(0) t'(0)/I) [rad/s]."""
+        return math.sqrt(self._rest_pull * float(self.cam.lever_rate(0.0)) / self.inertia)
+
+    @property
+    def small_period(self) -> float:
+        """Small-amplitude period on land, 2π/ω [s]."""
+        return math.tau / self.frequency
+
+    @property
+    def is_harmonic(self) -> bool:
+        """Whether the well is exactly harmonic: linear lever arm, constant pull, no mass."""
+        linear = self.cam.linear_rate is not None
+        return linear and self.carried_mass == 0.0 and self.stiffness == 0.0
+
+    def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
+        """Return F = P + κh + m g_eff [N].
+
+        Args:
+            lift: h [m].
+            apparent_gravity: g_eff [m/s2]; gravity when left out.
+        """
+        weight = self.gravity if apparent_gravity is None else np.asarray(apparent_gravity)
+        return self.force + self.stiffness * np.asarray(lift) + self.pulling_mass * weight
+
+    def potential(self, angle: ArrayLike) -> FloatArray:
+        """Return V(ϑ) = P h + κh²/2 + m g h, on land [J]."""
+        lift = self.cam.lift(angle)
+        return lift * (self._rest_pull + 0.5 * self.stiffness * lift)
+
+    def mass(self, angle: ArrayLike) -> FloatArray:
+        """Return M(ϑ) = I + m t² [kg m2]."""
+        arm = self.cam.lever_arm(angle)
+        return self.inertia + self.carried_mass * arm * arm
+
+    def arc(self, angle: ArrayLike) -> FloatArray:
+        """Return s(ϑ) = ∫ √M dϑ from 0 [√kg m], odd in ϑ.
+
+        With a linear lever arm and k = b√(m/I): s = √I/2 · (ϑ√(1 + k²ϑ²) + asinh(kϑ)/k).
+        """
+        angle = self.cam.within(angle)
+        root = math.sqrt(self.inertia)
+        if self.carried_mass == 0.0:
+            return root * angle
+        rate = self.cam.linear_rate
+        if rate is None:
+            return np.copysign(self._arc_by_quadrature(np.abs(angle)), angle)
+        k = rate * math.sqrt(self.carried_mass) / root
+        return 0.5 * root * (angle * np.hypot(1.0, k * angle) + np.arcsinh(k * angle) / k)
+
+    def period(self, amplitude: float) -> float:
+        """Return the period of free swings on land, without drag [s].
+
+        T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ from 0 to A. With V(ϑ) = V(A) sin²u the integrand
+        4 √(2 V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2, a turning point included.
+
+        Args:
+            amplitude: A [rad], within the cam's range; the sign does not matter, and 0 gives
+                the limit 2π/ω.
+
+        Raises:
+            CamRangeError: an amplitude beyond the cam.
+            SlackThreadError: a swing in which the thread goes slack.
+        """
+        cam = self.cam
+        top = float(self.potential(amplitude))
+        if top == 0.0:
+            return self.small_period
+
+        def integrand(u: FloatArray) -> FloatArray:
+            sine = np.sin(u)
+            lift = self._lift_of_potential(top * sine * sine)
+            angle = cam.angle_of_lift(lift)
+            mass = self.mass(angle)
+            self._check_taut(angle, lift, mass, top * np.cos(u) ** 2)
+            return np.sqrt(mass) * sine / (self.pull(lift) * cam.lever_arm(angle))
+
+        joints = cam.joints[cam.joints < abs(amplitude)]
+        cuts = np.arcsin(np.sqrt(self.potential(joints) / top))
+        edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
+        parts = integrate(integrand, edges[:-1], edges[1:])
+        return 4.0 * math.sqrt(2.0 * top) * float(np.sum(parts))
+
+    @property
+    def _rest_pull(self) -> float:
+        return self.force + self.pulling_mass * self.gravity
+
+    def _lift_of_potential(self, potential: FloatArray) -> FloatArray:
+        pull = self._rest_pull
+        return 2.0 * potential / (pull + np.sqrt(pull * pull + 2.0 * self.stiffness * potential))
+
+    def _check_taut(
+        self, angle: FloatArray, lift: FloatArray, mass: FloatArray, kinetic: FloatArray
+    ) -> None:
+        """Refuse a tension F + m ḧ = I (F + m t' ϑ̇²)/M that is not positive."""
+        rate = self.cam.lever_rate(angle)
+        tension = self.pull(lift) + self.carried_mass * rate * 2.0 * kinetic / mass
+        if np.all(tension > 0.0):
+            return
+        where = float(angle[tension <= 0.0].min())
+        raise SlackThreadError(
+            f'the thread goes slack at an angle of {where!r} rad: there the wheel turns so fast '
+            f'that the falling lever arm of {self.cam!r} would make it push; use a smaller '
+            'amplitude, a lighter weight or a cam whose lever arm does not fall'
+        )
+
+    def _arc_by_quadrature(self, angle: FloatArray) -> FloatArray:
+        def root(inner: FloatArray) -> FloatArray:
+            return np.sqrt(self.mass(inner))
+
+        flat = np.atleast_1d(angle)
+        edges = np.concatenate([[0.0], self.cam.joints])
+        whole = np.concatenate([[0.0], np.cumsum(integrate(root, edges[:-1], edges[1:]))])
+        piece = np.searchsorted(edges, flat, side='right') - 1
+        arc = whole[piece] + integrate(root, edges[piece], flat)
+        return arc.reshape(np.shape(angle))

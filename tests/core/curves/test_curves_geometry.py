@@ -1,0 +1,228 @@
+"""The cams as curves: what any cheek and thread must satisfy, found from the points alone."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.polynomial import Chebyshev, Polynomial
+
+from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever, outline
+from tauto_core.curves.series import arctangent_defect, involute_defect, sine_defect
+from tauto_core.scene.errors import CamRangeError, UsageError
+
+
+def odd_quintic(distance=math.inf):
+    """A cam with t = 0.01 ϑ + 0.001 ϑ³ − 0.0001 ϑ⁵, as a table of one piece."""
+    coefficients = np.array([[0.0, 0.01, 0.0, 0.001, 0.0, -0.0001]])
+    return Table('quintic', TableLever(np.array([0.0, 2.0]), coefficients, np.zeros(1)), distance)
+
+
+CAMS = {
+    'involute': Involute(0.01),
+    'hole': Hole(0.01, 0.08),
+    'near hole': Hole(0.03, 0.015),
+    'arc': CircularArc(0.02, 0.01),
+    'table': odd_quintic(),
+    'table through hole': odd_quintic(0.05),
+}
+every_cam = pytest.mark.parametrize('cam', CAMS.values(), ids=CAMS.keys())
+
+
+def upper(cam):
+    return 0.9 * min(cam.range_rad, 2.0)
+
+
+def fits(cam):
+    """Chebyshev fits of the points; 40 terms reach rounding on these intervals."""
+    interval = [0.0, upper(cam)]
+    return [
+        Chebyshev.interpolate(lambda s, i=i: cam.contact(s)[i], 60, domain=interval)
+        for i in range(2)
+    ]
+
+
+@every_cam
+def test_lever_derivatives_and_lift(cam):
+    top = upper(cam)
+    arm = Chebyshev.interpolate(cam.lever_arm, 40, domain=[0.0, top])
+    angle = np.linspace(0.05, 0.95, 7) * top
+    # differentiating a fit loses about n² ulps a time
+    np.testing.assert_allclose(cam.lever_rate(angle), arm.deriv()(angle), rtol=1e-11)
+    np.testing.assert_allclose(cam.lever_curvature(angle), arm.deriv(2)(angle), atol=1e-11)
+    np.testing.assert_allclose(cam.lift(angle), arm.integ(lbnd=0.0)(angle), rtol=1e-13)
+
+
+@every_cam
+def test_symmetry(cam):
+    angle = np.linspace(0.1, 1.0, 5) * upper(cam)
+    for odd in (cam.lever_arm, cam.lever_curvature, cam.psi, lambda s: cam.contact(s)[0]):
+        np.testing.assert_array_equal(odd(-angle), -odd(angle))
+    even = (cam.lift, cam.lever_rate, cam.p, cam.arc_length, cam.radius_of_curvature)
+    for function in (*even, lambda s: cam.contact(s)[1]):
+        np.testing.assert_array_equal(function(-angle), function(angle))
+
+
+@every_cam
+def test_thread_touches_the_cheek_at_the_lever_arm(cam):
+    """The thread is tangent to the points' curve and passes the axle at the distance t."""
+    angle = np.linspace(0.1, 0.9, 9) * upper(cam)
+    x, y = cam.contact(angle)
+    psi = cam.psi(angle)
+    along = np.array([-np.sin(psi), np.cos(psi)])
+    np.testing.assert_allclose(x * along[1] - y * along[0], cam.lever_arm(angle), rtol=1e-13)
+    np.testing.assert_allclose(x * along[0] + y * along[1], cam.p(angle), rtol=1e-12, atol=1e-16)
+    dx, dy = (fit.deriv()(angle) for fit in fits(cam))
+    np.testing.assert_allclose((dx * along[1] - dy * along[0]) / np.hypot(dx, dy), 0, atol=1e-8)
+
+
+@every_cam
+def test_arc_length_and_curvature_of_the_points(cam):
+    top = upper(cam)
+    x, y = fits(cam)
+    angle = np.linspace(0.2, 0.9, 8) * top
+    speed = Chebyshev.interpolate(
+        lambda s: np.hypot(x.deriv()(s), y.deriv()(s)), 60, domain=[0.1 * top, top]
+    )
+    wound = speed.integ()
+    expected = wound(angle) - wound(angle[0])
+    arc = cam.arc_length(angle) - cam.arc_length(angle[0])
+    # the fits' derivatives are good to about 1e-11
+    np.testing.assert_allclose(arc, expected, rtol=1e-8, atol=1e-13)
+    dx, dy, ddx, ddy = (fit.deriv(n)(angle) for n in (1, 2) for fit in (x, y))
+    radius = (dx * dx + dy * dy) ** 1.5 / (dx * ddy - dy * ddx)
+    np.testing.assert_allclose(cam.radius_of_curvature(angle), radius, rtol=1e-7)
+
+
+@pytest.mark.parametrize('name', ['hole', 'near hole', 'table through hole'])
+def test_thread_reaches_the_hole_and_keeps_its_length(name):
+    cam = CAMS[name]
+    angle = np.linspace(0.0, 1.0, 9) * upper(cam)
+    x, y = cam.contact(angle)
+    a = cam.hole_distance
+    free = np.hypot(-a * np.sin(angle) - x, a * np.cos(angle) - y)
+    np.testing.assert_allclose(cam.free_thread(angle), free, rtol=1e-12)
+    drawn = cam.arc_length(angle) + free - free[0]
+    np.testing.assert_allclose(cam.lift(angle), drawn, rtol=1e-10, atol=1e-16)
+
+
+@pytest.mark.parametrize('a', [1e3, 1e9, 1e15])
+@pytest.mark.parametrize('phi', [1e-6, 0.7, 40.0])
+def test_far_hole_keeps_its_digits(a, phi):
+    """Against the textbook forms in 60 digits; plain doubles would lose a/b of them."""
+    cam = Hole(1.0, a)
+    with mpmath.workdps(60):
+        t, far = mpmath.mpf(phi), mpmath.mpf(a)
+        s = mpmath.sqrt(far**2 - t**2)
+        psi, p = t + mpmath.asin(t / far), s / (1 + s)
+        radius = t * (1 - 1 / (1 + s) ** 3)
+        arc = t**2 / 2 + far - s + p - far / (1 + far)
+        x = t * mpmath.cos(psi) - p * mpmath.sin(psi)
+        y = t * mpmath.sin(psi) + p * mpmath.cos(psi)
+        expected = [float(value) for value in (psi, p, radius, arc, x, y)]
+    found = [cam.psi(phi), cam.p(phi), cam.radius_of_curvature(phi), cam.arc_length(phi)]
+    np.testing.assert_allclose([*found, *cam.contact(phi)], expected, rtol=1e-14)
+
+
+def test_no_hole_is_the_limit_of_a_far_one():
+    angle = np.linspace(-5.0, 5.0, 11)
+    np.testing.assert_allclose(
+        Hole(0.01, 1e20).contact(angle), Involute(0.01).contact(angle), rtol=1e-15, atol=1e-19
+    )
+    assert Involute(0.01).free_thread(1.0) == math.inf
+
+
+def test_circular_cheek_is_a_circle():
+    radius, depth = 0.02, 0.01
+    cam = CircularArc(radius, depth)
+    angle = np.linspace(0.0, math.pi, 13)
+    x, y = cam.contact(angle)
+    np.testing.assert_allclose(np.hypot(x + radius, y - depth), radius, rtol=1e-14)
+    np.testing.assert_allclose(cam.arc_length(angle), radius * angle, rtol=1e-14, atol=1e-17)
+    np.testing.assert_allclose(cam.radius_of_curvature(angle), radius, rtol=1e-13)
+    np.testing.assert_allclose([x[-1], y[-1]], [-2 * radius, depth], rtol=1e-14)
+    assert cam.lever_curvature(0.0) == radius
+    assert cam.lever_curvature(-0.0) == -radius
+    assert cam.kinked
+
+
+@pytest.mark.parametrize('angle', [1e-9, 1e-4, 0.3, 0.999, 1.001, 3.0])
+def test_circular_cheek_at_small_angles(angle):
+    cam = CircularArc(0.02, 1e-9)
+    with mpmath.workdps(60):
+        x, d, r = mpmath.mpf(angle), mpmath.mpf(1e-9), mpmath.mpf(0.02)
+        arm = float(d * mpmath.sin(x) + r * (1 - mpmath.cos(x)))
+        lift = float(d * (1 - mpmath.cos(x)) + r * (x - mpmath.sin(x)))
+    np.testing.assert_allclose(cam.lever_arm(angle), arm, rtol=1e-15)
+    np.testing.assert_allclose(cam.lift(angle), lift, rtol=2e-15)
+
+
+@pytest.mark.parametrize('x', [1e-12, 1e-3, 0.1, 0.4999, 0.5001, 0.9999, 1.0001, 2.0, 30.0])
+def test_differences_keep_their_digits(x):
+    with mpmath.workdps(60):
+        z = mpmath.mpf(x)
+        sine, involute = z - mpmath.sin(z), mpmath.sin(z) - z * mpmath.cos(z)
+        expected = [float(value) for value in (sine, involute, z - mpmath.atan(z))]
+    functions = (sine_defect, involute_defect, arctangent_defect)
+    found = [float(function(np.asarray(x))) for function in functions]
+    # at the switch from series to difference 0.84/0.16, 0.46/0.036 ulps are lost
+    np.testing.assert_allclose(found, expected, rtol=3e-15)
+    mirrored = [float(function(np.asarray(-x))) for function in functions]
+    np.testing.assert_array_equal(mirrored, [-value for value in found])
+
+
+@every_cam
+def test_angle_of_lift_inverts_the_lift(cam):
+    angle = np.concatenate([[0.0, 1e-12, 1e-9], np.linspace(1e-3, 1.0, 50) * upper(cam)])
+    np.testing.assert_allclose(cam.angle_of_lift(cam.lift(angle)), angle, rtol=4e-15)
+    if math.isfinite(cam.range_rad):
+        with pytest.raises(CamRangeError, match='cam with a wider range'):
+            cam.angle_of_lift(1.001 * cam.lift(cam.range_rad))
+
+
+@pytest.mark.parametrize('lift', [-1e-3, math.nan])
+def test_lift_that_is_none(lift):
+    with pytest.raises(CamRangeError, match='use a smaller amplitude'):
+        CAMS['arc'].angle_of_lift(lift)
+
+
+METHODS = ['lever_arm', 'lever_rate', 'lever_curvature', 'lift', 'psi', 'p', 'contact']
+METHODS += ['arc_length', 'radius_of_curvature', 'free_thread']
+
+
+@pytest.mark.parametrize('method', METHODS)
+@every_cam
+def test_beyond_the_range(cam, method):
+    function = getattr(cam, method)
+    if math.isfinite(cam.range_rad):
+        function([-cam.range_rad, cam.range_rad])
+        with pytest.raises(CamRangeError, match='whose range is') as caught:
+            function([0.0, -1.0000001 * cam.range_rad])
+        assert repr(cam.range_rad) in str(caught.value)
+    for bad in (math.nan, math.inf):
+        with pytest.raises(CamRangeError, match=repr(bad)):
+            function(bad)
+
+
+@every_cam
+def test_outline_is_both_cheeks(cam):
+    x, y = outline(cam, points=31)
+    assert x.shape == y.shape == (61,)
+    np.testing.assert_array_equal((x[::-1], y[::-1]), (-x, y))
+    np.testing.assert_allclose([x[30], y[30]], [0.0, float(cam.p(0.0))], rtol=1e-15)
+    end = np.ravel(cam.contact(min(cam.range_rad, math.tau)))
+    np.testing.assert_allclose([x[-1], y[-1]], end, rtol=1e-15)
+
+
+def test_outline_refuses():
+    with pytest.raises(UsageError, match='points = 1'):
+        outline(CAMS['hole'], points=1)
+    with pytest.raises(CamRangeError, match='range'):
+        outline(CAMS['hole'], reach_rad=9.0)
+
+
+def test_quintic_table_is_the_quintic():
+    cam, law = odd_quintic(), Polynomial([0.0, 0.01, 0.0, 0.001, 0.0, -0.0001])
+    angle = np.linspace(0.0, 2.0, 9)
+    np.testing.assert_allclose(cam.lever_arm(angle), law(angle), rtol=1e-15)
+    np.testing.assert_allclose(cam.lift(angle), law.integ()(angle), rtol=1e-15)

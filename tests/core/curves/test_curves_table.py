@@ -1,0 +1,185 @@
+"""Tabulated cams: the spline, its kernel form, and every table that is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+
+from tauto_core.curves import CircularArc, Hole, Involute, Table, load_table, make_cam
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.models import (
+    CircularArcCam,
+    ForcePower,
+    HoleCam,
+    HoleThread,
+    InvoluteCam,
+    TableCam,
+    Trochlea,
+    VerticalThread,
+)
+
+
+def write(path, angles, arms):
+    rows = [f'{angle!r},{arm!r}' for angle, arm in zip(angles, arms, strict=True)]
+    path.write_text('\n'.join(['angle_rad,lever_arm_m', *rows]))
+    return path
+
+
+def sampled(path, law, top, rows, distance=math.inf):
+    angles = np.linspace(0.0, top, rows)
+    return load_table(write(path, angles.tolist(), law(angles).tolist()), distance)
+
+
+def test_quintic_is_reproduced(tmp_path):
+    """A quintic spline through points of an odd quintic is that quintic."""
+    law = Polynomial([0.0, 0.01, 0.0, 0.001, 0.0, -0.0001])
+    angles = np.array([0.0, 0.1, 0.35, 0.5, 0.9, 1.2, 1.3, 1.8, 2.0])
+    cam = load_table(write(tmp_path / 'cam.csv', angles.tolist(), law(angles).tolist()))
+    angle = np.linspace(0.0, 2.0, 41)
+    np.testing.assert_allclose(cam.lever_arm(angle), law(angle), rtol=1e-13)
+    np.testing.assert_allclose(cam.lever_rate(angle), law.deriv()(angle), rtol=1e-11)
+    np.testing.assert_allclose(cam.lever_curvature(angle), law.deriv(2)(angle), atol=1e-12)
+    np.testing.assert_allclose(cam.lift(angle), law.integ()(angle), rtol=1e-13)
+    np.testing.assert_array_equal(cam.lever_arm(-angle[1:]), -cam.lever_arm(angle[1:]))
+    assert (cam.range_rad, cam.kinked, cam.linear_rate) == (2.0, False, None)
+
+
+def test_sixth_order(tmp_path):
+    """Halving the spacing divides the error of a smooth law by 2⁶."""
+
+    def law(angle):
+        return 0.01 * np.sin(angle)
+
+    angle = np.linspace(0.0, 2.0, 500)
+    errors = [
+        np.abs(sampled(tmp_path / 'cam.csv', law, 2.0, n).lever_arm(angle) - law(angle)).max()
+        for n in (21, 41, 81)
+    ]
+    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 6.0, atol=0.3)
+
+
+def test_smooth_at_the_knots(tmp_path):
+    """Derivatives up to the fourth agree on both sides, and the even ones vanish at rest."""
+    law = sampled(tmp_path / 'cam.csv', np.tanh, 2.0, 12).lever
+    for before, after, width in zip(
+        law.coefficients, law.coefficients[1:], np.diff(law.knots), strict=False
+    ):
+        for order in range(5):
+            left = Polynomial(before).deriv(order)(width)
+            assert left == pytest.approx(Polynomial(after).deriv(order)(0.0), abs=1e-10)
+    np.testing.assert_array_equal(law.coefficients[0, ::2], 0.0)
+
+
+def test_kernel_form(tmp_path):
+    """The stated layout gives lever arm and lift, by a plain loop."""
+    cam = sampled(tmp_path / 'cam.csv', np.tanh, 2.0, 12)
+    law = cam.lever
+    assert law.coefficients.flags.c_contiguous
+    assert law.coefficients.shape == (len(law.knots) - 1, 6)
+    assert (law.knots[0], law.knots[-1], law.lifts[0]) == (0.0, 2.0, 0.0)
+    for angle in (0.0, 0.3, 1.1, 2.0):
+        k = min(int(np.searchsorted(law.knots, angle, side='right')) - 1, len(law.lifts) - 1)
+        x = angle - law.knots[k]
+        arm = sum(c * x**j for j, c in enumerate(law.coefficients[k]))
+        rise = sum(c * x ** (j + 1) / (j + 1) for j, c in enumerate(law.coefficients[k]))
+        assert cam.lever_arm(angle) == pytest.approx(arm, rel=1e-14)
+        assert cam.lift(angle) == pytest.approx(law.lifts[k] + rise, rel=1e-14)
+
+
+def test_straight_table_through_a_hole_is_eulers_cam(tmp_path):
+    table = sampled(tmp_path / 'cam.csv', lambda angle: 0.01 * angle, 7.5, 16, distance=0.08)
+    hole, angle = Hole(0.01, 0.08), np.linspace(-7.5, 7.5, 31)
+    for method in ('psi', 'p', 'arc_length', 'contact', 'free_thread'):
+        expected = getattr(hole, method)(angle)
+        np.testing.assert_allclose(getattr(table, method)(angle), expected, rtol=1e-11, atol=1e-17)
+    np.testing.assert_allclose(
+        table.radius_of_curvature(angle), hole.radius_of_curvature(angle), atol=1e-12
+    )
+
+
+def test_marks_and_blank_lines_are_read(tmp_path):
+    path = write(tmp_path / 'cam.csv', range(7), range(7))
+    path.write_text('\ufeff' + path.read_text().replace('\n', ' \r\n\r\n') + '\r\n')
+    assert load_table(path).range_rad == 6.0
+
+
+GOOD = ['angle_rad,lever_arm_m', '0,0', '0.1,1', '0.2,2', '0.3,3', '0.4,4', '0.5,5']
+
+
+def changed(line, text):
+    return [*GOOD[: line - 1], text, *GOOD[line:]]
+
+
+REFUSED = {
+    'empty': ([], 'line 1', 'header'),
+    'header': (changed(1, 'angle_deg,lever_arm_m'), 'line 1', 'angle_deg'),
+    'word': (changed(4, '0.2,two'), 'line 4, lever_arm_m', "'two'"),
+    'no number': (changed(4, '0.2,'), 'line 4, lever_arm_m', "''"),
+    'nan': (changed(5, 'nan,3'), 'line 5, angle_rad', "'nan'"),
+    'infinite': (changed(5, '0.3,inf'), 'line 5, lever_arm_m', "'inf'"),
+    'columns': (changed(3, '0.1,1,1'), 'line 3', '3 columns'),
+    'few': (GOOD[:-1], 'number of rows', '5'),
+    'start': (changed(2, '0.01,0'), 'line 2', '0.01'),
+    'negative': (changed(2, '-0.1,-1'), 'line 2', 'mirror image'),
+    'same': (changed(5, '0.2,3'), 'line 5, angle_rad', '0.2'),
+    'down': (changed(5, '0.15,3'), 'line 5, angle_rad', 'strictly increase'),
+    'arm': (changed(5, '0.3,0'), 'line 5, lever_arm_m', '> 0'),
+    'too long': (changed(7, '0.5,6.5'), 'lever_arm_m', '6.5'),
+    'dips': (changed(3, '0.1,0.00001'), 'lever', 'Tabulate more'),
+}
+
+
+@pytest.mark.parametrize(('lines', 'key', 'text'), REFUSED.values(), ids=REFUSED.keys())
+def test_refused(tmp_path, lines, key, text):
+    path = tmp_path / 'bad.csv'
+    path.write_text('\n'.join(lines))
+    with pytest.raises(SceneError) as caught:
+        load_table(path, distance=6.0)
+    assert caught.value.file == str(path)
+    assert caught.value.key.startswith(key)
+    assert text in str(caught.value)
+    assert caught.value.exit_code == 2
+
+
+def test_unreadable(tmp_path):
+    for bad in (tmp_path / 'absent.csv', tmp_path):
+        with pytest.raises(SceneError, match='cannot be read'):
+            load_table(bad)
+    binary = tmp_path / 'binary.csv'
+    binary.write_bytes(b'\xff\xfe\x00')
+    with pytest.raises(SceneError, match='cannot be read as text'):
+        load_table(binary)
+
+
+def trochlea(cam, thread):
+    return Trochlea(
+        inertia=1e-4, cam=cam, thread=thread, power=ForcePower(force=1.0), release_angle=0.1
+    )
+
+
+def test_cams_of_a_scene(tmp_path):
+    vertical, hole = VerticalThread(), HoleThread(distance=0.08)
+    arc = CircularArcCam(radius=0.02, root_depth=0.01)
+    assert make_cam(trochlea(InvoluteCam(base_radius=0.01), vertical)) == Involute(0.01)
+    assert make_cam(trochlea(HoleCam(lever_rate=0.01), hole)) == Hole(0.01, 0.08)
+    assert make_cam(trochlea(arc, vertical)) == CircularArc(0.02, 0.01)
+    table = TableCam(path=str(write(tmp_path / 'cam.csv', range(7), [k / 100 for k in range(7)])))
+    for thread, distance in ((vertical, math.inf), (hole, 0.08)):
+        cam = make_cam(trochlea(table, thread))
+        assert isinstance(cam, Table)
+        assert (cam.range_rad, cam.hole_distance) == (6.0, distance)
+
+
+@pytest.mark.parametrize(
+    ('cam', 'thread'),
+    [
+        (InvoluteCam(base_radius=0.01), HoleThread(distance=0.08)),
+        (HoleCam(lever_rate=0.01), VerticalThread()),
+        (CircularArcCam(radius=0.02, root_depth=0.01), HoleThread(distance=0.08)),
+    ],
+)
+def test_cam_and_thread_that_do_not_go_together(cam, thread):
+    with pytest.raises(SceneError, match='not made for this thread') as caught:
+        make_cam(trochlea(cam, thread))
+    assert caught.value.value == thread.kind

@@ -1,0 +1,215 @@
+"""Periods against golden numbers, elliptic integrals, and a plain integrator of the motion."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from scipy.integrate import solve_ivp
+from scipy.special import ellipe, ellipk
+
+from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
+from tauto_core.machines import Machine, QuadratureError, SlackThreadError
+from tauto_core.machines.quadrature import integrate
+from tauto_core.scene.errors import CamRangeError
+
+GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+
+
+def entries(prefix):
+    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
+    assert chosen
+    return [pytest.param(entry, id=entry['id']) for entry in chosen]
+
+
+def numbers(entry):
+    given = {key: float(item['value']) for key, item in entry['params'].items()}
+    return given, {key: float(value) for key, value in entry['expected'].items()}
+
+
+def machine(
+    cam, inertia=4e-4, *, force=0.0, mass=0.0, stiffness=0.0, massless=False, gravity=9.81
+):
+    carried = 0.0 if massless else mass
+    return Machine(inertia, carried, mass, force, stiffness, gravity, cam, False, None, None, 0.1)
+
+
+def spline_cam(coefficients, top, pieces=4):
+    """The odd polynomial Σ c_j ϑ^j as a table of several pieces."""
+    law, knots = Polynomial(coefficients), np.linspace(0.0, top, pieces + 1)
+    taylor = [[law.deriv(j)(k) / math.factorial(j) for j in range(6)] for k in knots[:-1]]
+    return Table('law', TableLever(knots, np.array(taylor), law.integ()(knots[:-1])))
+
+
+@pytest.mark.parametrize('entry', entries('A20-weight-inertia'))
+def test_weight_with_inertia(entry):
+    given, expected = numbers(entry)
+    inertia = given['disc_radius'] ** 2 / 2
+    regulator = machine(Involute(given['r']), inertia, mass=given['P_over_Q'], gravity=given['g'])
+    period = regulator.period(given['A'])
+    # golden holds 1e-13 relative; the excess is a difference, so absolute
+    assert regulator.small_period == pytest.approx(expected['T0_s'], rel=1e-14)
+    assert period == pytest.approx(expected['T_s'], rel=1e-14)
+    ratio = period / regulator.small_period
+    assert ratio - 1 == pytest.approx(expected['excess'], abs=1e-14 * ratio)
+
+
+@pytest.mark.parametrize('entry', entries('D-period-amp'))
+def test_involute_beside_the_corrected_cam(entry):
+    given, expected = numbers(entry)
+    rate = given['omega'] ** 2 * given['I'] / (given['m'] * given['g'])
+    regulator = machine(Involute(rate), given['I'], mass=given['m'], gravity=given['g'])
+    ratio = regulator.period(expected['amplitude_rad']) / regulator.small_period
+    assert ratio == pytest.approx(expected['T_ratio_involute_same_r'], rel=1e-14)
+    assert ratio - 1 == pytest.approx(expected['involute_excess'], abs=1e-14)
+
+
+@pytest.mark.parametrize('amplitude', [1e-9, 1e-3, 1.0, 6.0, 300.0])
+@pytest.mark.parametrize('mass', [1e-6, 0.1, 50.0])
+def test_weight_against_the_elliptic_integral(mass, amplitude):
+    """T/T0 = (2/π) E(−eps), eps from 1e-25 to 1e6 (physics A)."""
+    regulator = machine(Hole(0.01, 3.1), mass=mass)
+    eps = mass * (0.01 * amplitude) ** 2 / regulator.inertia
+    ratio = regulator.period(amplitude) / regulator.small_period
+    assert ratio == pytest.approx(2 / math.pi * ellipe(-eps), rel=5e-15)
+
+
+@pytest.mark.parametrize('amplitude', [1e-9, 0.01, 1.0, 7.0, 8.0 - 1e-9, 8.0])
+def test_spring_against_the_elliptic_integral(amplitude):
+    """A linear arm and a spring are Duffing's oscillator, T = 4 K(m)/√(α + βA²)."""
+    inertia, force, stiffness, rate = 4e-4, 2.0, 50.0, 0.01
+    alpha = force * rate / inertia
+    hardening = stiffness * (rate * amplitude) ** 2 / (2 * inertia)
+    expected = 4 * ellipk(hardening / (2 * (alpha + hardening))) / math.sqrt(alpha + hardening)
+    regulator = machine(Hole(rate, 0.08), inertia, force=force, stiffness=stiffness)
+    assert regulator.period(amplitude) == pytest.approx(expected, rel=5e-15)
+
+
+WELLS = {
+    'arc, force': machine(CircularArc(0.02, 0.01), force=2.0),
+    'arc, weight': machine(CircularArc(0.02, 0.01), mass=0.2),
+    'arc, spring': machine(CircularArc(0.02, 0.01), force=2.0, stiffness=50.0),
+    'table, weight': machine(spline_cam([0.0, 0.01, 0.0, 0.001, 0.0, -1e-4], 2.0), mass=0.4),
+    'hole, spring and mass': Machine(
+        4e-4, 0.3, 0.1, 1.0, 20.0, 9.81, Hole(0.01, 0.08), False, None, None, 0.1
+    ),
+}
+
+
+def quarter_by_integration(well, amplitude):
+    """Time from rest at the amplitude to ϑ = 0, by DOP853 on the equation of motion."""
+    cam, m = well.cam, well.carried_mass
+
+    def motion(_, state):
+        angle, rate = state
+        # the events' last step may pass through 0, which every cam allows
+        arm, slope = float(cam.lever_arm(angle)), float(cam.lever_rate(angle))
+        pull = well.force + well.stiffness * float(cam.lift(angle)) + well.pulling_mass * 9.81
+        force = -pull * arm - m * arm * slope * rate * rate
+        return [rate, force / (well.inertia + m * arm * arm)]
+
+    def middle(_, state):
+        return state[0]
+
+    middle.terminal = True
+    run = solve_ivp(
+        motion,
+        (0.0, 10.0),
+        [amplitude, 0.0],
+        method='DOP853',
+        rtol=1e-13,
+        atol=1e-15,
+        events=middle,
+        max_step=0.01,
+    )
+    return float(run.t_events[0][0])
+
+
+@pytest.mark.parametrize('amplitude', [0.05, 1.0, 1.9])
+@pytest.mark.parametrize('well', WELLS.values(), ids=WELLS.keys())
+def test_against_an_integrator(well, amplitude):
+    expected = 4 * quarter_by_integration(well, amplitude)
+    # DOP853 at 1e-13 and its dense output at the crossing hold some 1e-12
+    assert well.period(amplitude) == pytest.approx(expected, rel=2e-11)
+
+
+def test_harmonic_well_is_isochronous():
+    regulator = machine(Hole(0.01, 0.08), force=2.0)
+    periods = [regulator.period(a) for a in (1e-9, 0.1, 1.0, -3.0, 8.0 - 1e-9)]
+    np.testing.assert_allclose(periods, regulator.small_period, rtol=2e-15)
+    assert regulator.small_period == pytest.approx(math.tau * math.sqrt(4e-4 / (2.0 * 0.01)))
+
+
+@pytest.mark.parametrize('well', WELLS.values(), ids=WELLS.keys())
+def test_small_swings_tend_to_the_small_period(well):
+    # the kinked cheek departs by R A/d, the others by A²
+    assert well.period(1e-9) == pytest.approx(well.small_period, rel=2e-9)
+    assert well.period(0.0) == well.small_period
+    assert well.period(-1.0) == well.period(1.0)
+
+
+def test_up_to_the_edge():
+    """The period is continuous at the edge of the cam, and refused beyond it."""
+    for well in WELLS.values():
+        edge = well.cam.range_rad
+        near, at = well.period(edge - 1e-9), well.period(edge)
+        assert at == pytest.approx(near, rel=1e-8)
+        assert at != near
+        with pytest.raises(CamRangeError, match='range'):
+            well.period(edge + 1e-9)
+    with pytest.raises(CamRangeError, match='nan'):
+        machine(Involute(0.01), force=1.0).period(math.nan)
+
+
+def bent_cam():
+    """A lever arm of two straight pieces: the smoothness between knots is all that is asked."""
+    rows = np.zeros((2, 6))
+    rows[0, 1], rows[1, :2] = 0.01, (0.01, 0.02)
+    return Table('bent', TableLever(np.array([0.0, 1.0, 2.0]), rows, np.array([0.0, 0.005])))
+
+
+def test_period_across_a_joint():
+    """Two harmonic pieces, joined at 1 rad with the speed ω₂√2."""
+    regulator = machine(bent_cam(), force=2.0)
+    inner, outer = (math.sqrt(2.0 * rate / 4e-4) for rate in (0.01, 0.02))
+    quarter = math.acos(1 / 3) / outer + math.atan(inner / (outer * math.sqrt(2))) / inner
+    assert regulator.period(2.0) == pytest.approx(4 * quarter, rel=1e-14)
+    assert regulator.period(1.0) == pytest.approx(regulator.small_period, rel=1e-14)
+
+
+def test_arc_across_a_joint():
+    """∫ √(I + m t²) dt has a closed form on each piece."""
+    inertia, mass = 4e-4, 3.0
+    regulator = machine(bent_cam(), inertia, mass=mass)
+
+    def primitive(arm):
+        root = math.sqrt(mass / inertia) * arm
+        asinh = math.asinh(root) / math.sqrt(mass / inertia)
+        return math.sqrt(inertia) / 2 * (arm * math.hypot(1, root) + asinh)
+
+    first = primitive(0.01) / 0.01
+    second = first + (primitive(0.024) - primitive(0.01)) / 0.02
+    np.testing.assert_allclose(regulator.arc([1.0, 1.7, -1.7]), [first, second, -second], 1e-14)
+
+
+def test_slack_thread():
+    """A lever arm that falls steeply lets a heavy weight overtake its thread."""
+    cam = spline_cam([0.0, 0.1, 0.0, -0.055, 0.0, 0.0078], 2.2)
+    assert machine(cam, 1e-5, mass=1.0, massless=True).period(2.2) > 0.0
+    assert machine(cam, 1e-5, mass=1.0).period(0.5) > 0.0
+    with pytest.raises(SlackThreadError, match='slack at an angle'):
+        machine(cam, 1e-5, mass=1.0).period(2.2)
+
+
+def test_integrals():
+    lower, upper = np.array([0.0, 1.0, 2.0]), np.array([1.0, 4.0, 2.0])
+    np.testing.assert_allclose(
+        integrate(np.exp, lower, upper), np.exp(upper) - np.exp(lower), rtol=1e-15
+    )
+    # a pole 1e-3 aside needs many panels
+    steep = integrate(lambda x: 1 / (1e-6 + x * x), np.array([0.0]), np.array([1.0]))
+    np.testing.assert_allclose(steep, 1e3 * math.atan(1e3), rtol=1e-14)
+    with pytest.raises(QuadratureError, match='panels'):
+        integrate(lambda x: np.sqrt(np.abs(x - 1 / 3)), np.array([0.0]), np.array([1.0]))

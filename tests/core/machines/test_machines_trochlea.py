@@ -1,0 +1,253 @@
+"""The machine's functions, its making from a scene, design formulas, isochronism."""
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.polynomial.legendre import leggauss
+from scipy.integrate import quad
+
+from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
+from tauto_core.machines import Machine, compile_machine, isochronism, rate_s_per_day
+from tauto_core.machines.design import (
+    base_radius_of_disc,
+    disc_inertia,
+    equivalent_pendulum_length,
+    half_period,
+    lever_rate_for,
+)
+from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.scene.models import Scene
+
+GOLDEN = {
+    entry['id']: entry
+    for entry in json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+}
+TABLE = Table(
+    'two pieces',
+    TableLever(
+        np.array([0.0, 1.0, 2.0]),
+        # C4 at 1: the fifth derivative alone jumps
+        np.array([[0, 0.01, 0, 0.001, 0, 1e-4], [0.0111, 0.0135, 0.004, 0.002, 5e-4, -1e-4]]),
+        np.array([0.0, 0.01 / 2 + 0.001 / 4 + 1e-4 / 6]),
+    ),
+)
+CAMS = {
+    'involute': Involute(0.01),
+    'hole': Hole(0.01, 0.08),
+    'arc': CircularArc(0.02, 0.01),
+    'table': TABLE,
+}
+every_cam = pytest.mark.parametrize('cam', CAMS.values(), ids=CAMS.keys())
+
+
+def machine(cam, mass=0.3):
+    return Machine(4e-4, mass, 0.2, 1.5, 30.0, 9.81, cam, False, None, None, 0.1)
+
+
+def gauss(function, angle, joints=(1.0,)):
+    """∫ function from 0 to the angle, 60 points on each side of the joint."""
+    nodes, weights = leggauss(60)
+    edges = [0.0, *(joint for joint in joints if joint < angle), angle]
+    total = 0.0
+    for a, b in pairwise(edges):
+        total += (b - a) / 2 * np.sum(weights * function((a + b) / 2 + (b - a) / 2 * nodes))
+    return total
+
+
+@every_cam
+def test_potential_is_the_work_of_the_pull(cam):
+    regulator = machine(cam)
+    for angle in (0.01, 0.8, 1.7):
+        work = gauss(lambda s: regulator.pull(cam.lift(s)) * cam.lever_arm(s), angle)
+        assert regulator.potential(angle) == pytest.approx(work, rel=1e-13)
+        assert regulator.potential(-angle) == regulator.potential(angle)
+    curvature = (1.5 + 0.2 * 9.81) * float(cam.lever_rate(0.0))
+    assert regulator.frequency == pytest.approx(math.sqrt(curvature / 4e-4), rel=1e-15)
+
+
+def test_pull():
+    regulator = machine(Involute(0.01))
+    assert regulator.pull(0.1) == pytest.approx(1.5 + 3.0 + 0.2 * 9.81, rel=1e-15)
+    np.testing.assert_allclose(
+        regulator.pull(np.array([0.0, 0.1]), np.array([9.0, 10.0])), [3.3, 6.5], rtol=1e-15
+    )
+
+
+@every_cam
+@pytest.mark.parametrize('mass', [0.0, 1e-9, 0.3, 1e3])
+def test_arc(cam, mass):
+    regulator = machine(cam, mass)
+    angle = np.array([0.0, 1e-9, 0.4, 1.0, 1.9])
+    expected = [
+        gauss(lambda s: np.sqrt(4e-4 + mass * cam.lever_arm(s) ** 2), each) for each in angle
+    ]
+    # 60 points leave 1e-12 where √M nearly vanishes beside rest (mass 1000)
+    np.testing.assert_allclose(regulator.arc(angle), expected, rtol=1e-11)
+    np.testing.assert_array_equal(regulator.arc(-angle), -regulator.arc(angle))
+    # chunk invariance: the same bits alone as in company
+    np.testing.assert_array_equal([regulator.arc(each) for each in angle], regulator.arc(angle))
+    np.testing.assert_allclose(regulator.mass(angle), 4e-4 + mass * cam.lever_arm(angle) ** 2)
+
+
+@pytest.mark.parametrize('angle', [1e-12, 1e-5, 0.3, 20.0])
+def test_arc_of_a_linear_arm_keeps_its_digits(angle):
+    with mpmath.workdps(40):
+        i, x = mpmath.mpf(4e-4), mpmath.mpf(angle)
+        k = mpmath.mpf(0.01) * mpmath.sqrt(mpmath.mpf(0.3) / i)
+        root = x * mpmath.sqrt(1 + (k * x) ** 2)
+        expected = float(mpmath.sqrt(i) / 2 * (root + mpmath.asinh(k * x) / k))
+    assert machine(Involute(0.01)).arc(angle) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ('cam', 'carried', 'stiffness', 'harmonic'),
+    [
+        (Involute(0.01), 0.0, 0.0, True),
+        (Hole(0.01, 0.08), 0.0, 0.0, True),
+        (Involute(0.01), 0.1, 0.0, False),
+        (Hole(0.01, 0.08), 0.0, 1.0, False),
+        (CircularArc(0.02, 0.01), 0.0, 0.0, False),
+        (TABLE, 0.0, 0.0, False),
+    ],
+)
+def test_harmonic(cam, carried, stiffness, harmonic):
+    regulator = Machine(1e-4, carried, 0.1, 1.0, stiffness, 9.81, cam, False, None, None, 0.1)
+    assert regulator.is_harmonic is harmonic
+
+
+def scene(**changes):
+    trochlea = {
+        'inertia': 4e-4,
+        'cam': {'kind': 'involute', 'base_radius': 0.01},
+        'thread': {'kind': 'vertical'},
+        'power': {'kind': 'force', 'force': 2.0},
+        'release_angle': 1.0,
+    }
+    ship = changes.pop('ship', {'kind': 'still'})
+    return Scene.model_validate(
+        {'duration': 10.0, 'gravity': 9.8, 'ship': ship, 'trochlea': trochlea | changes}
+    )
+
+
+HOLE = {
+    'cam': {'kind': 'hole', 'lever_rate': 0.01},
+    'thread': {'kind': 'hole', 'distance': 0.08},
+}
+ARC = {'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}}
+FORCE = {'kind': 'force', 'force': 2.0}
+SPRING = {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}
+WEIGHT = {'kind': 'weight', 'mass': 0.2}
+MASSLESS = {'kind': 'weight', 'mass': 0.2, 'massless': True}
+
+
+@pytest.mark.parametrize(
+    ('changes', 'numbers', 'follows'),
+    [
+        # carried mass, pulling mass, force, stiffness; γ = β or α_c (physics E2's table)
+        ({'power': FORCE}, (0.0, 0.0, 2.0, 0.0), False),
+        ({'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
+        ({'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), True),
+        ({'power': MASSLESS}, (0.0, 0.2, 0.0, 0.0), True),
+        (HOLE | {'power': FORCE}, (0.0, 0.0, 2.0, 0.0), False),
+        (HOLE | {'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
+        (HOLE | {'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), False),
+        (HOLE | {'power': MASSLESS}, (0.0, 0.2, 0.0, 0.0), False),
+    ],
+)
+def test_machine_of_a_scene(changes, numbers, follows):
+    regulator = compile_machine(scene(**changes))
+    got = (regulator.carried_mass, regulator.pulling_mass, regulator.force, regulator.stiffness)
+    assert got == numbers
+    assert regulator.follows_apparent_vertical is follows
+    assert (regulator.inertia, regulator.gravity, regulator.release_angle) == (4e-4, 9.8, 1.0)
+    assert regulator.cam == (Hole(0.01, 0.08) if 'cam' in changes else Involute(0.01))
+
+
+ROLLING = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        HOLE | {'release_angle': 8.01},
+        HOLE | {'release_angle': -8.01, 'ship': ROLLING},
+        ARC | {'release_angle': 3.2},
+        ARC | {'release_angle': 3.2, 'power': WEIGHT},
+    ],
+)
+def test_release_beyond_the_cam(changes):
+    with pytest.raises(SceneError, match='beyond the cam, whose range is') as caught:
+        compile_machine(scene(**changes))
+    assert caught.value.key == 'trochlea.release_angle'
+    assert caught.value.value == changes['release_angle']
+
+
+def test_release_at_the_edge_and_where_the_sea_decides():
+    compile_machine(scene(**HOLE, release_angle=8.0))
+    # γ = β: roll at the start may bring the cam back into its range
+    compile_machine(scene(**ARC, release_angle=3.2, power=WEIGHT, ship=ROLLING))
+
+
+@pytest.mark.parametrize('name', [name for name in GOLDEN if name.startswith('A19-21-L')])
+def test_pendulum_length_of_a_disc(name):
+    given = {key: float(item['value']) for key, item in GOLDEN[name]['params'].items()}
+    expected = {key: float(value) for key, value in GOLDEN[name]['expected'].items()}
+    g, pull, r = given['g'], given['P'], given['r']
+    inertia = disc_inertia(given['Q'], given['a'], g)
+    length = equivalent_pendulum_length(inertia, pull, r, g)
+    assert length == pytest.approx(expected['L_m'], rel=1e-14)
+    assert half_period(length, g) == pytest.approx(expected['half_period_s'], rel=1e-14)
+    assert lever_rate_for(inertia, pull, length, g) == pytest.approx(r, rel=1e-14)
+    # the machine of that design beats as that pendulum
+    regulator = Machine(inertia, 0.0, 0.0, pull, 0.0, g, Involute(r), False, None, None, 0.1)
+    assert regulator.period(1.0) / 2 == pytest.approx(expected['half_period_s'], rel=1e-14)
+    if r == given['a']:
+        assert base_radius_of_disc(given['Q'], pull, length) == pytest.approx(r, rel=1e-14)
+
+
+def test_base_circle_of_paragraph_20():
+    expected = float(GOLDEN['A20-BC']['expected']['BC_scruple'])
+    assert base_radius_of_disc(100.0, 1.0, 3166.0) == pytest.approx(expected, rel=1e-15)
+
+
+def test_isochronism():
+    regulator = compile_machine(scene(**HOLE, power=SPRING))
+    table = isochronism(regulator, [1.0, 0.1])
+    assert table['nominal_period_s'] == regulator.small_period
+    assert [row['amplitude_rad'] for row in table['rows']] == [1.0, 0.1]
+    assert table['rows'][1]['period_s'] == regulator.period(0.1)
+    # physics E2: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
+    assert table['rows'][0]['rate_s_per_day'] == pytest.approx(404.0, abs=0.5)
+    json.dumps(table)
+    slow = isochronism(regulator, [0.1], nominal_period_s=1.0)
+    assert slow['nominal_period_s'] == 1.0
+    assert slow['rows'][0]['rate_s_per_day'] == rate_s_per_day(regulator.period(0.1), 1.0)
+
+
+def test_rate_is_what_the_dial_gains():
+    # a clock that makes 86401 nominal seconds in a day of 86400
+    assert rate_s_per_day(86400 / 86401, 1.0) == pytest.approx(1.0, rel=1e-10)
+    golden = GOLDEN['A20-weight-inertia-PQ0.1-A1']['expected']
+    rate = rate_s_per_day(float(golden['T_s']), float(golden['T0_s']))
+    assert rate == pytest.approx(-float(golden['loss_s_per_day']), rel=1e-12)
+
+
+@pytest.mark.parametrize('amplitudes', [[], [0.0], [-1.0], [0.5, 8.1], [math.nan]])
+def test_isochronism_refuses(amplitudes):
+    with pytest.raises(UsageError, match='amplitude'):
+        isochronism(compile_machine(scene(**HOLE)), amplitudes)
+    with pytest.raises(UsageError, match='inf'):
+        isochronism(compile_machine(scene()), [math.inf])
+
+
+def test_table_of_these_tests_is_smooth():
+    """The reference above relies on it; a plain adaptive rule agrees on its lift."""
+    lift = quad(lambda s: float(TABLE.lever_arm(s)), 0.0, 1.9, points=[1.0], epsrel=1e-13)[0]
+    assert TABLE.lift(1.9) == pytest.approx(lift, rel=1e-12)
+    jump = np.diff([TABLE.lever_curvature(s) for s in (1.0 - 1e-9, 1.0 + 1e-9)])
+    np.testing.assert_allclose(jump, 0.0, atol=1e-9)
