@@ -1,0 +1,181 @@
+"""The trochlea as a stage: ship motion in, wheel, phase and reading out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from tauto_core.clockwork.reading import dial_ns
+from tauto_core.machines import Machine, compile_machine
+from tauto_core.motion import Motion, make_propagator
+from tauto_core.samples import (
+    JOINT_STATES,
+    PHASE,
+    READING,
+    SHIP_IMU,
+    Batches,
+    ImuSamples,
+    IntArray,
+    JointSamples,
+    Samples,
+    State,
+    TimeSamples,
+    same,
+)
+from tauto_core.scene import Scene, StillShip
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship.buffer import MotionBuffer
+from tauto_core.ship.imu import screen
+
+WHEEL_NAMES = ('wheel',)
+PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
+WHEEL_FRAME = 'clock_case'
+DIAL = 'dial'
+
+MAX_GAP_S = 1.0
+"""Longest time between motion samples that is interpolated [s]."""
+
+
+class TrochleaStage:
+    """The regulator and its dial, driven by the stamps of `ship/imu`.
+
+    Steps begin at samples, wait for the neighbours that interpolation needs (up to four samples)
+    and end at samples and logged instants. Bad samples are counted and left out (`screen`).
+
+    Args:
+        scene: what to simulate; its motion comes through `feed`.
+        anchor: 'scene': the first stamp must be `starts_at`, the run ends with the scene.
+            'first': time starts at the first stamp, whatever it is, and runs on.
+
+    Raises:
+        SceneError: the machine cannot be built.
+    """
+
+    inputs: ClassVar[tuple[str, ...]] = (SHIP_IMU,)
+    outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, READING)
+
+    def __init__(self, scene: Scene, anchor: Literal['scene', 'first'] = 'scene') -> None:
+        self._scene = scene
+        self._anchor = anchor
+        self._still = isinstance(scene.ship, StillShip)
+        self._machine: Machine = compile_machine(scene)
+        self._propagator = make_propagator(self._machine, still=self._still)
+        self._nominal_s = scene.clock.nominal_period or self._machine.small_period
+        self._buffer = MotionBuffer(
+            apparent_vertical=self._machine.follows_apparent_vertical,
+            apparent_gravity=self._machine.pulling_mass > 0.0,
+            still=self._still,
+            step_ns=scene.step_ns,
+            max_gap_s=None if self._still else MAX_GAP_S,
+        )
+        self._origin_ns: int | None = None
+        self._last_stamp: int | None = None
+        self._released = False
+        self._refused: dict[str, int] = {}
+
+    def feed(self, batches: Mapping[str, Samples]) -> Batches:
+        """Take motion samples; return what is known by now.
+
+        Raises:
+            PropagationError: slack thread, edge of the cam, a gap in the motion, a start that
+                is not the scene's.
+        """
+        imu = batches.get(SHIP_IMU)
+        if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
+            return {}
+        imu, refused = screen(imu, self._last_stamp)
+        for name, number in refused.items():
+            self._refused[name] = self._refused.get(name, 0) + number
+        if not len(imu.stamp_ns):
+            return {}
+        if self._origin_ns is None:
+            self._begin(int(imu.stamp_ns[0]))
+        self._last_stamp = int(imu.stamp_ns[-1])
+        self._buffer.add(imu, self._origin_ns or 0)
+        return self._advance(final=False)
+
+    def finish(self) -> Batches:
+        """Use one-sided neighbours for what is left, up to the last sample."""
+        return self._advance(final=True)
+
+    def _begin(self, first_ns: int) -> None:
+        starts_at = self._scene.starts_at_ns
+        if self._anchor == 'scene' and first_ns != starts_at:
+            raise PropagationError(
+                f'the first motion sample is stamped {first_ns} ns, the scene starts at '
+                f'{starts_at} ns. Send the motion from its start, or anchor at the first stamp',
+                (first_ns - starts_at) * 1e-9,
+            )
+        self._origin_ns = first_ns
+
+    def _end_ns(self) -> int | None:
+        return self._scene.duration_ns if self._anchor == 'scene' else None
+
+    def _advance(self, *, final: bool) -> Batches:
+        interval = self._scene.log_interval_ns
+        forcing = self._buffer.forcing(interval, self._end_ns(), final=final)
+        if forcing is None:
+            return {}
+        parts: list[tuple[IntArray, Motion]] = []
+        if not self._released:
+            self._released = True
+            parts.append((np.zeros(1, np.int64), self._propagator.release(forcing)))
+        parts.append((forcing.end_ns[forcing.logged], self._propagator.advance(forcing)))
+        times = np.concatenate([times for times, _ in parts])
+        motions = [motion for _, motion in parts]
+        return self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
+
+    def _messages(self, stamps: IntArray, motions: list[Motion]) -> Batches:
+        def column(name: str) -> np.ndarray:
+            return np.concatenate([getattr(motion, name) for motion in motions])
+
+        half_turns, fraction = column('half_turns'), column('fraction')
+        phase_rate = column('phase_rate')
+        zero = np.zeros(len(stamps))
+        phase = np.stack(
+            [np.pi * (half_turns + fraction), half_turns, fraction, column('beats')], axis=1
+        )
+        speeds = np.stack([phase_rate, zero, phase_rate / np.pi, zero], axis=1)
+        reading = dial_ns(half_turns, fraction, self._nominal_s)
+        return {
+            JOINT_STATES: JointSamples(
+                stamps,
+                WHEEL_FRAME,
+                WHEEL_NAMES,
+                column('angle')[:, None],
+                column('rate')[:, None],
+                column('torque')[:, None],
+            ),
+            PHASE: JointSamples(
+                stamps, WHEEL_FRAME, PHASE_NAMES, phase, speeds, np.empty((len(stamps), 0))
+            ),
+            READING: TimeSamples(
+                stamps, WHEEL_FRAME, (self._origin_ns or 0) + reading, same(DIAL, len(stamps))
+            ),
+        }
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        return {
+            'origin_ns': self._origin_ns,
+            'last_stamp': self._last_stamp,
+            'released': self._released,
+            'refused': dict(self._refused),
+            'buffer': self._buffer.state(),
+            'propagator': self._propagator.state(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._origin_ns = state['origin_ns']
+        self._last_stamp = state['last_stamp']
+        self._released = state['released']
+        self._refused = dict(state['refused'])
+        self._buffer.restore(state['buffer'])
+        self._propagator.restore(state['propagator'])
+
+    def health(self) -> dict[str, int]:
+        """Return how many samples were refused, by reason, and how many gaps were bridged."""
+        return {**self._refused, 'bridged_gaps': self._buffer.bridged}

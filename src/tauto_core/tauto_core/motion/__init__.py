@@ -1,0 +1,54 @@
+"""Propagators: how the regulator moves under the ship's motion.
+
+Nobody outside this package knows which one runs: `make_propagator` chooses once, from the
+machine and whether the platform lies still.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from tauto_core.machines import Machine
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.samples import State
+
+__all__ = ['Forcing', 'Motion', 'Propagator', 'make_propagator', 'propagator_name']
+
+
+class Propagator(Protocol):
+    """Moves the regulator over spans of forcing; chunk-invariant and resumable."""
+
+    name: str
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Start at rest in the case at the beginning of the first span; return that instant."""
+        ...
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at the logged ends."""
+        ...
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        ...
+
+
+def propagator_name(machine: Machine, *, still: bool) -> str:
+    """Return the name of the cheapest propagator that is exact for the machine."""
+    steady = still and machine.drag is None and machine.escapement is None
+    return 'harmonic' if steady and machine.is_harmonic else 'collocation'
+
+
+def make_propagator(machine: Machine, *, still: bool) -> Propagator:
+    """Return the propagator for a machine on a platform that lies still or moves."""
+    if propagator_name(machine, still=still) == 'harmonic':
+        from tauto_core.motion.harmonic import Harmonic
+
+        return Harmonic(machine)
+    from tauto_core.motion.collocation import Collocation
+
+    return Collocation(machine)

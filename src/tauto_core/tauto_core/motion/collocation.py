@@ -1,0 +1,200 @@
+"""The general propagator: Gauss collocation of order 16 between events.
+
+Steps are binary fractions of a span; a step is halved when the error indicator (kernels) exceeds
+the tolerance or the iteration does not converge, and events – turning points where drag or an
+escapement need them, the kink of a cam, impulses, the cam's edge, a slack thread – are stepped
+to, never over.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tauto_core.machines import Machine
+from tauto_core.motion import kernels
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.scene.errors import PropagationError
+
+NAME = 'collocation'
+
+TOLERANCE = 1e-10
+"""Error indicator allowed a step where the well is analytic.
+
+The indicator is the relative error of the stage polynomial, of order 8; that of the step goes
+with the square of it, which leaves 1e-12 with a wide margin.
+"""
+
+SPLINE_TOLERANCE = 1e-13
+"""The same where the lever arm is a spline, whose joints break the square law."""
+
+
+def _or_none(value: float, unit: float) -> float | None:
+    return value / unit if value else None
+
+
+class Collocation:
+    """Propagator of any machine with one degree of freedom."""
+
+    name = NAME
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._omega = machine.frequency
+        self._lever = machine.cam.lever
+        spline = machine.cam.linear_rate is None and not machine.cam.kinked
+        self._tolerance = SPLINE_TOLERANCE if spline else TOLERANCE
+        self._floats = np.zeros(kernels.FLOATS)
+        self._ints = np.zeros(kernels.INTS, np.int64)
+        self._start_angle = 0.0
+
+    def _terms(self, moving_gravity: bool) -> tuple[object, ...]:
+        """Return the machine's numbers per inertia, absent ones as None."""
+        machine = self._machine
+        inertia = machine.inertia
+        force, weight = machine.force, machine.pulling_mass
+        if not moving_gravity:
+            force, weight = force + weight * machine.gravity, 0.0
+        drag, escapement = machine.drag, machine.escapement
+        return (
+            _or_none(machine.carried_mass, inertia),
+            _or_none(force, inertia),
+            _or_none(machine.stiffness, inertia),
+            _or_none(weight, inertia),
+            _or_none(drag.viscous, inertia) if drag else None,
+            _or_none(drag.quadratic, inertia) if drag else None,
+            _or_none(drag.coulomb, inertia) if drag else None,
+            (2.0 * escapement.energy / inertia, escapement.angle) if escapement else None,
+        )
+
+    def _limits(self) -> tuple[float, float]:
+        escapement = self._machine.escapement
+        return (escapement.angle if escapement else math.inf, self._machine.cam.range_rad)
+
+    @staticmethod
+    def _outside(forcing: Forcing) -> tuple[object, ...]:
+        return forcing.length_s, forcing.neutral, forcing.case, forcing.gravity
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the wheel at rest in the case at the beginning of the first span.
+
+        Raises:
+            PropagationError: the roll at the start puts the cam angle beyond the cam.
+        """
+        row = np.empty((1, kernels.ROW))
+        kernels.release(
+            self._machine.release_angle,
+            self._limits(),
+            self._terms(forcing.gravity is not None),
+            self._lever,
+            self._outside(forcing),
+            float(forcing.begin[0]),
+            self._floats,
+            self._ints,
+            row[0],
+        )
+        felt = float(row[0, 2])
+        if not abs(felt) <= self._machine.cam.range_rad:
+            raise PropagationError(
+                f'the release angle {self._machine.release_angle:.6g} rad and the roll at the '
+                f"start put the cam angle at {felt:.6g} rad, beyond the cam's range of "
+                f'±{self._machine.cam.range_rad:.6g} rad. Release at a smaller angle',
+                0.0,
+            )
+        self._start_angle = 0.0
+        self._start_angle = float(self._principal(row)[0])
+        return self._motion(row)
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at their logged ends.
+
+        Raises:
+            PropagationError: slack thread, edge of the cam, or no convergence.
+        """
+        rows = np.empty((int(np.count_nonzero(forcing.logged)), kernels.ROW))
+        code, span, x = kernels.advance(
+            self._tolerance,
+            self._omega,
+            self._limits(),
+            self._terms(forcing.gravity is not None),
+            self._lever,
+            self._outside(forcing),
+            (forcing.begin, forcing.end, forcing.logged),
+            self._floats,
+            self._ints,
+            rows,
+        )
+        if code != kernels.OK:
+            left = (forcing.end[span] - x) * forcing.length_s[span]
+            raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
+        return self._motion(rows)
+
+    def _failure(self, code: int, time_s: float) -> PropagationError:
+        if code == kernels.EDGE:
+            return PropagationError(
+                f'the cam angle reached the edge of the cam at ±{self._machine.cam.range_rad:.6g} '
+                'rad. Use a cam with a longer range, a smaller release angle, a weaker escapement '
+                'or a calmer sea',
+                time_s,
+            )
+        if code == kernels.SLACK:
+            return PropagationError(
+                'the thread went slack (its tension fell to 0 N, and a thread cannot push). Use a '
+                'lighter weight, a smaller release angle, a stronger pull or a calmer sea',
+                time_s,
+            )
+        return PropagationError(
+            f'no convergence to the tolerance {self._tolerance:g} with steps of 2^-'
+            f'{kernels.MAX_LEVEL} of a sample interval (cam angle '
+            f'{self._floats[kernels.PSI]:.6g} rad). Raise ship.rate, or check drag and cam',
+            time_s,
+        )
+
+    def _principal(self, rows: FloatArray) -> FloatArray:
+        """Return the angle of (s, −ṡ/ω) in (−π, π]."""
+        arc = self._machine.arc(rows[:, 2])
+        speed = np.sqrt(self._machine.mass(rows[:, 2])) * rows[:, 3]
+        return np.arctan2(0.0 - speed / self._omega, arc)
+
+    def _motion(self, rows: FloatArray) -> Motion:
+        half = (self._principal(rows) - self._start_angle) / math.pi
+        whole = np.floor(half)
+        turns: IntArray = rows[:, 6].astype(np.int64)
+        return Motion(
+            angle=rows[:, 0],
+            rate=rows[:, 1],
+            torque=self._machine.inertia * rows[:, 5],
+            half_turns=2 * turns + whole.astype(np.int64),
+            fraction=half - whole,
+            phase_rate=self._phase_rate(rows),
+            beats=rows[:, 7].astype(np.int64),
+        )
+
+    def _phase_rate(self, rows: FloatArray) -> FloatArray:
+        """Return φ̇ = ω (ṡ² − s s̈)/(ω² s² + ṡ²); 0 at the well's bottom at rest."""
+        machine, omega = self._machine, self._omega
+        angle, rate, acceleration = rows[:, 2], rows[:, 3], rows[:, 4]
+        root = np.sqrt(machine.mass(angle))
+        lever = machine.cam.lever_arm(angle)
+        arc, speed = machine.arc(angle), root * rate
+        bend = machine.carried_mass * lever * machine.cam.lever_rate(angle) / root
+        speed_rate = root * acceleration + bend * rate * rate
+        size = omega * omega * arc * arc + speed * speed
+        turning = omega * (speed * speed - arc * speed_rate)
+        return np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0)
+
+    def state(self) -> State:
+        """Return the state vector, the discrete state and the phase at the start."""
+        return {
+            'floats': self._floats.copy(),
+            'ints': self._ints.copy(),
+            'start_angle': self._start_angle,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._floats = np.array(state['floats'])
+        self._ints = np.array(state['ints'])
+        self._start_angle = float(state['start_angle'])

@@ -1,0 +1,62 @@
+"""What moves the machine from outside, as polynomials over short pieces of time.
+
+A piece is the time between two joints (motion samples); x runs from 0 to 1 over its `length_s`.
+A span is the part of a piece, from `begin` to `end`, that a propagator covers at one go; spans
+follow each other without gaps and end where a sample must be logged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.samples import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """n consecutive spans and the polynomials that hold over them.
+
+    Attributes:
+        length_s: length of the piece each span belongs to [s], (n,).
+        begin: where in the piece the span begins, 0 ≤ begin < end ≤ 1, (n,).
+        end: where in the piece the span ends, (n,).
+        end_ns: time of the span's end from the start of the run [ns], (n,).
+        logged: whether the state at the span's end is wanted, (n,).
+        neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m), or None
+            where the platform lies still.
+        case: the same of the case's tilt α_c [rad]; None where it is the neutral line itself.
+        gravity: the same of the apparent gravity [m/s2]; None where the pull does not feel it.
+    """
+
+    length_s: FloatArray
+    begin: FloatArray
+    end: FloatArray
+    end_ns: IntArray
+    logged: NDArray[np.bool_]
+    neutral: FloatArray | None = None
+    case: FloatArray | None = None
+    gravity: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The regulator's motion at logged instants; every array is (n,).
+
+    `half_turns` + `fraction` is the oscillator phase in half turns, less its value at the start.
+    """
+
+    angle: FloatArray
+    """θ, the wheel in its case [rad]."""
+    rate: FloatArray
+    """θ̇ [rad/s]."""
+    torque: FloatArray
+    """What the thread exerts on the wheel [N m]."""
+    half_turns: IntArray
+    fraction: FloatArray
+    phase_rate: FloatArray
+    """φ̇ [rad/s]."""
+    beats: IntArray
+    """Passages of θ through zero since the start."""

@@ -1,0 +1,20 @@
+"""The ship: sea, roll, recorded motion, what an IMU at the clock reads, observations of time."""
+
+from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
+from tauto_core.ship.observations import Observations, schedule
+from tauto_core.ship.source import LOOKAHEAD, ShipMotion
+from tauto_core.ship.waves import Harmonics
+
+__all__ = [
+    'FRAME_ID',
+    'LOOKAHEAD',
+    'REFUSALS',
+    'Attitude',
+    'Harmonics',
+    'Observations',
+    'ShipMotion',
+    'attitude',
+    'imu_samples',
+    'schedule',
+    'screen',
+]

@@ -1,0 +1,239 @@
+"""The ship's motion as an inertial sensor beside the clock reads it, and back.
+
+Axes REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is right-handed
+about x: starboard down is positive. Equations: physics.md E1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, take
+
+FRAME_ID = 'clock_mount'
+
+# Simulated motion is exact, but an all-zero covariance would say "unknown" (sensor_msgs/Imu).
+ORIENTATION_VARIANCE = 1e-12  # rad2
+ANGULAR_VELOCITY_VARIANCE = 1e-12  # rad2/s2
+SPECIFIC_FORCE_VARIANCE = 1e-10  # m2/s4
+
+NORM_TOLERANCE = 1e-3
+SMALLEST_NORM = 1e-6
+SMALLEST_COS_PITCH = 1e-6
+
+REFUSALS = (
+    'orientation_absent',
+    'angular_velocity_absent',
+    'linear_acceleration_absent',
+    'not_finite',
+    'zero_quaternion',
+    'not_unit_quaternion',
+    'roll_undefined',
+    'duplicated',
+    'out_of_order',
+)
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """What the clock feels of the ship, arrays of shape (n,).
+
+    Attributes:
+        roll: rho [rad], in (-pi, pi].
+        roll_rate: d rho/dt [rad/s].
+        force_y: specific force along the sensor's y (port) [m/s2].
+        force_z: specific force along the sensor's z (up, +g at rest) [m/s2].
+    """
+
+    roll: FloatArray
+    roll_rate: FloatArray
+    force_y: FloatArray
+    force_z: FloatArray
+
+
+def imu_from_roll(
+    stamp_ns: IntArray,
+    roll: FloatArray,
+    roll_rate: FloatArray,
+    force_y: FloatArray,
+    force_z: FloatArray,
+) -> ImuSamples:
+    """Return IMU samples of a ship that only rolls.
+
+    Orientation (sin rho/2, 0, 0, cos rho/2), angular velocity (rho', 0, 0). The covariances are
+    diagonal, with the variances of this module.
+
+    Args:
+        stamp_ns: true time of each sample [ns], shape (n,).
+        roll: rho [rad], shape (n,).
+        roll_rate: rho' [rad/s], shape (n,).
+        force_y: specific force along the ship's y [m/s2], shape (n,).
+        force_z: specific force along the ship's z [m/s2], shape (n,).
+    """
+    n = len(stamp_ns)
+    half = 0.5 * np.ascontiguousarray(roll)
+    orientation = np.zeros((n, 4))
+    orientation[:, 0] = np.sin(half)
+    orientation[:, 3] = np.cos(half)
+    angular_velocity = np.zeros((n, 3))
+    angular_velocity[:, 0] = roll_rate
+    force = np.zeros((n, 3))
+    force[:, 1] = force_y
+    force[:, 2] = force_z
+    return ImuSamples(
+        stamp_ns,
+        FRAME_ID,
+        orientation,
+        _diagonal(n, ORIENTATION_VARIANCE),
+        angular_velocity,
+        _diagonal(n, ANGULAR_VELOCITY_VARIANCE),
+        force,
+        _diagonal(n, SPECIFIC_FORCE_VARIANCE),
+    )
+
+
+def imu_samples(
+    stamp_ns: IntArray,
+    roll: FloatArray,
+    roll_rate: FloatArray,
+    roll_acceleration: FloatArray,
+    heave_acceleration: FloatArray | None,
+    height: float,
+    gravity: float,
+) -> ImuSamples:
+    """Return what an IMU beside the clock reads (physics.md E1).
+
+    The acceleration of the clock, y'' = -z0 (rho'' cos rho - rho'^2 sin rho) and
+    z'' = z_s'' - z0 (rho'' sin rho + rho'^2 cos rho), turned with gravity by -rho, leaves
+
+        f'_y = (g + z_s'') sin rho - z0 rho'',    f'_z = (g + z_s'') cos rho - z0 rho'^2.
+
+    Args:
+        stamp_ns: true time of each sample [ns], shape (n,).
+        roll: rho [rad], shape (n,).
+        roll_rate: rho' [rad/s], shape (n,).
+        roll_acceleration: rho'' [rad/s2], shape (n,).
+        heave_acceleration: z_s'' of the roll axis [m/s2], shape (n,); None: no heave.
+        height: z0 of the clock above the roll axis [m].
+        gravity: g [m/s2].
+    """
+    roll = np.ascontiguousarray(roll)
+    weight = gravity if heave_acceleration is None else gravity + heave_acceleration
+    force_y = weight * np.sin(roll)
+    force_z = weight * np.cos(roll)
+    if height != 0.0:
+        force_y = force_y - height * roll_acceleration
+        force_z = force_z - height * (roll_rate * roll_rate)
+    return imu_from_roll(stamp_ns, roll, roll_rate, force_y, force_z)
+
+
+def attitude(imu: ImuSamples) -> Attitude:
+    """Return roll, roll rate and specific force from any IMU samples (physics.md E1).
+
+    The roll is that of the yaw-pitch-roll sequence,
+
+        rho = atan2(2 (w x + y z), w^2 - x^2 - y^2 + z^2),
+        rho' = omega_x + (omega_y sin rho + omega_z cos rho) tan(pitch).
+
+    Both are homogeneous in the quaternion, so that its norm does not matter. What pitch adds to
+    the force along z stays there. Each sample is computed by itself: any split of the batch
+    gives the same bits.
+
+    Args:
+        imu: samples that `screen` has passed.
+    """
+    x, y, z, w = (np.ascontiguousarray(imu.orientation[:, i]) for i in range(4))
+    sine = 2.0 * (w * x + y * z)
+    cosine = (w * w - x * x) + (z * z - y * y)
+    roll = np.arctan2(sine, cosine)
+    tan_pitch = 2.0 * (w * y - z * x) / np.sqrt(sine * sine + cosine * cosine)
+    omega_x, omega_y, omega_z = (
+        np.ascontiguousarray(imu.angular_velocity[:, i]) for i in range(3)
+    )
+    across = omega_y * np.sin(roll) + omega_z * np.cos(roll)
+    return Attitude(
+        # atan2 gives -pi for a sine of -0.0
+        np.where(roll == -np.pi, np.pi, roll),
+        omega_x + across * tan_pitch,
+        np.ascontiguousarray(imu.linear_acceleration[:, 1]),
+        np.ascontiguousarray(imu.linear_acceleration[:, 2]),
+    )
+
+
+def screen(imu: ImuSamples, last_stamp_ns: int | None) -> tuple[ImuSamples, dict[str, int]]:
+    """Return the samples that may be integrated, and how many were refused for what.
+
+    Each refused sample counts once, under the first of `REFUSALS` that applies:
+    `orientation_absent`, `angular_velocity_absent`, `linear_acceleration_absent` (first element
+    of the covariance -1; all zero means unknown and is accepted), `not_finite` (in orientation,
+    angular velocity or linear acceleration), `zero_quaternion` (norm below 1e-6),
+    `not_unit_quaternion` (norm off 1 by more than 1e-3; less does not matter to `attitude`),
+    `roll_undefined` (pitch at 90 degrees), `duplicated` (stamp of the last sample kept),
+    `out_of_order` (an earlier one).
+
+    Args:
+        imu: samples as they came.
+        last_stamp_ns: stamp of the last sample kept before these; None: none was.
+
+    Returns:
+        The samples kept, stamps strictly increasing, and the counts by name (all names, always).
+        The split into batches does not matter if `last_stamp_ns` is carried along.
+    """
+    reasons = refusal_reasons(imu, last_stamp_ns)
+    totals = np.bincount(reasons, minlength=1 + len(REFUSALS))
+    counts = {name: int(total) for name, total in zip(REFUSALS, totals[1:], strict=True)}
+    return (imu if totals[0] == len(reasons) else take(imu, reasons == 0)), counts
+
+
+def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
+    """Return for each sample 0 if `screen` keeps it, else 1 + index of the reason in `REFUSALS`.
+
+    Args:
+        imu: samples as they came.
+        last_stamp_ns: stamp of the last sample kept before these; None: none was.
+    """
+    reasons = np.zeros(len(imu.stamp_ns), np.int64)
+    for number, wrong in enumerate(_content_problems(imu), start=1):
+        reasons[(reasons == 0) & wrong] = number
+    good = np.flatnonzero(reasons == 0)
+    if good.size:
+        stamps = imu.stamp_ns[good]
+        first = stamps[0] - 1 if last_stamp_ns is None else last_stamp_ns
+        latest = np.maximum.accumulate(np.concatenate(([first], stamps[:-1])))
+        reasons[good[stamps == latest]] = 1 + REFUSALS.index('duplicated')
+        reasons[good[stamps < latest]] = 1 + REFUSALS.index('out_of_order')
+    return reasons
+
+
+def _content_problems(imu: ImuSamples) -> list[NDArray[np.bool_]]:
+    """Return a mask for each of `REFUSALS` up to `roll_undefined`, in their order."""
+    covariances = (
+        imu.orientation_covariance,
+        imu.angular_velocity_covariance,
+        imu.linear_acceleration_covariance,
+    )
+    vectors = (imu.orientation, imu.angular_velocity, imu.linear_acceleration)
+    finite = np.logical_and.reduce([np.isfinite(vector).all(axis=1) for vector in vectors])
+    # refused rows are replaced, so that what follows raises no floating-point warnings
+    unit = np.array([0.0, 0.0, 0.0, 1.0])
+    orientation = np.where(finite[:, None], imu.orientation, unit)
+    with np.errstate(over='ignore'):
+        norm = np.hypot(np.hypot(*orientation[:, :2].T), np.hypot(*orientation[:, 2:].T))
+    not_unit = np.abs(norm - 1.0) > NORM_TOLERANCE
+    x, y, z, w = np.where(not_unit[:, None], unit, orientation).T
+    cos_pitch = np.hypot(2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y))
+    return [
+        *(covariance[:, 0] == -1.0 for covariance in covariances),
+        ~finite,
+        norm < SMALLEST_NORM,
+        not_unit,
+        cos_pitch < SMALLEST_COS_PITCH,
+    ]
+
+
+def _diagonal(n: int, variance: float) -> FloatArray:
+    """Return n read-only row-major 3 by 3 diagonal matrices, shape (n, 9)."""
+    return np.broadcast_to(variance * np.eye(3).ravel(), (n, 9))

@@ -1,0 +1,223 @@
+"""Measured motion: read, checked, and resampled within a pass-band.
+
+The record's times are mapped to a uniform grid of its median step by a cubic spline; the record
+is continued evenly (mirrored) at both ends and taken apart by a DCT-I; of its harmonics, with
+frequencies n/(2 length), those with low <= f <= high are kept whole and the others dropped. What
+is left is a sum of cosines, so its derivatives are exact; mirroring makes its rate zero at both
+ends of the record, which is felt for about 1/high.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tauto_core.samples import NS_PER_S, FloatArray
+from tauto_core.scene import Scene, data_path
+from tauto_core.scene.errors import MotionDataError
+from tauto_core.scene.models import Recorded
+from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
+from tauto_core.ship.imu_bag import read_imu
+from tauto_core.ship.motion_csv import read_columns
+from tauto_core.ship.waves import Harmonics
+
+FEWEST_SAMPLES = 4
+
+
+@dataclass(frozen=True)
+class Record:
+    """A measured motion as read; arrays of shape (n,).
+
+    Attributes:
+        name: of the file, for messages.
+        time_s: from the first sample [s], strictly increasing.
+        where: for each sample, its line or message number, for messages.
+        channels: `roll` [rad]; `heave` [m] or `force_y`, `force_z` [m/s2] where measured.
+        warnings: what was odd about the file.
+    """
+
+    name: str
+    time_s: FloatArray
+    where: list[str]
+    channels: dict[str, FloatArray]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RecordedMotion:
+    """Measured motion within the pass-band; t = 0 at the record's first sample.
+
+    Attributes:
+        roll: [rad], starboard down positive.
+        heave: upwards [m]; None where not measured.
+        force_y: measured specific force along the ship's y [m/s2]; None for a CSV.
+        force_z: likewise along z.
+        length_s: of the record.
+        gaps: number of gaps bridged by interpolation.
+        warnings: what was odd about the file.
+    """
+
+    roll: Harmonics
+    heave: Harmonics | None
+    force_y: Harmonics | None
+    force_z: Harmonics | None
+    length_s: float
+    gaps: int
+    warnings: tuple[str, ...]
+
+
+def recorded_motion(scene: Scene, recorded: Recorded) -> RecordedMotion:
+    """Read a measured motion and resample it within its pass-band.
+
+    Of a CSV the means are dropped unless the pass-band reaches down to 0 Hz. Of a bag the means
+    of roll and specific force are kept, so that the apparent vertical stays where it was
+    measured; its specific force is used as it is, and neither `ship.height` nor gravity added.
+
+    Raises:
+        MotionDataError: the file cannot be read or used, or is shorter than the scene.
+    """
+    record = read_bag_record(recorded) if recorded.topic is not None else read_csv_record(recorded)
+    gaps = _check_times(record, recorded)
+    length = float(record.time_s[-1])
+    if scene.duration_ns > round(length * NS_PER_S):
+        raise MotionDataError(
+            f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
+            f'{length:.6g} s. Set duration to at most {length:.6g}.'
+        )
+    keep_mean = recorded.topic is not None or recorded.passband[0] == 0.0
+    harmonics = {
+        name: band_limited(record.time_s, values, recorded.passband, keep_mean=keep_mean)
+        for name, values in record.channels.items()
+    }
+    return RecordedMotion(
+        harmonics['roll'],
+        harmonics.get('heave'),
+        harmonics.get('force_y'),
+        harmonics.get('force_z'),
+        length,
+        gaps,
+        record.warnings,
+    )
+
+
+def band_limited(
+    time_s: FloatArray, values: FloatArray, passband: tuple[float, float], *, keep_mean: bool
+) -> Harmonics:
+    """Return the part of a record within a pass-band, as described at the top of this module.
+
+    Args:
+        time_s: from 0 [s], strictly increasing, shape (n,), n >= 4.
+        values: shape (n,).
+        passband: lowest and highest frequency kept [Hz], the highest below half the sampling rate.
+        keep_mean: whether the mean over the record is kept.
+    """
+    from scipy.fft import dct  # slow to import
+    from scipy.interpolate import CubicSpline
+
+    length = float(time_s[-1])
+    steps = round(length / float(np.median(np.diff(time_s))))
+    uniform = CubicSpline(time_s, values)(length / steps * np.arange(steps + 1))
+    coefficients = dct(uniform, type=1) / steps
+    n = np.arange(1, steps)
+    frequency = n / (2.0 * length)
+    inside = n[(passband[0] <= frequency) & (frequency <= passband[1])]
+    return Harmonics(
+        np.asarray(coefficients[inside], np.float64),
+        2.0 * length / inside,
+        np.zeros(len(inside)),
+        0.5 * float(coefficients[0]) if keep_mean else 0.0,
+    )
+
+
+def read_csv_record(recorded: Recorded) -> Record:
+    """Read time, roll and, where named, heave from a CSV; units from the columns' suffixes."""
+    columns = {'time': recorded.time_column, 'roll': recorded.roll_column}
+    if recorded.heave_column is not None:
+        columns['heave'] = recorded.heave_column
+    wanted = {quantity: column or '' for quantity, column in columns.items()}
+    lines, values = read_columns(data_path(recorded.path), recorded.path, wanted)
+    time = values.pop('time')
+    channels = {name: recorded.scale * value for name, value in values.items()}
+    return Record(recorded.path, time - time[:1], [f'line {line}' for line in lines], channels, ())
+
+
+def read_bag_record(recorded: Recorded) -> Record:
+    """Read roll and specific force from the Imu messages of an MCAP file or rosbag2 folder."""
+    imu, warnings = read_imu(data_path(recorded.path), recorded.path, recorded.topic or '')
+    reasons = refusal_reasons(imu, None)
+    wrong = np.flatnonzero(reasons)
+    if wrong.size:
+        at = int(wrong[0])
+        raise MotionDataError(
+            f'{recorded.path}: Imu message {at + 1} on {recorded.topic} (stamp '
+            f'{int(imu.stamp_ns[at])} ns, orientation {imu.orientation[at].tolist()}) is refused: '
+            f'{REFUSALS[reasons[at] - 1]}; {wrong.size} of {len(reasons)} messages are. '
+            'Every message needs a later stamp than the one before, finite vectors, a unit '
+            'quaternion and no covariance that starts with -1.'
+        )
+    felt = attitude(imu)
+    channels = {
+        'roll': np.unwrap(felt.roll),
+        'force_y': felt.force_y,
+        'force_z': felt.force_z,
+    }
+    time_s = (imu.stamp_ns - imu.stamp_ns[0]) / NS_PER_S
+    where = [f'message {i}' for i in range(1, len(time_s) + 1)]
+    return Record(recorded.path, time_s, where, channels, warnings)
+
+
+def recorded_metadata(recorded: Recorded, motion: RecordedMotion) -> dict[str, Any]:
+    """Return what was made of a record, for reports."""
+    return {
+        'path': recorded.path,
+        'passband_hz': list(recorded.passband),
+        'components': len(motion.roll.amplitude),
+        'record_s': motion.length_s,
+        'gaps_interpolated': motion.gaps,
+        'scale': recorded.scale,
+    }
+
+
+def _check_times(record: Record, recorded: Recorded) -> int:
+    """Refuse times and lengths that cannot be resampled; return the number of gaps bridged."""
+    name, time_s = record.name, record.time_s
+    if len(time_s) < FEWEST_SAMPLES:
+        raise MotionDataError(
+            f'{name}: holds {len(time_s)} samples; at least {FEWEST_SAMPLES} are needed. '
+            'Give a longer record.'
+        )
+    step = np.diff(time_s)
+    backward = np.flatnonzero(step <= 0.0)
+    if backward.size:
+        at = int(backward[0]) + 1
+        what = 'repeats' if step[at - 1] == 0.0 else 'goes back from'
+        raise MotionDataError(
+            f'{name}, {record.where[at]}: time {time_s[at]:.9g} s after the first sample {what} '
+            f'the time before, {time_s[at - 1]:.9g} s; times must increase. '
+            'Sort the record and drop what is double.'
+        )
+    wide = np.flatnonzero(step > recorded.max_gap)
+    if wide.size:
+        at = int(wide[0]) + 1
+        raise MotionDataError(
+            f'{name}, {record.where[at]}: gap of {step[at - 1]:.9g} s before it, longer than '
+            f'max_gap = {recorded.max_gap!r} s. Cut the record there, or raise max_gap.'
+        )
+    median = float(np.median(step))
+    low, high = recorded.passband
+    if high >= 0.5 / median:
+        raise MotionDataError(
+            f'{name}: sampled every {median:.6g} s, it holds nothing above {0.5 / median:.6g} Hz, '
+            f'but passband reaches {high!r} Hz. Lower its upper edge.'
+        )
+    length = float(time_s[-1])
+    needed = max(1.0 / (high - low), 1.0 / low if low else 0.0)
+    if length < needed:
+        raise MotionDataError(
+            f'{name}: lasts {length:.6g} s; the passband {[low, high]} Hz needs at least '
+            f'{needed:.6g} s, one period of its lower edge and of its width. '
+            'Give a longer record, or another passband.'
+        )
+    return int(np.count_nonzero(step > 1.5 * median))

@@ -1,0 +1,146 @@
+"""The ship as a source of IMU samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from tauto_core.samples import ImuSamples, IntArray, State
+from tauto_core.scene import Component, ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
+from tauto_core.ship.imu import imu_from_roll, imu_samples
+from tauto_core.ship.recorded import recorded_metadata, recorded_motion
+from tauto_core.ship.sea import sea_metadata, sea_motion
+from tauto_core.ship.waves import Harmonics, SampledHarmonics
+
+LOOKAHEAD = 4
+
+
+@dataclass(frozen=True)
+class _Channels:
+    """What moves, as harmonics; None: not simulated. The force is given where it was measured."""
+
+    roll: Harmonics | None = None
+    heave: Harmonics | None = None
+    force_y: Harmonics | None = None
+    force_z: Harmonics | None = None
+    metadata: dict[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+class ShipMotion:
+    """IMU samples k = 0 ... scene.samples - 1, and `LOOKAHEAD` more from a ship that moves.
+
+    Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
+    still sends one constant sample per log interval.
+
+    Attributes:
+        total: number of samples in all.
+        metadata: what the motion was made from: kind, and spectrum, pass-band, seed ... where
+            they apply.
+        warnings: what was odd about measured motion.
+
+    Raises:
+        MotionDataError: measured motion that cannot be used.
+        SceneError: a sea whose waves are too short for `ship.rate`.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._next = 0
+        channels = _channels(scene)
+        still = channels.roll is None
+        self.total = scene.samples + (0 if still else LOOKAHEAD)
+        self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
+        self.warnings = channels.warnings
+        measured = channels.force_y is not None
+        self._roll = _sampled(channels.roll, scene, (0, 1) if measured else (0, 1, 2))
+        self._heave = _sampled(channels.heave, scene, (2,))
+        self._force_y = _sampled(channels.force_y, scene, (0,))
+        self._force_z = _sampled(channels.force_z, scene, (0,))
+
+    def produce(self, count: int) -> ImuSamples:
+        """Return the next samples, at most `count`; an empty batch at the end.
+
+        Args:
+            count: >= 0.
+        """
+        first = self._next
+        last = min(first + count, self.total)
+        self._next = last
+        return self._samples(first, last)
+
+    def roll_at_start(self) -> float:
+        """Return the roll of the first sample [rad]."""
+        if self._roll is None:
+            return 0.0
+        return float(self._roll.between(0, 1)[0][0])
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        return {'next': self._next}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._next = int(state['next'])
+
+    def _samples(self, first: int, last: int) -> ImuSamples:
+        scene = self._scene
+        step = scene.step_ns
+        stamps: IntArray = scene.starts_at_ns + step * np.arange(first, last, dtype=np.int64)
+        if self._roll is None or first == last:
+            zero = np.zeros(last - first)
+            return imu_from_roll(stamps, zero, zero, zero, zero + scene.gravity)
+        roll = self._roll.between(first, last)
+        if self._force_y is not None and self._force_z is not None:
+            force_y, force_z = (f.between(first, last)[0] for f in (self._force_y, self._force_z))
+            return imu_from_roll(stamps, roll[0], roll[1], force_y, force_z)
+        heave = None if self._heave is None else self._heave.between(first, last)[0]
+        value, rate, acceleration = roll
+        return imu_samples(
+            stamps, value, rate, acceleration, heave, scene.ship.height, scene.gravity
+        )
+
+
+def _channels(scene: Scene) -> _Channels:
+    """Return the motion of a scene's ship."""
+    ship = scene.ship
+    if isinstance(ship, StillShip):
+        return _Channels()
+    if isinstance(ship, ComponentsShip):
+        heave = None if ship.heave is None else _harmonics(ship.heave)
+        metadata = {'components': len(ship.components), 'heave': ship.heave is not None}
+        return _Channels(_harmonics(ship.components), heave, metadata=metadata)
+    if isinstance(ship, SeaShip):
+        sea = sea_motion(scene, ship)
+        elevation = sea.elevation if ship.heave else None
+        return _Channels(sea.roll, elevation, metadata=sea_metadata(scene, ship))
+    return _recorded(scene, ship)
+
+
+def _recorded(scene: Scene, ship: RecordedShip) -> _Channels:
+    """Return a measured motion."""
+    motion = recorded_motion(scene, ship.recorded)
+    return _Channels(
+        motion.roll,
+        motion.heave,
+        motion.force_y,
+        motion.force_z,
+        recorded_metadata(ship.recorded, motion),
+        motion.warnings,
+    )
+
+
+def _harmonics(components: tuple[Component, ...]) -> Harmonics:
+    return Harmonics(
+        np.array([c.amplitude for c in components]),
+        np.array([c.period for c in components]),
+        np.array([c.phase for c in components]),
+    )
+
+
+def _sampled(
+    harmonics: Harmonics | None, scene: Scene, orders: tuple[int, ...]
+) -> SampledHarmonics | None:
+    return None if harmonics is None else SampledHarmonics(harmonics, scene.step_ns, orders)

@@ -1,0 +1,53 @@
+"""Small machines and runs for the propagators' tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import yaml
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.samples import JOINT_STATES, PHASE, Batches
+from tauto_core.scene import Scene, parse_scene
+from tauto_core.ship import ShipMotion
+
+INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
+OMEGA = float(np.sqrt(FORCE * LEVER_RATE / INERTIA))
+
+
+def scene_of(**sections: Any) -> Scene:
+    """Return Euler's second cam with a force, and the sections given instead of or besides."""
+    base: dict[str, Any] = {
+        'name': 'test',
+        'duration': 60.0,
+        'trochlea': {
+            'inertia': INERTIA,
+            'cam': {'kind': 'hole', 'lever_rate': LEVER_RATE},
+            'thread': {'kind': 'hole', 'distance': 0.08},
+            'power': {'kind': 'force', 'force': FORCE},
+            'release_angle': 1.0,
+        },
+        'ship': {'kind': 'still'},
+        'log': {'interval': 0.05},
+    }
+    trochlea = {**base['trochlea'], **sections.pop('trochlea', {})}
+    return parse_scene(yaml.safe_dump({**base, **sections, 'trochlea': trochlea}), 'test')
+
+
+def run(scene: Scene) -> Batches:
+    """Return all that the trochlea says in a scene."""
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    return stage.feed({'ship/imu': ship.produce(ship.total)})
+
+
+def angles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return times from the start [s], θ [rad] and θ̇ [rad/s] at the logged instants."""
+    joints = run(scene)[JOINT_STATES]
+    times = (joints.stamp_ns - scene.starts_at_ns) * 1e-9
+    return times, joints.position[:, 0], joints.velocity[:, 0]
+
+
+def phases(scene: Scene) -> np.ndarray:
+    """Return phase, half turns, fraction and beats at the logged instants."""
+    return run(scene)[PHASE].position

@@ -1,0 +1,209 @@
+"""Drag, escapement and the limits of a thread, against closed forms.
+
+The machine is harmonic, so between events everything is known exactly; the tolerances are a few
+hundred roundings of the amplitude, accumulated over about a hundred swings.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, angles, phases, run, scene_of
+from scipy.optimize import brentq
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.samples import JOINT_STATES
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship import ShipMotion
+
+STIFFNESS = FORCE * LEVER_RATE
+
+
+def test_viscous_drag_is_the_damped_oscillator():
+    drag = {'viscous': 2e-5}
+    times, angle, rate = angles(scene_of(drag=drag))
+    decay = drag['viscous'] / (2 * INERTIA)
+    w = math.sqrt(OMEGA**2 - decay**2)
+    exact = np.exp(-decay * times) * (np.cos(w * times) + decay / w * np.sin(w * times))
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=2e-13)
+    slope = -np.exp(-decay * times) * OMEGA**2 / w * np.sin(w * times)
+    np.testing.assert_allclose(rate, slope, rtol=0, atol=1e-11)
+
+
+def test_overdamped_wheel_creeps_home():
+    drag = {'viscous': 0.05}
+    times, angle, _ = angles(scene_of(drag=drag, duration=20.0))
+    decay = drag['viscous'] / (2 * INERTIA)
+    w = math.sqrt(decay**2 - OMEGA**2)
+    slow, fast = -(OMEGA**2) / (decay + w), -(decay + w)
+    exact = (slow * np.exp(fast * times) - fast * np.exp(slow * times)) / (slow - fast)
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-12)
+
+
+def test_coulomb_friction_takes_the_same_from_every_swing_and_holds_in_the_end():
+    friction = 0.03 * STIFFNESS
+    shift = friction / STIFFNESS
+    times, angle, rate = angles(scene_of(drag={'coulomb': friction}))
+    half = math.pi / OMEGA
+    swing = np.floor(times / half).astype(int)
+    last = next(n for n in range(100) if 1.0 - 2 * n * shift <= shift)
+    n = np.minimum(swing, last)
+    amplitude = 1.0 - 2 * n * shift
+    moving = (-1.0) ** n * ((amplitude - shift) * np.cos(OMEGA * (times - n * half)) + shift)
+    exact = np.where(swing < last, moving, (-1.0) ** last * amplitude)
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-12)
+    assert np.all(rate[swing > last] == 0.0)
+    stuck_short_of_zero = 1.0 - 2 * last * shift < 0.0
+    assert phases(scene_of(drag={'coulomb': friction}))[-1, 3] == last - stuck_short_of_zero
+
+
+def test_quadratic_drag_shortens_each_swing_by_its_first_integral():
+    c = 5e-6
+    kappa = 2 * c / INERTIA
+    times, angle, rate = angles(
+        scene_of(drag={'quadratic': c}, log={'interval': 0.001}, duration=20.0)
+    )
+    amplitude, found = 1.0, []
+    sign = np.sign(rate)
+    for k in np.flatnonzero((sign[1:] != sign[:-1]) & (sign[:-1] != 0.0)):
+        # within 1 ms of the turning point θ is a parabola to 1e-11
+        a = np.polyfit(times[k - 1 : k + 3] - times[k], angle[k - 1 : k + 3], 3)
+        found.append(np.max(np.abs(np.polyval(a, np.linspace(-0.001, 0.002, 3001)))))
+    for measured in found:
+        # θ'' + ω²θ = ∓(κ/2) θ'²: (1 − κB) e^(κB) = (1 + κA) e^(−κA) from A to the next B
+        left = (1 + kappa * amplitude) * math.exp(-kappa * amplitude)
+        nxt = brentq(
+            lambda b, left=left: (1 - kappa * b) * math.exp(kappa * b) - left,
+            0.1 * amplitude,
+            amplitude,
+            xtol=1e-15,
+        )
+        assert measured == pytest.approx(nxt, abs=2e-9)
+        amplitude = nxt
+    assert len(found) > 40
+
+
+def swings_with_impulses(energy, where, count):
+    """(from, start, A, sign) of harmonic arcs θ = sign·A cos ω(t − start), piece by piece."""
+    arcs, start, amplitude, sign = [], 0.0, 1.0, 1.0
+    for _ in range(count):
+        before = math.acos(-where / amplitude)
+        arcs.append((start, start, amplitude, sign))
+        hit = start + before / OMEGA
+        gained = 2 * energy / INERTIA / OMEGA**2
+        larger = math.sqrt(amplitude**2 + gained)
+        shifted = hit - math.acos(-where / larger) / OMEGA
+        arcs.append((hit, shifted, larger, sign))
+        start, amplitude, sign = shifted + math.pi / OMEGA, larger, -sign
+    return np.array(arcs)
+
+
+@pytest.mark.parametrize('where', [0.0, 0.2, -0.3])
+def test_impulses_add_their_energy_once_a_beat_at_their_angle(where):
+    energy = 2e-5
+    scene = scene_of(
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': where}, duration=100.0
+    )
+    times, angle, rate = angles(scene)
+    arcs = swings_with_impulses(energy, where, 400)
+    _, start, amplitude, sign = arcs[np.searchsorted(arcs[:, 0], times, 'right') - 1].T
+    exact = sign * amplitude * np.cos(OMEGA * (times - start))
+    slope = -sign * amplitude * OMEGA * np.sin(OMEGA * (times - start))
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(rate, slope, rtol=0, atol=1e-10)
+
+
+def test_a_swing_that_misses_the_angle_gets_no_impulse():
+    scene = scene_of(escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 1.1}, duration=30.0)
+    times, angle, _ = angles(scene)
+    np.testing.assert_allclose(angle, np.cos(OMEGA * times), rtol=0, atol=1e-13)
+
+
+def test_escapement_and_friction_settle_where_work_equals_loss():
+    """Between two impulses in the middle the swing loses 2 c₀ A, so A → E/(2 c₀)."""
+    friction, energy = 2e-4, 3e-4
+    scene = scene_of(
+        drag={'coulomb': friction},
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': 0.0},
+        duration=600.0,
+        log={'interval': 0.01},
+    )
+    _, angle, _ = angles(scene)
+    settled = np.max(np.abs(angle[-1000:]))
+    # 10 ms off the turning point the angle is short by (ωτ)²/2·A = 2.4e-4·A at the most
+    assert settled == pytest.approx(energy / (2 * friction), rel=1.3e-3)
+
+
+def test_a_strong_escapement_runs_to_the_edge_of_the_cam():
+    energy = 2.1e-3
+    scene = scene_of(
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': 0.0}, duration=300.0
+    )
+    edge = 0.08 / LEVER_RATE
+    gained = 2 * energy / INERTIA / OMEGA**2
+    beat = math.ceil((edge**2 - 1.0) / gained)
+    amplitude = math.sqrt(1.0 + beat * gained)
+    last = (beat - 0.5) * math.pi / OMEGA + math.asin(edge / amplitude) / OMEGA
+    with pytest.raises(PropagationError, match=r'edge of the cam at ±8 rad') as caught:
+        run(scene)
+    assert caught.value.time_s == pytest.approx(last, abs=1e-9)
+
+
+def test_a_thread_goes_slack_when_the_ship_falls_as_fast_as_its_weight():
+    """Hole and massless weight: the pull is m (g + z̈), zero when the ship falls freely."""
+    amplitude, period = 12.0, 6.0
+    scene = scene_of(
+        trochlea={'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}},
+        ship={
+            'kind': 'components',
+            'heave': [{'amplitude': amplitude, 'period': period}],
+            'height': 0.0,
+        },
+    )
+    w = 2 * math.pi / period
+    # z̈ = −a w² cos wt: the ship falls fastest at the start and is released before it does
+    assert amplitude * w * w > scene.gravity
+    with pytest.raises(PropagationError, match='slack') as caught:
+        run(scene)
+    assert caught.value.time_s == pytest.approx(0.0, abs=1e-9)
+    later = scene_of(
+        trochlea={'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}},
+        ship={
+            'kind': 'components',
+            'heave': [{'amplitude': amplitude, 'period': period, 'phase': -math.pi}],
+            'height': 0.0,
+        },
+    )
+    falls = (math.pi - math.acos(scene.gravity / (amplitude * w * w))) / w
+    with pytest.raises(PropagationError, match='slack') as caught:
+        run(later)
+    assert caught.value.time_s == pytest.approx(falls, abs=1e-9)
+
+
+def test_a_gap_in_the_motion_is_refused_with_its_length():
+    scene = scene_of(
+        ship={'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+    )
+    ship = ShipMotion(scene)
+    stage = TrochleaStage(scene)
+    stage.feed({'ship/imu': ship.produce(100)})
+    ship.produce(30)
+    with pytest.raises(PropagationError, match=r'no ship motion for 1\.55 s'):
+        stage.feed({'ship/imu': ship.produce(100)})
+
+
+def test_one_lost_sample_is_bridged_and_counted():
+    scene = scene_of(
+        ship={'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+    )
+    ship = ShipMotion(scene)
+    stage = TrochleaStage(scene)
+    stage.feed({'ship/imu': ship.produce(100)})
+    ship.produce(1)
+    said = stage.feed({'ship/imu': ship.produce(ship.total)})
+    assert stage.health()['bridged_gaps'] == 1
+    whole = run(scene)[JOINT_STATES]
+    # a window of doubled steps: the Hermite remainder grows from 3e-17 to about 1e-14 rad
+    np.testing.assert_allclose(
+        said[JOINT_STATES].position[-100:], whole.position[-100:], rtol=0, atol=1e-12
+    )

@@ -1,0 +1,101 @@
+"""When the navigator observes the time, and how well."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tauto_core.scene import Scene, load_scene
+from tauto_core.ship import Observations, schedule
+
+S = 1_000_000_000
+PORTS = {'departure': [50.37, -4.14], 'arrival': [17.93, -76.84]}
+
+
+def scene_of(
+    duration: float = 1000.0,
+    interval: float = 100.0,
+    sigma: float = 0.5,
+    seed: int = 7,
+    voyage: dict | None = None,
+) -> Scene:
+    return load_scene(
+        'ideal',
+        duration=duration,
+        seed=seed,
+        starts_at=50.0,
+        log={'interval': 10.0},
+        drift={'observation_interval': interval, 'observation_sigma': sigma},
+        voyage=None if voyage is None else {**PORTS, **voyage},
+    )
+
+
+@pytest.mark.parametrize(
+    ('voyage', 'expected'),
+    [
+        (None, [0, 100, 200, 300, 400, 500, 600, 700, 800, 900, 1000]),
+        ({'sails_at': 200.0, 'arrives_at': 600.0}, [0, 100, 200, 600]),
+        ({'sails_at': 199.9, 'arrives_at': 607.3}, [0, 100, 600]),
+        ({'sails_at': 0.0, 'arrives_at': 1000.0}, [0, 1000]),
+        ({'sails_at': 200.0, 'arrives_at': 1009.0}, [0, 100, 200, 1000]),
+        ({'sails_at': 200.0, 'arrives_at': 1010.0}, [0, 100, 200]),
+        ({'sails_at': 5000.0, 'arrives_at': 9000.0}, [100 * k for k in range(11)]),
+        ({'sails_at': 203.0, 'arrives_at': 204.0}, [0, 100, 200]),
+        ({'sails_at': 213.0, 'arrives_at': 214.0}, [0, 100, 200, 210]),
+    ],
+)
+def test_schedule(voyage, expected):
+    stamps = schedule(scene_of(voyage=voyage))
+    assert stamps.tolist() == [(50 + t) * S for t in expected]
+    assert stamps.dtype == np.int64
+
+
+def test_source_tells_landfall_from_port():
+    scene = scene_of(voyage={'sails_at': 200.0, 'arrives_at': 607.3})
+    seen = Observations(scene).between(0, 10**18)
+    assert seen.source.tolist() == ['port', 'port', 'port', 'landfall']
+    assert seen.stamp_ns.tolist() == schedule(scene).tolist()
+
+
+def test_first_is_counted_and_last_is_not():
+    observations = Observations(scene_of())
+    assert observations.between(150 * S, 350 * S).stamp_ns.tolist() == [150 * S, 250 * S]
+    assert observations.between(151 * S, 250 * S).stamp_ns.tolist() == []
+
+
+def test_errors_are_normal_with_the_given_sigma():
+    """4000 seeded draws: mean within 4 sigma/sqrt(n), variance within 4 sqrt(2/n)."""
+    scene = scene_of(duration=40_000.0, interval=10.0, sigma=0.3)
+    seen = Observations(scene).between(0, 10**18)
+    errors = (seen.time_ref_ns - seen.stamp_ns) / S / 0.3
+    n = len(errors)
+    assert n == 4001
+    assert abs(errors.mean()) < 4.0 / np.sqrt(n)
+    assert abs(errors.var() - 1.0) < 4.0 * np.sqrt(2.0 / n)
+    # successive errors are independent
+    assert abs(np.mean(errors[1:] * errors[:-1])) < 4.0 / np.sqrt(n)
+
+
+def test_kth_error_depends_on_seed_and_k_alone():
+    def errors(scene):
+        seen = Observations(scene).between(0, 10**18)
+        return seen.time_ref_ns - seen.stamp_ns
+
+    first = errors(scene_of())
+    np.testing.assert_array_equal(errors(scene_of(interval=50.0))[:11], first)
+    np.testing.assert_allclose(errors(scene_of(sigma=5.0)), 10.0 * first, rtol=0, atol=6)
+    assert not np.isin(errors(scene_of(seed=8)), first).any()
+
+
+@settings(max_examples=30, deadline=None)
+@given(cuts=st.lists(st.integers(0, 1200), max_size=5))
+def test_asking_in_parts_gives_the_same(cuts):
+    observations = Observations(scene_of())
+    whole = observations.between(0, 2000 * S)
+    ends = [0, *sorted(cuts), 2000]
+    parts = [Observations(scene_of()).between(a * S, b * S) for a, b in pairwise(ends)]
+    for name in ('stamp_ns', 'time_ref_ns', 'source'):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_array_equal(joined, getattr(whole, name))

@@ -1,0 +1,152 @@
+"""The ship as a source: independent of the split, resumable, right at any time."""
+
+import subprocess
+import sys
+from dataclasses import fields
+from functools import cache
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tauto_core.samples import ImuSamples, join
+from tauto_core.scene import Scene, load_scene
+from tauto_core.ship import LOOKAHEAD, ShipMotion, attitude
+
+SCENES = Path(__file__).parents[1] / 'scenes_ref'
+KINDS = {
+    'still': lambda: load_scene('ideal', duration=1200.0),
+    'components': lambda: load_scene(SCENES / 'e4_weight_roll_heave.yaml', duration=60.0),
+    'sea': lambda: load_scene('involute_weight_at_sea', duration=60.0),
+    'recorded': lambda: load_scene('measured', duration=60.0),
+}
+
+
+@cache
+def scene_of(kind: str) -> Scene:
+    return KINDS[kind]()
+
+
+@cache
+def whole(kind: str) -> ImuSamples:
+    return ShipMotion(scene_of(kind)).produce(10**6)
+
+
+def assert_same(a: ImuSamples, b: ImuSamples) -> None:
+    for field in fields(a):
+        np.testing.assert_array_equal(getattr(a, field.name), getattr(b, field.name))
+
+
+@settings(max_examples=40, deadline=None)
+@given(kind=st.sampled_from(sorted(KINDS)), counts=st.lists(st.integers(1, 700), max_size=12))
+def test_bits_do_not_depend_on_the_split_nor_on_a_resume(kind, counts):
+    scene = scene_of(kind)
+    ship = ShipMotion(scene)
+    parts = []
+    for count in counts:
+        parts.append(ship.produce(count))
+        state = ship.state()
+        ship = ShipMotion(scene)
+        ship.restore(state)
+    parts.append(ship.produce(10**6))
+    assert_same(join(parts), whole(kind))
+    assert len(ship.produce(5).stamp_ns) == 0
+
+
+@pytest.mark.parametrize('kind', sorted(KINDS))
+def test_samples_one_by_one_have_the_same_bits(kind):
+    ship = ShipMotion(scene_of(kind))
+    n = min(ship.total, 300)
+    some = ShipMotion(scene_of(kind)).produce(n)
+    assert_same(join([ship.produce(1) for _ in range(n)]), some)
+
+
+def test_stamps_and_number_of_samples():
+    moving, still = whole('components'), whole('still')
+    assert len(moving.stamp_ns) == 60 * 20 + 1 + LOOKAHEAD
+    start = scene_of('components').starts_at_ns
+    assert moving.stamp_ns[[0, 1, -1]].tolist() == [
+        start,
+        start + 50_000_000,
+        start + 1204 * 50_000_000,
+    ]
+    scene = scene_of('still')
+    assert len(still.stamp_ns) == scene.log_count
+    assert np.diff(still.stamp_ns).tolist() == [scene.log_interval_ns] * (scene.log_count - 1)
+
+
+def test_still_ship_feels_gravity_alone():
+    imu = whole('still')
+    assert (imu.orientation == [0.0, 0.0, 0.0, 1.0]).all()
+    assert (imu.angular_velocity == 0.0).all()
+    assert (imu.linear_acceleration == [0.0, 0.0, scene_of('still').gravity]).all()
+
+
+def test_components_after_100_days_are_those_of_the_scene():
+    """Reference: the scene's formulas in 40 digits."""
+    scene = load_scene(SCENES / 'e4_weight_roll_heave.yaml', duration=101 * 86_400.0)
+    ship = ShipMotion(scene)
+    k = 100 * 86_400 * 20 + 3
+    ship.restore({'next': k})
+    felt = attitude(ship.produce(1))
+    with mpmath.workdps(40):
+        t = mpmath.mpf(k) / 20
+
+        def harmonic(components, order):
+            w = [2 * mpmath.pi / mpmath.mpf(c.period) for c in components]
+            return sum(
+                c.amplitude * mpmath.re((1j * wi) ** order * mpmath.expj(wi * t + c.phase))
+                for c, wi in zip(components, w, strict=True)
+            )
+
+        rho, rate, acceleration = (harmonic(scene.ship.components, n) for n in range(3))
+        up = scene.gravity + harmonic(scene.ship.heave, 2)
+        z0 = scene.ship.height
+        y = -z0 * (acceleration * mpmath.cos(rho) - rate**2 * mpmath.sin(rho))
+        z = up - z0 * (acceleration * mpmath.sin(rho) + rate**2 * mpmath.cos(rho))
+        expected = [
+            rho,
+            rate,
+            y * mpmath.cos(rho) + z * mpmath.sin(rho),
+            -y * mpmath.sin(rho) + z * mpmath.cos(rho),
+        ]
+    got = [felt.roll[0], felt.roll_rate[0], felt.force_y[0], felt.force_z[0]]
+    limits = [1e-13, 1e-13, 2e-12, 2e-12]  # 1e-13 rad, and gravity times as much
+    for value, wanted, limit in zip(got, expected, limits, strict=True):
+        assert abs(value - float(wanted)) < limit
+
+
+@pytest.mark.parametrize('kind', sorted(KINDS))
+def test_roll_at_start_is_that_of_the_first_sample(kind):
+    ship = ShipMotion(scene_of(kind))
+    assert ship.roll_at_start() == pytest.approx(attitude(whole(kind)).roll[0], abs=1e-16)
+    assert len(ship.produce(3).stamp_ns) == 3
+
+
+def test_heave_alone_leaves_the_roll_at_zero():
+    ship = {'kind': 'components', 'heave': [{'amplitude': 1.0, 'period': 10.0}]}
+    felt = attitude(ShipMotion(load_scene('ideal', ship=ship, duration=60.0)).produce(201))
+    assert (felt.roll == 0.0).all()
+    assert (felt.force_y == 0.0).all()
+    # half a period after the crest the ship is lifted by w^2
+    expected = load_scene('ideal').gravity + (2.0 * np.pi / 10.0) ** 2
+    assert felt.force_z[100] == pytest.approx(expected, rel=1e-15)
+
+
+def test_metadata_say_what_the_motion_was_made_from():
+    sea = ShipMotion(scene_of('sea')).metadata
+    assert sea['kind'] == 'sea'
+    assert sea['seed'] == scene_of('sea').seed
+    assert sea['significant_wave_height_m'] == scene_of('sea').ship.sea.significant_wave_height
+    assert ShipMotion(scene_of('recorded')).metadata['passband_hz'] == [0.02, 0.4]
+
+
+def test_import_is_light():
+    code = (
+        'import sys, tauto_core.ship; '
+        "sys.exit(any(m in sys.modules for m in ('numba', 'scipy', 'rosbags', 'mcap')))"
+    )
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
