@@ -1,0 +1,21 @@
+"""Bags: the topic table, CDR payloads, MCAP in and out."""
+
+from tauto_core.bags.codec import decode, decode_as, encode, header_stamp_ns
+from tauto_core.bags.reader import Bag, Message, read_bag
+from tauto_core.bags.table import TOPICS, Topic, offered_qos
+from tauto_core.bags.writer import BagWriter, check_folder
+
+__all__ = [
+    'TOPICS',
+    'Bag',
+    'BagWriter',
+    'Message',
+    'Topic',
+    'check_folder',
+    'decode',
+    'decode_as',
+    'encode',
+    'header_stamp_ns',
+    'offered_qos',
+    'read_bag',
+]

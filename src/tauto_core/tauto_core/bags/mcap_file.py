@@ -1,0 +1,353 @@
+"""One MCAP file as spans of records, found by its index or, where that is lost, by walking it.
+
+Records are an opcode, a length and a body, in the file as in a decompressed chunk (MCAP
+specification, sections Records and Chunk). Whole records before a cut can be read; a compressed
+chunk can only be read whole.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple
+
+from tauto_core.scene.errors import BagError
+
+if TYPE_CHECKING:
+    from mcap.summary import Summary
+
+MAGIC = b'\x89MCAP0\r\n'
+SPAN_BYTES = 1 << 20
+
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END, _FOOTER = 0x03, 0x04, 0x05, 0x06, 0x0F, 0x02
+_RECORD = struct.Struct('<BQ')
+_MESSAGE_HEAD = struct.Struct('<HIQQ')
+_CHUNK_HEAD = struct.Struct('<QQQII')
+_FOOTER_RECORD = struct.Struct('<BQQQI')
+
+
+class Channel(NamedTuple):
+    """A topic as one writer recorded it."""
+
+    topic: str
+    ros_type: str
+    encoding: str
+
+
+class Stored(NamedTuple):
+    """A stored message."""
+
+    stamp_ns: int
+    channel: int
+    payload: bytes
+
+
+class Span(NamedTuple):
+    """Consecutive records: one chunk, or messages outside of chunks.
+
+    `channels` are those that it holds messages of, `None` if unknown.
+    """
+
+    offset: int
+    length: int
+    start_ns: int
+    end_ns: int
+    channels: frozenset[int] | None
+    chunk: bool
+
+
+@dataclass
+class McapFile:
+    """What a file holds.
+
+    `warnings` grows when damage is met later, while messages are read.
+    """
+
+    path: Path
+    channels: dict[int, Channel] = field(default_factory=dict)
+    counts: dict[int, int] = field(default_factory=dict)
+    spans: list[Span] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def messages(self, span: Span, stream: BinaryIO) -> Iterator[Stored]:
+        """Yield the messages of a span in the order of the file; warn of a damaged chunk."""
+        stream.seek(span.offset)
+        try:
+            records = stream.read(span.length)
+            if span.chunk:
+                records = _unpack(records)
+        except (ValueError, OSError) as error:
+            self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
+            return
+        for opcode, first, last in _records(records):
+            if opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
+                channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack_from(records, first)
+                yield Stored(stamp_ns, channel, records[first + _MESSAGE_HEAD.size : last])
+
+    def warn(self, what: str) -> None:
+        """Note damage once."""
+        warning = f'{self.path}: {what}'
+        if warning not in self.warnings:
+            self.warnings.append(warning)
+
+
+def open_mcap(path: Path) -> McapFile:
+    """Return what an MCAP file holds, reading its index, or all of it where it has none.
+
+    Raises:
+        BagError: a file that cannot be opened or is not MCAP.
+    """
+    file = McapFile(path)
+    try:
+        with path.open('rb') as stream:
+            magic = stream.read(len(MAGIC))
+            if magic != MAGIC:
+                raise BagError(
+                    f'{path} is not an MCAP file: it begins with {magic.hex(" ") or "nothing"}, '
+                    f'not {MAGIC.hex(" ")}; name a rosbag2 folder or an .mcap file'
+                )
+            if not _read_index(file, stream):
+                _walk(file, stream)
+    except OSError as error:
+        raise BagError(f'{path} cannot be read ({error.strerror}); check the path') from error
+    return file
+
+
+def _read_index(file: McapFile, stream: BinaryIO) -> bool:
+    """Fill the file from its summary; return whether there was a sound and complete one."""
+    from mcap.exceptions import McapError
+    from mcap.reader import SeekingReader
+
+    try:
+        if not _has_summary(file, stream):
+            return False
+        stream.seek(0)
+        summary = SeekingReader(stream).get_summary()
+    except (McapError, struct.error, ValueError, KeyError, EOFError, OverflowError):
+        return False
+    if summary is None or summary.statistics is None or not _is_complete(summary):
+        return False
+    for number, channel in summary.channels.items():
+        schema = summary.schemas.get(channel.schema_id)
+        file.channels[number] = Channel(
+            channel.topic, _full_name(schema.name if schema else ''), channel.message_encoding
+        )
+    file.counts.update(summary.statistics.channel_message_counts)
+    file.spans += [
+        Span(
+            index.chunk_start_offset,
+            index.chunk_length,
+            index.message_start_time,
+            index.message_end_time,
+            frozenset(index.message_index_offsets) or None,
+            chunk=True,
+        )
+        for index in sorted(summary.chunk_indexes, key=lambda index: index.chunk_start_offset)
+    ]
+    return True
+
+
+def _is_complete(summary: Summary) -> bool:
+    """Whether a summary indexes every message of its file."""
+    statistics = summary.statistics
+    if statistics is None or statistics.chunk_count != len(summary.chunk_indexes):
+        return False
+    counts = statistics.channel_message_counts
+    return (
+        sum(counts.values()) == statistics.message_count
+        and set(counts) <= set(summary.channels)
+        and bool(summary.chunk_indexes or not statistics.message_count)
+    )
+
+
+def _has_summary(file: McapFile, stream: BinaryIO) -> bool:
+    """Whether the file ends with a footer whose summary has the checksum that it states."""
+    tail = _FOOTER_RECORD.size + len(MAGIC)
+    size = stream.seek(0, 2)
+    if size < tail + len(MAGIC):
+        return False
+    stream.seek(size - tail)
+    end = stream.read(tail)
+    opcode, length, start, _, crc = _FOOTER_RECORD.unpack_from(end)
+    if end[-len(MAGIC) :] != MAGIC or (opcode, length) != (_FOOTER, 20):
+        return False
+    if not len(MAGIC) < start < size - tail:
+        return False
+    stream.seek(start)
+    summed = stream.read(size - start - len(MAGIC) - 4)
+    if crc not in {0, zlib.crc32(summed)}:
+        file.warn('its index is damaged; all messages that can be found are read')
+        return False
+    return True
+
+
+def _walk(file: McapFile, stream: BinaryIO) -> None:
+    """Fill the file from all its records up to the first that is cut."""
+    schemas: dict[int, str] = {}
+    size = stream.seek(0, 2)
+    at = len(MAGIC)
+    complete = False
+    while at + _RECORD.size <= size:
+        stream.seek(at)
+        opcode, length = _RECORD.unpack(stream.read(_RECORD.size))
+        end = at + _RECORD.size + length
+        complete = opcode in {_DATA_END, _FOOTER} and end <= size
+        if complete:
+            break
+        if opcode == _CHUNK:
+            _walk_chunk(file, stream, schemas, at, min(end, size))
+        elif end <= size and opcode in {_SCHEMA, _CHANNEL}:
+            _register(file, schemas, opcode, stream.read(length))
+        elif end <= size and opcode == _MESSAGE and length >= _MESSAGE_HEAD.size:
+            channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
+            _extend(file, Span(at, end - at, stamp_ns, stamp_ns, None, chunk=False), channel)
+        at = end
+    if not complete:
+        number = sum(file.counts.values())
+        file.warn(
+            f'it was cut at byte {size}: it has no end; the {number} messages before the cut can '
+            'be read'
+        )
+        return
+    stream.seek(size - len(MAGIC))
+    if stream.read() != MAGIC:
+        file.warn('it was cut within its index; all messages can be read')
+
+
+def _walk_chunk(
+    file: McapFile, stream: BinaryIO, schemas: dict[int, str], at: int, end: int
+) -> None:
+    stream.seek(at)
+    try:
+        records = _unpack(stream.read(end - at))
+    except ValueError as error:
+        file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
+        return
+    stamps: list[int] = []
+    channels: set[int] = set()
+    for opcode, first, last in _records(records):
+        if opcode in {_SCHEMA, _CHANNEL}:
+            _register(file, schemas, opcode, records[first:last])
+        elif opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
+            channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack_from(records, first)
+            stamps.append(stamp_ns)
+            channels.add(channel)
+            file.counts[channel] = file.counts.get(channel, 0) + 1
+    if stamps:
+        file.spans.append(
+            Span(at, end - at, min(stamps), max(stamps), frozenset(channels), chunk=True)
+        )
+
+
+def _register(file: McapFile, schemas: dict[int, str], opcode: int, body: bytes) -> None:
+    from mcap import records
+    from mcap.data_stream import ReadDataStream
+    from mcap.exceptions import McapError
+
+    stream = ReadDataStream(BytesIO(body))
+    try:
+        if opcode == _SCHEMA:
+            schema = records.Schema.read(stream)
+            schemas[schema.id] = schema.name
+            return
+        channel = records.Channel.read(stream)
+    except (McapError, struct.error, ValueError) as error:
+        file.warn(f'a schema or channel is damaged ({error}): its messages are left out')
+        return
+    file.channels[channel.id] = Channel(
+        channel.topic, _full_name(schemas.get(channel.schema_id, '')), channel.message_encoding
+    )
+    file.counts.setdefault(channel.id, 0)
+
+
+def _extend(file: McapFile, span: Span, channel: int) -> None:
+    """Append a message outside of chunks, to the last span where it follows that one."""
+    file.counts[channel] = file.counts.get(channel, 0) + 1
+    last = file.spans[-1] if file.spans else None
+    follows = last and not last.chunk and last.offset + last.length == span.offset
+    if last and follows and last.length < SPAN_BYTES:
+        span = Span(
+            last.offset,
+            last.length + span.length,
+            min(last.start_ns, span.start_ns),
+            max(last.end_ns, span.end_ns),
+            None,
+            chunk=False,
+        )
+        file.spans.pop()
+    file.spans.append(span)
+
+
+def _unpack(record: bytes) -> bytes:
+    """Return the records of a chunk; of an uncompressed one that is cut, those before the cut.
+
+    Raises:
+        ValueError: what is damaged.
+    """
+    try:
+        _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, _RECORD.size)
+        first = _RECORD.size + _CHUNK_HEAD.size
+        compression = record[first : first + name_length].decode()
+        (length,) = struct.unpack_from('<Q', record, first + name_length)
+    except struct.error:
+        raise ValueError('its head is cut') from None
+    first += name_length + 8
+    body = record[first : first + length]
+    if compression == '' and len(body) < length:
+        return body
+    if len(body) < length:
+        raise ValueError(f'{len(body)} of {length} bytes')
+    octets = _decompress(compression, body, size)
+    if len(octets) != size or (crc and zlib.crc32(octets) != crc):
+        raise ValueError('wrong checksum')
+    return octets
+
+
+def _decompress(compression: str, body: bytes, size: int) -> bytes:
+    if compression == 'zstd':
+        return _decompress_zstd(body, size)
+    if compression == 'lz4':
+        return _decompress_lz4(body)
+    if compression:
+        raise ValueError(f'compression {compression!r}, where zstd, lz4 or none can be read')
+    return body
+
+
+def _decompress_zstd(body: bytes, size: int) -> bytes:
+    import zstandard
+
+    try:
+        return zstandard.decompress(body, size)
+    except (zstandard.ZstdError, MemoryError, OverflowError) as error:
+        raise ValueError(str(error)) from None
+
+
+def _decompress_lz4(body: bytes) -> bytes:
+    import lz4.frame  # type: ignore[import-untyped]
+
+    try:
+        return bytes(lz4.frame.decompress(body))
+    except (RuntimeError, EOFError, MemoryError) as error:
+        raise ValueError(str(error)) from None
+
+
+def _records(octets: bytes) -> Iterator[tuple[int, int, int]]:
+    """Yield opcode, begin and end of the body of each whole record."""
+    at = 0
+    while at + _RECORD.size <= len(octets):
+        opcode, length = _RECORD.unpack_from(octets, at)
+        first = at + _RECORD.size
+        at = first + length
+        if at > len(octets):
+            return
+        yield opcode, first, at
+
+
+def _full_name(name: str) -> str:
+    """Return `package/msg/Type`, also of the short form `package/Type`."""
+    package, _, kind = name.partition('/')
+    return name if '/' in kind or not kind else f'{package}/msg/{kind}'

@@ -1,0 +1,279 @@
+"""One MCAP file being written, so that it is whole wherever the writing stops.
+
+The writer of the mcap library changes its state before it writes a chunk: after an interrupt or
+a full disk it cannot finish the file. Here one list, of the chunks that are in the file, is the
+only state; a chunk counts once it is appended there, and whatever lies behind the last one is cut
+off. Records other than messages and their index are the library's.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from io import FileIO
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from tauto_core.scene.errors import BagError
+
+if TYPE_CHECKING:
+    from mcap.records import ChunkIndex, McapRecord
+
+CHUNK_BYTES = 64 * 1024
+
+_MAGIC = b'\x89MCAP0\r\n'
+_MESSAGE = struct.Struct('<BQHIQQ')
+_MESSAGE_BYTES = 22
+_MESSAGE_INDEX = struct.Struct('<BQHI')
+_FOOTER_BYTES = 20
+
+
+class _Pending(NamedTuple):
+    """A record of the chunk to come; channel 0 where it is no message."""
+
+    channel: int
+    stamp_ns: int
+    record: bytes
+
+
+class McapOut:
+    """An MCAP file of profile ros2 with zstd chunks.
+
+    Args:
+        path: a file that must not exist.
+        library: what the header says wrote it.
+
+    Raises:
+        BagError: whatever the file system refuses, then and in use. What has been written can
+            be finished nevertheless.
+    """
+
+    def __init__(self, path: Path, library: str) -> None:
+        from mcap.records import Header
+        from zstandard import ZstdCompressor
+
+        self.path = path
+        self._compress = ZstdCompressor().compress
+        self._definitions: list[McapRecord] = []
+        self._channels = 0
+        self._schemas: dict[str, int] = {}
+        self._chunks: list[tuple[ChunkIndex, dict[int, int]]] = []
+        self._pending: dict[int, list[_Pending]] = {}
+        self._pending_bytes = 0
+        head = _MAGIC + _record(Header('ros2', library))
+        self._head_bytes = len(head)
+        try:
+            self._raw = FileIO(path, 'x')
+        except OSError as error:
+            raise refused(path, error) from error
+        self._write(0, head)
+
+    @property
+    def counts(self) -> dict[int, int]:
+        """Messages in the file by channel, without those of the chunk to come."""
+        counts = dict.fromkeys(range(1, self._channels + 1), 0)
+        for _, held in self._chunks:
+            for channel, number in held.items():
+                counts[channel] += number
+        return counts
+
+    @property
+    def span_ns(self) -> tuple[int, int] | None:
+        """Earliest and latest stamp in the file [ns]; `None` if it holds no message."""
+        if not self._chunks:
+            return None
+        first_ns = min(index.message_start_time for index, _ in self._chunks)
+        return first_ns, max(index.message_end_time for index, _ in self._chunks)
+
+    @property
+    def end(self) -> int:
+        """Where the last chunk ends [bytes]."""
+        if not self._chunks:
+            return self._head_bytes
+        index = self._chunks[-1][0]
+        return index.chunk_start_offset + index.chunk_length + index.message_index_length
+
+    def add_channel(self, topic: str, ros_type: str, definition: str, qos: str) -> int:
+        """Register a topic; return its channel's number, from 1."""
+        from mcap.records import Channel, Schema
+
+        if ros_type not in self._schemas:
+            self._schemas[ros_type] = len(self._schemas) + 1
+            self._define(
+                Schema(
+                    id=self._schemas[ros_type],
+                    name=ros_type,
+                    encoding='ros2msg',
+                    data=definition.encode(),
+                )
+            )
+        self._channels += 1
+        self._define(
+            Channel(
+                id=self._channels,
+                schema_id=self._schemas[ros_type],
+                topic=topic,
+                message_encoding='cdr',
+                metadata={'offered_qos_profiles': qos},
+            )
+        )
+        return self._channels
+
+    def add_message(self, channel: int, sequence: int, stamp_ns: int, payload: bytes) -> None:
+        """Add a message whose log and publish time are its stamp."""
+        size = _MESSAGE_BYTES + len(payload)
+        head = _MESSAGE.pack(0x05, size, channel, sequence, stamp_ns, stamp_ns)
+        self._collected().append(_Pending(channel, stamp_ns, head + payload))
+        self._pending_bytes += size
+        if self._pending_bytes > CHUNK_BYTES:
+            self.flush()
+
+    def finish(self, metadata: str) -> None:
+        """Write the chunk to come, the rosbag2 metadata, the index and the end."""
+        from mcap.records import DataEnd, Metadata, MetadataIndex
+
+        self.flush()
+        end = self.end
+        self._raw.truncate(end)
+        described = _record(Metadata('rosbag2', {'serialized_metadata': metadata}))
+        data_end = _record(DataEnd(0))
+        index = MetadataIndex(offset=end, length=len(described), name='rosbag2')
+        start = end + len(described) + len(data_end)
+        self._write(end, described + data_end + self._summary(start, index) + _MAGIC)
+        try:
+            os.fsync(self._raw.fileno())
+        except OSError as error:
+            raise refused(self.path, error) from error
+
+    def give_up(self) -> None:
+        """Forget the chunk to come, so that the file can be finished without it."""
+        self._pending.clear()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._raw.close()
+
+    def _collected(self) -> list[_Pending]:
+        """Return the records of the chunk to come; a chunk that counts begins a new list."""
+        return self._pending.setdefault(len(self._chunks), [])
+
+    def _define(self, record: McapRecord) -> None:
+        self._definitions.append(record)
+        self._collected().append(_Pending(0, 0, _record(record)))
+
+    def flush(self) -> None:
+        """Write the chunk to come. If it is refused it stays, and may be tried again."""
+        pending = self._collected()
+        if not any(entry.channel for entry in pending):
+            return
+        octets, entry = self._chunk(pending)
+        self._write(self.end, octets)
+        self._chunks.append(entry)
+        self._pending.pop(len(self._chunks) - 1, None)
+        self._pending_bytes = 0
+
+    def _chunk(self, pending: list[_Pending]) -> tuple[bytes, tuple[ChunkIndex, dict[int, int]]]:
+        """Return a chunk with its message indices, and what the file's index says of it."""
+        from mcap.records import Chunk, ChunkIndex
+
+        rows: dict[int, list[tuple[int, int]]] = {}
+        at = 0
+        for channel, stamp_ns, record in pending:
+            if channel:
+                rows.setdefault(channel, []).append((stamp_ns, at))
+            at += len(record)
+        records = b''.join([record for _, _, record in pending])
+        packed = self._compress(records)
+        stamps = [stamp_ns for channel, stamp_ns, _ in pending if channel]
+        span: dict[str, Any] = {
+            'message_start_time': min(stamps),
+            'message_end_time': max(stamps),
+            'uncompressed_size': len(records),
+            'compression': 'zstd',
+        }
+        chunk = _record(Chunk(data=packed, uncompressed_crc=zlib.crc32(records), **span))
+        indices = b''
+        offsets: dict[int, int] = {}
+        for channel, entries in rows.items():
+            offsets[channel] = self.end + len(chunk) + len(indices)
+            body = struct.pack(f'<{2 * len(entries)}Q', *chain.from_iterable(entries))
+            indices += _MESSAGE_INDEX.pack(0x07, 6 + len(body), channel, len(body)) + body
+        index = ChunkIndex(
+            chunk_start_offset=self.end,
+            chunk_length=len(chunk),
+            compressed_size=len(packed),
+            message_index_length=len(indices),
+            message_index_offsets=offsets,
+            **span,
+        )
+        return chunk + indices, (index, {channel: len(found) for channel, found in rows.items()})
+
+    def _summary(self, start: int, metadata: McapRecord) -> bytes:
+        """Return the summary section, which begins at `start`, and the footer."""
+        from mcap.opcode import Opcode
+        from mcap.records import Schema, SummaryOffset
+
+        schemas = [record for record in self._definitions if isinstance(record, Schema)]
+        channels = [record for record in self._definitions if not isinstance(record, Schema)]
+        groups: list[tuple[int, list[McapRecord]]] = [
+            (int(Opcode.SCHEMA), [*schemas]),
+            (Opcode.CHANNEL, channels),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, [index for index, _ in self._chunks]),
+            (Opcode.METADATA_INDEX, [metadata]),
+        ]
+        octets, offsets = b'', b''
+        for opcode, records in groups:
+            group = b''.join(map(_record, records))
+            if group:
+                offsets += _record(SummaryOffset(opcode, start + len(octets), len(group)))
+            octets += group
+        footer = struct.pack('<BQQQ', Opcode.FOOTER, _FOOTER_BYTES, start, start + len(octets))
+        summed = octets + offsets + footer
+        return summed + struct.pack('<I', zlib.crc32(summed))
+
+    def _statistics(self) -> McapRecord:
+        from mcap.records import Statistics
+
+        counts = self.counts
+        first_ns, last_ns = self.span_ns or (0, 0)
+        return Statistics(
+            attachment_count=0,
+            channel_count=self._channels,
+            channel_message_counts=counts,
+            chunk_count=len(self._chunks),
+            message_count=sum(counts.values()),
+            message_start_time=first_ns,
+            message_end_time=last_ns,
+            metadata_count=1,
+            schema_count=len(self._schemas),
+        )
+
+    def _write(self, at: int, octets: bytes) -> None:
+        """Write all of it there, or cut the file there."""
+        rest = memoryview(octets)
+        try:
+            self._raw.seek(at)
+            while rest:
+                rest = rest[self._raw.write(rest) :]
+        except OSError as error:
+            self._raw.truncate(at)
+            raise refused(self.path, error) from error
+
+
+def refused(path: Path, error: OSError) -> BagError:
+    """Return the error of a file that the file system will not take."""
+    return BagError(
+        f'{path} cannot be written ({error.strerror}); make room or name another folder. What the '
+        'bag held before can be read'
+    )
+
+
+def _record(record: McapRecord) -> bytes:
+    from mcap.data_stream import RecordBuilder
+
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

@@ -1,0 +1,59 @@
+"""The topic reference, docs/topics.md, from the table.
+
+`python -m tauto_core.bags.reference > docs/topics.md` writes it anew.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, Field, MessageType
+
+_HEAD = """# Topics
+
+Names are relative: a clock in a namespace has them all below it. Only standard messages are used;
+`JointState` also serves as stamped named scalars. Every publisher is RELIABLE and KEEP_LAST; a
+latched topic is TRANSIENT_LOCAL, the others are VOLATILE; deadline, lifespan and liveliness are
+left infinite. In a bag the log time of a message is its stamp; `scene`, which has no header, has
+the stamp of the start.
+
+This page is made from `tauto_core/bags/table.py` by `python -m tauto_core.bags.reference`.
+
+| topic | type | from | depth | latched | meaning |
+|---|---|---|---|---|---|
+"""
+
+_FIELDS = """
+## Fields
+
+A batch of n samples holds one array a field, whose first axis is the sample; what is marked
+"batch" is one value for the whole batch.
+"""
+
+
+def topic_reference() -> str:
+    """Return the topic reference as Markdown."""
+    rows = [
+        f'| `{topic.name}` | {topic.ros_type} | {topic.node} | {topic.depth} | '
+        f'{"yes" if topic.latched else "no"} | {topic.meaning} |\n'
+        for topic in TOPICS.values()
+    ]
+    return ''.join([_HEAD, *rows, _FIELDS, *map(_fields, MESSAGE_TYPES.values())])
+
+
+def _fields(message: MessageType) -> str:
+    rows = [
+        f'| `{field.message}` | `{field.sample}` | {_kind(field)} | {field.unit} |\n'
+        for field in message.fields
+    ]
+    head = '| message field | sample field | holds | unit |\n|---|---|---|---|\n'
+    return f'\n### {message.name}: `{message.samples.__name__}`\n\n{head}' + ''.join(rows)
+
+
+def _kind(field: Field) -> str:
+    kind = f'{field.length} × {field.kind}' if field.length > 1 else field.kind
+    return f'{kind}, batch' if field.shared else kind
+
+
+if __name__ == '__main__':
+    sys.stdout.write(topic_reference())

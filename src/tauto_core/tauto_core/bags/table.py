@@ -1,0 +1,258 @@
+"""The topic table: what every topic carries, who publishes it and how.
+
+Nodes, the codec, the writer, the reader and docs/topics.md all come from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from tauto_core import samples as s
+
+Kind: TypeAlias = Literal[
+    'time', 'string', 'string[]', 'float64', 'float64[]', 'int8', 'uint8', 'uint16'
+]
+
+DEPTH = 1000
+"""KEEP_LAST depth of the streams: above the 800 messages that flow control lets be in flight."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """One message field, in the order of the wire, and the sample field behind it.
+
+    Args:
+        message: path in the message, for example `header.stamp`; of consecutive `float64` members
+            of one struct, the struct (its members follow in the order of the message definition).
+        sample: attribute of the sample class.
+        kind: primitive on the wire. `time` is int32 seconds and uint32 nanoseconds, in the sample
+            one integer of nanoseconds.
+        length: number of consecutive primitives; in the sample the last axis where above 1.
+        unit: of the value, empty where it has none.
+        shared: whether the sample class holds one value for the whole batch.
+    """
+
+    message: str
+    sample: str
+    kind: Kind
+    length: int = 1
+    unit: str = ''
+    shared: bool = False
+
+
+@dataclass(frozen=True)
+class MessageType:
+    """A ROS message type and the sample class that holds it."""
+
+    name: str
+    samples: type[s.Samples]
+    fields: tuple[Field, ...]
+
+    @property
+    def stamped(self) -> bool:
+        """Whether the message has a header; else its stamp is the log time."""
+        return self.fields[0].kind == 'time'
+
+
+_HEADER = (
+    Field('header.stamp', 'stamp_ns', 'time', unit='ns'),
+    Field('header.frame_id', 'frame_id', 'string', shared=True),
+)
+
+STRING = MessageType('std_msgs/msg/String', s.TextSamples, (Field('data', 'data', 'string'),))
+IMU = MessageType(
+    'sensor_msgs/msg/Imu',
+    s.ImuSamples,
+    (
+        *_HEADER,
+        Field('orientation', 'orientation', 'float64', 4),
+        Field('orientation_covariance', 'orientation_covariance', 'float64', 9, 'rad2'),
+        Field('angular_velocity', 'angular_velocity', 'float64', 3, 'rad/s'),
+        Field(
+            'angular_velocity_covariance', 'angular_velocity_covariance', 'float64', 9, 'rad2/s2'
+        ),
+        Field('linear_acceleration', 'linear_acceleration', 'float64', 3, 'm/s2'),
+        Field(
+            'linear_acceleration_covariance',
+            'linear_acceleration_covariance',
+            'float64',
+            9,
+            'm2/s4',
+        ),
+    ),
+)
+JOINT_STATE = MessageType(
+    'sensor_msgs/msg/JointState',
+    s.JointSamples,
+    (
+        *_HEADER,
+        Field('name', 'name', 'string[]', shared=True),
+        Field('position', 'position', 'float64[]'),
+        Field('velocity', 'velocity', 'float64[]'),
+        Field('effort', 'effort', 'float64[]'),
+    ),
+)
+TIME_REFERENCE = MessageType(
+    'sensor_msgs/msg/TimeReference',
+    s.TimeSamples,
+    (
+        *_HEADER,
+        Field('time_ref', 'time_ref_ns', 'time', unit='ns'),
+        Field('source', 'source', 'string'),
+    ),
+)
+NAV_SAT_FIX = MessageType(
+    'sensor_msgs/msg/NavSatFix',
+    s.FixSamples,
+    (
+        *_HEADER,
+        Field('status.status', 'status', 'int8'),
+        Field('status.service', 'service', 'uint16'),
+        Field('latitude', 'latitude', 'float64', unit='deg'),
+        Field('longitude', 'longitude', 'float64', unit='deg'),
+        Field('altitude', 'altitude', 'float64', unit='m'),
+        Field('position_covariance', 'position_covariance', 'float64', 9, 'm2'),
+        Field('position_covariance_type', 'position_covariance_type', 'uint8'),
+    ),
+)
+
+MESSAGE_TYPES: dict[str, MessageType] = {
+    kind.name: kind for kind in (STRING, IMU, JOINT_STATE, TIME_REFERENCE, NAV_SAT_FIX)
+}
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic of the suite.
+
+    QoS is RELIABLE, KEEP_LAST of `depth`, VOLATILE, or TRANSIENT_LOCAL where `latched`; deadline,
+    lifespan and liveliness are left infinite, since foreign publishers would not match them.
+
+    Args:
+        name: relative name.
+        message: message type; `ros_type` and `samples` come from it.
+        node: the node that publishes it.
+        meaning: what the values are.
+        depth: KEEP_LAST depth.
+        latched: whether late subscribers get the last message.
+    """
+
+    name: str
+    message: MessageType
+    node: str
+    meaning: str
+    depth: int = DEPTH
+    latched: bool = False
+
+    @property
+    def ros_type(self) -> str:
+        """Full name of the ROS type, for example `sensor_msgs/msg/Imu`."""
+        return self.message.name
+
+    @property
+    def samples(self) -> type[s.Samples]:
+        """The class of the topic's batches."""
+        return self.message.samples
+
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """The message's fields in the order of the wire."""
+        return self.message.fields
+
+    @property
+    def stamped(self) -> bool:
+        """Whether the message has a header; else its stamp is the log time."""
+        return self.message.stamped
+
+
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        Topic(
+            s.SCENE,
+            STRING,
+            'ship_motion',
+            'the resolved scene as YAML: the bag explains itself; once, at the start',
+            depth=1,
+            latched=True,
+        ),
+        Topic(
+            s.SHIP_IMU,
+            IMU,
+            'ship_motion',
+            'attitude, angular velocity and specific force at the clock, frame `clock_mount`; '
+            'at the rate of the ship',
+        ),
+        Topic(s.SHIP_FIX, NAV_SAT_FIX, 'ship_motion', 'where the ship truly is'),
+        Topic(
+            s.JOINT_STATES,
+            JOINT_STATE,
+            'trochlea',
+            'the wheel in its case, name `wheel`: angle [rad], angular velocity [rad/s], '
+            'torque [N m]',
+        ),
+        Topic(
+            s.PHASE,
+            JOINT_STATE,
+            'trochlea',
+            'the oscillator, names `phase` [rad], `half_turns`, `half_turn_fraction`, `beats`',
+        ),
+        Topic(
+            s.READING,
+            TIME_REFERENCE,
+            'trochlea',
+            'stamp: true time; time_ref: what the dial shows; source `dial`',
+        ),
+        Topic(
+            s.OBSERVATION,
+            TIME_REFERENCE,
+            'ship_motion',
+            'time_ref: the true time as the navigator found it; source: how he found it',
+        ),
+        Topic(
+            s.CORRECTED,
+            TIME_REFERENCE,
+            'drift_estimator',
+            'time_ref: the reading less the estimated error of the clock; source `corrected`',
+        ),
+        Topic(
+            s.ESTIMATE,
+            JOINT_STATE,
+            'drift_estimator',
+            'the estimated error of the clock, names `offset_s`, `offset_sigma_s`, '
+            '`rate_s_per_day`, `rate_sigma_s_per_day`',
+        ),
+        Topic(
+            s.LONGITUDE_FIX,
+            NAV_SAT_FIX,
+            'longitude',
+            'where the clock puts the ship; east covariance from that of the clock',
+        ),
+        Topic(
+            s.LONGITUDE_ERROR,
+            JOINT_STATE,
+            'longitude',
+            'error of the longitude, east positive, raw and corrected, names ending in '
+            '`_arcmin` and `_nmi`',
+        ),
+    )
+}
+
+
+def offered_qos(topic: Topic) -> list[dict[str, Any]]:
+    """Return the QoS that the publisher offers, spelt as in rosbag2 metadata version 9."""
+    infinite = {'sec': 9223372036, 'nsec': 854775807}
+    return [
+        {
+            'history': 'keep_last',
+            'depth': topic.depth,
+            'reliability': 'reliable',
+            'durability': 'transient_local' if topic.latched else 'volatile',
+            'deadline': dict(infinite),
+            'lifespan': dict(infinite),
+            'liveliness': 'automatic',
+            'liveliness_lease_duration': dict(infinite),
+            'avoid_ros_namespace_conventions': False,
+        }
+    ]

@@ -1,0 +1,32 @@
+"""Navigation: drift of the clock, the route, longitude by the clock, the prize."""
+
+from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model
+from tauto_core.navigation.kalman import (
+    ClockModel,
+    Estimate,
+    filter_phases,
+    predict,
+    prior,
+    update,
+)
+from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
+from tauto_core.navigation.prize import prize_pounds
+from tauto_core.navigation.route import Route
+from tauto_core.navigation.tally import LongitudeTally
+
+__all__ = [
+    'ERROR_NAMES',
+    'ESTIMATE_NAMES',
+    'ClockModel',
+    'DriftStage',
+    'Estimate',
+    'LongitudeStage',
+    'LongitudeTally',
+    'Route',
+    'clock_model',
+    'filter_phases',
+    'predict',
+    'prior',
+    'prize_pounds',
+    'update',
+]

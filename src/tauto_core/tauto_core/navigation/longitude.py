@@ -1,0 +1,268 @@
+"""The longitude stage: where the clock puts the ship, and how far that is from the truth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import reduce
+from typing import ClassVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.navigation.ordering import BEFORE_ALL, in_order
+from tauto_core.navigation.route import POSITION_VARIANCE_M2, STATUS_FIX, Route, fix_samples
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
+    NS_PER_S,
+    READING,
+    SECONDS_PER_DAY,
+    SHIP_FIX,
+    Batches,
+    FixSamples,
+    FloatArray,
+    IntArray,
+    JointSamples,
+    Samples,
+    State,
+    TimeSamples,
+    count,
+    join,
+    scalars,
+    take,
+)
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import EstimationError
+
+ERROR_NAMES = (
+    'raw_error_arcmin',
+    'raw_error_nmi',
+    'error_arcmin',
+    'error_nmi',
+    'sigma_nmi',
+)
+ARCMIN_PER_S = 15.0 / 60.0
+"""Longitude passed by the mean sun in a second [arc minutes], 15′ a minute (physics.md E6)."""
+
+EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
+"""Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
+
+HELD = 4096
+"""Samples of a topic held back at most where partners may never come (`expect_fix=False`)."""
+
+
+def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
+    """Return the error of the longitude [arc minutes, east positive] of a clock fast by x [s].
+
+    λ = −15″ x: a fast clock puts the ship west of its true meridian (physics.md E6).
+    """
+    return -ARCMIN_PER_S * clock_error_s
+
+
+def wrap_degrees(longitude: FloatArray) -> FloatArray:
+    """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
+    inside = (longitude >= -180.0) & (longitude < 180.0)
+    wrapped = np.mod(longitude + 180.0, 360.0) - 180.0
+    # mod rounds what is just below 360 up to 360
+    wrapped = np.where(wrapped < 180.0, wrapped, -180.0)
+    return np.where(inside, longitude, wrapped)
+
+
+def column(samples: JointSamples, name: str) -> FloatArray:
+    """Return one of the stamped named scalars, (n,).
+
+    Raises:
+        EstimationError: no scalar of that name.
+    """
+    if name not in samples.name:
+        raise EstimationError(
+            f'{name} is missing: the message has {", ".join(samples.name) or "no names"}. '
+            f'Send a JointState whose names include {name}'
+        )
+    values: FloatArray = samples.position[:, samples.name.index(name)]
+    return values
+
+
+class LongitudeStage:
+    """Puts the ship where the clock says and compares with where it truly is.
+
+    Four topics are joined by stamp, whatever the order of arrival between them; a stamp that one
+    of them skips is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the
+    longitude by the corrected clock, wrapped to [−180°, 180°); its east variance is that of
+    the estimated offset, (463.8 m/s · cos φ · σ)². `longitude/error` has the names `ERROR_NAMES`;
+    nautical miles are arc minutes × cos φ, so at a pole any longitude is right.
+
+    Args:
+        scene: gives the place where there is no fix.
+        expect_fix: False: each reading takes the latest valid fix at or before it that has come;
+            before the first one the scene's route counts, from the first reading.
+    """
+
+    inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
+    outputs: ClassVar[tuple[str, ...]] = (LONGITUDE_FIX, LONGITUDE_ERROR)
+
+    def __init__(self, scene: Scene, expect_fix: bool = True) -> None:
+        self._route = Route(scene)
+        self._starts_at_ns = scene.starts_at_ns
+        self._first_ns: int | None = None
+        self._expect_fix = expect_fix
+        self._joined = self.inputs if expect_fix else self.inputs[1:]
+        self._held: dict[str, Samples] = {}
+        self._last_ns = dict.fromkeys(self.inputs, BEFORE_ALL)
+        self._health = {'out_of_order': 0, 'fixes_invalid': 0, 'stamps_unjoined': 0}
+
+    def feed(self, batches: Mapping[str, Samples]) -> Batches:
+        """Take what came; return longitudes of the stamps that every topic has reached."""
+        for topic in self.inputs:
+            if topic in batches:
+                self._hold(topic, batches[topic])
+        said = self._say()
+        if not self._expect_fix:
+            self._forget()
+        return said
+
+    def finish(self) -> Batches:
+        """Count the stamps that wait for a partner in vain; nothing can be said of them."""
+        left = [self._held[topic].stamp_ns for topic in self._joined if topic in self._held]
+        if left:
+            self._health['stamps_unjoined'] += len(reduce(np.union1d, left))
+        self._held = {
+            topic: self._held[topic] for topic in self._held if topic not in self._joined
+        }
+        return {}
+
+    def state(self) -> State:
+        """Return the samples held back."""
+        return {
+            'held': dict(self._held),
+            'last_ns': dict(self._last_ns),
+            'first_ns': self._first_ns,
+            'health': dict(self._health),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._held = dict(state['held'])
+        self._last_ns = dict(state['last_ns'])
+        self._first_ns = state['first_ns']
+        self._health = dict(state['health'])
+
+    def health(self) -> dict[str, int]:
+        """Return counters of refused samples and of stamps without a partner."""
+        return dict(self._health)
+
+    def _hold(self, topic: str, samples: Samples) -> None:
+        new = cast(TimeSamples, samples)
+        if topic == SHIP_FIX:
+            valid = _valid(cast(FixSamples, samples))
+            self._health['fixes_invalid'] += int(np.count_nonzero(~valid))
+            new = _only(new, valid)
+        kept = in_order(new.stamp_ns, self._last_ns[topic])
+        self._health['out_of_order'] += len(kept) - int(np.count_nonzero(kept))
+        new = _only(new, kept)
+        if not count(new):
+            return
+        self._last_ns[topic] = int(new.stamp_ns[-1])
+        old = self._held.get(topic)
+        self._held[topic] = new if old is None else join([cast(TimeSamples, old), new])
+
+    def _forget(self) -> None:
+        for topic, held in self._held.items():
+            excess = count(held) - HELD
+            if excess > 0:
+                self._held[topic] = take(cast(TimeSamples, held), slice(excess, None))
+                if topic in self._joined:
+                    self._health['stamps_unjoined'] += excess
+
+    def _say(self) -> Batches:
+        if any(topic not in self._held for topic in self._joined):
+            return {}
+        parts = self._matched()
+        reading = cast(TimeSamples, parts[READING])
+        stamps = reading.stamp_ns
+        if not len(stamps):
+            return {}
+        corrected = cast(TimeSamples, parts[CORRECTED])
+        sigma = column(cast(JointSamples, parts[ESTIMATE]), 'offset_sigma_s')
+        fix = cast(FixSamples, parts[SHIP_FIX]) if self._expect_fix else self._places(stamps)
+        return _longitudes(stamps, fix, _error_s(reading), _error_s(corrected), sigma)
+
+    def _matched(self) -> dict[str, Samples]:
+        """Take from each joined topic the samples up to where all topics have come."""
+        parts = {topic: cast(TimeSamples, self._held.pop(topic)) for topic in self._joined}
+        if _same_stamps(parts):
+            return dict(parts)
+        horizon_ns = min(self._last_ns[topic] for topic in self._joined)
+        for topic, held in parts.items():
+            reached = held.stamp_ns <= horizon_ns
+            if not reached.all():
+                self._held[topic] = take(held, ~reached)
+            parts[topic] = take(held, reached)
+        if _same_stamps(parts):
+            return dict(parts)
+        stamps = [part.stamp_ns for part in parts.values()]
+        common = reduce(np.intersect1d, stamps)
+        self._health['stamps_unjoined'] += len(reduce(np.union1d, stamps)) - len(common)
+        return {t: take(part, np.isin(part.stamp_ns, common)) for t, part in parts.items()}
+
+    def _places(self, stamps: IntArray) -> FixSamples:
+        """Return the ship's place at some stamps: the latest fix, before any the route."""
+        if self._first_ns is None:
+            self._first_ns = int(stamps[0])
+        places = self._route.fixes(stamps - self._first_ns + self._starts_at_ns)
+        fixes = self._held.get(SHIP_FIX)
+        if not isinstance(fixes, FixSamples):
+            return places
+        latest = np.searchsorted(fixes.stamp_ns, stamps, 'right') - 1
+        known = latest >= 0
+        places.latitude[known] = fixes.latitude[latest[known]]
+        places.longitude[known] = fixes.longitude[latest[known]]
+        self._held[SHIP_FIX] = take(fixes, slice(max(int(latest[-1]), 0), None))
+        return places
+
+
+def _same_stamps(parts: Mapping[str, Samples]) -> bool:
+    first, *others = [part.stamp_ns for part in parts.values()]
+    return all(np.array_equal(first, other) for other in others)
+
+
+def _only(samples: TimeSamples, which: NDArray[np.bool_]) -> TimeSamples:
+    return samples if which.all() else take(samples, which)
+
+
+def _valid(fix: FixSamples) -> NDArray[np.bool_]:
+    """Return which fixes have a status of a fix and a place on the globe (false for NaN)."""
+    on_globe = (np.abs(fix.latitude) <= 90.0) & (np.abs(fix.longitude) <= 360.0)
+    valid: NDArray[np.bool_] = on_globe & (fix.status >= STATUS_FIX)
+    return valid
+
+
+def _error_s(clock: TimeSamples) -> FloatArray:
+    """Return clock minus true time [s]."""
+    return (clock.time_ref_ns - clock.stamp_ns) / NS_PER_S
+
+
+def _longitudes(
+    stamps: IntArray,
+    fix: FixSamples,
+    raw_s: FloatArray,
+    residual_s: FloatArray,
+    sigma_s: FloatArray,
+) -> Batches:
+    # np.cos may give other bits in another place of an array
+    cosine = np.array([math.cos(math.radians(phi)) for phi in fix.latitude.tolist()])
+    raw, error = longitude_error_arcmin(raw_s), longitude_error_arcmin(residual_s)
+    values = np.column_stack(
+        (raw, raw * cosine, error, error * cosine, ARCMIN_PER_S * sigma_s * cosine)
+    )
+    east_sigma_m = EQUATOR_M_PER_S * cosine * sigma_s
+    variances = np.full((len(stamps), 3), POSITION_VARIANCE_M2)
+    variances[:, 0] = east_sigma_m * east_sigma_m
+    longitude = wrap_degrees(fix.longitude + error / 60.0)
+    return {
+        LONGITUDE_FIX: fix_samples(stamps, fix.latitude, longitude, variances),
+        LONGITUDE_ERROR: scalars(stamps, ERROR_NAMES, values),
+    }

@@ -1,0 +1,411 @@
+"""The reader: whole bags of any recorder, namespaces, and what is left of damaged bags."""
+
+import signal
+import subprocess
+import sys
+import textwrap
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from bags_examples import (
+    START_NS,
+    STORE,
+    all_batches,
+    assert_same,
+    example,
+    library_payloads,
+    stamps,
+)
+from mcap.writer import CompressionType, IndexType
+from mcap.writer import Writer as McapWriter
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
+from rosbags.rosbag2 import Writer as RosbagsWriter
+from rosbags.rosbag2.enums import CompressionFormat
+
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS, Bag, BagWriter, encode, read_bag
+from tauto_core.scene.errors import BagError
+
+
+@pytest.fixture
+def voyage(tmp_path: Path) -> Path:
+    with BagWriter(tmp_path / 'voyage') as writer:
+        writer.write(all_batches())
+    return tmp_path / 'voyage'
+
+
+def imu(n: int) -> s.ImuSamples:
+    samples = example(s.ImuSamples, n)
+    assert isinstance(samples, s.ImuSamples)
+    return samples
+
+
+def foreign(path: Path, channels: dict[str, tuple[str, str, list[bytes]]], **options: Any) -> Path:
+    """A bare file by the mcap library: type, encoding and payloads of each topic."""
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, **options)
+        writer.start('ros2')
+        for topic, (ros_type, encoding, payloads) in channels.items():
+            schema = writer.register_schema(ros_type, 'ros2msg', b'')
+            channel = writer.register_channel(topic, encoding, schema)
+            for stamp, payload in zip(stamps(len(payloads)).tolist(), payloads, strict=True):
+                writer.add_message(channel, stamp, payload, stamp)
+        writer.finish()
+    return path
+
+
+def imu_file(path: Path, n: int = 1000, topic: str = '/ship/imu', **options: Any) -> Path:
+    payloads = encode(s.SHIP_IMU, imu(n))
+    return foreign(path, {topic: ('sensor_msgs/msg/Imu', 'cdr', payloads)}, **options)
+
+
+@pytest.mark.parametrize('bare', [False, True])
+def test_a_whole_bag(voyage: Path, bare: bool) -> None:
+    bag = read_bag(voyage / 'voyage_0.mcap' if bare else voyage)
+    assert bag.topics == {f'/{name}': topic.ros_type for name, topic in TOPICS.items()}
+    assert bag.counts == {f'/{name}': 1 if name == s.SCENE else 40 for name in TOPICS}
+    assert (bag.start_ns, bag.end_ns) == (START_NS, START_NS + 39 * 50_000_000)
+    assert (bag.namespace, bag.warnings, bag.scene) == ('', (), 'name: a scene\n')
+    for name, samples in all_batches().items():
+        assert_same(samples, bag.samples(name))
+        assert_same(samples, bag.samples(f'/{name}'))
+        found, payloads = bag.payloads(name)
+        assert found.tolist() == samples.stamp_ns.tolist()
+        assert payloads == encode(name, samples)
+
+
+def test_parts_are_the_whole(voyage: Path) -> None:
+    bag = read_bag(voyage)
+    parts = list(bag.parts(s.SHIP_IMU, 7))
+    assert [s.count(part) for part in parts] == [7, 7, 7, 7, 7, 5]
+    joined = s.join([part for part in parts if isinstance(part, s.ImuSamples)])
+    assert_same(joined, bag.samples(s.SHIP_IMU))
+
+
+def test_messages_come_in_the_order_of_their_log_times(tmp_path: Path) -> None:
+    """Topics written one after another, in chunks that overlap in time."""
+    early, late = encode(s.SHIP_IMU, imu(900)), encode(s.SHIP_FIX, example(s.FixSamples, 900))
+    bag = read_bag(
+        foreign(
+            tmp_path / 'x.mcap',
+            {
+                '/ship/imu': ('sensor_msgs/msg/Imu', 'cdr', early),
+                '/ship/fix': ('sensor_msgs/msg/NavSatFix', 'cdr', late),
+            },
+            chunk_size=4096,
+        )
+    )
+    found = list(bag.messages())
+    assert [m.stamp_ns for m in found] == sorted(stamps(900).tolist() * 2)
+    assert [m.payload for m in found[::2]] == early
+    assert [m.payload for m in found[1::2]] == late
+    assert {m.ros_type for m in bag.messages(['ship/fix'])} == {'sensor_msgs/msg/NavSatFix'}
+
+
+@pytest.mark.parametrize('compressed', [False, True])
+def test_a_bag_by_the_rosbags_writer(tmp_path: Path, compressed: bool) -> None:
+    writer = RosbagsWriter(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP)
+    if compressed:
+        writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    batches = all_batches()
+    with writer:
+        for name, samples in batches.items():
+            connection = writer.add_connection(f'/{name}', TOPICS[name].ros_type, typestore=STORE)
+            payloads = library_payloads(TOPICS[name].ros_type, samples)
+            for stamp_ns, payload in zip(samples.stamp_ns.tolist(), payloads, strict=True):
+                writer.write(connection, stamp_ns, payload)
+    bag = read_bag(tmp_path / 'bag')
+    assert bag.warnings == ()
+    for name, samples in batches.items():
+        assert_same(samples, bag.samples(name))
+
+
+@pytest.mark.parametrize('compression', CompressionType)
+@pytest.mark.parametrize(
+    'options',
+    [
+        {},
+        {'use_chunking': False},
+        {'index_types': IndexType.NONE},
+        {'use_statistics': False},
+        {'index_types': IndexType.NONE, 'use_statistics': False, 'use_summary_offsets': False,
+         'repeat_channels': False, 'repeat_schemas': False},
+    ],
+    ids=['indexed', 'no chunks', 'no index', 'no statistics', 'no summary'],
+)  # fmt: skip
+def test_files_of_every_make(
+    tmp_path: Path, compression: CompressionType, options: dict[str, Any]
+) -> None:
+    path = imu_file(tmp_path / 'x.mcap', compression=compression, chunk_size=50_000, **options)
+    bag = read_bag(path)
+    assert bag.warnings == ()
+    assert bag.counts == {'/ship/imu': 1000}
+    assert (bag.start_ns, bag.end_ns) == (START_NS, START_NS + 999 * 50_000_000)
+    assert_same(imu(1000), bag.samples('ship/imu'))
+    assert [m.stamp_ns for m in bag.messages()] == stamps(1000).tolist()
+
+
+def test_a_split_bag_is_one(tmp_path: Path) -> None:
+    folder = tmp_path / 'bag'
+    folder.mkdir()
+    payloads = encode(s.SHIP_IMU, imu(12))
+    for k in range(12):
+        with (folder / f'bag_{k}.mcap').open('wb') as stream:
+            writer = McapWriter(stream)
+            writer.start('ros2')
+            schema = writer.register_schema('sensor_msgs/msg/Imu', 'ros2msg', b'')
+            channel = writer.register_channel('/ship/imu', 'cdr', schema)
+            stamp = int(stamps(12)[k])
+            writer.add_message(channel, stamp, payloads[k], stamp)
+            writer.finish()
+    bag = read_bag(folder)
+    assert_same(imu(12), bag.samples('ship/imu'))
+    assert bag.warnings == (
+        f'{folder}: it has no metadata.yaml: the recording did not end by itself',
+    )
+
+
+def test_a_file_that_the_metadata_names_is_missing(voyage: Path) -> None:
+    (voyage / 'voyage_0.mcap').rename(voyage / 'elsewhere.mcap')
+    with pytest.raises(BagError, match=r'holds no \.mcap file'):
+        read_bag(voyage)
+    text = (voyage / 'metadata.yaml').read_text()
+    (voyage / 'metadata.yaml').write_text(
+        text.replace('  - voyage_0', '  - elsewhere.mcap\n  - voyage_0', 1)
+    )
+    bag = read_bag(voyage)
+    assert bag.counts['/ship/imu'] == 40
+    assert 'voyage_0.mcap, named by metadata.yaml, is missing' in bag.warnings[0]
+
+
+def two_namespaces(tmp_path: Path) -> Path:
+    channels = {
+        f'/{ns}/ship/imu': ('sensor_msgs/msg/Imu', 'cdr', encode(s.SHIP_IMU, imu(n)))
+        for ns, n in (('a', 3), ('b', 4))
+    }
+    channels['/planning/scene'] = ('moveit_msgs/msg/PlanningScene', 'cdr', [b'\0\1\0\0'])
+    return foreign(tmp_path / 'two.mcap', channels)
+
+
+def test_two_namespaces_must_be_told_apart(tmp_path: Path) -> None:
+    bag = read_bag(two_namespaces(tmp_path))
+    assert bag.namespace is None
+    with pytest.raises(BagError, match=r'ship/imu may be /a/ship/imu or /b/ship/imu; name'):
+        bag.samples('ship/imu')
+    assert s.count(bag.samples('/b/ship/imu')) == 4
+    assert s.count(read_bag(bag.path, namespace='b').samples('ship/imu')) == 4
+    assert s.count(read_bag(bag.path, namespace='/a').samples('ship/imu')) == 3
+    with pytest.raises(BagError, match=r"no namespace 'c'; its namespaces are: /a, /b"):
+        read_bag(bag.path, namespace='c')
+
+
+def test_a_foreign_scene_is_not_ours(tmp_path: Path) -> None:
+    bag = read_bag(two_namespaces(tmp_path))
+    assert bag.scene is None
+    assert '/planning/scene' in bag
+
+
+def test_one_namespace_is_found(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'x', namespace='fleet/a') as writer:
+        writer.write(all_batches(2))
+    bag = read_bag(tmp_path / 'x')
+    assert (bag.namespace, bag.scene) == ('fleet/a', 'name: a scene\n')
+    assert s.READING in bag
+    assert s.count(bag.samples(s.READING)) == 2
+
+
+def test_an_imu_of_another_name_decodes_by_its_type(tmp_path: Path) -> None:
+    bag = read_bag(imu_file(tmp_path / 'x.mcap', 5, '/microstrain/data'))
+    assert_same(imu(5), bag.samples('/microstrain/data'))
+    assert_same(imu(5), bag.samples('data'))
+
+
+def test_a_missing_topic_names_those_there_are(voyage: Path) -> None:
+    bag = read_bag(imu_file(voyage / 'x.mcap', 3))
+    with pytest.raises(BagError, match=r'no topic clock/reading; its topics are: /ship/imu'):
+        bag.samples(s.READING)
+    assert s.READING not in bag
+    assert bag.scene is None
+
+
+def test_another_message_type_is_refused_by_both_names(tmp_path: Path) -> None:
+    fixes = encode(s.SHIP_FIX, example(s.FixSamples, 3))
+    bag = read_bag(
+        foreign(tmp_path / 'x.mcap', {'/ship/imu': ('sensor_msgs/msg/NavSatFix', 'cdr', fixes)})
+    )
+    with pytest.raises(BagError, match=r'NavSatFix, but ship/imu must be sensor_msgs/msg/Imu'):
+        bag.samples(s.SHIP_IMU)
+
+
+@pytest.mark.parametrize(
+    ('channel', 'problem'),
+    [
+        (
+            ('sensor_msgs/msg/Image', 'cdr', [b'\0\1\0\0']),
+            'Image; what can be decoded is std_msgs',
+        ),
+        (('sensor_msgs/msg/Imu', 'ros1', [b'\0']), "encoded as 'ros1'"),
+        (('sensor_msgs/msg/Imu', 'cdr', [b'\0\1\0\0']), r'x\.mcap: /camera: a payload of 4 bytes'),
+    ],
+    ids=['type', 'encoding', 'payload'],
+)
+def test_what_cannot_be_decoded(
+    tmp_path: Path, channel: tuple[str, str, list[bytes]], problem: str
+) -> None:
+    bag = read_bag(foreign(tmp_path / 'x.mcap', {'/camera': channel}))
+    with pytest.raises(BagError, match=problem):
+        bag.samples('/camera')
+
+
+@pytest.mark.parametrize('content', [b'', b'\x89MCAP', b'SQLite format 3\0', b'stamp,roll\n1,2\n'])
+def test_what_is_not_mcap_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / 'x.mcap').write_bytes(content)
+    with pytest.raises(BagError, match=r'x\.mcap is not an MCAP file'):
+        read_bag(tmp_path / 'x.mcap')
+
+
+def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BagError, match='does not exist'):
+        read_bag(tmp_path / 'nowhere')
+    with pytest.raises(BagError, match=r'holds no \.mcap file'):
+        read_bag(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'problem'),
+    [
+        ('storage_identifier: mcap', 'storage_identifier: sqlite3', 'sqlite3 storage'),
+        ("compression_mode: ''", 'compression_mode: FILE', 'compression by file'),
+        ('rosbag2_bagfile_information', 'something_else', 'cannot be understood'),
+        ('version: 9', 'version: [', 'cannot be understood'),
+    ],
+)
+def test_metadata_that_cannot_be_followed(voyage: Path, old: str, new: str, problem: str) -> None:
+    text = (voyage / 'metadata.yaml').read_text()
+    assert old in text
+    (voyage / 'metadata.yaml').write_text(text.replace(old, new))
+    with pytest.raises(BagError, match=problem):
+        read_bag(voyage)
+
+
+def assert_prefix(bag: Bag, whole: s.ImuSamples) -> int:
+    """The number of samples left, which are the first of the whole and counted rightly."""
+    if s.SHIP_IMU not in bag:
+        return 0
+    found = bag.samples(s.SHIP_IMU)
+    left = s.count(found)
+    if left:
+        assert_same(s.take(whole, slice(left)), found)
+    assert bag.counts['/ship/imu'] == left
+    assert sum(1 for _ in bag.messages()) == left
+    return left
+
+
+@pytest.mark.parametrize('compression', CompressionType)
+@pytest.mark.parametrize('chunked', [True, False])
+def test_a_truncated_file_yields_what_is_before_the_cut(
+    tmp_path: Path, compression: CompressionType, chunked: bool
+) -> None:
+    whole = imu(400)
+    path = imu_file(
+        tmp_path / 'x.mcap', 400, compression=compression, chunk_size=9000, use_chunking=chunked
+    )
+    octets = path.read_bytes()
+    cuts = sorted(
+        {*range(8, len(octets), len(octets) // 40), *range(len(octets) - 60, len(octets))}
+    )
+    left = []
+    for cut in cuts:
+        path.write_bytes(octets[:cut])
+        bag = read_bag(path)
+        left.append(assert_prefix(bag, whole))
+        assert len(bag.warnings) >= 1, cut
+    assert left == sorted(left)
+    assert left[-1] == 400
+    stored = (400 / len(octets)) * np.array(cuts)
+    lost = 1 if compression is CompressionType.NONE or not chunked else 9000 / 350 + 1
+    assert np.all(stored - left < lost + 0.12 * 400), 'at most a chunk, and the size of the index'
+
+
+def test_a_damaged_chunk_is_left_out_and_said(tmp_path: Path) -> None:
+    path = imu_file(tmp_path / 'x.mcap', 400, chunk_size=9000)
+    octets = bytearray(path.read_bytes())
+    octets[len(octets) // 2] ^= 0xFF
+    path.write_bytes(octets)
+    bag = read_bag(path)
+    assert bag.warnings == ()
+    found = bag.samples(s.SHIP_IMU)
+    assert 370 < s.count(found) < 400
+    assert set(found.stamp_ns.tolist()) < set(stamps(400).tolist())
+    assert len(bag.warnings) == 1
+    assert 'is damaged' in bag.warnings[0]
+
+
+def test_a_damaged_index_is_not_believed(voyage: Path) -> None:
+    path = voyage / 'voyage_0.mcap'
+    octets = bytearray(path.read_bytes())
+    octets[-100] ^= 0xFF
+    path.write_bytes(octets)
+    bag = read_bag(voyage)
+    assert 'index is damaged' in bag.warnings[0]
+    for name, samples in all_batches().items():
+        assert_same(samples, bag.samples(name))
+
+
+def test_any_damaged_byte_gives_a_bag_or_a_clear_refusal(tmp_path: Path) -> None:
+    path = imu_file(tmp_path / 'x.mcap', 100, chunk_size=9000)
+    octets = path.read_bytes()
+    rng = np.random.default_rng(1727)
+    for at in [*range(0, 300, 7), *rng.integers(300, len(octets), 150).tolist()]:
+        path.write_bytes(octets[:at] + bytes([octets[at] ^ 0x41]) + octets[at + 1 :])
+        try:
+            bag = read_bag(path)
+            found = [bag.samples(topic) for topic in bag.topics]
+        except BagError:
+            continue
+        assert sum(map(s.count, found)) <= 100
+
+
+KILLED = """
+    import sys
+    from pathlib import Path
+    from bags_examples import example
+    from tauto_core import samples as s
+    from tauto_core.bags import BagWriter, encode
+
+    samples = example(s.ImuSamples, 3000)
+    with BagWriter(Path(sys.argv[1])) as writer:
+        writer.write({s.SHIP_IMU: samples})
+        print('written', flush=True)
+        sys.stdin.read()
+"""
+
+
+def test_a_killed_recorder_loses_at_most_a_chunk(tmp_path: Path) -> None:
+    folder = tmp_path / 'voyage'
+    with subprocess.Popen(
+        [sys.executable, '-c', textwrap.dedent(KILLED), folder],
+        cwd=Path(__file__).parent,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b'written\n'
+        process.send_signal(signal.SIGKILL)
+        assert process.wait(30) == -signal.SIGKILL
+    bag = read_bag(folder)
+    left = assert_prefix(bag, imu(3000))
+    assert 3000 - 64 * 1024 / 350 < left <= 3000
+    assert 'no metadata.yaml' in bag.warnings[0]
+    assert f'the {left} messages before the cut' in bag.warnings[1]
+
+
+def test_two_frames_on_a_topic_are_refused_with_the_bag(tmp_path: Path) -> None:
+    payloads = encode(s.SHIP_IMU, imu(1)) + encode(s.SHIP_IMU, replace(imu(1), frame_id='mast'))
+    path = tmp_path / 'x.mcap'
+    bag = read_bag(foreign(path, {'/ship/imu': ('sensor_msgs/msg/Imu', 'cdr', payloads)}))
+    with pytest.raises(BagError, match=r'x\.mcap: /ship/imu: header\.frame_id is'):
+        bag.samples(s.SHIP_IMU)

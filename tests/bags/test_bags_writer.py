@@ -1,0 +1,350 @@
+"""The writer: other programs read its folders; folders that are there; failures on the way."""
+
+import hashlib
+import signal
+import struct
+import subprocess
+import sys
+import textwrap
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+import zstandard
+from bags_examples import START_NS, all_batches, assert_same, example, library_payloads, stamps
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Reader
+
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS, BagWriter, encode, offered_qos, read_bag
+from tauto_core.scene.errors import BagError
+
+
+def write(folder: Path, batches: s.Batches, **options: Any) -> Path:
+    with BagWriter(folder, **options) as writer:
+        writer.write(batches)
+    return folder
+
+
+def interrupt(folder: Path, batches: s.Batches, error: type[BaseException]) -> Path:
+    """Leave a bag by an exception; return where its messages lie."""
+    with pytest.raises(error):
+        enter_and_raise(writer := BagWriter(folder, force=True), batches, error)
+    return writer.path
+
+
+def enter_and_raise(writer: BagWriter, batches: s.Batches, error: type[BaseException]) -> None:
+    with writer:
+        writer.write(batches)
+        raise error
+
+
+def read_metadata(folder: Path) -> dict[str, Any]:
+    text = (folder / 'metadata.yaml').read_text('utf-8')
+    return yaml.safe_load(text)['rosbag2_bagfile_information']
+
+
+def digest(folder: Path) -> dict[str, str]:
+    return {
+        entry.name: hashlib.sha256(entry.read_bytes()).hexdigest() for entry in folder.iterdir()
+    }
+
+
+def test_rosbags_reads_the_same_messages(tmp_path: Path) -> None:
+    batches = all_batches()
+    found = defaultdict(list)
+    with Reader(write(tmp_path / 'voyage', batches)) as reader:
+        for connection, stamp_ns, payload in reader.messages():
+            found[connection.topic].append((stamp_ns, bytes(payload)))
+        types = {connection.topic: connection.msgtype for connection in reader.connections}
+        profiles = {c.topic: c.ext.offered_qos_profiles[0] for c in reader.connections}
+    for name, samples in batches.items():
+        payloads = library_payloads(TOPICS[name].ros_type, samples)
+        assert found[f'/{name}'] == list(zip(samples.stamp_ns.tolist(), payloads, strict=True))
+        assert types[f'/{name}'] == TOPICS[name].ros_type
+        assert profiles[f'/{name}'].depth == TOPICS[name].depth
+        assert profiles[f'/{name}'].durability.name == (
+            'TRANSIENT_LOCAL' if name == s.SCENE else 'VOLATILE'
+        )
+
+
+def test_the_any_reader_decodes_with_the_schemas_of_the_file(tmp_path: Path) -> None:
+    batches = all_batches()
+    folder = write(tmp_path / 'voyage', batches)
+    imu = batches[s.SHIP_IMU]
+    assert isinstance(imu, s.ImuSamples)
+    with AnyReader([folder]) as reader:
+        chosen = [c for c in reader.connections if c.topic == '/ship/imu']
+        messages = [
+            reader.deserialize(payload, c.msgtype) for c, _, payload in reader.messages(chosen)
+        ]
+    assert [message.orientation.w for message in messages] == imu.orientation[:, 3].tolist()
+    assert [message.header.frame_id for message in messages] == ['clock_mount'] * 40
+
+
+def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', all_batches())
+    with (folder / 'voyage_0.mcap').open('rb') as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        assert reader.get_header().profile == 'ros2'
+        rows = list(reader.iter_messages())
+        names = {metadata.name for metadata in reader.iter_metadata()}
+    assert names == {'rosbag2'}
+    sequences = defaultdict(list)
+    for _, channel, message in rows:
+        assert message.publish_time == message.log_time
+        qos = yaml.safe_load(channel.metadata['offered_qos_profiles'])
+        assert qos == offered_qos(TOPICS[channel.topic.lstrip('/')])
+        sequences[channel.topic].append(message.sequence)
+    assert sequences['/ship/imu'] == list(range(1, 41))
+    stored = [message.log_time for _, _, message in rows]
+    assert stored == sorted(stored)
+
+
+def test_indices_point_at_the_messages(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(400))
+    octets = (folder / 'voyage_0.mcap').read_bytes()
+    with (folder / 'voyage_0.mcap').open('rb') as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    assert len(chunks) > 5
+    for index in chunks:
+        chunk = octets[index.chunk_start_offset :][: index.chunk_length]
+        records = zstandard.decompress(chunk[-index.compressed_size :])
+        for channel, at in index.message_index_offsets.items():
+            opcode, _, found, size = struct.unpack_from('<BQHI', octets, at)
+            assert (opcode, found) == (0x07, channel)
+            for stamp, offset in struct.iter_unpack('<QQ', octets[at + 15 :][:size]):
+                head = struct.unpack_from('<BQHIQQ', records, offset)
+                assert (head[0], head[2], head[4]) == (0x05, channel, stamp)
+
+
+def test_the_metadata_says_what_is_in_the_file(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', all_batches())
+    text = (folder / 'metadata.yaml').read_text('utf-8')
+    information = yaml.safe_load(text)['rosbag2_bagfile_information']
+    assert information['version'] == 9
+    assert information['message_count'] == 10 * 40 + 1
+    assert information['starting_time'] == {'nanoseconds_since_epoch': START_NS}
+    assert information['duration'] == {'nanoseconds': 39 * 50_000_000}
+    assert information['relative_file_paths'] == ['voyage_0.mcap']
+    assert '&' not in text, 'aliases'
+    hashes = [
+        t['topic_metadata']['type_description_hash']
+        for t in information['topics_with_message_count']
+    ]
+    assert all(found.startswith('RIHS01_') for found in hashes)
+
+
+def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
+    first = write(tmp_path / 'a' / 'voyage', all_batches())
+    second = write(tmp_path / 'b' / 'voyage', all_batches())
+    assert digest(first) == digest(second)
+
+
+def test_raw_and_batches_give_the_same_bytes(tmp_path: Path) -> None:
+    imu = example(s.ImuSamples, 30)
+    first = write(tmp_path / 'a' / 'voyage', {s.SHIP_IMU: imu})
+    with BagWriter(tmp_path / 'b' / 'voyage') as writer:
+        for payload, stamp_ns in zip(encode(s.SHIP_IMU, imu), imu.stamp_ns, strict=True):
+            writer.write_raw(s.SHIP_IMU, payload, int(stamp_ns))
+    assert digest(first) == digest(tmp_path / 'b' / 'voyage')
+
+
+def test_counts_and_bytes(tmp_path: Path) -> None:
+    imu = {s.SHIP_IMU: example(s.ImuSamples, 1000)}
+    with BagWriter(tmp_path / 'voyage') as writer:
+        writer.write(imu)
+        assert writer.counts == {s.SHIP_IMU: 1000}
+        assert writer.bytes_written > 100_000
+        assert not (tmp_path / 'voyage/metadata.yaml').exists()
+    assert writer.path == tmp_path / 'voyage'
+
+
+def test_empty_batches_and_an_empty_bag(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', {s.SHIP_IMU: example(s.ImuSamples, 0)})
+    bag = read_bag(folder)
+    assert (bag.topics, bag.start_ns, bag.warnings) == ({}, None, ())
+    with Reader(folder) as reader:
+        assert reader.message_count == 0
+
+
+@pytest.mark.parametrize('namespace', ['fleet/a', '/fleet/a/'])
+def test_a_namespace_goes_before_every_topic(tmp_path: Path, namespace: str) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2), namespace=namespace)
+    assert set(read_bag(folder).topics) == {f'/fleet/a/{name}' for name in TOPICS}
+
+
+def test_an_existing_folder_is_refused_and_stays(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    before = digest(folder)
+    with pytest.raises(BagError, match=r'voyage exists already; .*--force'):
+        BagWriter(folder)
+    assert digest(folder) == before
+
+
+def test_force_replaces_a_bag_once_the_new_one_is_complete(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    before = digest(folder)
+    with BagWriter(folder, force=True) as writer:
+        writer.write(all_batches(3))
+        assert digest(folder) == before
+    assert read_bag(folder).counts['/ship/imu'] == 3
+    assert writer.path == folder
+    assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
+
+
+def test_force_makes_what_is_not_there(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'new' / 'voyage', all_batches(2), force=True)
+    assert read_bag(folder).counts['/ship/imu'] == 2
+
+
+@pytest.mark.parametrize('suffix', ['', '.partial', '.replaced'])
+def test_force_spares_what_is_not_only_a_bag(tmp_path: Path, suffix: str) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    other = tmp_path / f'voyage{suffix}'
+    other.mkdir(exist_ok=True)
+    (other / 'thesis.tex').write_text('years of work')
+    with pytest.raises(BagError, match=r"'thesis.tex'"):
+        BagWriter(folder, force=True)
+    assert (other / 'thesis.tex').exists()
+
+
+@pytest.mark.parametrize('force', [False, True])
+def test_a_file_in_the_way_is_refused(tmp_path: Path, force: bool) -> None:
+    (tmp_path / 'voyage').write_text('x')
+    with pytest.raises(BagError, match='voyage'):
+        BagWriter(tmp_path / 'voyage', force=force)
+
+
+def test_a_parent_that_is_a_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / 'file').write_text('x')
+    with pytest.raises(BagError, match='cannot be made'), BagWriter(tmp_path / 'file' / 'voyage'):
+        pass
+
+
+@pytest.mark.parametrize('error', [KeyboardInterrupt, ValueError])
+def test_an_interrupted_bag_is_finished(tmp_path: Path, error: type[BaseException]) -> None:
+    batches = all_batches()
+    assert interrupt(tmp_path / 'voyage', batches, error) == tmp_path / 'voyage'
+    bag = read_bag(tmp_path / 'voyage')
+    assert bag.warnings == ()
+    for name, samples in batches.items():
+        assert_same(samples, bag.samples(name))
+
+
+def test_an_interrupted_replacement_keeps_both(tmp_path: Path) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    before = digest(folder)
+    partial = interrupt(folder, all_batches(3), KeyboardInterrupt)
+    assert digest(folder) == before
+    assert partial == tmp_path / 'voyage.partial'
+    assert read_bag(partial).counts['/ship/imu'] == 3
+    write(folder, all_batches(4), force=True)
+    assert read_bag(folder).counts['/ship/imu'] == 4
+    assert not partial.exists()
+
+
+def test_bad_messages_are_refused(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'voyage') as writer:
+        with pytest.raises(
+            BagError, match=r"'ship/imü' is not in the table; it holds scene, ship/imu"
+        ):
+            writer.write_raw('ship/imü', b'', 0)
+        with pytest.raises(BagError, match=r'stamp -1 ns lies before 0'):
+            writer.write_raw(s.SHIP_IMU, b'', -1)
+        with pytest.raises(BagError, match='not in the table'):
+            writer.write({'elsewhere': s.text(0, 'x')})
+
+
+FULL = """
+    import resource, sys
+    from pathlib import Path
+    from bags_examples import example
+    from tauto_core import samples as s
+    from tauto_core.bags import BagWriter
+    from tauto_core.scene.errors import BagError
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
+    try:
+        with BagWriter(Path(sys.argv[1])) as writer:
+            for k in range(100):
+                writer.write({s.SHIP_IMU: example(s.ImuSamples, 100, seed=k)})
+    except BagError as error:
+        print(error)
+        sys.exit(3)
+"""
+
+
+def test_a_bag_on_a_full_disk_is_finished(tmp_path: Path) -> None:
+    """A limit of the file size stands for the full disk: both refuse a write half way."""
+    done = subprocess.run(
+        [sys.executable, '-c', textwrap.dedent(FULL), tmp_path / 'voyage'],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 3, done.stderr
+    assert 'voyage_0.mcap cannot be written' in done.stdout
+    bag = read_bag(tmp_path / 'voyage')
+    assert bag.warnings == ()
+    found = bag.samples(s.SHIP_IMU)
+    assert 700 < s.count(found) == bag.counts['/ship/imu'] < 1000
+    first = example(s.ImuSamples, 100, seed=0)
+    assert_same(first, s.take(found, slice(100)))
+    with Reader(tmp_path / 'voyage') as reader:
+        assert reader.message_count == s.count(found)
+
+
+LOOP = """
+    import sys
+    from pathlib import Path
+    from bags_examples import example
+    from tauto_core import samples as s
+    from tauto_core.bags import BagWriter
+
+    with BagWriter(Path(sys.argv[1])) as writer:
+        writer.write({s.SHIP_IMU: example(s.ImuSamples, 300)})
+        print('written', flush=True)
+        while True:
+            writer.write({s.SHIP_IMU: example(s.ImuSamples, 300)})
+"""
+
+
+@pytest.mark.parametrize('attempt', range(3))
+def test_a_bag_is_finished_wherever_an_interrupt_comes(tmp_path: Path, attempt: int) -> None:
+    folder = tmp_path / 'voyage'
+    with subprocess.Popen(
+        [sys.executable, '-c', textwrap.dedent(LOOP), folder],
+        cwd=Path(__file__).parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b'written\n', attempt
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert b'KeyboardInterrupt' in errors
+    bag = read_bag(folder)
+    assert bag.warnings == ()
+    found = bag.samples(s.SHIP_IMU)
+    assert s.count(found) == bag.counts['/ship/imu'] >= 300
+    assert_same(example(s.ImuSamples, 300), s.take(found, slice(300)))
+    assert read_metadata(folder)['message_count'] == s.count(found)
+
+
+def test_log_times_merge_topics_by_stamp(tmp_path: Path) -> None:
+    fast = example(s.ImuSamples, 20)
+    slow = s.TimeSamples(stamps(3, 400_000_000), '', stamps(3), s.same('dial', 3))
+    bag = read_bag(write(tmp_path / 'voyage', {s.READING: slow, s.SHIP_IMU: fast}))
+    (file,) = bag.files
+    with file.path.open('rb') as stream:
+        stored = [
+            message.stamp_ns for span in file.spans for message in file.messages(span, stream)
+        ]
+    assert stored == sorted(np.concatenate([slow.stamp_ns, fast.stamp_ns]).tolist())

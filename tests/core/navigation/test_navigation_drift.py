@@ -1,0 +1,247 @@
+"""The drift stage: joins, order of arrival, chunks, resuming, refusals."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, drift
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    OBSERVATION,
+    READING,
+    TimeSamples,
+    join,
+    same,
+    take,
+)
+from tauto_core.scene import parse_scene
+from tauto_core.ship.observations import Observations, schedule
+
+S = 1_000_000_000
+SCENE = """
+duration: {duration}
+starts_at: 100.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {{kind: involute, base_radius: 0.010}}
+  thread: {{kind: vertical}}
+  power: {{kind: force, force: 2.0}}
+  release_angle: 1.0
+drift: {{observation_interval: 7.0, observation_sigma: 0.5, states: {states}}}
+"""
+
+
+def scene_of(duration=60.0, states=2):
+    return parse_scene(SCENE.format(duration=duration, states=states), 'test')
+
+
+def times(stamps_s, errors_s=0.0):
+    stamps = np.asarray(np.array(stamps_s) * S, np.int64)
+    errors = np.asarray(np.broadcast_to(errors_s, stamps.shape) * S, np.int64)
+    return TimeSamples(stamps, '', stamps + errors, same('dial', len(stamps)))
+
+
+def readings_of(scene, rate_s=0.003):
+    at = scene.starts_at + np.arange(scene.log_count)
+    return times(at, rate_s * (at - scene.starts_at) + 0.01 * np.sin(at))
+
+
+def observations_of(scene):
+    return Observations(scene).between(0, 10**18)
+
+
+def run(stage, feeds):
+    said = [stage.feed(batches) for batches in feeds]
+    said.append(stage.finish())
+    return {
+        topic: join([batches[topic] for batches in said if topic in batches])
+        for topic in stage.outputs
+    }
+
+
+def assert_same(one, other):
+    assert one.keys() == other.keys()
+    for topic in one:
+        np.testing.assert_array_equal(one[topic].stamp_ns, other[topic].stamp_ns, strict=True)
+    np.testing.assert_array_equal(one[ESTIMATE].position, other[ESTIMATE].position, strict=True)
+    np.testing.assert_array_equal(one[CORRECTED].time_ref_ns, other[CORRECTED].time_ref_ns)
+
+
+def split(samples, cuts):
+    edges = [0, *sorted(cuts), len(samples.stamp_ns)]
+    return [take(samples, slice(a, b)) for a, b in pairwise(edges)]
+
+
+@st.composite
+def feeds(draw, topics):
+    """The topics in random pieces, each in its order, interleaved at random."""
+    queues = {
+        topic: split(samples, draw(st.lists(st.integers(0, len(samples.stamp_ns)), max_size=8)))
+        for topic, samples in topics.items()
+    }
+    order = draw(st.permutations([t for t, parts in queues.items() for _ in parts]))
+    return [{topic: queues[topic].pop(0)} for topic in order]
+
+
+SCENES = {states: scene_of(states=states) for states in (2, 3)}
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.data(), st.sampled_from([2, 3]))
+def test_neither_order_of_arrival_nor_chunks_nor_resuming_matter(data, states):
+    scene = SCENES[states]
+    topics = {READING: readings_of(scene), OBSERVATION: observations_of(scene)}
+    whole = run(DriftStage(scene), [topics])
+    pieces = data.draw(feeds(topics))
+    assert_same(run(DriftStage(scene), pieces), whole)
+    cut = data.draw(st.integers(0, len(pieces)))
+    first, second = DriftStage(scene), DriftStage(scene)
+    said = [first.feed(piece) for piece in pieces[:cut]]
+    second.restore(first.state())
+    later = run(second, pieces[cut:]) if len(pieces) > cut else second.finish()
+    said.append(later)
+    resumed = {t: join([s[t] for s in said if t in s]) for t in DriftStage.outputs}
+    assert_same(resumed, whole)
+    assert not any(second.health().values())
+
+
+def test_an_observation_counts_from_its_own_stamp_on():
+    scene = scene_of()
+    said = run(DriftStage(scene), [{READING: times([100, 101, 107, 108], 2.0)}])
+    # never observed: the prior
+    np.testing.assert_array_equal(said[ESTIMATE].position[:, 0], 0.0)
+    seen = run(
+        DriftStage(scene),
+        [{READING: times([100, 106, 107, 108], 2.0), OBSERVATION: times([100, 107])}],
+    )
+    offset, sigma = seen[ESTIMATE].position[:, :2].T
+    # prior and observation of equal weight: half the observed 2 s at once, more after the second
+    assert offset[0] == 1.0
+    assert sigma[0] == pytest.approx(0.5 / np.sqrt(2.0), rel=1e-15)
+    assert offset[1] == offset[0]
+    assert sigma[1] > sigma[0]
+    assert offset[2] > 1.3
+    assert sigma[2] < sigma[1]
+    assert seen[ESTIMATE].name == ESTIMATE_NAMES
+    assert list(seen[CORRECTED].time_ref_ns - seen[CORRECTED].stamp_ns)[:2] == [S, S]
+    assert set(seen[CORRECTED].source) == {'corrected'}
+
+
+def test_result_at_a_stamp_does_not_depend_on_the_log_interval():
+    scene = scene_of()
+    readings = readings_of(scene)
+    observations = observations_of(scene)
+    fine = run(DriftStage(scene), [{READING: readings, OBSERVATION: observations}])
+    coarse = run(
+        DriftStage(scene),
+        [{READING: take(readings, slice(0, None, 7)), OBSERVATION: observations}],
+    )
+    np.testing.assert_array_equal(coarse[ESTIMATE].position, fine[ESTIMATE].position[::7])
+
+
+def test_a_steady_rate_is_found_within_its_sigma():
+    days = np.arange(31) * 86_400.0
+    daily = parse_scene(
+        SCENE.format(duration=30 * 86_400.0, states=2).replace('7.0', '86400.0'), 'test'
+    )
+    observations = observations_of(daily)
+    assert len(observations.stamp_ns) == 31
+    readings = times(100.0 + days, 4.0 / 86_400.0 * days)
+    said = run(DriftStage(daily), [{READING: readings, OBSERVATION: observations}])
+    _, offset_sigma, rate, rate_sigma = said[ESTIMATE].position[-1]
+    # least squares over 31 days: 0.5/√Σ(t−t̄)² = 0.0100 s/day; the noise floor adds a few percent
+    assert rate_sigma == pytest.approx(0.5 / np.sqrt(31 * (31**2 - 1) / 12), rel=0.1)
+    assert abs(rate - 4.0) < 4 * rate_sigma
+    residual = said[CORRECTED].time_ref_ns[-1] - said[CORRECTED].stamp_ns[-1]
+    assert abs(residual) < 4e9 * offset_sigma
+
+
+def test_readings_wait_for_the_scheduled_observation():
+    scene = scene_of()
+    assert list(schedule(scene)[:3]) == [100 * S, 107 * S, 114 * S]
+    stage = DriftStage(scene)
+    assert stage.feed({READING: times([100, 101, 107, 108])}) == {}
+    first = stage.feed({OBSERVATION: times([100])})
+    assert list(first[ESTIMATE].stamp_ns) == [100 * S, 101 * S]
+    # the one at 107 s is lost: the next one releases
+    rest = stage.feed({OBSERVATION: times([114])})
+    assert list(rest[CORRECTED].stamp_ns) == [107 * S, 108 * S]
+    assert stage.finish() == {}
+    health = stage.health()
+    assert (health['observations_missing'], health['observations_unmatched']) == (1, 1)
+
+
+def test_observations_that_do_not_belong_are_refused_and_counted():
+    scene = scene_of()
+    wanted = [{READING: readings_of(scene), OBSERVATION: observations_of(scene)}]
+    stage = DriftStage(scene)
+    foreign = times([103.0, 100.0, 100.0, 107.0, 99.0], 50.0)
+    first, rest = take(foreign, slice(0, 1)), take(foreign, slice(2, None))
+    mixed = join([first, observations_of(scene), rest])
+    assert_same(
+        run(stage, [{READING: readings_of(scene), OBSERVATION: mixed}]),
+        run(DriftStage(scene), wanted),
+    )
+    health = stage.health()
+    assert health['observations_unscheduled'] == 1
+    assert health['observations_out_of_order'] == 3
+    assert health['observations_missing'] == 0
+
+
+def test_readings_out_of_order_are_refused_and_counted():
+    scene = scene_of()
+    stage = DriftStage(scene, expect_schedule=False)
+    said = run(stage, [{READING: times([100, 102, 101, 102])}, {READING: times([99, 103])}])
+    assert list(said[ESTIMATE].stamp_ns) == [100 * S, 102 * S, 103 * S]
+    assert stage.health()['readings_out_of_order'] == 3
+
+
+def test_foreign_observations_count_when_they_come():
+    scene = scene_of()
+    stage = DriftStage(scene, expect_schedule=False)
+    # Unix time: the estimate starts at the first reading, not at the scene's start
+    start = 1_700_000_000
+    early = stage.feed({READING: times([start, start + 10], [0.0, 4.0])})
+    assert early[ESTIMATE].position[1, 3] == pytest.approx(10.0, rel=1e-3)
+    # late: half way between the readings, where the line gives 2 s
+    late = stage.feed({OBSERVATION: times([start + 5])})
+    assert late == {}
+    after = stage.feed({READING: times([start + 20], [8.0])})
+    offset = after[ESTIMATE].position[0, 0]
+    # prior and observation of nearly equal weight: half of 2 s
+    assert offset == pytest.approx(1.0, rel=1e-4)
+    # of the future: waits, and the reading at its own stamp uses it
+    stage.feed({OBSERVATION: times([start + 30])})
+    before = stage.feed({READING: times([start + 29], [12.0])})
+    assert before[ESTIMATE].position[0, 0] == pytest.approx(offset, abs=1e-3)
+    at = stage.feed({READING: times([start + 30], [12.0])})
+    assert at[ESTIMATE].position[0, 0] > 3.0
+    assert not any(stage.health().values())
+
+
+def test_foreign_observations_older_than_the_history_are_refused(monkeypatch):
+    monkeypatch.setattr(drift, 'HISTORY', 3)
+    stage = DriftStage(scene_of(), expect_schedule=False)
+    stage.feed({OBSERVATION: times([99])})
+    stage.feed({READING: times(np.arange(100, 110))})
+    stage.feed({OBSERVATION: times([106.5], 1.0)})
+    assert stage.health()['observations_too_old'] == 2
+    stage.feed({OBSERVATION: times([107.5], 1.0)})
+    said = stage.feed({READING: times([110])})
+    assert said[ESTIMATE].position[0, 0] == pytest.approx(-0.5, rel=1e-4)
+    assert stage.health()['observations_too_old'] == 2
+    assert len(stage.state()['stamp']) == 3
+
+
+def test_a_missing_reading_is_bridged_by_its_neighbours():
+    scene = scene_of(duration=14.0)
+    exact = [{READING: times(np.arange(100, 115), 3.0), OBSERVATION: times([100, 107, 114])}]
+    gap = [{READING: times([100, 106, 108, 114], 3.0), OBSERVATION: times([100, 107, 114])}]
+    whole, bridged = run(DriftStage(scene), exact), run(DriftStage(scene), gap)
+    np.testing.assert_array_equal(
+        bridged[ESTIMATE].position, whole[ESTIMATE].position[[0, 6, 8, 14]]
+    )
