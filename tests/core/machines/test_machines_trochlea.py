@@ -148,7 +148,7 @@ MASSLESS = {'kind': 'weight', 'mass': 0.2, 'massless': True}
 @pytest.mark.parametrize(
     ('changes', 'numbers', 'follows'),
     [
-        # carried mass, pulling mass, force, stiffness; γ = β or α_c (physics E2's table)
+        # carried mass, pulling mass, force, stiffness; γ = β or α_c (theory E2's table)
         ({'power': FORCE}, (0.0, 0.0, 2.0, 0.0), False),
         ({'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
         ({'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), True),
@@ -221,7 +221,7 @@ def test_isochronism():
     assert table['nominal_period_s'] == regulator.small_period
     assert [row['amplitude_rad'] for row in table['rows']] == [1.0, 0.1]
     assert table['rows'][1]['period_s'] == regulator.period(0.1)
-    # physics E2: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
+    # theory E2: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
     assert table['rows'][0]['rate_s_per_day'] == pytest.approx(404.0, abs=0.5)
     json.dumps(table)
     slow = isochronism(regulator, [0.1], nominal_period_s=1.0)

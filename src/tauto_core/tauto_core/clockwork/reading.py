@@ -10,7 +10,7 @@ from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
 
 def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float) -> IntArray:
-    """Return the reading [ns] since the dial was set: nominal_period · φ / 2π (physics E4).
+    """Return the reading [ns] since the dial was set: nominal_period · φ / 2π (theory E4).
 
     The whole part is counted in integers, so that no length of run costs resolution.
 

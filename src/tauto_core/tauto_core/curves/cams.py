@@ -127,7 +127,7 @@ class Hole(LinearCam):
 class CircularArc(Cam):
     """The cheek before Euler: half a circle, root at depth d under the axle, vertical there.
 
-    t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread (physics E2). The circle's centre
+    t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread (theory E2). The circle's centre
     is (∓R, d). The range is half a turn: there the thread has gone round the half disc and
     leaves it at its outer corner (∓2R, d), level with the root. Up to there it meets neither
     the other cheek nor the axle, and t > 0, so that the well rises all the way.

@@ -1,7 +1,7 @@
 """The trochlea as a mechanism: a wheel, its cam, and what pulls the thread.
 
 I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh of a force or a
-spring, m g_eff of a weight (physics E2; Euler 1727, XVI–XX). With ϑ at rest in the case this is a
+spring, m g_eff of a weight (theory E2; Euler 1727, XVI–XX). With ϑ at rest in the case this is a
 well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
 """
 

@@ -3,7 +3,7 @@
 Absent terms are `None`: numba compiles them away, they are not in the code that runs.
 
 Variables per unit of inertia: ψ, the wheel's absolute angle, and w = p/I with the momentum
-p = (I + m t²) ψ̇ − m t² γ̇ (physics E2 in Hamilton's form: no second derivative of the forcing):
+p = (I + m t²) ψ̇ − m t² γ̇ (theory E2 in Hamilton's form: no second derivative of the forcing):
 
     ψ̇ = (w + μ t² γ̇) / (1 + μ t²)                                          μ = m/I
     ẇ = −pull · t + μ t t' (ψ̇ − γ̇)² − (c₁ v + c₂ d v² + c₀ d)/I              v = ψ̇ − α̇_c = θ̇
@@ -617,7 +617,7 @@ def _step_to_event(
 
 @njit(cache=True, nogil=True, error_model='numpy')
 def _kick(escapement: Any, mu: Any, t: float, v: float, d: float) -> float:
-    """Return what an impulse adds to θ̇: ½ M θ̇² grows by the energy (physics E2)."""
+    """Return what an impulse adds to θ̇: ½ M θ̇² grows by the energy (theory E2)."""
     if escapement is None:
         return 0.0
     return d * math.sqrt(v * v + escapement[0] / _mass(mu, t)) - v

@@ -45,7 +45,7 @@ ERROR_NAMES = (
     'sigma_nmi',
 )
 ARCMIN_PER_S = 15.0 / 60.0
-"""Longitude passed by the mean sun in a second [arc minutes], 15′ a minute (physics.md E6)."""
+"""Longitude passed by the mean sun in a second [arc minutes], 15′ a minute (theory E6)."""
 
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
@@ -57,7 +57,7 @@ HELD = 4096
 def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
     """Return the error of the longitude [arc minutes, east positive] of a clock fast by x [s].
 
-    λ = −15″ x: a fast clock puts the ship west of its true meridian (physics.md E6).
+    λ = −15″ x: a fast clock puts the ship west of its true meridian (theory E6).
     """
     return -ARCMIN_PER_S * clock_error_s
 

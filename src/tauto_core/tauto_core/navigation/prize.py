@@ -12,7 +12,7 @@ def prize_pounds(distance_nmi: float) -> int:
     """Return what the Act pays for a longitude found within a distance [pounds].
 
     £20,000 within 30 miles, £15,000 within 40, £10,000 within 60, the limits included, else 0
-    (physics.md E6).
+    (theory E6).
 
     Args:
         distance_nmi: how far from the truth the ship is put [nautical miles], >= 0.

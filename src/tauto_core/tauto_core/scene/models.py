@@ -60,7 +60,7 @@ class HoleCam(Section):
 
 
 class CircularArcCam(Section):
-    """Cheek of a circular arc, the cam before Euler (physics E2)."""
+    """Cheek of a circular arc, the cam before Euler (theory E2)."""
 
     kind: Literal['circular_arc'] = 'circular_arc'
     radius: Positive = Field(description='radius of the arc [m]')
@@ -175,7 +175,7 @@ class Sea(Section):
 
 
 class Roll(Section):
-    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (physics E5)."""
+    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (theory E5)."""
 
     natural_period: Positive = Field(description='natural period 2π/ω_n of the roll [s]')
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')

@@ -1,7 +1,7 @@
 """The ship's motion as an inertial sensor beside the clock reads it, and back.
 
 Axes REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is right-handed
-about x: starboard down is positive. Equations: physics.md E1.
+about x: starboard down is positive. Equations: theory E1.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def imu_samples(
     height: float,
     gravity: float,
 ) -> ImuSamples:
-    """Return what an IMU beside the clock reads (physics.md E1).
+    """Return what an IMU beside the clock reads (theory E1).
 
     The acceleration of the clock, y'' = -z0 (rho'' cos rho - rho'^2 sin rho) and
     z'' = z_s'' - z0 (rho'' sin rho + rho'^2 cos rho), turned with gravity by -rho, leaves
@@ -131,7 +131,7 @@ def imu_samples(
 
 
 def attitude(imu: ImuSamples) -> Attitude:
-    """Return roll, roll rate and specific force from any IMU samples (physics.md E1).
+    """Return roll, roll rate and specific force from any IMU samples (theory E1).
 
     The roll is that of the yaw-pitch-roll sequence,
 

@@ -1,4 +1,4 @@
-"""What the navigator knows of the true time (physics.md E7)."""
+"""What the navigator knows of the true time (theory E7)."""
 
 from __future__ import annotations
 

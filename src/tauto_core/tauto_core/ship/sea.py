@@ -1,4 +1,4 @@
-"""A long-crested sea and the ship's linear answer to it (physics.md E5)."""
+"""A long-crested sea and the ship's linear answer to it (theory E5)."""
 
 from __future__ import annotations
 

@@ -1,0 +1,96 @@
+"""The figures of a voyage, from what is on the topics alone.
+
+`tauto sail`, `tauto graph` and `tauto replay` share this: whatever ran the stages, the summary is
+the same function of the same messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from tauto_core.machines import compile_machine
+from tauto_core.motion import propagator_name
+from tauto_core.navigation import LongitudeTally
+from tauto_core.samples import (
+    ESTIMATE,
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    NS_PER_S,
+    PHASE,
+    READING,
+    SECONDS_PER_DAY,
+    JointSamples,
+    Samples,
+    TimeSamples,
+)
+from tauto_core.scene import Scene, StillShip
+
+
+class Summary:
+    """Keeps the last sample of each topic, and the worst where that counts."""
+
+    def __init__(self) -> None:
+        self._last: dict[str, JointSamples] = {}
+        self._first_reading: tuple[int, int] | None = None
+        self._last_reading: tuple[int, int] | None = None
+        self._tally = LongitudeTally()
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take batches of any topics, in order within a topic."""
+        for topic, samples in batches.items():
+            if not len(samples.stamp_ns):
+                continue
+            if topic == READING and isinstance(samples, TimeSamples):
+                ends = [(int(samples.stamp_ns[i]), int(samples.time_ref_ns[i])) for i in (0, -1)]
+                self._first_reading = self._first_reading or ends[0]
+                self._last_reading = ends[1]
+            elif isinstance(samples, JointSamples):
+                self._last[topic] = samples
+                if topic == LONGITUDE_ERROR:
+                    self._tally.feed(samples)
+
+    def clock(self) -> dict[str, float]:
+        """Return the dial's reading since the start, its error and its mean rate."""
+        if self._first_reading is None or self._last_reading is None:
+            return {}
+        (start, dial_start), (end, dial_end) = self._first_reading, self._last_reading
+        elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
+        rate = gained / NS_PER_S / elapsed * SECONDS_PER_DAY if elapsed else 0.0
+        return {
+            'reading_s': (dial_end - dial_start) / NS_PER_S,
+            'error_s': (dial_end - end) / NS_PER_S,
+            'rate_s_per_day': rate,
+        }
+
+    def trochlea(self, scene: Scene) -> dict[str, float]:
+        """Return the regulator's small-amplitude period and its state at the end."""
+        wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
+        if wheel is None or phase is None:
+            return {}
+        return {
+            'period_s': compile_machine(scene).small_period,
+            'angle_rad': float(wheel.position[-1, 0]),
+            'rate_rad_s': float(wheel.velocity[-1, 0]),
+            'phase_rad': _named(phase)['phase'],
+            'beats': round(_named(phase)['beats']),
+        }
+
+    def drift(self) -> dict[str, float]:
+        """Return the last estimate."""
+        estimate = self._last.get(ESTIMATE)
+        return _named(estimate) if estimate is not None else {}
+
+    def longitude(self) -> dict[str, float]:
+        """Return the last longitude error and what the Act of 1714 would have paid."""
+        return self._tally.result() or {}
+
+
+def _named(samples: JointSamples) -> dict[str, float]:
+    """Return the last sample's values by name."""
+    values = samples.position[-1].tolist()
+    return dict(zip(samples.name, values, strict=True))
+
+
+def scene_propagator(scene: Scene) -> str:
+    """Return the name of the propagator that runs a scene."""
+    return propagator_name(compile_machine(scene), still=isinstance(scene.ship, StillShip))

@@ -1,0 +1,312 @@
+"""The stages joined: a whole voyage offline, or the navigator's part again from a bag."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tauto_core.bags import Bag, BagWriter, read_bag
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import compile_machine
+from tauto_core.navigation import DriftStage, LongitudeStage, Route
+from tauto_core.samples import (
+    ESTIMATE,
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    NS_PER_S,
+    OBSERVATION,
+    PHASE,
+    READING,
+    SCENE,
+    SHIP_FIX,
+    SHIP_IMU,
+    Batches,
+    Samples,
+    Stage,
+    State,
+    join,
+    text,
+)
+from tauto_core.scene import Scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import BagError, SceneError
+from tauto_core.ship import Observations, ShipMotion
+from tauto_core.ship.imu import attitude
+from tauto_core.summary import Summary, scene_propagator
+
+CHUNK = 16_384
+"""Motion samples handled at once; the result does not depend on it."""
+
+
+class ShipSource:
+    """All that comes from the ship, in order of its stamps: scene, motion, place, observations."""
+
+    outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._motion = ShipMotion(scene)
+        self._observations = Observations(scene)
+        self._route = Route(scene)
+        self._produced = 0
+
+    @property
+    def total(self) -> int:
+        """Motion samples in all, those beyond the end included."""
+        return self._motion.total
+
+    @property
+    def produced(self) -> int:
+        """Motion samples produced by now."""
+        return self._produced
+
+    def produce(self, count: int) -> Batches:
+        """Return the next `count` motion samples and what else falls on their stamps."""
+        scene = self._scene
+        imu = self._motion.produce(count)
+        if not len(imu.stamp_ns):
+            return {}
+        first, last = self._produced, self._produced + len(imu.stamp_ns)
+        self._produced = last
+        batches: Batches = {SHIP_IMU: imu}
+        if first == 0:
+            batches[SCENE] = text(scene.starts_at_ns, scene_yaml(scene))
+        begin, end = self._index_ns(first), min(self._index_ns(last), scene.duration_ns + 1)
+        logs = np.arange(-(-begin // scene.log_interval_ns), -(-end // scene.log_interval_ns))
+        if len(logs):
+            batches[SHIP_FIX] = self._route.fixes(
+                scene.starts_at_ns + logs * scene.log_interval_ns
+            )
+        if begin < end:
+            seen = self._observations.between(scene.starts_at_ns + begin, scene.starts_at_ns + end)
+            if len(seen.stamp_ns):
+                batches[OBSERVATION] = seen
+        return batches
+
+    def _index_ns(self, k: int) -> int:
+        return k * self._scene.step_ns
+
+    def state(self) -> State:
+        """Return where the source is."""
+        return {'produced': self._produced, 'motion': self._motion.state()}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._produced = state['produced']
+        self._motion.restore(state['motion'])
+
+
+class Pipeline:
+    """Stages in their order: what one says is fed to all that follow.
+
+    Args:
+        stages: in the order of the flow.
+    """
+
+    def __init__(self, stages: Sequence[Stage]) -> None:
+        self._stages = list(stages)
+
+    def feed(self, batches: Mapping[str, Samples]) -> Batches:
+        """Return all that the stages said, and what they were fed."""
+        return self._run(dict(batches), final=False)
+
+    def finish(self) -> Batches:
+        """Return what the stages held back."""
+        return self._run({}, final=True)
+
+    def _run(self, known: Batches, *, final: bool) -> Batches:
+        for stage in self._stages:
+            wanted = {topic: known[topic] for topic in stage.inputs if topic in known}
+            said = [stage.feed(wanted)] if wanted else []
+            said += [stage.finish()] if final else []
+            for batches in said:
+                for topic, samples in batches.items():
+                    known[topic] = _append(known.get(topic), samples)
+        return known
+
+    def state(self) -> State:
+        """Return the states of all stages."""
+        return {'stages': [stage.state() for stage in self._stages]}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        for stage, saved in zip(self._stages, state['stages'], strict=True):
+            stage.restore(saved)
+
+    def health(self) -> dict[str, int]:
+        """Return the counters of all stages that are not zero."""
+        merged: dict[str, int] = {}
+        for stage in self._stages:
+            merged.update({name: n for name, n in stage.health().items() if n})
+        return merged
+
+
+def _append(known: Samples | None, new: Samples) -> Samples:
+    return new if known is None else join([known, new])  # type: ignore[type-var]
+
+
+def pipeline(scene: Scene) -> Pipeline:
+    """Return the stages of a scene: trochlea, drift, longitude."""
+    return Pipeline([TrochleaStage(scene), DriftStage(scene), LongitudeStage(scene)])
+
+
+def check_scene(scene: Scene) -> None:
+    """Refuse what only shows when the parts meet, before anything is started or overwritten.
+
+    Raises:
+        SceneError: the machine cannot be built, or the release and the ship's motion at the start
+            put the cam angle beyond the cam (theory E4).
+        MotionDataError: measured motion that cannot be used.
+    """
+    machine = compile_machine(scene)
+    felt = attitude(ShipMotion(scene).produce(1))
+    tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
+    angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
+    if not abs(angle) <= machine.cam.range_rad:
+        raise SceneError(
+            scene.name,
+            'trochlea.release_angle',
+            machine.release_angle,
+            f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
+            f'±{machine.cam.range_rad:.6g} rad',
+            'Release at a smaller angle or give the cam a wider range.',
+        )
+
+
+def sail(
+    scene: Scene,
+    out: Path | None = None,
+    *,
+    force: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Sail a scene offline; return the object that `tauto sail --json` prints.
+
+    Args:
+        scene: what to simulate.
+        out: folder of the bag to write; None: no bag.
+        force: replace a bag that is there.
+        progress: called with the fraction done, from 0 to 1.
+
+    Raises:
+        TautoError: bad scene, no place for the bag, or an event that ends the motion.
+    """
+    started = time.perf_counter()
+    check_scene(scene)
+    source, stages, summary = ShipSource(scene), pipeline(scene), Summary()
+    with ExitStack() as stack:
+        bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
+        for batches in _voyage(source, stages):
+            summary.feed(batches)
+            if bag is not None:
+                bag.write(_kept(scene, batches))
+            if progress is not None:
+                progress(source.produced / source.total)
+    return {
+        **_report(scene, summary),
+        'wall_s': time.perf_counter() - started,
+        'bag': None if out is None else str(out),
+    }
+
+
+def _voyage(source: ShipSource, stages: Pipeline) -> Iterator[Batches]:
+    while source.produced < source.total:
+        yield stages.feed(source.produce(CHUNK))
+    yield stages.finish()
+
+
+def _kept(scene: Scene, batches: Batches) -> Batches:
+    """Return what the log asks for."""
+    if scene.keeps_motion:
+        return batches
+    return {topic: samples for topic, samples in batches.items() if topic != SHIP_IMU}
+
+
+def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
+    return {
+        'scene': scene.name,
+        'duration_s': scene.duration,
+        'propagator': scene_propagator(scene),
+        'trochlea': summary.trochlea(scene),
+        'clock': summary.clock(),
+        'drift': summary.drift(),
+        'longitude': summary.longitude(),
+    }
+
+
+def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
+    """Return the scene of a bag, or the one given instead.
+
+    Raises:
+        BagError: the bag has none and none is given.
+    """
+    if scene is not None:
+        return scene
+    if bag.scene is None:
+        raise BagError(
+            f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
+            'scene it belongs to (--scene SCENE)'
+        )
+    return parse_scene(bag.scene, f'{bag.path}:{SCENE}')
+
+
+def summarise_bag(path: Path) -> dict[str, Any]:
+    """Return the report of a recorded voyage: what `sail` returns, less the wall time.
+
+    Raises:
+        BagError: not a bag, or without a scene.
+    """
+    bag = read_bag(path)
+    scene, summary = bag_scene(bag), Summary()
+    for topic in (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_ERROR):
+        if topic in bag:
+            for part in bag.parts(topic):
+                summary.feed({topic: part})
+    return {**_report(scene, summary), 'bag': str(path)}
+
+
+def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
+    """Estimate drift and longitude again from a bag's readings and observations alone.
+
+    Args:
+        path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
+            distances, `ship/fix`.
+        scene: replaces the bag's own, and is needed where it has none.
+
+    Returns:
+        `scene`, `clock`, `drift`, `longitude`, and the bag's `start_s`, `duration_s`, message
+        `counts` and `warnings`.
+
+    Raises:
+        BagError: not a bag, no readings, or no scene.
+    """
+    bag = read_bag(path)
+    found = bag_scene(bag, scene)
+    expect_fix = SHIP_FIX in bag
+    stages = Pipeline(
+        [DriftStage(found, expect_schedule=False), LongitudeStage(found, expect_fix=expect_fix)]
+    )
+    summary = Summary()
+    recorded = {
+        topic: bag.samples(topic)
+        for topic in (READING, OBSERVATION, SHIP_FIX)
+        if topic == READING or topic in bag
+    }
+    summary.feed(stages.feed(recorded))
+    summary.feed(stages.finish())
+    start, end = bag.start_ns or 0, bag.end_ns or 0
+    return {
+        'scene': found.name,
+        'bag': str(path),
+        'clock': summary.clock(),
+        'drift': summary.drift(),
+        'longitude': summary.longitude(),
+        'start_s': start / NS_PER_S,
+        'duration_s': (end - start) / NS_PER_S,
+        'counts': bag.counts,
+        'warnings': list(bag.warnings),
+    }

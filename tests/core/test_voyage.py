@@ -1,0 +1,159 @@
+"""The stages joined: the same figures from a run, its bag, and its readings alone."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from tauto_core import voyage
+from tauto_core.bags import read_bag
+from tauto_core.samples import READING, SCENE, SHIP_FIX, SHIP_IMU, join
+from tauto_core.scene import load_scene, parse_scene
+from tauto_core.scene.errors import BagError, SceneError
+from tauto_core.voyage import (
+    Pipeline,
+    ShipSource,
+    check_scene,
+    pipeline,
+    replay,
+    sail,
+    summarise_bag,
+)
+
+
+@pytest.fixture(scope='module')
+def measured(tmp_path_factory):
+    """Two minutes of the default scene: its report and its bag."""
+    out = tmp_path_factory.mktemp('voyage') / 'bag'
+    scene = load_scene('measured', duration=120.0)
+    return scene, sail(scene, out), out
+
+
+def test_bag_and_replay_give_the_figures_of_the_run(measured):
+    _, report, out = measured
+    again = summarise_bag(out)
+    assert {k: v for k, v in report.items() if k != 'wall_s'} == again
+    figures = replay(out)
+    for part in ('clock', 'drift', 'longitude'):
+        assert figures[part] == report[part]
+
+
+def test_the_bag_explains_itself(measured):
+    scene, _, out = measured
+    bag = read_bag(out)
+    assert parse_scene(bag.scene, 'bag') == scene
+    imu = bag.samples(SHIP_IMU)
+    assert len(imu.stamp_ns) == scene.samples + 4
+    assert imu.stamp_ns[0] == scene.starts_at_ns
+    assert np.all(np.diff(imu.stamp_ns) == scene.step_ns)
+    for topic in (READING, SHIP_FIX):
+        assert len(bag.samples(topic).stamp_ns) == scene.log_count
+
+
+def test_motion_is_kept_only_where_the_log_asks(tmp_path):
+    scene = load_scene('measured', duration=10.0, log={'interval': 1.0, 'motion': False})
+    sail(scene, tmp_path / 'bag')
+    assert SHIP_IMU not in read_bag(tmp_path / 'bag')
+
+
+def test_chunks_of_any_size_give_the_same_report(measured, monkeypatch):
+    scene, report, _ = measured
+    monkeypatch.setattr(voyage, 'CHUNK', 37)
+    again = sail(scene)
+    assert {k: again[k] for k in ('trochlea', 'clock', 'drift', 'longitude')} == {
+        k: report[k] for k in ('trochlea', 'clock', 'drift', 'longitude')
+    }
+
+
+def test_a_voyage_resumes_from_its_state_bit_for_bit():
+    scene = load_scene('measured', duration=30.0)
+    source, stages = ShipSource(scene), pipeline(scene)
+    whole = stages.feed(source.produce(source.total))
+    source, stages = ShipSource(scene), pipeline(scene)
+    first = stages.feed(source.produce(251))
+    state = pickle.loads(pickle.dumps((source.state(), stages.state())))
+    source, stages = ShipSource(scene), pipeline(scene)
+    source.restore(state[0])
+    stages.restore(state[1])
+    rest = stages.feed(source.produce(source.total))
+    assert set(first) | set(rest) == set(whole)
+    assert SCENE in first
+    assert SCENE not in rest
+    for topic in set(whole) - {SCENE}:
+        joined = join([part[topic] for part in (first, rest) if topic in part])
+        for name, value in vars(joined).items():
+            if isinstance(value, np.ndarray) and value.dtype != object:
+                assert value.tobytes() == getattr(whole[topic], name).tobytes(), (topic, name)
+
+
+def test_the_ideal_clock_on_land_keeps_true_time():
+    """Only the nominal period's rounding, 1e-15 of a day, and the nanosecond of the dial."""
+    report = sail(load_scene('ideal'))
+    assert report['propagator'] == 'harmonic'
+    assert abs(report['clock']['error_s']) <= 1e-9
+    assert report['longitude']['prize_pounds'] == 20_000
+
+
+def test_figures_agree_with_each_other(measured):
+    scene, report, _ = measured
+    clock, trochlea = report['clock'], report['trochlea']
+    assert clock['error_s'] == pytest.approx(clock['reading_s'] - scene.duration, abs=2e-9)
+    turned = trochlea['phase_rad'] / math.tau * scene.clock.nominal_period
+    assert clock['reading_s'] == pytest.approx(turned, abs=2e-9)
+    assert abs(trochlea['beats'] - trochlea['phase_rad'] / math.pi) <= 1
+    # 15″ of longitude a second; fast is west (theory E6)
+    raw = report['longitude']['raw_error_arcmin']
+    assert raw == pytest.approx(-clock['error_s'] / 4.0, abs=1e-12)
+
+
+def test_the_roll_at_the_start_counts_for_the_release():
+    """A weight's thread hangs along the apparent vertical: 0.5 rad of roll and 1.2 of release."""
+    rolling = {
+        'kind': 'components',
+        'components': [{'amplitude': 0.5, 'period': 9.0, 'phase': math.pi}],
+        'height': 0.0,
+    }
+    arc = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
+    trochlea = {
+        'inertia': 4e-4,
+        'cam': arc,
+        'thread': {'kind': 'vertical'},
+        'power': {'kind': 'weight', 'mass': 0.2},
+    }
+    fits = load_scene(
+        'measured', ship=rolling, trochlea={**trochlea, 'release_angle': math.pi - 0.51}
+    )
+    check_scene(fits)
+    beyond = load_scene(
+        'measured', ship=rolling, trochlea={**trochlea, 'release_angle': -math.pi + 0.49}
+    )
+    with pytest.raises(SceneError, match='with the roll at the start the cam feels') as caught:
+        check_scene(beyond)
+    assert caught.value.key == 'trochlea.release_angle'
+
+
+def test_a_bag_without_scene_needs_one(measured, tmp_path):
+    from tauto_core.bags import BagWriter
+
+    scene, report, out = measured
+    bag = read_bag(out)
+    with BagWriter(tmp_path / 'bare') as writer:
+        writer.write({READING: bag.samples(READING)})
+    with pytest.raises(BagError, match='--scene'):
+        replay(tmp_path / 'bare')
+    figures = replay(tmp_path / 'bare', scene=scene)
+    assert figures['clock'] == report['clock']
+    with BagWriter(tmp_path / 'empty') as writer:
+        writer.write({SHIP_FIX: bag.samples(SHIP_FIX)})
+    with pytest.raises(BagError, match='clock/reading'):
+        replay(tmp_path / 'empty', scene=scene)
+
+
+def test_pipeline_reports_the_counters_of_its_stages():
+    scene = load_scene('measured', duration=10.0)
+    source, stages = ShipSource(scene), pipeline(scene)
+    batch = source.produce(50)
+    stages.feed(batch)
+    stages.feed({SHIP_IMU: batch[SHIP_IMU]})
+    assert stages.health() == {'duplicated': 1, 'out_of_order': 49}
+    assert isinstance(stages, Pipeline)
