@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+
 from tauto_core import voyage
 from tauto_core.bags import read_bag
 from tauto_core.samples import READING, SCENE, SHIP_FIX, SHIP_IMU, join

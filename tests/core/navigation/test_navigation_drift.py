@@ -58,8 +58,9 @@ def run(stage, feeds):
     said = [stage.feed(batches) for batches in feeds]
     said.append(stage.finish())
     return {
-        topic: join([batches[topic] for batches in said if topic in batches])
+        topic: join(found)
         for topic in stage.outputs
+        if (found := [batches[topic] for batches in said if topic in batches])
     }
 
 

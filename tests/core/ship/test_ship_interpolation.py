@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from tauto_core.ship.interpolation import (
     FORCE_BEFORE,
     FORCE_POINTS,

@@ -128,8 +128,8 @@ def _grids(scene: Scene) -> Iterator[Problem]:
         yield Problem(
             'duration',
             scene.duration,
-            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {SAMPLES_BEYOND_END} steps beyond the end; '
-            f'ROS stamps end at {LAST_STAMP_S} s',
+            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {SAMPLES_BEYOND_END} steps beyond '
+            f'the end; ROS stamps end at {LAST_STAMP_S} s',
             'Shorten it, or let starts_at be earlier.',
         )
 

@@ -6,8 +6,8 @@ x = (t − t_k)/(t_{k+1} − t_k), which is well conditioned on 0 ≤ x ≤ 1.
 
 Interpolation error for a wave of angular frequency Ω sampled every h, of unit amplitude, at the
 middle of the interval: roll (Ωh)⁸ (3/4)⁴/8! = 8e-6 (Ωh)⁸, force (Ωh)¹⁰ (945/32)²/10! =
-2.4e-4 (Ωh)¹⁰; for a period of 5 s at 20 Hz both are below 2e-15. Source: the remainder of (Hermite) interpolation,
-e.g. Stoer & Bulirsch, Introduction to Numerical Analysis, 2.1.
+2.4e-4 (Ωh)¹⁰; for a period of 5 s at 20 Hz both are below 2e-15. Source: the remainder of
+(Hermite) interpolation, e.g. Stoer & Bulirsch, Introduction to Numerical Analysis, 2.1.
 """
 
 from __future__ import annotations

@@ -1,0 +1,84 @@
+# Tauto: `make sail` sets up and sails, `make test` sets up and checks. `make help` lists the rest.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+.PHONY: help sail graph test lint bench clean setup setup-dev environment FORCE
+
+SCENE ?= measured
+SPEED ?= 60
+JOBS ?= 2
+
+TAUTO := .venv/bin/tauto
+NAME := $(notdir $(basename $(SCENE)))
+OUT := bags/out/$(NAME)
+SETUP_FILES := $(wildcard src/*/setup.py src/*/setup.cfg src/*/pyproject.toml)
+
+# The wheels bring their own ROS; parts of a sourced one beside it do not load. So the children of
+# make see no ROS but theirs.
+ROS_VARIABLES := $(strip $(foreach v,ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION AMENT_PREFIX_PATH \
+  COLCON_PREFIX_PATH CMAKE_PREFIX_PATH RMW_IMPLEMENTATION,$(if $($(v)),$(v))))
+ROS_PREFIXES := /opt/ros $(subst :, ,$(AMENT_PREFIX_PATH) $(COLCON_PREFIX_PATH))
+SPACE := $(subst ,, )
+without_ros = $(subst $(SPACE),:,$(strip $(filter-out \
+  $(ROS_PREFIXES) $(ROS_PREFIXES:%=%/%),$(subst :, ,$(1)))))
+ROS_PATHS := $(strip $(foreach v,PYTHONPATH LD_LIBRARY_PATH,\
+  $(if $(filter-out $(call without_ros,$($(v))),$($(v))),$(v))))
+CLEARED := $(strip $(ROS_VARIABLES) $(ROS_PATHS))
+unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE $(ROS_VARIABLES)
+ifneq ($(ROS_PATHS),)
+$(foreach v,$(ROS_PATHS),$(eval export $(v) := $(call without_ros,$($(v)))))
+endif
+
+help:  ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+	@echo 'Variables: SCENE=$(SCENE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) PYTHON=...'
+
+sail: graph  ## sail the default scene as a ROS 2 graph, then replay its bag
+	$(TAUTO) replay $(OUT)
+
+graph: setup  ## the ROS 2 graph alone: SCENE=name or file, SPEED=sea seconds per second or max
+	$(TAUTO) graph $(SCENE) --speed $(SPEED) --out $(OUT) --force
+
+lint: setup-dev  ## format, lint, types, layers
+	.venv/bin/ruff format --check .
+	.venv/bin/ruff check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports --no-logo
+
+test: lint  ## lint and every test
+	.venv/bin/python -m pytest -n $(JOBS) --dist loadgroup
+
+bench: setup  ## messages per second through the graph
+	.venv/bin/python benchmarks/graph_throughput.py
+
+clean:  ## remove bags/out, colcon's folders and caches; .venv stays
+	rm -rf bags/out ros_ws/build ros_ws/install ros_ws/log \
+	  .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+setup: environment .venv/.installed
+
+setup-dev: environment .venv/.installed-dev
+
+environment:
+	@$(if $(CLEARED),echo 'A sourced ROS is hidden from what follows; cleared: $(CLEARED)',:)
+
+# A stamp holds the folder it was made in: a moved tree is set up anew.
+$(foreach s,.installed .installed-dev,$(if $(filter $(CURDIR),$(shell cat .venv/$(s) 2>&1)),,\
+  $(eval .venv/$(s): FORCE)))
+
+.venv/.installed: $(SETUP_FILES)
+	@$(call install,-e 'src/tauto_core' -e 'src/tauto_nodes[ros]')
+
+.venv/.installed-dev: $(SETUP_FILES)
+	@$(call install,-e 'src/tauto_core[dev]' -e 'src/tauto_nodes[ros]')
+	@echo '$(CURDIR)' > .venv/.installed
+
+define install
+.ci/venv $(PYTHON)
+echo 'Installing from PyPI into .venv: a minute or two on a good line.'
+.venv/bin/python -m pip install --quiet $(1)
+echo '$(CURDIR)' > $@
+endef

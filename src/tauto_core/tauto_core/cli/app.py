@@ -1,0 +1,145 @@
+"""The commands of `tauto`.
+
+Exit codes: 0 well, 2 for a bad command line or scene, 1 for anything that failed on the way, 130
+after Ctrl-C. Results go to stdout, all other words to stderr; with `--json` stdout holds one
+object and nothing else. A traceback means a fault of the program, never of its input.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from tauto_core.cli import curve, plugins
+from tauto_core.cli.options import AsJson, SceneName
+from tauto_core.scene.errors import TautoError, UsageError
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+
+class Commands(TyperGroup):
+    """All commands, with one answer to what goes wrong in any of them."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; turn errors into words on stderr and an exit code."""
+        try:
+            return super().invoke(ctx)
+        except TautoError as error:
+            typer.echo(f'tauto: {error}', err=True)
+            raise typer.Exit(error.exit_code) from None
+        except KeyboardInterrupt:
+            typer.echo('tauto: interrupted', err=True)
+            raise typer.Exit(130) from None
+
+
+app = typer.Typer(
+    name='tauto',
+    cls=Commands,
+    help="Sully and Euler's sea clock on a rolling ship: how far wrong is it on the chart?",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+scene_commands = typer.Typer(help='Look at one scene.', no_args_is_help=True)
+app.add_typer(scene_commands, name='scene')
+
+
+def main() -> None:
+    """Run `tauto` with the arguments of the process; never returns."""
+    app()
+
+
+def _show(result: dict[str, Any], table: RenderableType | None) -> None:
+    """Print a result: the table, or the object where there is none."""
+    if table is None:
+        typer.echo(json.dumps(result, allow_nan=False))
+        return
+    from rich.console import Console
+
+    Console().print(table)
+
+
+@app.command()
+def sail(
+    scene: SceneName,
+    out: Annotated[
+        Path | None, typer.Option(help='Folder of the bag; without it no bag is written.')
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
+    ] = None,
+    force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Sail a scene offline: how far wrong is the clock, and what would the Act have paid."""
+    from tauto_core import voyage
+    from tauto_core.cli.progress import progress_bar
+    from tauto_core.cli.tables import voyage_table
+    from tauto_core.scene import load_scene
+
+    loaded = load_scene(scene, duration=duration)
+    if force and out is None:
+        raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
+    try:
+        with progress_bar(loaded.name) as progress:
+            result = voyage.sail(loaded, out, force=force, progress=progress)
+    except KeyboardInterrupt:
+        if out is not None and out.is_dir():
+            typer.echo(f'tauto: {out} holds what was sailed until then', err=True)
+        raise
+    _show(result, None if as_json else voyage_table(result))
+
+
+@app.command()
+def replay(
+    bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
+    scene: Annotated[
+        str | None,
+        typer.Option(metavar='SCENE', help='The scene, where the bag does not hold its own.'),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Tell drift and longitude from a bag; nothing else is needed."""
+    from tauto_core import voyage
+    from tauto_core.cli.tables import replay_table
+    from tauto_core.scene import load_scene
+
+    result = voyage.replay(bag, scene=None if scene is None else load_scene(scene))
+    for warning in result.get('warnings', ()):
+        typer.echo(f'tauto: {warning}', err=True)
+    _show(result, None if as_json else replay_table(result))
+
+
+@app.command()
+def scenes(as_json: AsJson = False) -> None:
+    """List the scenes that ship with Tauto."""
+    from tauto_core.cli.facts import shipped_summary
+    from tauto_core.scene import shipped_scenes
+
+    found = {name: shipped_summary(name) for name in shipped_scenes()}
+    if as_json:
+        typer.echo(json.dumps({'scenes': found}))
+        return
+    width = max(map(len, found))
+    for name, summary in found.items():
+        typer.echo(f'{name:{width}}  {summary}')
+
+
+@scene_commands.command()
+def check(scene: SceneName, as_json: AsJson = False) -> None:
+    """Check a scene without sailing it, and tell what would run."""
+    from tauto_core.cli.facts import facts_table, scene_facts
+
+    facts = scene_facts(scene)
+    _show(facts, None if as_json else facts_table(facts))
+
+
+app.command()(curve.cam)
+app.command()(curve.isochronism)
+plugins.add_to(app)

@@ -1,0 +1,15 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+import typer
+
+SceneName: TypeAlias = Annotated[
+    str,
+    typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
+]
+AsJson: TypeAlias = Annotated[
+    bool, typer.Option('--json', help='Print one JSON object on stdout, nothing else there.')
+]

@@ -1,0 +1,49 @@
+"""Build script: colcon reads it, pip reads it through setuptools."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'tauto_nodes'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='ROS 2 Jazzy nodes of the sea clock: ship, trochlea, drift, longitude, bags.',
+    license='Apache-2.0',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    package_data={PACKAGE: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*.py')),
+        (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+    ],
+    python_requires='>=3.11',
+    install_requires=['tauto_core'],
+    extras_require={
+        'ros': [
+            'ros-jazzy-common-interfaces>=5.3.6',
+            'ros-jazzy-rclpy>=7.1.4',
+            'ros-jazzy-rmw-fastrtps-cpp>=8.4.3',
+        ],
+    },
+    entry_points={
+        'console_scripts': [
+            f'{node} = {PACKAGE}.{node}:main'
+            for node in (
+                'ship_motion',
+                'trochlea',
+                'drift_estimator',
+                'longitude',
+                'recorder',
+                'player',
+            )
+        ],
+        'tauto.commands': [
+            f'graph = {PACKAGE}.commands:graph',
+            f'play = {PACKAGE}.commands:play',
+        ],
+    },
+    zip_safe=False,
+)

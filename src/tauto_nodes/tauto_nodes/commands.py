@@ -1,0 +1,151 @@
+"""`tauto graph` and `tauto play`; the command line loads them from the group `tauto.commands`."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tauto_core.scene.errors import UsageError
+
+if TYPE_CHECKING:
+    from tauto_nodes.graph import Outcome
+
+MAX_SPEED = 1e6
+
+
+def _speed(text: str) -> float:
+    if text == 'max':
+        return 0.0
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = math.nan
+    if not 0.0 < speed <= MAX_SPEED:  # also false for NaN
+        raise UsageError(
+            f'--speed {text}: must be a number in (0, {MAX_SPEED:g}], sea seconds a second, or max'
+        )
+    return speed
+
+
+def _namespace(text: str) -> str:
+    from rclpy.exceptions import InvalidNamespaceException
+    from rclpy.validate_namespace import validate_namespace
+
+    name = text.strip('/')
+    try:
+        validate_namespace(f'/{name}')
+    except InvalidNamespaceException as error:
+        raise UsageError(f'--namespace {text!r}: {error}'.replace('\n', ' ')) from error
+    return name
+
+
+def _say(outcome: Outcome) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table('topic', 'received', 'written', 'lost')
+    for topic, numbers in outcome.counts.items():
+        table.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
+    Console(stderr=True).print(table)
+
+
+def graph(
+    scene: Annotated[
+        str,
+        typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
+    ],
+    *,
+    speed: Annotated[
+        str, typer.Option(metavar='X|max', help='Sea seconds in a second, or as fast as it goes.')
+    ] = '60',
+    out: Annotated[
+        Path | None, typer.Option(help='Folder of the bag; default: bags/out/<scene>.')
+    ] = None,
+    force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
+    duration: Annotated[
+        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
+    ] = None,
+    compose: Annotated[
+        bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
+    ] = False,
+    namespace: Annotated[str, typer.Option(help='Namespace of the graph.')] = '',
+    as_json: Annotated[
+        bool,
+        typer.Option('--json', help='Print one JSON object on stdout, nothing else there.'),
+    ] = False,
+) -> None:
+    """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
+    from tauto_core.bags import check_folder
+    from tauto_core.cli.progress import progress_bar
+    from tauto_core.cli.tables import voyage_table
+    from tauto_core.scene import load_scene
+    from tauto_core.voyage import check_scene, summarise_bag
+    from tauto_nodes.graph import Plan, run_graph
+
+    pace = _speed(speed)
+    place = _namespace(namespace)
+    loaded = load_scene(scene, **({} if duration is None else {'duration': duration}))
+    check_scene(loaded)
+    folder = out or Path('bags/out') / Path(scene).stem
+    check_folder(folder, force=force)
+    plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place)
+    began_s = time.monotonic()
+    with progress_bar(loaded.name) as progress:
+        outcome = run_graph(plan, loaded, progress)
+    _say(outcome)
+    if outcome.signal:
+        kept = f'{folder} holds what was sailed until then' if folder.is_dir() else 'no bag yet'
+        typer.echo(f'tauto: stopped early; {kept}', err=True)
+        raise typer.Exit(128 + outcome.signal)
+    result: dict[str, Any] = {
+        **summarise_bag(folder),
+        'wall_s': time.monotonic() - began_s,
+        'start_s': outcome.start_s,
+        'voyage_s': outcome.voyage_s,
+        'topics': outcome.counts,
+        'bag': str(folder),
+    }
+    if as_json:
+        typer.echo(json.dumps(result, allow_nan=False))
+    else:
+        from rich.console import Console
+
+        Console().print(voyage_table(result))
+    if outcome.lost:
+        typer.echo(f'tauto: {outcome.lost} messages were lost on the way', err=True)
+        raise typer.Exit(1)
+
+
+def play(
+    bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
+    *,
+    rate: Annotated[
+        float, typer.Option(metavar='X', help='Seconds of the bag in a second.')
+    ] = 1.0,
+    topic: Annotated[
+        list[str] | None,
+        typer.Option(help='A topic to play, or all; default: what drives the graph.'),
+    ] = None,
+    namespace: Annotated[str, typer.Option(help='Namespace to play into.')] = '',
+    publish_clock: Annotated[
+        bool, typer.Option('--publish-clock', help='Publish /clock as well.')
+    ] = False,
+) -> None:
+    """Play a bag into a ROS 2 graph, in the domain that the environment names."""
+    from tauto_nodes.player import Player
+    from tauto_nodes.running import run
+
+    arguments = ['--ros-args', '-r', f'__ns:=/{_namespace(namespace)}']
+    values: dict[str, Any] = {'bag': str(bag), 'rate': float(rate), 'publish_clock': publish_clock}
+    if topic:
+        values['topics'] = list(topic)
+    for name, value in values.items():
+        arguments += ['-p', f'{name}:={json.dumps(value)}']
+    code = run((Player,), arguments)
+    if code:
+        raise typer.Exit(code)

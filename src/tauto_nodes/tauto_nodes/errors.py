@@ -1,0 +1,19 @@
+"""The exceptions of tauto_nodes; messages name the thing, its value, the limit, the remedy."""
+
+from __future__ import annotations
+
+from tauto_core.scene.errors import TautoError
+
+
+class NodesError(TautoError):
+    """Base of every error that tauto_nodes raises on purpose."""
+
+
+class ParameterError(NodesError):
+    """Parameters that a node cannot start with; nothing was started."""
+
+    exit_code = 2
+
+
+class GraphError(NodesError):
+    """A graph that did not come up, stood still, or lost one of its nodes."""

@@ -1,0 +1,164 @@
+"""Flow control by credits, without ROS: who has taken how much, who may send, when it is over.
+
+A consumer reports how many messages of each topic it has taken. A sender keeps at most WINDOW
+messages of a topic in flight to its slowest consumer; the queues in between are deeper, so none
+overflows. docs/nodes.md has the argument why this neither loses nor deadlocks.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field
+
+from tauto_nodes.errors import NodesError
+
+WINDOW = 800
+"""Messages of one topic that may be in flight to a consumer."""
+
+BATCH = 200
+"""Messages after which a consumer works and reports without waiting for its tick."""
+
+CREDIT_TOPIC = '_tauto/credit'
+END_TOPIC = '_tauto/end'
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a node says on `_tauto/credit`; the latest says it all.
+
+    Args:
+        node: its name in the namespace.
+        taken: messages taken so far, of each topic it subscribes to.
+        matched: those of its topics that have found a publisher.
+        ready: whether its publishers have found all their subscribers.
+    """
+
+    node: str
+    taken: dict[str, int]
+    matched: tuple[str, ...] = ()
+    ready: bool = False
+
+    def to_json(self) -> str:
+        """Return the message's text."""
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_json(text: str) -> Report:
+        """Return the report that a message holds; NodesError where it holds none."""
+        try:
+            content = json.loads(text)
+            return Report(
+                str(content['node']),
+                {str(topic): int(n) for topic, n in content['taken'].items()},
+                tuple(content['matched']),
+                bool(content['ready']),
+            )
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise NodesError(f'{CREDIT_TOPIC}: not a credit report: {text[:80]!r}') from error
+
+
+@dataclass(frozen=True)
+class End:
+    """What a node says on `_tauto/end`: how many messages of each topic it has sent in all."""
+
+    node: str
+    sent: dict[str, int]
+
+    def to_json(self) -> str:
+        """Return the message's text."""
+        return json.dumps(asdict(self))
+
+    @staticmethod
+    def from_json(text: str) -> End:
+        """Return the end marker that a message holds; NodesError where it holds none."""
+        try:
+            content = json.loads(text)
+            sent = {str(topic): int(n) for topic, n in content['sent'].items()}
+            return End(str(content['node']), sent)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise NodesError(f'{END_TOPIC}: not an end marker: {text[:80]!r}') from error
+
+
+@dataclass
+class Flow:
+    """One node's view of the graph.
+
+    Args:
+        node: its own name.
+        graph: names of all nodes of the graph, its own included.
+        inputs, outputs: its topics.
+    """
+
+    node: str
+    graph: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    reports: dict[str, Report] = field(default_factory=dict)
+    totals: dict[str, int] = field(default_factory=dict)
+
+    def hear(self, report: Report) -> None:
+        """Take a node's report; those of nodes outside the graph are left aside."""
+        if report.node in self.graph:
+            self.reports[report.node] = report
+
+    def hear_end(self, end: End) -> None:
+        """Take a node's end marker."""
+        if end.node in self.graph:
+            self.totals.update(end.sent)
+
+    def absent(self) -> list[str]:
+        """Return the nodes of the graph that have not been heard."""
+        return [name for name in self.graph if name not in self.reports]
+
+    def consumers(self, topic: str) -> list[str]:
+        """Return the nodes that subscribe to a topic."""
+        return [name for name, report in self.reports.items() if topic in report.taken]
+
+    def in_flight(self, topic: str, sent: int) -> int:
+        """Return how many of `sent` messages the slowest consumer has not taken."""
+        taken = [report.taken[topic] for report in self.reports.values() if topic in report.taken]
+        return sent - min(taken, default=sent)
+
+    def waiting(self, found: dict[str, set[str]]) -> list[str]:
+        """Return what its outputs wait for before anything may be sent; empty: ready.
+
+        Args:
+            found: by output, the names of the nodes that its publisher has matched.
+        """
+        if absent := self.absent():
+            return [f'node {name}' for name in absent]
+        return [
+            f'subscription of {name} to {topic}'
+            for topic in self.outputs
+            for name in self.consumers(topic)
+            if name not in found.get(topic, ()) or topic not in self.reports[name].matched
+        ]
+
+    def everyone_ready(self) -> bool:
+        """Return whether all nodes of the graph have said so."""
+        return not self.absent() and all(report.ready for report in self.reports.values())
+
+    def short(self, received: dict[str, int]) -> dict[str, int] | None:
+        """Return what is still missing of each input; None before all its ends have come."""
+        if any(topic not in self.totals for topic in self.inputs):
+            return None
+        return {
+            topic: missing
+            for topic in self.inputs
+            if (missing := self.totals[topic] - received[topic]) > 0
+        }
+
+
+def known(names: Iterable[str], node: str) -> tuple[str, ...]:
+    """Return the graph's names, after checking that they name the node itself once.
+
+    Raises:
+        NodesError: the node is not among them, or a name comes twice.
+    """
+    graph = tuple(names)
+    if node not in graph or len(set(graph)) != len(graph):
+        raise NodesError(
+            f'graph = {list(graph)}: must name every node of the graph once, {node} among them'
+        )
+    return graph

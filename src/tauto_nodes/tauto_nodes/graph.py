@@ -1,0 +1,248 @@
+"""A voyage as a ROS 2 graph: all nodes on one scene, recorded, from start to end."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import rclpy
+import yaml
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
+from std_msgs.msg import String
+
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS
+from tauto_core.scene import Scene
+from tauto_nodes.domains import claim_domain
+from tauto_nodes.errors import GraphError
+from tauto_nodes.flow import CREDIT_TOPIC, Report
+from tauto_nodes.qos import CREDIT_QOS
+from tauto_nodes.running import executor_named
+from tauto_nodes.supervisor import Supervisor, noted_signals
+
+NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
+STALL_S = 120.0
+SPIN_S = 0.05
+DOMAIN = 'ROS_DOMAIN_ID'
+RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to run.
+
+    Args:
+        scene: name or file, as the nodes are to load it.
+        duration_s: replaces the scene's; 0: its own.
+        speed: sea time by wall time; 0: as fast as possible.
+        out: folder of the bag.
+        force: replace a bag that is there.
+        compose: all nodes in one process.
+        namespace: of the graph; empty: the root.
+        executor: of all nodes, `events` or `single`.
+    """
+
+    scene: str
+    out: Path
+    duration_s: float = 0.0
+    speed: float = 60.0
+    force: bool = False
+    compose: bool = False
+    namespace: str = ''
+    executor: str = 'events'
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of it.
+
+    Args:
+        counts: received, written and lost, by topic.
+        signal: number of the signal that ended the voyage early; 0: it went to its end.
+        start_s: wall time until the first message was sent [s].
+        voyage_s: wall time from then to the closed bag [s].
+    """
+
+    counts: dict[str, dict[str, int]] = field(default_factory=dict)
+    signal: int = 0
+    start_s: float = 0.0
+    voyage_s: float = 0.0
+
+    @property
+    def lost(self) -> int:
+        """Messages lost, of all topics."""
+        return sum(numbers['lost'] for numbers in self.counts.values())
+
+
+def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, Any]:
+    """Return the content of the parameter file for all nodes."""
+    file = Path(plan.scene)
+    voyage = {
+        'scene': str(file.resolve()) if file.is_file() else plan.scene,
+        'duration': float(plan.duration_s),
+    }
+    topics = ['all'] if scene.keeps_motion else [t for t in TOPICS if t != s.SHIP_IMU]
+    own: dict[str, dict[str, Any]] = {
+        'ship_motion': {**voyage, 'speed': float(plan.speed)},
+        'trochlea': voyage,
+        'drift_estimator': voyage,
+        'longitude': voyage,
+        'recorder': {
+            'output': str(plan.out.resolve()),
+            'force': plan.force,
+            'topics': topics,
+            'report': str(report),
+        },
+    }
+    prefix = f'/{plan.namespace.strip("/")}'.rstrip('/')
+    # No object comes twice: the parser of ROS takes no YAML aliases.
+    return {
+        f'{prefix}/{node}': {
+            'ros__parameters': {
+                **own[node],
+                'executor': plan.executor,
+                'flow_control': 'credits',
+                'graph': list(NODES),
+            }
+        }
+        for node in NODES
+    }
+
+
+@contextmanager
+def graph_environment() -> Iterator[dict[str, str]]:
+    """Set this process' ROS environment and yield it for the children.
+
+    Discovery stays on this machine and the domain is a free one, unless the environment says
+    otherwise.
+    """
+    domain = None if os.environ.get(DOMAIN) else claim_domain()
+    given = {RANGE: os.environ.get(RANGE) or 'LOCALHOST'}
+    if domain is not None:
+        given[DOMAIN] = str(domain.number)
+    before = {name: os.environ.get(name) for name in given}
+    os.environ.update(given)
+    try:
+        yield dict(os.environ)
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        if domain is not None:
+            domain.release()
+
+
+class _Watch:
+    """Hears the credits of the graph: how far the recorder is, and whether anything moves."""
+
+    def __init__(self, namespace: str) -> None:
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
+        self._node.create_subscription(String, CREDIT_TOPIC, self._hear, CREDIT_QOS)
+        self._executor = executor_named('single')
+        self._executor.add_node(self._node)
+        self.reports: dict[str, Report] = {}
+        self.moved_s = time.monotonic()
+        self.started_s: float | None = None
+
+    def _hear(self, message: String) -> None:
+        report = Report.from_json(message.data)
+        if self.reports.get(report.node) != report:
+            self.moved_s = time.monotonic()
+            if self.started_s is None and any(report.taken.values()):
+                self.started_s = self.moved_s
+        self.reports[report.node] = report
+
+    def spin(self) -> None:
+        """Listen for a moment."""
+        self._executor.spin_once(timeout_sec=SPIN_S)
+
+    def recorded(self, topic: str) -> int:
+        """Return how many messages of a topic the recorder has taken."""
+        report = self.reports.get('recorder')
+        return report.taken.get(topic, 0) if report else 0
+
+    def close(self) -> None:
+        """End the context."""
+        self._node.destroy_node()
+        try_shutdown()
+
+
+def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
+    """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
+
+    Args:
+        plan: what to run; its scene and folder have been checked.
+        scene: the same scene, loaded.
+        progress: told the fraction that is recorded, from 0 to 1.
+
+    Raises:
+        GraphError: a node died, would not end, or the graph stood still for STALL_S.
+    """
+    born_s = time.monotonic()
+    with (
+        noted_signals() as signals,
+        graph_environment() as environment,
+        tempfile.TemporaryDirectory(prefix='tauto_') as temporary,
+    ):
+        folder = Path(temporary)
+        report = folder / 'report.json'
+        parameters = folder / 'parameters.yaml'
+        parameters.write_text(yaml.safe_dump(parameters_of(plan, scene, report)), 'utf-8')
+        arguments = ['--ros-args', '--params-file', str(parameters)]
+        if plan.namespace:
+            arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
+        names = ('compose',) if plan.compose else NODES
+        with Supervisor(folder, environment) as supervisor:
+            for name in names:
+                supervisor.start(name, arguments)
+            watch = _Watch(plan.namespace)
+            try:
+                while not signals.came and supervisor.exit_code(names[0]) is None:
+                    watch.spin()
+                    progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
+                    supervisor.check(ended=names[:1])
+                    _check_stall(watch)
+            finally:
+                watch.close()
+            end_s = time.monotonic()
+            killed = supervisor.stop()
+        counts = _counts(report, supervisor, names[0], interrupted=signals.came > 0)
+        if killed:
+            raise GraphError(f'{", ".join(killed)} did not end on SIGTERM and had to be killed')
+        started_s = watch.started_s or end_s
+        return Outcome(counts, signals.came, started_s - born_s, end_s - started_s)
+
+
+def _check_stall(watch: _Watch) -> None:
+    if time.monotonic() - watch.moved_s > STALL_S:
+        silent = sorted(set(NODES) - set(watch.reports)) or ['none; all have been heard']
+        raise GraphError(
+            f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
+            f'{", ".join(silent)}). A network filter on the loopback interface, another '
+            f'{DOMAIN} in the environment or a machine under heavy load can do this'
+        )
+
+
+def _counts(
+    report: Path, supervisor: Supervisor, name: str, *, interrupted: bool
+) -> dict[str, dict[str, int]]:
+    """Return the recorder's counts; raise if its process ended in any other way than a loss."""
+    counts: dict[str, dict[str, int]] = {}
+    if report.is_file():
+        counts = json.loads(report.read_text('utf-8'))
+    lost = any(numbers['lost'] for numbers in counts.values())
+    if interrupted or supervisor.exit_code(name) == (1 if lost else 0):
+        return counts
+    raise supervisor.died(name)

@@ -1,0 +1,342 @@
+"""What every node has: parameters, ports for serialised messages, flow control, diagnostics.
+
+Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
+message object, so a payload in the graph is the payload in the bag.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, ParamSpec
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos_overriding_options import InvalidQosOverridesError
+from std_msgs.msg import String
+
+from tauto_nodes.errors import ParameterError
+from tauto_nodes.flow import BATCH, CREDIT_TOPIC, END_TOPIC, WINDOW, End, Flow, Report, known
+from tauto_nodes.parameters import declare
+from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match, overriding
+
+P = ParamSpec('P')
+
+TICK_S = 0.01
+HELLO_S = 0.05
+REPEAT_S = 1.0
+LOST_AFTER_S = 3.0
+
+
+@dataclass
+class Input:
+    """State of one subscription."""
+
+    received: int = 0
+    taken: int = 0
+    last_s: float | None = None
+    matched: int = 0
+    incompatible: int = 0
+    pending: list[bytes] = field(default_factory=list)
+
+
+@dataclass
+class Output:
+    """State of one publisher."""
+
+    publisher: Any
+    sent: int = 0
+    matched: int = 0
+    incompatible: int = 0
+    queue: deque[bytes] = field(default_factory=deque)
+
+
+class Member(Node):
+    """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
+
+    Args:
+        role: which node of the table in parameters.py this is; also its default name.
+        node_options: handed to rclpy.node.Node.
+    """
+
+    def __init__(self, role: str, **node_options: Any) -> None:
+        super().__init__(role, **node_options)
+        self.role = role
+        self.settings = declare(self, role)
+        self.failure: Exception | None = None
+        self.over = False
+        self.exit_code = 0
+        self.steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.inputs: dict[str, Input] = {}
+        self.outputs: dict[str, Output] = {}
+        self.flow: Flow | None = None
+        self.input_over = False
+        self._ended = False
+        self._totals_s: float | None = None
+        self._waiting: list[str] = []
+        self._reported_s = 0.0
+        self._reported: Report | None = None
+
+    # What a subclass says.
+
+    def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
+        """Take what came, by topic."""
+
+    def at_end(self) -> None:
+        """Say what is held back: no more input will come."""
+
+    def tick(self) -> None:
+        """Do what is due; called every TICK_S of the steady clock and when credits come."""
+
+    def close(self) -> None:
+        """Leave the graph in good order; the context is still alive."""
+
+    def health(self) -> dict[str, int]:
+        """Return counters of what was refused or bridged."""
+        return {}
+
+    # Ports.
+
+    def connect(self, inputs: Sequence[Port], outputs: Sequence[Port]) -> None:
+        """Create the ports and begin to tick.
+
+        Raises:
+            NodesError: the graph's names do not hold the node.
+            ParameterError: QoS overrides that do not go with flow control.
+        """
+        controlled = self.settings.credits
+        if controlled:
+            names = known(self.settings.names('graph'), self.get_name())
+            topics = tuple(p.name for p in inputs), tuple(p.name for p in outputs)
+            self.flow = Flow(self.get_name(), names, *topics)
+        try:
+            for port in outputs:
+                self._publish_on(port, controlled)
+            for port in inputs:
+                self._listen_to(port, controlled)
+        except InvalidQosOverridesError as error:
+            raise ParameterError(f'{self.get_fully_qualified_name()}: {error}') from error
+        if controlled:
+            self._credit = self.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
+            self._end = self.create_publisher(String, END_TOPIC, END_QOS)
+            self.create_subscription(String, CREDIT_TOPIC, self.guard(self._hear), CREDIT_QOS)
+            self.create_subscription(String, END_TOPIC, self.guard(self._hear_end), END_QOS)
+        self.create_timer(TICK_S, self.guard(self._tick), clock=self.steady)
+
+    def guard(self, callback: Callable[P, None]) -> Callable[P, None]:
+        """Return the callback; what it raises ends the node with that as the reason."""
+
+        def guarded(*args: P.args, **kwargs: P.kwargs) -> None:
+            if self.failure is not None:
+                return
+            try:
+                callback(*args, **kwargs)
+            except Exception as error:
+                self.failure = error
+
+        return guarded
+
+    def _publish_on(self, port: Port, controlled: bool) -> None:
+        events = PublisherEventCallbacks(
+            matched=lambda info: self._note(self.outputs, port.name, 'matched', info),
+            incompatible_qos=lambda info: self._note(
+                self.outputs, port.name, 'incompatible', info
+            ),
+        )
+        publisher = self.create_publisher(
+            port.message,
+            port.name,
+            port.profile,
+            event_callbacks=events,
+            qos_overriding_options=overriding(controlled),
+        )
+        self.outputs[port.name] = Output(publisher)
+
+    def _listen_to(self, port: Port, controlled: bool) -> None:
+        self.inputs[port.name] = Input()
+        events = SubscriptionEventCallbacks(
+            matched=lambda info: self._note(self.inputs, port.name, 'matched', info),
+            incompatible_qos=lambda info: self._note(self.inputs, port.name, 'incompatible', info),
+        )
+        receive = partial(self._receive, self.inputs[port.name])
+        drains = self.settings.text('executor') == 'single'
+
+        def take(payload: bytes) -> None:
+            receive(payload)
+            # One message a wait is all that rclpy takes, and a wait costs it milliseconds.
+            for _ in range(BATCH if drains else 0):
+                with subscription.handle:
+                    taken = subscription.handle.take_message(subscription.msg_type, True)
+                if taken is None:
+                    return
+                receive(taken[0])
+
+        subscription = self.create_subscription(
+            port.message,
+            port.name,
+            self.guard(take),
+            port.profile,
+            raw=True,
+            event_callbacks=events,
+            qos_overriding_options=overriding(controlled),
+        )
+
+    def _note(
+        self, ports: Mapping[str, Input | Output], topic: str, event: str, info: Any
+    ) -> None:
+        if topic not in ports:
+            return
+        if event == 'matched':
+            ports[topic].matched = info.current_count
+        else:
+            ports[topic].incompatible = info.total_count
+            self.get_logger().error(
+                f"{topic}: the other side's quality of service does not match; "
+                'set qos_overrides or imu_reliability'
+            )
+
+    # In.
+
+    def _receive(self, source: Input, payload: bytes) -> None:
+        if self.input_over:
+            return
+        source.received += 1
+        source.pending.append(payload)
+        if len(source.pending) >= BATCH and not self.backlogged:
+            self._work()
+            if self.flow is not None:
+                self._report()
+
+    def _work(self) -> None:
+        # While its own output waits, a node takes nothing: that is what holds its sources back.
+        if self.backlogged:
+            return
+        now = time.monotonic()
+        payloads = {}
+        for topic, source in self.inputs.items():
+            if source.pending:
+                payloads[topic] = source.pending
+                source.taken += len(source.pending)
+                source.last_s = now
+                source.pending = []
+        if payloads:
+            self.take(payloads)
+
+    # Out.
+
+    @property
+    def backlogged(self) -> bool:
+        """Whether messages wait because a consumer is behind."""
+        return any(output.queue for output in self.outputs.values())
+
+    def send(self, topic: str, payloads: Sequence[bytes]) -> None:
+        """Publish messages in order, now or as soon as flow control allows."""
+        output = self.outputs[topic]
+        output.queue.extend(payloads)
+        self._pump(topic, output)
+
+    def _pump(self, topic: str, output: Output) -> None:
+        count = len(output.queue)
+        if self.flow is not None and count:
+            count = min(count, WINDOW - self.flow.in_flight(topic, output.sent))
+        for _ in range(count):
+            output.publisher.publish(output.queue.popleft())
+            output.sent += 1
+
+    # Flow control.
+
+    def _hear(self, message: String) -> None:
+        assert self.flow is not None
+        self.flow.hear(Report.from_json(message.data))
+        for topic, output in self.outputs.items():
+            if output.queue:
+                self._pump(topic, output)
+        if not self.backlogged:
+            self.tick()
+
+    def _hear_end(self, message: String) -> None:
+        assert self.flow is not None
+        self.flow.hear_end(End.from_json(message.data))
+
+    def _found(self, topic: str) -> set[str]:
+        """Return the names of the nodes of this namespace whose subscriptions are matched."""
+        publisher = self.outputs[topic].publisher
+        heard = [
+            info
+            for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
+            if can_match(publisher.qos_profile, info.qos_profile)
+        ]
+        # A matched publisher counts its readers but does not name them: all of them, or none.
+        if publisher.get_subscription_count() < len(heard):
+            return set()
+        here = self.get_namespace()
+        return {info.node_name for info in heard if info.node_namespace == here}
+
+    @property
+    def waiting(self) -> list[str]:
+        """What the node's outputs wait for before anything may be sent."""
+        return self._waiting
+
+    def _report(self) -> None:
+        assert self.flow is not None
+        now = time.monotonic()
+        due_s = REPEAT_S
+        if not self.flow.everyone_ready():
+            due_s = HELLO_S
+            self._waiting = self.flow.waiting(
+                {topic: self._found(topic) for topic in self.outputs}
+            )
+        matched = tuple(topic for topic, source in self.inputs.items() if source.matched > 0)
+        taken = {topic: source.taken for topic, source in self.inputs.items()}
+        report = Report(self.get_name(), taken, matched, not self._waiting)
+        if report != self._reported or now - self._reported_s >= due_s:
+            self._credit.publish(String(data=report.to_json()))
+            self._reported, self._reported_s = report, now
+
+    def _close_input(self) -> None:
+        """End when all that was sent has come, or when the rest will not come any more."""
+        assert self.flow is not None
+        short = self.flow.short({t: source.received for t, source in self.inputs.items()})
+        if short is None or self.backlogged:
+            return
+        if self._totals_s is None:
+            self._totals_s = time.monotonic()
+        if short:
+            last_s = max(source.last_s or self._totals_s for source in self.inputs.values())
+            if time.monotonic() - max(last_s, self._totals_s) < LOST_AFTER_S:
+                return
+            self.get_logger().error(f'lost on the way: {short}')
+        self.end_input()
+
+    def end_input(self) -> None:
+        """Take what is pending and say what is held back; later input is left aside."""
+        if not self.input_over:
+            self._work()
+            self.input_over = True
+            self.at_end()
+
+    @property
+    def output_over(self) -> bool:
+        """Whether all that the node will ever send has been published."""
+        return self.input_over and not self.backlogged
+
+    def _tick(self) -> None:
+        self.tick()
+        for topic, output in self.outputs.items():
+            if output.queue:
+                self._pump(topic, output)
+        self._work()
+        if self.flow is None:
+            return
+        if self.inputs and not self.input_over:
+            self._close_input()
+        if self.output_over and self.outputs and not self._ended:
+            self._ended = True
+            sent = {topic: output.sent for topic, output in self.outputs.items()}
+            self._end.publish(String(data=End(self.get_name(), sent).to_json()))
+        self._report()

@@ -1,0 +1,115 @@
+"""Ports: a topic's message class and quality of service, from the topic table of the bags."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.qos import (
+    QoSDurabilityPolicy,
+    QoSHistoryPolicy,
+    QoSProfile,
+    QoSReliabilityPolicy,
+)
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS
+from tauto_nodes.errors import NodesError
+
+MIN_DEPTH = 1000
+"""Least KEEP_LAST depth under flow control: above what may be in flight (flow.WINDOW)."""
+
+INFINITE_NS = 2**63 - 1
+"""What rmw reports for a time without limit."""
+
+CREDIT_QOS = QoSProfile(depth=100)
+END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+
+
+@dataclass(frozen=True)
+class Port:
+    """One side of a topic.
+
+    Args:
+        name: relative or absolute topic name.
+        message: the rclpy message class.
+        profile: quality of service, before overrides.
+    """
+
+    name: str
+    message: Any
+    profile: QoSProfile
+
+
+def message_class(ros_type: str) -> Any:
+    """Return the class of a type named like `sensor_msgs/msg/Imu`.
+
+    Raises:
+        NodesError: its package is not installed.
+    """
+    package, _, name = ros_type.partition('/msg/')
+    try:
+        return getattr(import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError) as error:
+        raise NodesError(
+            f'message type {ros_type}: not installed here. Install the ROS package {package}, '
+            'or leave its topics out'
+        ) from error
+
+
+def port(topic: str, imu_reliability: str = 'reliable') -> Port:
+    """Return the port of a topic of the table; `imu_reliability` tells for ship/imu only."""
+    entry = TOPICS[topic]
+    best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
+    reliability = (
+        QoSReliabilityPolicy.BEST_EFFORT if best_effort else QoSReliabilityPolicy.RELIABLE
+    )
+    durability = (
+        QoSDurabilityPolicy.TRANSIENT_LOCAL if entry.latched else QoSDurabilityPolicy.VOLATILE
+    )
+    profile = QoSProfile(depth=entry.depth, reliability=reliability, durability=durability)
+    return Port(topic, message_class(entry.ros_type), profile)
+
+
+def can_match(offered: QoSProfile, requested: QoSProfile) -> bool:
+    """Return whether a subscription that asks for `requested` can match one of our publishers.
+
+    Ours offer no deadline and no liveliness lease. rclpy's own check takes the infinite times
+    that a discovered subscription reports for finite ones.
+    """
+    reliable = QoSReliabilityPolicy.RELIABLE
+    latched = QoSDurabilityPolicy.TRANSIENT_LOCAL
+    return (
+        (offered.reliability == reliable or requested.reliability != reliable)
+        and (offered.durability == latched or requested.durability != latched)
+        and requested.deadline.nanoseconds in (0, INFINITE_NS)
+        and requested.liveliness_lease_duration.nanoseconds in (0, INFINITE_NS)
+    )
+
+
+def overriding(controlled: bool) -> QoSOverridingOptions:
+    """Return the options that let parameters override history, depth and reliability.
+
+    With flow control, overrides under which messages could be lost are refused.
+    """
+
+    def check(profile: QoSProfile) -> SetParametersResult:
+        latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+        shallow = (
+            profile.history == QoSHistoryPolicy.KEEP_LAST
+            and profile.depth < MIN_DEPTH
+            and not latched
+        )
+        lossy = profile.reliability != QoSReliabilityPolicy.RELIABLE
+        if not controlled or not (shallow or lossy):
+            return SetParametersResult(successful=True)
+        return SetParametersResult(
+            successful=False,
+            reason=f'depth = {profile.depth}, reliability = {profile.reliability.name.lower()}: '
+            f'flow_control = credits needs reliable and a depth of at least {MIN_DEPTH}',
+        )
+
+    return QoSOverridingOptions.with_default_policies(callback=check)

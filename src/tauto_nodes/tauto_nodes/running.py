@@ -1,0 +1,154 @@
+"""Running nodes in a process: executor, signals, the exit code."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Any, TypeAlias
+
+import rclpy
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from rclpy.utilities import try_shutdown
+
+from tauto_core.scene.errors import TautoError
+from tauto_nodes.errors import NodesError, ParameterError
+from tauto_nodes.member import Member
+
+RCLError = rclpy_implementation.RCLError
+UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+
+Maker: TypeAlias = Callable[[], Member]
+
+CHECK_S = 0.02
+SUPERVISOR = 'TAUTO_SUPERVISOR'
+"""Environment variable: the process whose death ends the nodes."""
+
+_PR_SET_PDEATHSIG = 1
+
+
+def die_with_supervisor() -> None:
+    """Ask Linux for a SIGTERM when the supervisor dies, even by SIGKILL: no orphans."""
+    supervisor = os.environ.get(SUPERVISOR)
+    if supervisor is None:
+        return
+    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != int(supervisor):
+        raise NodesError(
+            f'{SUPERVISOR} = {supervisor}: this process is gone. Start the graph anew'
+        )
+
+
+def executor_named(name: str) -> Any:
+    """Return an executor: `events` or `single`.
+
+    Raises:
+        NodesError: this rclpy has no events executor.
+    """
+    if name == 'single':
+        return SingleThreadedExecutor()
+    try:
+        from rclpy.experimental.events_executor import EventsExecutor
+    except ImportError as error:
+        raise NodesError(
+            'executor = events: this rclpy has none; it came with 7.1.4. '
+            'Update ROS, or set executor:=single'
+        ) from error
+    return EventsExecutor()
+
+
+class _Signals:
+    """Notes SIGINT and SIGTERM; rclpy's own handlers would end the context before the flush."""
+
+    def __init__(self) -> None:
+        self.came = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._note)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        del number, frame
+        self.came = True
+
+
+def _spin(nodes: Sequence[Member], signals: _Signals) -> None:
+    executor = executor_named(nodes[0].settings.text('executor'))
+    stop: Any = Future()
+
+    def check() -> None:
+        done = signals.came or any(node.failure or node.over for node in nodes)
+        if done and not stop.done():
+            stop.set_result(None)
+
+    nodes[0].create_timer(CHECK_S, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    for node in nodes:
+        executor.add_node(node)
+    while not stop.done():
+        # A bare spin() of the events executor busy-loops; a finite wait does not.
+        executor.spin_until_future_complete(stop, 3600.0)
+
+
+def _close(nodes: Sequence[Member]) -> None:
+    for node in nodes:
+        try:
+            node.close()
+        except Exception as error:
+            node.failure = node.failure or error
+    for node in nodes:
+        node.destroy_node()
+
+
+def _complain(who: str, error: BaseException) -> int:
+    if isinstance(error, TautoError):
+        sys.stderr.write(f'{who}: {error}\n')
+        return error.exit_code
+    traceback.print_exception(error)
+    return 1
+
+
+def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
+    """Make the nodes, spin until they end or a signal comes, close them; return the exit code.
+
+    Args:
+        makers: node classes, all run in this process.
+        args: command line, sys.argv where None.
+    """
+    signals = _Signals()
+    nodes: list[Member] = []
+    try:
+        die_with_supervisor()
+        rclpy.init(
+            args=None if args is None else list(args),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
+        for maker in makers:
+            nodes.append(maker())
+        _spin(nodes, signals)
+    except (RCLError, UnknownROSArgsError) as error:
+        return _complain('tauto_nodes', ParameterError(f'command line or parameter file: {error}'))
+    except Exception as error:
+        return _complain('tauto_nodes', error)
+    finally:
+        _close(nodes)
+        try_shutdown()
+    for node in nodes:
+        if node.failure is not None:
+            return _complain(node.role, node.failure)
+    return max(node.exit_code for node in nodes)
+
+
+def main_of(*makers: Maker) -> Callable[[], None]:
+    """Return the `main` of an executable."""
+
+    def main() -> None:
+        sys.exit(run(makers))
+
+    return main

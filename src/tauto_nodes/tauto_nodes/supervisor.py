@@ -1,0 +1,139 @@
+"""The processes of a graph: started together, watched, stopped together."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+
+from tauto_nodes.errors import GraphError
+from tauto_nodes.running import SUPERVISOR
+
+TERM_S = 15.0
+KILL_S = 5.0
+POLL_S = 0.02
+TAIL_LINES = 15
+
+
+@dataclass
+class Child:
+    """One node's process, with the file its words go to."""
+
+    name: str
+    process: subprocess.Popen[bytes]
+    log: Path
+
+    def said(self) -> str:
+        """Return the last lines that it wrote."""
+        lines = self.log.read_text('utf-8', 'replace').strip().splitlines()
+        return '\n'.join(lines[-TAIL_LINES:])
+
+
+@dataclass
+class Supervisor:
+    """Starts nodes as processes of their own group and ends them; a context manager.
+
+    Args:
+        folder: for the logs.
+        environment: of the children.
+    """
+
+    folder: Path
+    environment: Mapping[str, str]
+    children: list[Child] = field(default_factory=list)
+
+    def start(self, name: str, arguments: Sequence[str]) -> None:
+        """Start `python -m tauto_nodes.<name>` with these arguments."""
+        log = self.folder / f'{name}.log'
+        with log.open('wb') as words:
+            process = subprocess.Popen(
+                [sys.executable, '-m', f'tauto_nodes.{name}', *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=words,
+                stderr=subprocess.STDOUT,
+                env={**self.environment, SUPERVISOR: str(os.getpid())},
+                start_new_session=True,
+            )
+        self.children.append(Child(name, process, log))
+
+    def check(self, ended: Sequence[str] = ()) -> None:
+        """Raise if a node has ended before its time.
+
+        Args:
+            ended: names of the nodes that may have.
+
+        Raises:
+            GraphError: which node, how, and its last words.
+        """
+        for child in self.children:
+            if child.process.poll() is not None and child.name not in ended:
+                raise self.died(child.name)
+
+    def died(self, name: str) -> GraphError:
+        """Return the error that says how a node ended, with its last words."""
+        child = next(child for child in self.children if child.name == name)
+        code = child.process.returncode
+        how = f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'
+        return GraphError(
+            f'node {name} ended {how} before the voyage did. It said:\n{child.said() or "nothing"}'
+        )
+
+    def exit_code(self, name: str) -> int | None:
+        """Return a node's exit code; None while it runs."""
+        return next(c.process.poll() for c in self.children if c.name == name)
+
+    def stop(self) -> list[str]:
+        """End all nodes by SIGTERM, after TERM_S by SIGKILL; return those that were killed."""
+        for child in self.children:
+            if child.process.poll() is None:
+                os.killpg(child.process.pid, signal.SIGTERM)
+        self._wait(TERM_S)
+        late = [child for child in self.children if child.process.poll() is None]
+        for child in late:
+            os.killpg(child.process.pid, signal.SIGKILL)
+        self._wait(KILL_S)
+        return [child.name for child in late]
+
+    def _wait(self, limit_s: float) -> None:
+        deadline_s = time.monotonic() + limit_s
+        while time.monotonic() < deadline_s:
+            if all(child.process.poll() is not None for child in self.children):
+                return
+            time.sleep(POLL_S)
+
+    def __enter__(self) -> Supervisor:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+
+@dataclass
+class Signals:
+    """The first SIGINT or SIGTERM that came; 0: none."""
+
+    came: int = 0
+
+
+@contextmanager
+def noted_signals() -> Iterator[Signals]:
+    """Note SIGINT and SIGTERM for as long as the context lasts."""
+    signals = Signals()
+
+    def note(number: int, frame: FrameType | None) -> None:
+        del frame
+        signals.came = signals.came or number
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield signals
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

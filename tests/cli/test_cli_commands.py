@@ -1,0 +1,194 @@
+"""The commands as a user meets them: what goes where, and which exit code."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tauto_core import voyage
+from tauto_core.cli.app import app
+from tauto_core.cli.facts import shipped_summary
+from tauto_core.scene import load_scene, shipped_scenes
+
+SLOW_MODULES = ('numpy', 'scipy', 'numba', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
+MINUTE = ('sail', 'cheek_before_euler', '--duration', '60')
+OFF_THE_CAM = """\
+duration: 10.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: circular_arc, radius: 0.020, root_depth: 0.010}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.3}
+  release_angle: 3.1
+ship: {kind: components, components: [{amplitude: 0.3, period: 9.0, phase: 0.0}], height: 0.0}
+"""
+
+
+def tauto(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def imported_by(*arguments: str) -> set[str]:
+    """Return the top-level modules that a command leaves imported in a fresh process."""
+    program = (
+        'import sys\n'
+        'from tauto_core.cli import main\n'
+        f'sys.argv = {["tauto", *arguments]!r}\n'
+        'try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n'
+        'print("\\n" + " ".join(sys.modules))'
+    )
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
+    )
+    return {name.partition('.')[0] for name in run.stdout.splitlines()[-1].split()}
+
+
+@pytest.mark.parametrize('arguments', [('--help',), ('sail', '--help'), ('graph', '--help')])
+def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
+    slow = SLOW_MODULES if arguments[0] != 'graph' else ('rclpy', 'numba')
+    assert not imported_by(*arguments) & set(slow)
+
+
+def test_scenes_imports_no_kernels_and_no_bags() -> None:
+    assert not imported_by('scenes') & {'scipy', 'numba', 'rosbags', 'mcap', 'matplotlib'}
+
+
+def test_scenes_lists_each_shipped_scene_with_what_it_is() -> None:
+    lines = tauto('scenes').stdout.splitlines()
+    assert [line.split()[0] for line in lines] == shipped_scenes()
+    assert json.loads(tauto('scenes', '--json').stdout)['scenes'] == {
+        name: shipped_summary(name) for name in shipped_scenes()
+    }
+
+
+@pytest.mark.parametrize('name', shipped_scenes())
+def test_each_shipped_scene_says_what_it_is_in_one_line(name: str) -> None:
+    assert 10 < len(shipped_summary(name)) < 100
+
+
+@pytest.mark.parametrize('name', shipped_scenes())
+def test_each_shipped_scene_can_sail(name: str) -> None:
+    result = tauto('scene', 'check', name, '--json')
+    assert result.exit_code == 0, result.stderr
+    facts = json.loads(result.stdout)
+    assert facts['scene'] == name
+    assert facts['logged_samples'] == load_scene(name).log_count
+
+
+def test_scene_check_refuses_a_release_that_the_roll_carries_off_the_cam(tmp_path: Path) -> None:
+    scene = tmp_path / 'off.yaml'
+    scene.write_text(OFF_THE_CAM, encoding='utf-8')
+    for result in (tauto('scene', 'check', scene), tauto('sail', scene)):
+        assert result.exit_code == 2
+        assert 'trochlea.release_angle = 3.1' in result.stderr
+        assert result.stdout == ''
+
+
+def test_sail_prints_the_object_of_the_python_call_and_nothing_else() -> None:
+    result = tauto(*MINUTE, '--json')
+    assert result.exit_code == 0
+    assert result.stderr == ''
+    printed = json.loads(result.stdout)
+    called = voyage.sail(load_scene('cheek_before_euler', duration=60.0))
+    assert printed.pop('wall_s') >= 0.0
+    called.pop('wall_s')
+    assert printed == called
+    assert printed['bag'] is None
+    assert printed['duration_s'] == 60.0
+
+
+def test_sail_with_out_writes_a_bag_that_replays_to_the_same_estimate(tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    sailed = json.loads(tauto(*MINUTE, '--out', bag, '--json').stdout)
+    assert sailed['bag'] == str(bag)
+    replayed = json.loads(tauto('replay', bag, '--json').stdout)
+    for section in ('clock', 'drift', 'longitude'):
+        assert replayed[section] == sailed[section]
+    assert replayed['counts']['/clock/reading'] == 61
+
+
+def test_a_bag_is_replaced_only_by_force(tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    assert tauto(*MINUTE, '--out', bag).exit_code == 0
+    before = {file: file.read_bytes() for file in bag.iterdir()}
+    twice = (*MINUTE[:-1], '120')
+    refused = tauto(*twice, '--out', bag)
+    assert refused.exit_code in (1, 2)
+    assert '--force' in refused.stderr
+    assert {file: file.read_bytes() for file in bag.iterdir()} == before
+    assert tauto(*twice, '--out', bag, '--force').exit_code == 0
+    replayed = json.loads(tauto('replay', bag, '--json').stdout)
+    assert replayed['counts']['/clock/reading'] == 121
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'said'),
+    [
+        (('sail', 'no_such_scene'), 2, 'no_such_scene'),
+        (('sail', 'ideal', '--duration', '0'), 2, '--duration'),
+        (('sail', 'ideal', '--force'), 2, '--out'),
+        (('replay', 'no_such_bag'), 1, 'no_such_bag'),
+        (('cam', 'no_such_scene'), 2, 'no_such_scene'),
+        (('isochronism', 'ideal', '--amplitudes', '0.1,x'), 2, '0.1,x'),
+        (('isochronism', 'ideal', '--amplitudes', '-1'), 2, '-1'),
+    ],
+)
+def test_errors_are_one_message_on_stderr(
+    arguments: tuple[str, ...], code: int, said: str
+) -> None:
+    result = tauto(*arguments)
+    assert result.exit_code == code
+    assert result.stdout == ''
+    assert result.stderr.startswith('tauto: ')
+    assert said in result.stderr
+    assert 'Traceback' not in result.stderr
+
+
+@pytest.mark.parametrize('arguments', [('nonsense',), ('sail',), ('sail', 'ideal', '--nonsense')])
+def test_a_bad_command_line_exits_2(arguments: tuple[str, ...]) -> None:
+    result = tauto(*arguments)
+    assert result.exit_code == 2
+    assert result.stdout == ''
+
+
+def test_an_unexpected_exception_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fault(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(voyage, 'sail', fault)
+    assert isinstance(tauto(*MINUTE).exception, ZeroDivisionError)
+
+
+def test_an_interrupted_voyage_exits_130_and_keeps_a_readable_bag(tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    program = (
+        'import os, signal, sys\n'
+        'from tauto_core import voyage\n'
+        'from tauto_core.cli import main\n'
+        'feed = voyage.Pipeline.feed\n'
+        'def once(self, batches):\n'
+        '    said = feed(self, batches)\n'
+        '    voyage.Pipeline.feed = interrupted\n'
+        '    return said\n'
+        'def interrupted(self, batches):\n'
+        f'    os.kill(os.getpid(), {int(signal.SIGINT)})\n'
+        '    return feed(self, batches)\n'
+        'voyage.Pipeline.feed = once\n'
+        'voyage.CHUNK = 200\n'
+        f'sys.argv = ["tauto", *{MINUTE!r}, "--out", {str(bag)!r}]\n'
+        'main()\n'
+    )
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 130, run.stderr
+    assert 'Traceback' not in run.stderr
+    assert str(bag) in run.stderr
+    kept = json.loads(tauto('replay', bag, '--json').stdout)['counts']['/clock/reading']
+    assert 5 <= kept <= 10  # the first 200 of 1205 samples, 10 s, less what interpolation awaits

@@ -1,0 +1,90 @@
+"""`tauto cam` and `tauto isochronism`."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.scene import load_scene
+
+NAMES = ('involute_weight_at_sea', 'ideal', 'cheek_before_euler')
+
+
+def run(*arguments: str | Path) -> str:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def outline_mm(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    rows = list(csv.DictReader(path.read_text(encoding='utf-8').splitlines()))
+    return tuple(np.array([float(row[key]) for row in rows]) for key in ('x_mm', 'y_mm'))
+
+
+def test_csv_of_the_involute_is_the_involute_of_its_base_circle(tmp_path: Path) -> None:
+    # In polar form: at distance ρ the unrolled angle is sqrt(ρ²/r² − 1), r = 5 mm; the cheek
+    # begins where the thread hangs at rest, on the base circle.
+    file = tmp_path / 'cam.csv'
+    run('cam', 'involute_weight_at_sea', '--csv', file, '--reach', '1.5', '--points', '50')
+    x, y = outline_mm(file)
+    assert len(x) == 99
+    assert np.min(np.hypot(x, y)) == pytest.approx(5.0, rel=1e-12)
+    assert np.max(np.hypot(x, y)) == pytest.approx(5.0 * math.hypot(1.0, 1.5), rel=1e-12)
+    np.testing.assert_allclose(x, -x[::-1], atol=1e-12)
+
+
+def test_the_printed_rows_hold_the_lever_arm_in_millimetres() -> None:
+    rows = run('cam', 'involute_weight_at_sea', '--reach', '1').splitlines()
+    angle, lever = (float(word) for word in rows[-1].split()[:2])
+    assert (angle, lever) == (1.0, 5.0)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_svg_is_to_scale_and_the_same_each_time(name: str, tmp_path: Path) -> None:
+    files = [tmp_path / f'{i}.svg' for i in range(2)]
+    for file in files:
+        run('cam', name, '--svg', file, '--csv', tmp_path / 'cam.csv', '--reach', '1')
+    assert files[0].read_bytes() == files[1].read_bytes()
+    x, _ = outline_mm(tmp_path / 'cam.csv')
+    width = ET.parse(files[0]).getroot().attrib['width']
+    assert width.endswith('pt')
+    # 2 mm of margin on both sides; 72 points an inch; the file holds six decimals
+    assert float(width[:-2]) == pytest.approx((x.max() - x.min() + 4.0) / 25.4 * 72.0, abs=1e-5)
+
+
+def test_a_file_that_cannot_be_written_is_an_error_not_a_traceback(tmp_path: Path) -> None:
+    for option in ('--svg', '--csv'):
+        result = CliRunner().invoke(app, ['cam', 'ideal', option, str(tmp_path / 'no' / 'f')])
+        assert result.exit_code == 1
+        assert result.stderr.startswith('tauto: ')
+
+
+def test_a_reach_beyond_the_cam_says_its_range() -> None:
+    result = CliRunner().invoke(app, ['cam', 'cheek_before_euler', '--reach', '4'])
+    assert result.exit_code == 2
+    assert repr(math.pi) in result.stderr
+
+
+def test_isochronism_of_an_ideal_cam_is_perfect_at_every_amplitude() -> None:
+    printed = json.loads(run('isochronism', 'ideal', '--amplitudes', '0.1,0.5,1', '--json'))
+    scene = load_scene('ideal')
+    trochlea = scene.trochlea
+    pull = trochlea.power.force * trochlea.cam.lever_rate  # type: ignore[union-attr]
+    period = math.tau * math.sqrt(trochlea.inertia / pull)
+    assert printed['nominal_period_s'] == scene.clock.nominal_period
+    assert [row['amplitude_rad'] for row in printed['rows']] == [0.1, 0.5, 1.0]
+    for row in printed['rows']:
+        assert row['period_s'] == pytest.approx(period, rel=1e-14)
+
+
+def test_isochronism_table_has_a_row_for_each_amplitude() -> None:
+    lines = run('isochronism', 'cheek_before_euler', '--amplitudes', '0.5,1').splitlines()
+    assert [float(line.split()[0]) for line in lines[2:]] == [0.5, 1.0]

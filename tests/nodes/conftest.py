@@ -1,0 +1,197 @@
+"""A private ROS domain for each test process, and nodes that run beside the test."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import repeat
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+import rclpy
+from numpy.typing import NDArray
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+from rclpy.utilities import try_shutdown
+
+from tauto_core.bags import encode
+from tauto_core.samples import (
+    PHASE,
+    READING,
+    SHIP_IMU,
+    Batches,
+    ImuSamples,
+    Samples,
+    State,
+    TimeSamples,
+    count,
+    join,
+    same,
+    scalars,
+    take,
+)
+from tauto_nodes.domains import claim_domain
+from tauto_nodes.member import TICK_S
+from tauto_nodes.qos import port
+from tauto_nodes.running import executor_named
+from tauto_nodes.source_node import SourceNode
+
+with warnings.catch_warnings():
+    # rclpy imports it when the first node is made; its lark imports the deprecated sre_parse.
+    warnings.simplefilter('ignore', DeprecationWarning)
+    import rosidl_generator_py  # noqa: F401
+
+
+@pytest.fixture(scope='session', autouse=True)
+def ros_domain() -> Iterator[int]:
+    """Keep this process and its children in a domain of their own, on this machine."""
+    domain = claim_domain()
+    os.environ['ROS_DOMAIN_ID'] = str(domain.number)
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    yield domain.number
+    domain.release()
+
+
+class Bench:
+    """Nodes of this process on one executor, spun until a condition holds."""
+
+    def __init__(self, executor: str = 'events') -> None:
+        self._executor: Any = executor_named(executor)
+        self._nodes: list[Node] = []
+
+    def add(self, *nodes: Any) -> Any:
+        """Run these nodes too; return the first."""
+        for node in nodes:
+            self._nodes.append(node)
+            self._executor.add_node(node)
+        return nodes[0]
+
+    def until(self, condition: Callable[[], object], limit_s: float = 20.0) -> None:
+        """Spin until the condition holds; fail after the limit."""
+        deadline_s = time.monotonic() + limit_s
+        while not condition():
+            for node in self._nodes:
+                failure = getattr(node, 'failure', None)
+                if failure is not None:
+                    raise failure
+            assert time.monotonic() < deadline_s, 'the condition did not come true in time'
+            self._executor.spin_until_future_complete(Future(), 0.01)
+
+    def beats(self, node: Node, count: int) -> None:
+        """Spin until the node has had the time for so many of its ticks."""
+        ticked: list[None] = []
+        timer = node.create_timer(TICK_S, lambda: ticked.append(None))
+        self.until(lambda: len(ticked) >= count)
+        node.destroy_timer(timer)
+
+    def close(self) -> None:
+        """End all nodes."""
+        for node in self._nodes:
+            node.destroy_node()
+
+
+@pytest.fixture
+def ros() -> Iterator[Callable[[Sequence[str]], None]]:
+    """Yield what starts ROS with arguments; ROS is shut down after the test."""
+
+    def start(arguments: Sequence[str] = ()) -> None:
+        args = ['--ros-args', *arguments] if arguments else []
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+
+    yield start
+    try_shutdown()
+
+
+@pytest.fixture
+def bench(ros: Callable[[Sequence[str]], None]) -> Iterator[Bench]:
+    """Yield a bench in a fresh context without arguments."""
+    ros(())
+    made = Bench()
+    yield made
+    made.close()
+
+
+def overrides(**values: Any) -> dict[str, Any]:
+    """Return the node option that sets these parameters."""
+    return {
+        'parameter_overrides': [
+            Parameter(name, value=list(value) if isinstance(value, tuple) else value)
+            for name, value in values.items()
+        ]
+    }
+
+
+def imu(stamps_ns: NDArray[np.int64]) -> ImuSamples:
+    """Return motion samples whose angular velocity about x is their number."""
+    n = len(stamps_ns)
+    return ImuSamples(
+        stamps_ns,
+        'clock_mount',
+        np.tile([0.0, 0.0, 0.0, 1.0], (n, 1)),
+        np.zeros((n, 9)),
+        np.stack([np.arange(n, dtype=float), np.zeros(n), np.zeros(n)], axis=1),
+        np.zeros((n, 9)),
+        np.tile([0.0, 0.0, 9.8], (n, 1)),
+        np.zeros((n, 9)),
+    )
+
+
+class Echo:
+    """A stage that answers each motion sample with two topics, holding back the last one."""
+
+    inputs: ClassVar[tuple[str, ...]] = (SHIP_IMU,)
+    outputs: ClassVar[tuple[str, ...]] = (READING, PHASE)
+
+    def __init__(self) -> None:
+        self._held: ImuSamples | None = None
+        self.fed: list[int] = []
+
+    def feed(self, batches: Mapping[str, Samples]) -> Batches:
+        """Answer all samples but the last."""
+        new = batches[SHIP_IMU]
+        assert isinstance(new, ImuSamples)
+        self.fed.append(count(new))
+        known = new if self._held is None else join([self._held, new])
+        self._held = take(known, slice(count(known) - 1, None))
+        return self._say(take(known, slice(0, count(known) - 1)))
+
+    def finish(self) -> Batches:
+        """Answer the last sample."""
+        return self._say(self._held) if self._held is not None else {}
+
+    def _say(self, samples: ImuSamples) -> Batches:
+        stamps = samples.stamp_ns
+        return {
+            READING: TimeSamples(stamps, '', stamps + 1, same('dial', len(stamps))),
+            PHASE: scalars(stamps, ('phase',), samples.angular_velocity[:, :1]),
+        }
+
+    def state(self) -> State:
+        """Return the held sample."""
+        return {'held': self._held}
+
+    def restore(self, state: State) -> None:
+        """Take a held sample."""
+        self._held = state['held']
+
+    def health(self) -> dict[str, int]:
+        """Nothing can go wrong."""
+        return {}
+
+
+class TestSource(SourceNode):
+    """A ship that sends n motion samples, a millisecond of sea time apart, as fast as it can."""
+
+    __test__ = False
+
+    def __init__(self, n: int, *, speed: float = 0.0, **parameters: Any) -> None:
+        super().__init__('ship_motion', 'speed', **overrides(speed=speed, **parameters))
+        stamps = 10**9 + 10**6 * np.arange(n, dtype=np.int64)
+        self.connect([], [port(SHIP_IMU)])
+        payloads = encode(SHIP_IMU, imu(stamps))
+        self.start(zip(stamps.tolist(), repeat(SHIP_IMU), payloads, strict=False))

@@ -1,0 +1,50 @@
+"""Law 2: the graph is only a transport. Its bag equals the bag of `tauto sail`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauto_core.bags import read_bag
+from tauto_core.scene import load_scene
+from tauto_core.voyage import sail, summarise_bag
+from tauto_nodes.graph import Plan, run_graph
+
+
+def assert_equal_bags(one: Path, other: Path) -> None:
+    """Same topics, payload for payload, with the same log times."""
+    first, second = read_bag(one), read_bag(other)
+    assert first.counts == second.counts
+    for topic in first.topics:
+        stamps, payloads = first.payloads(topic)
+        again, copies = second.payloads(topic)
+        np.testing.assert_array_equal(stamps, again)
+        assert payloads == copies, topic
+
+
+# Ten minutes of measured motion flat out, one process a node; then the still ship, whose motion
+# is one sample a log interval; then a scene that keeps no motion in its bag, all in one process.
+@pytest.mark.parametrize(
+    ('scene', 'duration_s', 'compose'),
+    [('measured', 600.0, False), ('ideal', 3600.0, True), ('portsmouth_jamaica', 600.0, True)],
+)
+def test_bag_of_the_graph_is_the_bag_of_sail(
+    scene: str, duration_s: float, compose: bool, tmp_path: Path
+) -> None:
+    loaded = load_scene(scene, duration=duration_s)
+    told: list[float] = []
+    plan = Plan(scene, tmp_path / 'graph', duration_s=duration_s, speed=0.0, compose=compose)
+    outcome = run_graph(plan, loaded, told.append)
+    assert outcome.lost == 0
+    assert outcome.signal == 0
+    assert told == sorted(told)
+    offline = sail(loaded, tmp_path / 'sail')
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    counts = {f'/{topic}': n['written'] for topic, n in outcome.counts.items() if n['written']}
+    assert counts == read_bag(tmp_path / 'graph').counts
+    summary = summarise_bag(tmp_path / 'graph')
+    assert {key: summary[key] for key in ('clock', 'drift')} == {
+        key: offline[key] for key in ('clock', 'drift')
+    }

@@ -1,0 +1,229 @@
+"""The real nodes on foreign sources, on a bag, and as two clocks in one graph."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import Bench, overrides
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu
+from std_srvs.srv import Trigger
+
+from tauto_core.bags import BagWriter, read_bag
+from tauto_core.samples import PHASE, READING, SHIP_IMU, TimeSamples
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import BagError
+from tauto_core.voyage import sail
+from tauto_nodes.drift_estimator import DriftEstimator
+from tauto_nodes.errors import NodesError, ParameterError
+from tauto_nodes.longitude import Longitude
+from tauto_nodes.player import Player
+from tauto_nodes.recorder import Recorder
+from tauto_nodes.ship_motion import ShipMotion
+from tauto_nodes.trochlea import Trochlea
+
+FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
+
+
+def foreign_imu(number: int) -> Imu:
+    """Return a message of a sensor at 20 Hz that started long ago and lies still."""
+    message = Imu()
+    message.header.frame_id = 'xsens'
+    message.header.stamp.sec, rest = divmod(number, 20)
+    message.header.stamp.sec += 1_700_000_000
+    message.header.stamp.nanosec = rest * 50_000_000
+    message.orientation.w = 1.0
+    message.linear_acceleration.z = 9.80665
+    return message
+
+
+def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> None:
+    best_effort = {'imu_reliability': 'best_effort'}
+    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), **best_effort))
+    trochlea = Trochlea(**overrides(**FOREIGN, **best_effort))
+    nodes = [DriftEstimator(**overrides(**FOREIGN)), Longitude(**overrides(**FOREIGN))]
+    sensor = bench.add(Node('xsens'), recorder, trochlea, *nodes)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
+    client = sensor.create_client(Trigger, 'trochlea/finish')
+    bench.until(lambda: publisher.get_subscription_count() == 2 and client.service_is_ready())
+    for number in range(201):  # ten seconds of sea; best effort: no faster than it is taken
+        publisher.publish(foreign_imu(number))
+        bench.until(lambda n=number: trochlea.inputs[SHIP_IMU].received > n)
+    asked = client.call_async(Trigger.Request())
+    bench.until(asked.done)
+    assert asked.result().success
+    sent = trochlea.outputs[READING].sent
+    bench.until(lambda: recorder.inputs['longitude/error'].taken >= sent - 1)
+    recorder.close()
+    readings = read_bag(tmp_path / 'bag').samples(READING)
+    assert isinstance(readings, TimeSamples)
+    # Anchored at the first stamp, log interval 1 s, ten seconds, both ends counted.
+    np.testing.assert_array_equal(readings.stamp_ns, (1_700_000_000 + np.arange(11)) * 10**9)
+
+
+def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Bench) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN))
+    sensor = bench.add(Node('xsens'), trochlea)
+    levels: list[tuple[bytes, str, str]] = []
+
+    def hear(array: DiagnosticArray) -> None:
+        levels.extend((s.level, s.name, s.message) for s in array.status)
+
+    sensor.create_subscription(DiagnosticArray, '/diagnostics', hear, QoSProfile(depth=10))
+    bench.until(lambda: levels)
+    assert levels[-1] == (DiagnosticStatus.WARN, 'trochlea', 'no publisher on ship/imu')
+    sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
+    bench.until(lambda: levels[-1][0] == DiagnosticStatus.ERROR)
+    assert levels[-1][2] == 'incompatible QoS on ship/imu'
+
+
+def test_bad_messages_are_counted_and_silence_is_stale(bench: Bench) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN, stale_after=0.2))
+    sensor = bench.add(Node('xsens'), trochlea)
+    statuses: list[Any] = []
+    sensor.create_subscription(
+        DiagnosticArray, '/diagnostics', lambda a: statuses.extend(a.status), QoSProfile(depth=10)
+    )
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    bad = foreign_imu(1)
+    bad.orientation.w = 0.0
+    publisher.publish(foreign_imu(0))
+    publisher.publish(bad)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 2)
+    assert sum(trochlea.health().values()) == 1
+    bench.until(lambda: statuses and statuses[-1].level == DiagnosticStatus.STALE)
+    values = {pair.key: pair.value for pair in statuses[-1].values}
+    assert values['ship/imu received'] == '2'
+    assert '1' in {values[name] for name in trochlea.health()}
+
+
+def graph_in(namespace: str, scene: str, duration_s: float, folder: Path) -> list[Any]:
+    """Return the five nodes of a graph in a namespace, on a part of a scene."""
+    common = {'flow_control': 'credits', 'scene': scene, 'duration': duration_s}
+    place = {'namespace': namespace}
+    return [
+        Recorder(**overrides(output=str(folder), **common), **place),
+        Longitude(**overrides(**common), **place),
+        DriftEstimator(**overrides(**common), **place),
+        Trochlea(**overrides(**common), **place),
+        ShipMotion(**overrides(speed=0.0, **common), **place),
+    ]
+
+
+def test_two_clocks_in_two_namespaces(bench: Bench, tmp_path: Path) -> None:
+    names = {'ours': ('measured', 30.0), 'theirs': ('ideal', 3600.0)}
+    graphs = {n: graph_in(f'/{n}', *what, tmp_path / n) for n, what in names.items()}
+    bench.add(*(node for nodes in graphs.values() for node in nodes))
+    bench.until(lambda: all(nodes[0].over for nodes in graphs.values()), 60.0)
+    for name, (scene, duration_s) in names.items():
+        bag = read_bag(tmp_path / name)
+        assert bag.namespace == name
+        sail(load_scene(scene, duration=duration_s), tmp_path / 'sail', force=True)
+        alone = read_bag(tmp_path / 'sail')
+        for topic in (READING, PHASE, 'longitude/error'):
+            assert bag.payloads(topic)[1] == alone.payloads(topic)[1]
+
+
+@pytest.fixture(scope='module')
+def minute(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the bag of a minute at sea."""
+    folder = tmp_path_factory.mktemp('player') / 'minute'
+    sail(load_scene('measured', duration=60.0), folder)
+    return folder
+
+
+def test_a_played_bag_drives_the_clock_again(bench: Bench, minute: Path, tmp_path: Path) -> None:
+    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), topics=(READING,)))
+    trochlea = Trochlea(**overrides(scene='measured', duration=60.0))
+    player = Player(**overrides(bag=str(minute), rate=30.0, topics=(SHIP_IMU,), wait=20.0))
+    bench.add(recorder, trochlea)
+    bench.until(lambda: recorder.inputs[READING].matched)
+    began_s = time.monotonic()
+    bench.add(player)
+    bench.until(lambda: player.over)
+    assert time.monotonic() - began_s > 2.0  # a minute thirty times as fast
+    bench.until(lambda: recorder.inputs[READING].taken == 61)
+    recorder.close()
+    original = read_bag(minute).samples(READING)
+    again = read_bag(tmp_path / 'bag').samples(READING)
+    assert isinstance(original, TimeSamples)
+    assert isinstance(again, TimeSamples)
+    np.testing.assert_array_equal(again.time_ref_ns, original.time_ref_ns)
+
+
+def test_player_takes_all_topics_and_refuses_none(ros: Any, minute: Path) -> None:
+    ros(())
+    player = Player(**overrides(bag=str(minute), topics=('all',)))
+    assert set(player.outputs) == {topic[1:] for topic in read_bag(minute).topics}
+    with pytest.raises(ParameterError, match=r'has none of them; it has /scene'):
+        Player(**overrides(bag=str(minute), topics=('ship/imus',)))
+    with pytest.raises(BagError):
+        Player(**overrides(bag=str(minute / 'no')))
+
+
+def test_one_source_of_time_only(bench: Bench, minute: Path) -> None:
+    player = Player(
+        **overrides(bag=str(minute), rate=60.0, publish_clock=True, topics=(READING,), wait=0.0)
+    )
+    told: list[int] = []
+    listener = bench.add(Node('listener'), player)
+    listener.create_subscription(
+        Clock, '/clock', lambda m: told.append(m.clock.sec * 10**9 + m.clock.nanosec), 10
+    )
+    with pytest.raises(NodesError, match='/player already publishes /clock'):
+        ShipMotion(**overrides(publish_clock=True))
+    bench.until(lambda: player.over)
+    assert len(told) > 10
+    assert told == sorted(set(told))
+
+
+def test_recorder_replaces_a_bag_only_with_force(ros: Any, minute: Path, tmp_path: Path) -> None:
+    ros(())
+    folder = tmp_path / 'bag'
+    with BagWriter(folder) as bag:
+        bag.write({READING: read_bag(minute).samples(READING)})
+    with pytest.raises(BagError, match='exists already'):
+        Recorder(**overrides(output=str(folder)))
+    recorder = Recorder(**overrides(output=str(folder), force=True))
+    assert read_bag(folder).counts == {'/clock/reading': 61}
+    recorder.close()
+    assert read_bag(folder).counts == {}
+
+
+def test_recorder_refuses_topics_it_does_not_know(ros: Any, tmp_path: Path) -> None:
+    ros(())
+    with pytest.raises(ParameterError, match='clock/readin is not in the table'):
+        Recorder(**overrides(output=str(tmp_path / 'bag'), topics=('clock/readin',)))
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_recorder_leaves_out_motion_that_the_scene_does_not_keep(ros: Any, tmp_path: Path) -> None:
+    ros(())
+    recorder = Recorder(**overrides(output=str(tmp_path / 'a'), scene='portsmouth_jamaica'))
+    assert SHIP_IMU not in recorder.inputs
+    assert READING in recorder.inputs
+    recorder.close()
+
+
+def test_full_speed_needs_flow_control(ros: Any) -> None:
+    ros(())
+    with pytest.raises(ParameterError, match=r'speed = 0\.0.*flow_control = credits'):
+        ShipMotion(**overrides(speed=0.0))
+    ship = ShipMotion(**overrides(speed=1.0))
+    assert not ship.set_parameters([Parameter('speed', value=0.0)])[0].successful
+    assert ship.set_parameters([Parameter('speed', value=2.0)])[0].successful
+
+
+def test_qos_overrides_that_would_lose_messages_are_refused(ros: Any, tmp_path: Path) -> None:
+    ros(('-p', 'qos_overrides./ship/imu.subscription.depth:=10'))
+    with pytest.raises(ParameterError, match=r'depth = 10.* at least 1000'):
+        Recorder(**overrides(output=str(tmp_path / 'bag'), flow_control='credits'))

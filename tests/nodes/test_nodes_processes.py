@@ -1,0 +1,245 @@
+"""Nodes and graphs as processes: signals, exit codes, last words, no orphans."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tauto_core.bags import read_bag
+
+NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
+
+
+def until(condition: Callable[[], object], limit_s: float = 30.0) -> None:
+    """Poll until the condition holds; fail after the limit."""
+    deadline_s = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < deadline_s, 'the condition did not come true in time'
+        time.sleep(0.02)
+
+
+def start(module: str, *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, '-m', f'tauto_nodes.{module}', *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def tauto(*arguments: str) -> list[str]:
+    code = 'from tauto_core.cli import main; main()'
+    return [sys.executable, '-c', code, *arguments]
+
+
+def nodes_under(pid: int) -> list[int]:
+    """Return the processes whose parent is `pid`."""
+    children = []
+    for status in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            fields = status.read_text().rpartition(')')[2].split()
+        except OSError:
+            continue
+        if int(fields[1]) == pid:
+            children.append(int(status.parent.name))
+    return children
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] != 'Z'
+    except OSError:
+        return False
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_every_node_with_0(number: signal.Signals, tmp_path: Path) -> None:
+    # The recorder's folder shows that it is up; the others come up in about the same time, and a
+    # signal noted before a node spins ends it just as well.
+    output = tmp_path / 'bag'
+    processes = {
+        node: start(
+            node,
+            '--ros-args',
+            *(['-p', f'output:={output}'] if node == 'recorder' else []),
+            *(['-p', 'executor:=single'] if node == 'longitude' else []),
+        )
+        for node in NODES
+    }
+    until(lambda: all(_handles(p.pid, number) for p in processes.values()))
+    for process in processes.values():
+        process.send_signal(number)
+    for node, process in processes.items():
+        words, _ = process.communicate(timeout=20.0)
+        assert process.returncode == 0, (node, words)
+        assert 'Traceback' not in words
+
+
+def _handles(pid: int, number: signal.Signals) -> bool:
+    """Whether the process has a handler of its own: Python's for SIGTERM, ours for SIGINT too."""
+    lines = Path(f'/proc/{pid}/status').read_text().splitlines()
+    caught = next(int(line.split()[1], 16) for line in lines if line.startswith('SigCgt'))
+    del number
+    return bool(caught >> (signal.SIGTERM - 1) & 1)
+
+
+def test_bad_parameters_end_with_2_and_no_traceback() -> None:
+    cases = {
+        'speed:=-1.0': 'speed = -1.0: must lie in',
+        'scene:=no_such_scene': 'no_such_scene',
+        'sped:=1.0': 'no such parameter',
+    }
+    processes = {
+        case: start('ship_motion', '--ros-args', '-p', case, '--log-level', 'warn')
+        for case in cases
+    }
+    for case, process in processes.items():
+        words, _ = process.communicate(timeout=30.0)
+        assert process.returncode == 2, words
+        assert cases[case] in words
+        assert 'Traceback' not in words
+
+
+def test_graph_refuses_before_it_starts_anything(tmp_path: Path) -> None:
+    (tmp_path / 'bag').mkdir()
+    cases = {
+        ('measured', '--speed', 'quick'): (2, '--speed quick: must be a number'),
+        ('measured', '--speed', 'nan'): (2, '--speed nan: must be a number'),
+        ('no_such_scene',): (2, 'no_such_scene'),
+        ('measured', '--namespace', 'a b'): (2, '--namespace'),
+        ('measured', '--out', str(tmp_path / 'bag')): (1, 'exists already'),
+    }
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
+    processes = {case: subprocess.Popen(tauto('graph', *case), **pipes) for case in cases}
+    for case, process in processes.items():
+        code, said = cases[case]
+        out, words = process.communicate(timeout=60.0)
+        assert (process.returncode, out) == (code, ''), words
+        assert said in words
+        assert 'Traceback' not in words
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_the_graph_and_keeps_the_bag(
+    number: signal.Signals, tmp_path: Path
+) -> None:
+    out = tmp_path / 'bag'
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--speed', '20', '--out', str(out), '--namespace', 'h4'),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+    nodes = nodes_under(process.pid)
+    assert len(nodes) == 5
+    process.send_signal(number)
+    _, words = process.communicate(timeout=30.0)
+    assert process.returncode == 128 + number, words
+    assert 'stopped early' in words
+    bag = read_bag(out)
+    assert bag.warnings == ()
+    assert bag.namespace == 'h4'
+    assert bag.counts['/h4/scene'] == 1
+    until(lambda: not any(alive(pid) for pid in nodes))
+
+
+def test_no_orphans_when_the_supervisor_is_killed(tmp_path: Path) -> None:
+    out = tmp_path / 'bag'
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--speed', '5', '--out', str(out)), stderr=subprocess.DEVNULL
+    )
+    until(lambda: any(out.glob('*.mcap')))
+    until(lambda: len(nodes_under(process.pid)) == 5)
+    nodes = nodes_under(process.pid)
+    until(lambda: all(_handles(pid, signal.SIGTERM) for pid in nodes))
+    left = shared_memory(process.pid)
+    process.kill()
+    process.wait()
+    until(lambda: not any(alive(pid) for pid in nodes))
+    assert read_bag(out).warnings == ()
+    remove_unused(left)
+
+
+def shared_memory(pid: int) -> set[str]:
+    """Return the files of Fast DDS in shared memory that a process has mapped."""
+    try:
+        lines = Path(f'/proc/{pid}/maps').read_text().splitlines()
+    except OSError:
+        return set()
+    return {line.split()[5] for line in lines if '/dev/shm/' in line and 'fastrtps' in line}
+
+
+def remove_unused(files: set[str]) -> None:
+    """Remove what a killed process left in shared memory, unless others still use it."""
+    used = [shared_memory(int(p.name)) for p in Path('/proc').iterdir() if p.name.isdigit()]
+    for file in map(Path, files - set().union(*used)):
+        for name in (file.name, f'{file.name}_el', f'sem.{file.name}_mutex'):
+            file.with_name(name).unlink(missing_ok=True)
+
+
+def test_a_node_that_dies_is_named(tmp_path: Path) -> None:
+    out = tmp_path / 'bag'
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--speed', '5', '--out', str(out)),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: len(nodes_under(process.pid)) == 5)
+    victim = next(
+        pid
+        for pid in nodes_under(process.pid)
+        if b'tauto_nodes.longitude' in Path(f'/proc/{pid}/cmdline').read_bytes()
+    )
+    left = shared_memory(victim)
+    os.kill(victim, signal.SIGKILL)
+    _, words = process.communicate(timeout=30.0)
+    remove_unused(left)
+    assert process.returncode == 1
+    assert 'node longitude ended by SIGKILL before the voyage did' in words
+
+
+@pytest.mark.parametrize('compose', [(), ('--compose',)])
+def test_a_full_disk_is_told_and_what_was_written_can_be_read(
+    compose: tuple[str, ...], tmp_path: Path
+) -> None:
+    out = tmp_path / 'bag'
+    command = tauto('graph', 'measured', '--speed', 'max', '--out', str(out), *compose)
+    limit = 600 * 1024  # of any file written; Fast DDS needs 537 KiB of shared memory for itself
+    done = subprocess.run(
+        ['prlimit', f'--fsize={limit}', *command], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1, done.stderr
+    assert 'cannot be written' in done.stderr
+    assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
+
+
+def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
+    out = tmp_path / 'bag'
+    done = subprocess.run(
+        tauto(
+            'graph', 'measured', '--duration', '20', '--speed', 'max', '--out', str(out), '--json'
+        ),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads(done.stdout)
+    assert result['topics']['clock/reading'] == {'received': 21, 'written': 21, 'lost': 0}
+    assert result['bag'] == str(out)
+    played = subprocess.run(
+        tauto('play', str(out), '--rate', '100', '--topic', 'clock/reading'),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert played.returncode == 0, played.stderr
+    assert 'played clock/reading 21' in played.stdout + played.stderr

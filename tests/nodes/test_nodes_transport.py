@@ -1,0 +1,175 @@
+"""Messages between nodes: nothing is lost, senders wait for receivers, ends are told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import Bench, Echo, TestSource, overrides
+from std_msgs.msg import String
+
+from tauto_core.bags import read_bag
+from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
+from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, WINDOW, End, Report
+from tauto_nodes.member import Member
+from tauto_nodes.qos import CREDIT_QOS, END_QOS, port
+from tauto_nodes.recorder import Recorder
+from tauto_nodes.stage_node import StageNode
+
+GRAPH = ('ship_motion', 'trochlea', 'recorder')
+FLOW: dict[str, Any] = {'flow_control': 'credits', 'graph': GRAPH}
+TOPICS = (SHIP_IMU, READING, PHASE)
+
+
+def recorder(folder: Path, **parameters: Any) -> Recorder:
+    report = str(folder.with_suffix('.json'))
+    return Recorder(
+        **overrides(output=str(folder), topics=TOPICS, report=report, **FLOW, **parameters)
+    )
+
+
+def test_nothing_is_lost_at_full_speed(bench: Bench, tmp_path: Path) -> None:
+    n = 20_000
+    sink = bench.add(
+        recorder(tmp_path / 'bag'),
+        StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW)),
+        TestSource(n, **FLOW),
+    )
+    bench.until(lambda: sink.over, 60.0)
+    counts = json.loads((tmp_path / 'bag.json').read_text())
+    assert counts == {t: {'received': n, 'written': n, 'lost': 0} for t in counts}
+    bag = read_bag(tmp_path / 'bag')
+    phase = bag.samples(PHASE)
+    assert isinstance(phase, JointSamples)
+    np.testing.assert_array_equal(phase.position[:, 0], np.arange(n))
+    np.testing.assert_array_equal(phase.stamp_ns, bag.payloads(PHASE)[0])
+
+
+class Sleeper(Member):
+    """A consumer that counts what it gets, and takes nothing while it is told to sleep."""
+
+    def __init__(self, **parameters: Any) -> None:
+        super().__init__('recorder', **overrides(output='none', **FLOW, **parameters))
+        self.asleep = True
+        self.connect([port(topic) for topic in TOPICS], [])
+
+    @property
+    def backlogged(self) -> bool:
+        """Whether it sleeps."""
+        return self.asleep
+
+
+def test_a_sleeping_consumer_holds_the_senders_back(bench: Bench) -> None:
+    n = 5_000
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+    source = TestSource(n, **FLOW)
+    sink = bench.add(Sleeper(), stage, source)
+    bench.until(lambda: sink.inputs[SHIP_IMU].received == WINDOW)
+    bench.beats(stage, 20)
+    assert source.outputs[SHIP_IMU].sent == WINDOW
+    assert stage.outputs[READING].sent <= WINDOW
+    sink.asleep = False
+    bench.until(lambda: sink.input_over, 30.0)
+    assert {t: i.taken for t, i in sink.inputs.items()} == dict.fromkeys(TOPICS, n)
+
+
+def test_a_backlogged_stage_withholds_its_credits(bench: Bench) -> None:
+    # The sink sleeps on the stage's outputs only: the stage must stop the source.
+    n = 5_000
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+    source = TestSource(n, **FLOW)
+
+    class Choosy(Sleeper):
+        def __init__(self) -> None:
+            Member.__init__(self, 'recorder', **overrides(output='none', **FLOW))
+            self.asleep = True
+            self.connect([port(READING)], [])
+
+    sink = bench.add(Choosy(), stage, source)
+    bench.until(lambda: stage.backlogged)
+    bench.beats(stage, 50)
+    # In flight: the sink's window, what the stage holds, the stage's own window.
+    assert source.outputs[SHIP_IMU].sent <= 3 * WINDOW
+    assert stage.outputs[READING].sent == WINDOW
+    sink.asleep = False
+    bench.until(lambda: sink.input_over, 30.0)
+    assert sink.inputs[READING].taken == n
+
+
+def test_nothing_is_sent_before_the_whole_graph_is_there(bench: Bench, tmp_path: Path) -> None:
+    source = TestSource(100, **FLOW)
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+    bench.add(source, stage)
+    bench.beats(stage, 30)
+    assert source.outputs[SHIP_IMU].sent == 0
+    assert source.waiting == ['node recorder']
+    sink = bench.add(recorder(tmp_path / 'bag'))
+    bench.until(lambda: sink.over)
+    assert sink.counts()[SHIP_IMU]['written'] == 100
+
+
+def test_an_outsider_does_not_disturb_the_count(bench: Bench, tmp_path: Path) -> None:
+    source = TestSource(3_000, **FLOW)
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+    outsider = Member('longitude')
+    outsider.connect([port(SHIP_IMU)], [])
+    sink = bench.add(recorder(tmp_path / 'bag'), stage, outsider, source)
+    bench.until(lambda: sink.over)
+    assert {n['written'] for n in sink.counts().values()} == {3_000}
+
+
+def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) -> None:
+    # A sender that claims to have sent more than it did: the recorder must not wait for ever.
+    graph = ('trochlea', 'recorder')
+    sink = recorder_of(tmp_path / 'bag', graph)
+    liar = bench.add(Member('trochlea', **overrides(flow_control='credits', graph=graph)), sink)
+    liar.connect([], [port(READING)])
+    bench.until(liar.flow.everyone_ready)
+    ends = liar.create_publisher(String, END_TOPIC, END_QOS)
+    bench.until(lambda: ends.get_subscription_count() == 2)
+    ends.publish(String(data=End('trochlea', {READING: 7}).to_json()))
+    bench.until(lambda: sink.over)
+    assert sink.counts() == {READING: {'received': 0, 'written': 0, 'lost': 7}}
+    assert sink.exit_code == 1
+
+
+def recorder_of(folder: Path, graph: tuple[str, ...]) -> Recorder:
+    return Recorder(
+        **overrides(output=str(folder), topics=(READING,), flow_control='credits', graph=graph)
+    )
+
+
+def test_a_bad_credit_report_ends_the_node(bench: Bench) -> None:
+    source = TestSource(10, **FLOW)
+    credits_ = bench.add(Member('longitude'), source).create_publisher(
+        String, CREDIT_TOPIC, CREDIT_QOS
+    )
+    bench.until(lambda: credits_.get_subscription_count() == 1)
+    credits_.publish(String(data='{"node": 3}'))
+    with pytest.raises(Exception, match='not a credit report'):
+        bench.until(lambda: False, 5.0)
+
+
+def test_single_executor_loses_nothing_either(ros: Any, tmp_path: Path) -> None:
+    ros(())
+    bench = Bench('single')
+    n = 1_000
+    sink = bench.add(
+        recorder(tmp_path / 'bag', executor='single'),
+        StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW)),
+        TestSource(n, **FLOW),
+    )
+    bench.until(lambda: sink.over, 60.0)
+    assert {(c['written'], c['lost']) for c in sink.counts().values()} == {(n, 0)}
+    bench.close()
+
+
+@pytest.mark.parametrize('text', ['', '[]', '{}', '{"node":"a","taken":[1]}', 'null'])
+def test_reports_that_are_none(text: str) -> None:
+    with pytest.raises(Exception, match='not a credit report'):
+        Report.from_json(text)
+    with pytest.raises(Exception, match='not an end marker'):
+        End.from_json(text)

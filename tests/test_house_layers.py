@@ -1,0 +1,51 @@
+"""The core knows no ROS: not at the top of a module, not inside a function."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
+WELCOME = {
+    'geographiclib',
+    'lz4',
+    'matplotlib',
+    'mcap',
+    'numba',
+    'numpy',
+    'pydantic',
+    'pydantic_core',
+    'rich',
+    'rosbags',
+    'scipy',
+    'tauto_core',
+    'typer',
+    'yaml',
+    'zstandard',
+}
+
+
+def imports(source: str) -> set[str]:
+    """Return the top-level names of all modules that a source imports, wherever it does."""
+    found = set()
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add(str(node.module))
+    return {name.partition('.')[0] for name in found}
+
+
+def test_an_import_inside_a_function_is_found() -> None:
+    assert imports('def f():\n    from rclpy.node import Node\n    import a.b') == {'rclpy', 'a'}
+
+
+@pytest.mark.parametrize(
+    'module', sorted(CORE.rglob('*.py')), ids=lambda path: str(path.relative_to(CORE))
+)
+def test_core_imports_only_what_its_setup_names(module: Path) -> None:
+    foreign = imports(module.read_text(encoding='utf-8')) - WELCOME - set(sys.stdlib_module_names)
+    assert not foreign

@@ -1,0 +1,63 @@
+"""What is asked of PyPI, of rosdep and of a Jazzy machine agrees."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import pytest
+import setuptools
+
+ROOT = Path(__file__).parents[1]
+ROSDEP_NAMES = {'matplotlib': 'python3-matplotlib'}
+
+
+def setup_of(package: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Return what a setup.py hands to setuptools."""
+    said: dict[str, Any] = {}
+    monkeypatch.setattr(setuptools, 'setup', lambda **keywords: said.update(keywords))
+    monkeypatch.chdir(ROOT / 'src' / package)
+    runpy.run_path('setup.py')
+    return said
+
+
+def bounds(lines: list[str]) -> dict[str, str]:
+    return dict(re.split('(?=[<>=])', x, maxsplit=1) for x in lines)
+
+
+def test_a_jazzy_machine_gets_every_requirement(monkeypatch: pytest.MonkeyPatch) -> None:
+    needed = bounds(setup_of('tauto_core', monkeypatch)['install_requires'])
+    text = (ROOT / 'requirements-jazzy.txt').read_text(encoding='utf-8')
+    pip = bounds([line for line in text.splitlines() if line and not line.startswith('#')])
+    assert not any(name.startswith('ros-') for name in pip)
+    manifest = ET.parse(ROOT / 'src' / 'tauto_core' / 'package.xml')
+    rosdep = {element.text for element in manifest.iter('exec_depend')}
+    for name, bound in needed.items():
+        if name in pip:
+            assert pip[name].startswith(bound)
+        else:
+            assert ROSDEP_NAMES[name] in rosdep
+
+
+@pytest.mark.parametrize('package', ['tauto_core', 'tauto_nodes'])
+def test_setup_and_manifest_say_the_same(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
+    said = setup_of(package, monkeypatch)
+    manifest = ET.parse(ROOT / 'src' / package / 'package.xml').getroot()
+    for key in ('name', 'version', 'license'):
+        assert manifest.findtext(key) == said[key]
+
+
+def test_every_requirement_has_a_lower_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = setup_of('tauto_core', monkeypatch)
+    for line in [*said['install_requires'], *said['extras_require']['dev']]:
+        assert '>=' in line
+
+
+def test_each_library_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = setup_of('tauto_core', monkeypatch)
+    page = (ROOT / 'docs' / 'libraries.md').read_text(encoding='utf-8').lower()
+    for name in bounds([*said['install_requires'], *said['extras_require']['dev']]):
+        assert f'`{name.lower()}`' in page, name
