@@ -17,6 +17,7 @@ from tauto_core.cli.facts import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
 
 SLOW_MODULES = ('numpy', 'scipy', 'numba', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
+BAGS = Path(__file__).parents[2] / 'bags'
 MINUTE = ('sail', 'cheek_before_euler', '--duration', '60')
 OFF_THE_CAM = """\
 duration: 10.0
@@ -165,30 +166,91 @@ def test_an_unexpected_exception_keeps_its_traceback(monkeypatch: pytest.MonkeyP
     assert isinstance(tauto(*MINUTE).exception, ZeroDivisionError)
 
 
-def test_an_interrupted_voyage_exits_130_and_keeps_a_readable_bag(tmp_path: Path) -> None:
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('replaces', [False, True])
+def test_a_voyage_that_is_stopped_keeps_a_readable_bag(
+    tmp_path: Path, number: signal.Signals, replaces: bool
+) -> None:
     bag = tmp_path / 'bag'
+    options = ['--force'] if replaces else []
+    if replaces:
+        voyage.sail(load_scene('ideal', duration=60.0), bag)
     program = (
-        'import os, signal, sys\n'
+        'import os, sys\n'
         'from tauto_core import voyage\n'
         'from tauto_core.cli import main\n'
         'feed = voyage.Pipeline.feed\n'
         'def once(self, batches):\n'
         '    said = feed(self, batches)\n'
-        '    voyage.Pipeline.feed = interrupted\n'
+        '    voyage.Pipeline.feed = stopped\n'
         '    return said\n'
-        'def interrupted(self, batches):\n'
-        f'    os.kill(os.getpid(), {int(signal.SIGINT)})\n'
+        'def stopped(self, batches):\n'
+        f'    os.kill(os.getpid(), {int(number)})\n'
         '    return feed(self, batches)\n'
         'voyage.Pipeline.feed = once\n'
         'voyage.CHUNK = 200\n'
-        f'sys.argv = ["tauto", *{MINUTE!r}, "--out", {str(bag)!r}]\n'
+        f'sys.argv = ["tauto", *{MINUTE!r}, "--out", {str(bag)!r}, *{options}]\n'
         'main()\n'
     )
     run = subprocess.run(
         [sys.executable, '-c', program], capture_output=True, text=True, check=False
     )
-    assert run.returncode == 130, run.stderr
+    assert run.returncode == 128 + number, run.stderr
     assert 'Traceback' not in run.stderr
-    assert str(bag) in run.stderr
-    kept = json.loads(tauto('replay', bag, '--json').stdout)['counts']['/clock/reading']
-    assert 5 <= kept <= 10  # the first 200 of 1205 samples, 10 s, less what interpolation awaits
+    held = tmp_path / 'bag.partial' if replaces else bag
+    assert f'tauto: {held} holds what was written' in run.stderr
+    replayed = json.loads(tauto('replay', held, '--json').stdout)
+    # the first 200 of 1205 samples, 10 s, less what interpolation awaits
+    assert 5 <= replayed['counts']['/clock/reading'] <= 10
+    assert replayed['warnings'] == []  # the bag is whole, metadata included
+
+
+def test_output_that_cannot_be_written_is_said() -> None:
+    with Path('/dev/full').open('w') as full:
+        run = subprocess.run(
+            [sys.executable, '-c', 'from tauto_core.cli import main; main()', 'scenes'],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert run.returncode == 1
+    assert run.stderr.startswith('tauto: standard output cannot be written: No space left')
+    assert 'Traceback' not in run.stderr
+
+
+def test_errors_after_loading_name_the_file(tmp_path: Path) -> None:
+    scene = tmp_path / 'mine.yaml'
+    text = OFF_THE_CAM.replace('weight, mass', 'force, force').replace('3.1', '3.2')
+    scene.write_text(f'name: other\n{text}')
+    for command in (('sail',), ('scene', 'check'), ('isochronism', '--amplitudes', '1')):
+        result = tauto(*command, scene)
+        assert result.exit_code == 2
+        assert result.stderr.startswith(f'tauto: {scene}: trochlea.release_angle = 3.2')
+
+
+def test_measured_motion_that_breaks_off_is_said(tmp_path: Path) -> None:
+    whole = (BAGS / 'measured_2min' / 'measured_2min_0.mcap').read_bytes()
+    (tmp_path / 'cut.mcap').write_bytes(whole[: len(whole) // 2])
+    recorded = '{path: cut.mcap, topic: ship/imu}'
+    scene = tmp_path / 'mine.yaml'
+    head = OFF_THE_CAM.replace('3.1', '1.0').partition('ship:')[0]
+    scene.write_text(f'{head}ship: {{kind: recorded, recorded: {recorded}}}\n')
+    for command in (('sail',), ('scene', 'check')):
+        result = tauto(*command, scene, '--json')
+        assert result.exit_code == 0, result.stderr
+        (warning,) = json.loads(result.stdout)['warnings']
+        assert 'cut.mcap breaks off' in warning
+        assert warning in result.stderr
+
+
+def test_measured_motion_that_cannot_be_used_exits_2(tmp_path: Path) -> None:
+    (tmp_path / 'roll.csv').write_text('t_s,roll_deg\n0.0,calm\n')
+    scene = tmp_path / 'mine.yaml'
+    recorded = '{path: roll.csv, time_column: t_s, roll_column: roll_deg}'
+    head = OFF_THE_CAM.partition('ship:')[0]
+    scene.write_text(f'{head}ship: {{kind: recorded, recorded: {recorded}}}\n')
+    result = tauto('sail', scene, '--out', tmp_path / 'bag')
+    assert result.exit_code == 2
+    assert "roll.csv, line 2: roll_deg = 'calm'" in result.stderr
+    assert not (tmp_path / 'bag').exists()

@@ -67,6 +67,13 @@ def test_a_file_that_cannot_be_written_is_an_error_not_a_traceback(tmp_path: Pat
         assert result.stderr.startswith('tauto: ')
 
 
+@pytest.mark.parametrize('points', ['1', '1000000000000'])
+def test_points_that_make_no_curve_are_refused(points: str) -> None:
+    result = CliRunner().invoke(app, ['cam', 'ideal', '--points', points])
+    assert result.exit_code == 2
+    assert f'--points = {points}' in result.stderr
+
+
 def test_a_reach_beyond_the_cam_says_its_range() -> None:
     result = CliRunner().invoke(app, ['cam', 'cheek_before_euler', '--reach', '4'])
     assert result.exit_code == 2

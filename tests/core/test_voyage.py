@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tauto_core import voyage
-from tauto_core.bags import read_bag
+from tauto_core.bags import BagWriter, read_bag
 from tauto_core.samples import READING, SCENE, SHIP_FIX, SHIP_IMU, join
 from tauto_core.scene import load_scene, parse_scene
-from tauto_core.scene.errors import BagError, SceneError
+from tauto_core.scene.errors import BagError, PropagationError, SceneError
 from tauto_core.voyage import (
     Pipeline,
     ShipSource,
@@ -133,9 +133,48 @@ def test_the_roll_at_the_start_counts_for_the_release():
     assert caught.value.key == 'trochlea.release_angle'
 
 
-def test_a_bag_without_scene_needs_one(measured, tmp_path):
-    from tauto_core.bags import BagWriter
+@pytest.mark.parametrize(
+    ('changes', 'key', 'said'),
+    [
+        ({'clock': {'nominal_period': 1e10}}, 'clock.nominal_period', r'1e\+10 s on the dial'),
+        ({'clock': {'nominal_period': 1e7}}, 'clock.nominal_period', r'come to 5\.99958e\+09 s'),
+        ({'clock': {}, 'gravity': 1e-60}, 'trochlea', r's on the dial.*2147483647 s'),
+    ],
+)
+def test_a_dial_that_leaves_the_times_of_ros_is_refused(changes, key, said):
+    with pytest.raises(SceneError, match=said) as caught:
+        check_scene(load_scene('measured', **changes))
+    assert caught.value.key == key
 
+
+def test_a_ship_whose_samples_cannot_be_integrated_ends_the_voyage():
+    """A height of 1e308 m times the roll's acceleration leaves what a float can hold."""
+    ship = {
+        'kind': 'components',
+        'components': [{'amplitude': 1.5, 'period': 1.0}],
+        'height': 1e308,
+    }
+    trochlea = load_scene('ideal').trochlea.model_dump()
+    scene = load_scene('measured', duration=5.0, ship=ship, trochlea=trochlea)
+    with (
+        np.errstate(over='ignore', invalid='ignore'),
+        pytest.raises(PropagationError, match='not_finite'),
+    ):
+        sail(scene)
+
+
+def test_a_replay_says_what_it_does_without(measured, tmp_path):
+    _, _, out = measured
+    bag = read_bag(out)
+    with BagWriter(tmp_path / 'bare') as writer:
+        writer.write({topic: bag.samples(topic) for topic in (SCENE, READING)})
+    observed, fixed = replay(tmp_path / 'bare')['warnings']
+    assert 'no topic clock/observation' in observed
+    assert 'no topic ship/fix' in fixed
+    assert replay(out)['warnings'] == []
+
+
+def test_a_bag_without_scene_needs_one(measured, tmp_path):
     scene, report, out = measured
     bag = read_bag(out)
     with BagWriter(tmp_path / 'bare') as writer:

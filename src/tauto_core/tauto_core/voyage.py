@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -33,8 +34,9 @@ from tauto_core.samples import (
     text,
 )
 from tauto_core.scene import Scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import BagError, SceneError
-from tauto_core.ship import Observations, ShipMotion
+from tauto_core.scene.checks import LAST_STAMP_S
+from tauto_core.scene.errors import ABSENT, BagError, PropagationError, SceneError, naming
+from tauto_core.ship import REFUSALS, Observations, ShipMotion
 from tauto_core.ship.imu import attitude
 from tauto_core.summary import Summary, scene_propagator
 
@@ -58,6 +60,11 @@ class ShipSource:
     def total(self) -> int:
         """Motion samples in all, those beyond the end included."""
         return self._motion.total
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was odd about measured motion."""
+        return self._motion.warnings
 
     @property
     def produced(self) -> int:
@@ -163,6 +170,7 @@ def check_scene(scene: Scene) -> None:
         MotionDataError: measured motion that cannot be used.
     """
     machine = compile_machine(scene)
+    _check_dial(scene, machine.frequency)
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
@@ -177,18 +185,47 @@ def check_scene(scene: Scene) -> None:
         )
 
 
+def _check_dial(scene: Scene, frequency: float) -> None:
+    """Refuse a dial that would leave the times of ROS."""
+    period = math.tau / frequency if frequency > 0.0 else math.inf
+    nominal = scene.clock.nominal_period or period
+    if not (period > 0.0 and nominal <= LAST_STAMP_S):
+        raise SceneError(
+            scene.name,
+            'trochlea' if scene.clock.nominal_period is None else 'clock.nominal_period',
+            ABSENT if scene.clock.nominal_period is None else nominal,
+            f'makes a period of {nominal:.6g} s on the dial; it must be > 0 and at most '
+            f'{LAST_STAMP_S} s, where ROS stamps end',
+            'Check the units of inertia, cam and power, or give another nominal_period.',
+        )
+    shown = scene.starts_at + scene.duration * nominal / period
+    if not shown <= LAST_STAMP_S:
+        raise SceneError(
+            scene.name,
+            'clock.nominal_period',
+            nominal,
+            f'lets the dial, with a period of {period:.6g} s, come to {shown:.6g} s; ROS stamps '
+            f'end at {LAST_STAMP_S} s',
+            'Give a nominal_period near the period, or leave it out.',
+        )
+
+
 def sail(
     scene: Scene,
     out: Path | None = None,
     *,
+    origin: str | None = None,
     force: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
+    It has `warnings` only where the measured motion could not be read to its end.
+
     Args:
         scene: what to simulate.
         out: folder of the bag to write; None: no bag.
+        origin: what the user called the scene by, for errors; None: its name.
         force: replace a bag that is there.
         progress: called with the fraction done, from 0 to 1.
 
@@ -196,11 +233,13 @@ def sail(
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
     """
     started = time.perf_counter()
-    check_scene(scene)
+    with naming(origin or scene.name, scene.name):
+        check_scene(scene)
     source, stages, summary = ShipSource(scene), pipeline(scene), Summary()
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
         for batches in _voyage(source, stages):
+            _check_refused(stages.health(), source.produced * scene.step_ns / NS_PER_S)
             summary.feed(batches)
             if bag is not None:
                 bag.write(_kept(scene, batches))
@@ -210,6 +249,7 @@ def sail(
         **_report(scene, summary),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
+        **({'warnings': list(source.warnings)} if source.warnings else {}),
     }
 
 
@@ -217,6 +257,18 @@ def _voyage(source: ShipSource, stages: Pipeline) -> Iterator[Batches]:
     while source.produced < source.total:
         yield stages.feed(source.produce(CHUNK))
     yield stages.finish()
+
+
+def _check_refused(health: Mapping[str, int], time_s: float) -> None:
+    """Refuse to go on where the stages left out samples of the scene's own ship."""
+    refused = {reason: health[reason] for reason in REFUSALS if reason in health}
+    if refused:
+        said = ', '.join(f'{number} {reason}' for reason, number in refused.items())
+        raise PropagationError(
+            f'samples of the ship that cannot be integrated: {said}. Check the size of its '
+            'motion, its height and gravity',
+            time_s,
+        )
 
 
 def _kept(scene: Scene, batches: Batches) -> Batches:
@@ -269,6 +321,19 @@ def summarise_bag(path: Path) -> dict[str, Any]:
     return {**_report(scene, summary), 'bag': str(path)}
 
 
+def _missing(bag: Bag) -> list[str]:
+    """Say what a replay does without the topics that are not in a bag."""
+    without = {
+        OBSERVATION: 'the drift is what the scene assumes beforehand',
+        SHIP_FIX: 'the ship is taken to lie where the scene begins',
+    }
+    return [
+        f'{bag.path}: there is no topic {topic}: {so}'
+        for topic, so in without.items()
+        if topic not in bag
+    ]
+
+
 def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
@@ -308,5 +373,5 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
         'start_s': start / NS_PER_S,
         'duration_s': (end - start) / NS_PER_S,
         'counts': bag.counts,
-        'warnings': list(bag.warnings),
+        'warnings': [*bag.warnings, *_missing(bag)],
     }

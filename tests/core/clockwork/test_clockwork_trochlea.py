@@ -134,9 +134,27 @@ def test_foreign_motion_is_anchored_at_its_first_stamp_and_jitter_does_not_matte
     )
 
 
-def _faster(scene):
+def test_samples_that_crowd_are_left_out_and_counted():
+    """Bursts of four samples 0.1 ms apart: through all of them rounding alone gives 1e-7 rad."""
+    scene = load_scene('involute_weight_at_sea', duration=20.0)
+    fine = load_scene('involute_weight_at_sea', duration=21.0, ship=_faster(scene, 1e4))
+    dense = imu_of(fine)
+    ticks = np.arange(0, len(dense.stamp_ns) - 4, 500)
+    bursts = np.union1d(ticks, (ticks[5::7, None] + np.arange(1, 4)).ravel())
+    one_by_one, at_once = TrochleaStage(scene), TrochleaStage(scene)
+    found = at_once.feed({'ship/imu': take(dense, bursts)})
+    split = [
+        one_by_one.feed({'ship/imu': take(dense, part)}) for part in np.array_split(bursts, 97)
+    ]
+    same_bits(found, collected(split))
+    clean = TrochleaStage(scene).feed({'ship/imu': take(dense, ticks)})
+    same_bits(found, clean)
+    assert at_once.health()['crowded'] == one_by_one.health()['crowded'] == 3 * len(ticks[5::7])
+
+
+def _faster(scene, rate=200.0):
     ship = scene.ship.model_dump()
-    return {**ship, 'rate': 200.0}
+    return {**ship, 'rate': rate}
 
 
 def test_dial_counts_whole_half_turns_in_integers():

@@ -5,6 +5,7 @@ hundred roundings of the amplitude, accumulated over about a hundred swings.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, angles, phases, run,
 from scipy.optimize import brentq
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.samples import JOINT_STATES
+from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
 
@@ -111,6 +112,76 @@ def test_impulses_add_their_energy_once_a_beat_at_their_angle(where):
     slope = -sign * amplitude * OMEGA * np.sin(OMEGA * (times - start))
     np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-11)
     np.testing.assert_allclose(rate, slope, rtol=0, atol=1e-10)
+
+
+def test_an_impulse_close_to_the_turning_point_is_not_stepped_over():
+    """The angle is reached 20 ms before the turning point, within one step of it."""
+    where, energy = 0.99, 2e-5
+    scene = scene_of(
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': where},
+        duration=20.0,
+        log={'interval': 0.5},
+    )
+    times, angle, _ = angles(scene)
+    arcs = swings_with_impulses(energy, where, 80)
+    _, start, amplitude, sign = arcs[np.searchsorted(arcs[:, 0], times, 'right') - 1].T
+    exact = sign * amplitude * np.cos(OMEGA * (times - start))
+    # close to its turning point the angle is stationary: a time is known to 1e-15/0.02 only
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-10)
+
+
+def test_two_hours_and_thousands_of_beats_may_pass_between_two_logs():
+    energy = 1e-7
+    scene = scene_of(
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': 0.0},
+        duration=7200.0,
+        log={'interval': 7200.0},
+    )
+    times, angle, _ = angles(scene)
+    arcs = swings_with_impulses(energy, 0.0, 16500)
+    _, start, amplitude, sign = arcs[np.searchsorted(arcs[:, 0], times, 'right') - 1].T
+    # 16000 beats, each timed to the rounding of 7200 s in the sum of the arcs, 5e-13 s
+    exact = sign * amplitude * np.cos(OMEGA * (times - start))
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-8)
+
+
+def test_a_wheel_that_nothing_moves_stays_where_it_is():
+    scene = scene_of(
+        trochlea={'release_angle': 0.0},
+        escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 0.1},
+        ship={'kind': 'components', 'components': [{'amplitude': 0.0, 'period': 9.0}]},
+    )
+    _, angle, rate = angles(scene)
+    assert np.all(angle == 0.0)
+    assert np.all(rate == 0.0)
+
+
+def test_noise_in_the_force_loses_no_turns():
+    """Pieces through noisy forces do not join smoothly; the phase still goes with the beats.
+
+    The mean torque is the thread's, so a beat of θ about the case is half a turn of the phase,
+    but for the last one and for passages doubled by the noise: one here.
+    """
+    scene = scene_of(
+        trochlea={
+            'cam': {'kind': 'involute', 'base_radius': 0.01},
+            'thread': {'kind': 'vertical'},
+            'power': {'kind': 'weight', 'mass': 0.2},
+        },
+        ship={
+            'kind': 'components',
+            'components': [{'amplitude': 0.2, 'period': 7.0, 'phase': 0.4}],
+        },
+        duration=600.0,
+    )
+    ship = ShipMotion(scene)
+    imu = ship.produce(ship.total)
+    noise = 0.2 * np.random.default_rng(1).standard_normal(imu.linear_acceleration.shape)
+    noisy = replace(imu, linear_acceleration=imu.linear_acceleration + noise)
+    phase = TrochleaStage(scene).feed({'ship/imu': noisy})[PHASE].position
+    # 50 ms of a swing of 0.89 s are 0.35 rad; a lost turn is 6.28
+    assert np.max(np.abs(np.diff(phase[:, 0]))) < 1.0
+    assert abs(phase[-1, 0] / math.pi - phase[-1, 3]) < 2.0
 
 
 def test_a_swing_that_misses_the_angle_gets_no_impulse():

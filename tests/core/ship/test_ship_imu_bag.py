@@ -136,11 +136,32 @@ def test_broken_off_bag_is_read_as_far_as_it_goes(tmp_path, share):
     assert f'the {n} Imu messages read up to there are used' in warnings[0]
 
 
+def test_a_chunk_with_a_wrong_checksum_is_not_used(tmp_path):
+    """Without compression nothing but the checksum tells that a byte changed."""
+    path = write(tmp_path / 'a.mcap', sensors(), compression=CompressionType.NONE)
+    octets = bytearray(path.read_bytes())
+    octets[octets.index(sensors()[500].payload()) + 60] ^= 0x40
+    path.write_bytes(octets)
+    imu, (warning,) = read_imu(path, 'a', 'imu/data')
+    assert 400 < len(imu.stamp_ns) <= 500
+    assert 'a.mcap breaks off (' in warning
+    assert 'CRC' in warning
+
+
 def test_warning_reaches_the_source(tmp_path):
     path = write(tmp_path / 'a.mcap', sensors())
     path.write_bytes(path.read_bytes()[:-5])
     (warning,) = motion(path).warnings
     assert 'a.mcap breaks off (' in warning
+
+
+def test_a_refusal_says_that_the_file_breaks_off(tmp_path):
+    path = write(tmp_path / 'a.mcap', sensors())
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(MotionDataError, match='the record only') as refused:
+        motion(path, duration=90.0)
+    (note,) = refused.value.__notes__
+    assert 'a.mcap breaks off (' in note
 
 
 def test_bag_broken_off_before_its_first_message_is_refused(tmp_path):

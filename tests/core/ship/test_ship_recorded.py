@@ -147,7 +147,10 @@ REFUSED = [
     (changed(7, '-inf,1.0'), {}, r"line 8: t_s = '-inf'"),
     (changed(7, '6.0,calm'), {}, r"line 8: roll_deg = 'calm'"),
     (changed(7, '6.0,'), {}, r"line 8: roll_deg = ''"),
+    (changed(7, '6.0,1_0'), {}, r"line 8: roll_deg = '1_0'"),
+    (changed(7, '6.0,90'), {}, r'line 8: roll = 1\.5708 rad.*within ±1\.5708 rad'),
     (changed(7, '6.0'), {}, r'line 8: has 1 cells, the header 2'),
+    (changed(101, '1e12,1.0'), {'max_gap': 1e13}, r'line 102: .*1e\+12 s, more than 50000000'),
     ('\n'.join(rows()[:40] + rows()[43:]), {}, r'line 41: gap of 4 s.*max_gap = 3\.0 s'),
     ('\n'.join(rows()), {'passband': [0.02, 0.5]}, r'sampled every 1 s.*above 0\.5 Hz'),
     ('\n'.join(rows(41)), {}, r'lasts 40 s.*needs at least 50 s'),
@@ -161,6 +164,14 @@ def test_csv_refused_with_file_place_value_and_limit(tmp_path, text, keys, messa
     with pytest.raises(MotionDataError, match=message) as refused:
         ShipMotion(scene)
     assert str(tmp_path / 'a.csv') in str(refused.value)
+    assert refused.value.exit_code == 2
+
+
+def test_heave_in_another_unit_is_refused(tmp_path):
+    text = '\n'.join(f'{row},{row.split(",")[0]}e2' for row in rows()).replace('t_se2', 'heave_m')
+    scene = csv_scene(tmp_path / 'a.csv', text, heave_column='heave_m')
+    with pytest.raises(MotionDataError, match=r'line 12: heave = 1000 m.*within ±1000 m'):
+        ShipMotion(scene)
 
 
 def test_binary_file_is_refused(tmp_path):

@@ -55,7 +55,8 @@ class BagWriter:
 
     An existing bag is replaced only when the new one is complete: it is first written to the
     sibling `<name>.partial`. If the `with` block is left by an exception, what was written is
-    finished so that it can be read, where it lies (`path`), and an old bag stays as it was.
+    finished so that it can be read, where it lies (`path`), and an old bag stays as it was; a
+    note on the exception says so.
 
     Args:
         folder: the bag's folder; parents are made.
@@ -145,6 +146,8 @@ class BagWriter:
                 self._finish()
         finally:
             self._file.close()
+        if error is not None and self.counts:
+            error.add_note(f'{self.path} holds what was written until then')
         if error is None and failure is not None:
             raise failure
         if error is None and self._replaces:

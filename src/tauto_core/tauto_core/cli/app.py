@@ -1,13 +1,20 @@
 """The commands of `tauto`.
 
 Exit codes: 0 well, 2 for a bad command line or scene, 1 for anything that failed on the way, 130
-after Ctrl-C. Results go to stdout, all other words to stderr; with `--json` stdout holds one
-object and nothing else. A traceback means a fault of the program, never of its input.
+after Ctrl-C, 143 after SIGTERM. Results go to stdout, all other words to stderr; with `--json`
+stdout holds one object and nothing else. A traceback means a fault of the program, never of its
+input.
 """
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,6 +29,10 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 
+class Terminated(KeyboardInterrupt):
+    """SIGTERM came while a voyage was under way."""
+
+
 class Commands(TyperGroup):
     """All commands, with one answer to what goes wrong in any of them."""
 
@@ -30,11 +41,21 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except TautoError as error:
-            typer.echo(f'tauto: {error}', err=True)
+            _tell(str(error), error)
             raise typer.Exit(error.exit_code) from None
-        except KeyboardInterrupt:
-            typer.echo('tauto: interrupted', err=True)
-            raise typer.Exit(130) from None
+        except Terminated as error:
+            _tell('terminated', error)
+            raise typer.Exit(128 + signal.SIGTERM) from None
+        except KeyboardInterrupt as error:
+            _tell('interrupted', error)
+            raise typer.Exit(128 + signal.SIGINT) from None
+        except OSError as error:
+            # a closed pipe is typer's to handle; other files have named errors
+            if error.errno == errno.EPIPE or error.filename is not None:
+                raise
+            _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
+            _drop_output()
+            raise typer.Exit(1) from None
 
 
 app = typer.Typer(
@@ -53,6 +74,37 @@ app.add_typer(scene_commands, name='scene')
 def main() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
     app()
+
+
+def _tell(words: str, error: BaseException) -> None:
+    """Say on stderr what went wrong and what its notes add."""
+    for line in (words, *getattr(error, '__notes__', ())):
+        typer.echo(f'tauto: {line}', err=True)
+
+
+def _drop_output() -> None:
+    """Let what stdout could not take go, or the interpreter fails on it once more at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """Turn SIGTERM into an exception, so that a bag is finished as it is after Ctrl-C."""
+
+    def end(_number: int, _frame: object) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _warn(result: dict[str, Any]) -> None:
+    """Say on stderr what was odd about the input."""
+    for warning in result.get('warnings', ()):
+        typer.echo(f'tauto: {warning}', err=True)
 
 
 def _show(result: dict[str, Any], table: RenderableType | None) -> None:
@@ -86,13 +138,9 @@ def sail(
     loaded = load_scene(scene, duration=duration)
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
-    try:
-        with progress_bar(loaded.name) as progress:
-            result = voyage.sail(loaded, out, force=force, progress=progress)
-    except KeyboardInterrupt:
-        if out is not None and out.is_dir():
-            typer.echo(f'tauto: {out} holds what was sailed until then', err=True)
-        raise
+    with _ended_by_sigterm(), progress_bar(loaded.name) as progress:
+        result = voyage.sail(loaded, out, origin=scene, force=force, progress=progress)
+    _warn(result)
     _show(result, None if as_json else voyage_table(result))
 
 
@@ -111,8 +159,7 @@ def replay(
     from tauto_core.scene import load_scene
 
     result = voyage.replay(bag, scene=None if scene is None else load_scene(scene))
-    for warning in result.get('warnings', ()):
-        typer.echo(f'tauto: {warning}', err=True)
+    _warn(result)
     _show(result, None if as_json else replay_table(result))
 
 
@@ -137,6 +184,7 @@ def check(scene: SceneName, as_json: AsJson = False) -> None:
     from tauto_core.cli.facts import facts_table, scene_facts
 
     facts = scene_facts(scene)
+    _warn(facts)
     _show(facts, None if as_json else facts_table(facts))
 
 

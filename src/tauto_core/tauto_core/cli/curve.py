@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import AsJson, SceneName
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import TautoError, UsageError, naming
 
 if TYPE_CHECKING:
     from tauto_core.curves import Cam
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 MM_PER_M = 1000.0
 MM_PER_INCH = 25.4
 MARGIN_MM = 2.0
+FEWEST_POINTS, MOST_POINTS = 2, 1_000_000
 HEADER = ('angle_rad', 'lever_arm_mm', 'x_mm', 'y_mm', 'radius_of_curvature_mm')
 
 
@@ -50,6 +51,11 @@ def cam(
     from tauto_core.curves import make_cam, outline
     from tauto_core.scene import load_scene
 
+    if not FEWEST_POINTS <= points <= MOST_POINTS:
+        raise UsageError(
+            f'--points = {points}: must be {FEWEST_POINTS} to {MOST_POINTS} on each cheek. Give '
+            'another, or leave it out'
+        )
     loaded = load_scene(scene)
     curve = make_cam(loaded.trochlea)
     if reach is not None and not 0.0 < reach <= curve.range_rad:
@@ -79,9 +85,9 @@ def isochronism(
     from tauto_core.scene import load_scene
 
     loaded = load_scene(scene)
-    found = machines.isochronism(
-        machines.compile_machine(loaded), _numbers(amplitudes), loaded.clock.nominal_period
-    )
+    with naming(scene, loaded.name):
+        machine = machines.compile_machine(loaded)
+    found = machines.isochronism(machine, _numbers(amplitudes), loaded.clock.nominal_period)
     if as_json:
         typer.echo(json.dumps(found, allow_nan=False))
         return

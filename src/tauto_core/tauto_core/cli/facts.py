@@ -33,20 +33,23 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     """
     from tauto_core.machines import compile_machine
     from tauto_core.scene import load_scene
+    from tauto_core.scene.errors import naming
     from tauto_core.ship import ShipMotion
     from tauto_core.summary import scene_propagator
     from tauto_core.voyage import check_scene
 
     scene = load_scene(name_or_path)
-    check_scene(scene)
+    with naming(name_or_path, scene.name):
+        check_scene(scene)
     machine = compile_machine(scene)
     edge = machine.cam.range_rad
+    motion = ShipMotion(scene)
     return {
         'scene': scene.name,
         'duration_s': scene.duration,
         'propagator': scene_propagator(scene),
         'ship': scene.ship.kind,
-        'motion_samples': ShipMotion(scene).total,
+        'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
@@ -56,6 +59,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'cam': scene.trochlea.cam.kind,
         'cam_range_rad': None if math.isinf(edge) else edge,
         'release_angle_rad': machine.release_angle,
+        **({'warnings': list(motion.warnings)} if motion.warnings else {}),
     }
 
 

@@ -177,5 +177,9 @@ class TrochleaStage:
         self._propagator.restore(state['propagator'])
 
     def health(self) -> dict[str, int]:
-        """Return how many samples were refused, by reason, and how many gaps were bridged."""
-        return {**self._refused, 'bridged_gaps': self._buffer.bridged}
+        """Return how many samples were refused, by reason, or crowded, and the gaps bridged."""
+        return {
+            **self._refused,
+            'crowded': self._buffer.crowded,
+            'bridged_gaps': self._buffer.bridged,
+        }

@@ -86,6 +86,11 @@ class Machine:
         lift = self.cam.lift(angle)
         return lift * (self._rest_pull + 0.5 * self.stiffness * lift)
 
+    def lift_of_potential(self, potential: ArrayLike) -> FloatArray:
+        """Return the lift h at which V = P h + κh²/2 + m g h, on land [m]."""
+        pull, potential = self._rest_pull, np.asarray(potential)
+        return 2.0 * potential / (pull + np.sqrt(pull * pull + 2.0 * self.stiffness * potential))
+
     def mass(self, angle: ArrayLike) -> FloatArray:
         """Return M(ϑ) = I + m t² [kg m2]."""
         arm = self.cam.lever_arm(angle)
@@ -127,7 +132,7 @@ class Machine:
 
         def integrand(u: FloatArray) -> FloatArray:
             sine = np.sin(u)
-            lift = self._lift_of_potential(top * sine * sine)
+            lift = self.lift_of_potential(top * sine * sine)
             angle = cam.angle_of_lift(lift)
             mass = self.mass(angle)
             self._check_taut(angle, lift, mass, top * np.cos(u) ** 2)
@@ -142,10 +147,6 @@ class Machine:
     @property
     def _rest_pull(self) -> float:
         return self.force + self.pulling_mass * self.gravity
-
-    def _lift_of_potential(self, potential: FloatArray) -> FloatArray:
-        pull = self._rest_pull
-        return 2.0 * potential / (pull + np.sqrt(pull * pull + 2.0 * self.stiffness * potential))
 
     def _check_taut(
         self, angle: FloatArray, lift: FloatArray, mass: FloatArray, kinetic: FloatArray

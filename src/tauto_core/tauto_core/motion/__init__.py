@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from tauto_core.machines import Machine
+from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.samples import State
 
@@ -39,16 +39,33 @@ class Propagator(Protocol):
 
 def propagator_name(machine: Machine, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
-    steady = still and machine.drag is None and machine.escapement is None
-    return 'harmonic' if steady and machine.is_harmonic else 'collocation'
+    if not still or machine.drag is not None or machine.escapement is not None:
+        return 'collocation'
+    if machine.is_harmonic:
+        return 'harmonic'
+    return 'action_angle' if _swings_freely(machine) else 'collocation'
+
+
+def _swings_freely(machine: Machine) -> bool:
+    """Return whether the wheel is released away from rest into a swing with a taut thread."""
+    try:
+        return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
+    except SlackThreadError:
+        return False
 
 
 def make_propagator(machine: Machine, *, still: bool) -> Propagator:
     """Return the propagator for a machine on a platform that lies still or moves."""
-    if propagator_name(machine, still=still) == 'harmonic':
-        from tauto_core.motion.harmonic import Harmonic
+    match propagator_name(machine, still=still):
+        case 'harmonic':
+            from tauto_core.motion.harmonic import Harmonic
 
-        return Harmonic(machine)
-    from tauto_core.motion.collocation import Collocation
+            return Harmonic(machine)
+        case 'action_angle':
+            from tauto_core.motion.action_angle import ActionAngle
 
-    return Collocation(machine)
+            return ActionAngle(machine)
+        case _:
+            from tauto_core.motion.collocation import Collocation  # imports numba
+
+            return Collocation(machine)

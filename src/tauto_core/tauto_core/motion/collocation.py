@@ -15,6 +15,7 @@ import numpy as np
 from tauto_core.machines import Machine
 from tauto_core.motion import kernels
 from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.phase import phase_rate, principal
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -104,7 +105,7 @@ class Collocation:
                 0.0,
             )
         self._start_angle = 0.0
-        self._start_angle = float(self._principal(row)[0])
+        self._start_angle = float(principal(self._machine, row[:, 2], row[:, 3])[0])
         return self._motion(row)
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -142,7 +143,8 @@ class Collocation:
         if code == kernels.SLACK:
             return PropagationError(
                 'the thread went slack (its tension fell to 0 N, and a thread cannot push). Use a '
-                'lighter weight, a smaller release angle, a stronger pull or a calmer sea',
+                'lighter weight, a smaller release angle, a stronger pull or a calmer sea; smooth '
+                'the accelerations of a noisy sensor',
                 time_s,
             )
         return PropagationError(
@@ -152,14 +154,9 @@ class Collocation:
             time_s,
         )
 
-    def _principal(self, rows: FloatArray) -> FloatArray:
-        """Return the angle of (s, −ṡ/ω) in (−π, π]."""
-        arc = self._machine.arc(rows[:, 2])
-        speed = np.sqrt(self._machine.mass(rows[:, 2])) * rows[:, 3]
-        return np.arctan2(0.0 - speed / self._omega, arc)
-
     def _motion(self, rows: FloatArray) -> Motion:
-        half = (self._principal(rows) - self._start_angle) / math.pi
+        felt = principal(self._machine, rows[:, 2], rows[:, 3])
+        half = (felt - self._start_angle) / math.pi
         whole = np.floor(half)
         turns: IntArray = rows[:, 6].astype(np.int64)
         return Motion(
@@ -168,22 +165,9 @@ class Collocation:
             torque=self._machine.inertia * rows[:, 5],
             half_turns=2 * turns + whole.astype(np.int64),
             fraction=half - whole,
-            phase_rate=self._phase_rate(rows),
+            phase_rate=phase_rate(self._machine, rows[:, 2], rows[:, 3], rows[:, 4]),
             beats=rows[:, 7].astype(np.int64),
         )
-
-    def _phase_rate(self, rows: FloatArray) -> FloatArray:
-        """Return φ̇ = ω (ṡ² − s s̈)/(ω² s² + ṡ²); 0 at the well's bottom at rest."""
-        machine, omega = self._machine, self._omega
-        angle, rate, acceleration = rows[:, 2], rows[:, 3], rows[:, 4]
-        root = np.sqrt(machine.mass(angle))
-        lever = machine.cam.lever_arm(angle)
-        arc, speed = machine.arc(angle), root * rate
-        bend = machine.carried_mass * lever * machine.cam.lever_rate(angle) / root
-        speed_rate = root * acceleration + bend * rate * rate
-        size = omega * omega * arc * arc + speed * speed
-        turning = omega * (speed * speed - arc * speed_rate)
-        return np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0)
 
     def state(self) -> State:
         """Return the state vector, the discrete state and the phase at the start."""

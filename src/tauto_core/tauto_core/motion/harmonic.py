@@ -13,60 +13,26 @@ import numpy as np
 
 from tauto_core.machines import Machine
 from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.motion.phase import DIGITS, PI, half_turns, two_floats
+from tauto_core.samples import IntArray, State
 
 NAME = 'harmonic'
-_PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
-_COARSE_NS = 2**32
-_SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 
 
-def half_turns_per_ns(machine: Machine) -> tuple[float, float]:
-    """Return ω/π per nanosecond as the sum of two floats.
-
-    The machine's numbers are taken as exact: ω = √(F t'/I) in 50 digits.
-    """
+def frequency(machine: Machine) -> Decimal:
+    """Return ω = √(F t'/I) of a harmonic well in 50 digits, the machine's numbers exact [1/s]."""
     with localcontext() as context:
-        context.prec = 50
+        context.prec = DIGITS
         pull = Decimal(machine.force) + Decimal(machine.pulling_mass) * Decimal(machine.gravity)
         rate = Decimal(machine.cam.linear_rate or 0.0)
-        exact = (pull * rate / Decimal(machine.inertia)).sqrt() / _PI / Decimal(10**9)
-        high = float(exact)
-        return high, float(exact - Decimal(high))
+        return (pull * rate / Decimal(machine.inertia)).sqrt()
 
 
-def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
-    """Return a·b and its rounding error, exactly (Dekker 1971)."""
-    product = a * b
-    c = _SPLIT * a
-    a_high = c - (c - a)
-    a_low = a - a_high
-    c_b = _SPLIT * b
-    b_high = c_b - (c_b - b)
-    b_low = b - b_high
-    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
-    return product, error
-
-
-def phase(machine: Machine, time_ns: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the phase in whole half turns and the fraction in [0, 1).
-
-    Args:
-        machine: one with a harmonic well.
-        time_ns: time since the release [ns], t ≥ 0.
-    """
-    high, low = half_turns_per_ns(machine)
-    whole = np.zeros(len(time_ns), np.int64)
-    fraction = np.zeros(len(time_ns))
-    # Two parts, each exact as a float, so that no length of run rounds the time.
-    for part in (time_ns - time_ns % _COARSE_NS, time_ns % _COARSE_NS):
-        time = part.astype(np.float64)
-        product, error = _product(time, high)
-        floor = np.floor(product)
-        fraction += (product - floor) + (error + time * low)
-        whole += floor.astype(np.int64)
-    carry = np.floor(fraction)
-    return whole + carry.astype(np.int64), fraction - carry
+def half_turns_per_ns(omega: Decimal) -> tuple[float, float]:
+    """Return ω/π per nanosecond as the sum of two floats."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        return two_floats(omega / PI / 10**9)
 
 
 class Harmonic:
@@ -76,6 +42,7 @@ class Harmonic:
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
+        self._half_turns_per_ns = half_turns_per_ns(frequency(machine))
 
     def release(self, forcing: Forcing) -> Motion:
         """Return the motion at the start."""
@@ -89,17 +56,17 @@ class Harmonic:
     def _at(self, time_ns: IntArray) -> Motion:
         machine = self._machine
         omega = machine.frequency
-        half_turns, fraction = phase(machine, time_ns)
-        amplitude = np.where(half_turns % 2 == 0, machine.release_angle, -machine.release_angle)
+        half, fraction = half_turns(time_ns, self._half_turns_per_ns)
+        amplitude = np.where(half % 2 == 0, machine.release_angle, -machine.release_angle)
         angle = amplitude * np.cos(np.pi * fraction)
         return Motion(
             angle=angle,
             rate=-amplitude * omega * np.sin(np.pi * fraction),
             torque=-machine.inertia * omega * omega * angle,
-            half_turns=half_turns,
+            half_turns=half,
             fraction=fraction,
             phase_rate=np.full(len(time_ns), omega),
-            beats=half_turns + (fraction > 0.5),
+            beats=half + (fraction > 0.5),
         )
 
     def state(self) -> State:

@@ -25,10 +25,11 @@ from tauto_core.motion.gauss import MATRIX, NODES, PROJECTION, STAGES, WEIGHTS
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4, 5
-PSI, W, HELD_ANGLE, FLOATS = 0, 1, 2, 3
+PSI, W, HELD_ANGLE, LAST_ANGLE, LAST_RATE, FLOATS = 0, 1, 2, 3, 4, 5
 DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, INTS = 0, 1, 2, 3, 4, 5, 6, 7, 8
 ROW = 8
 MAX_EVENTS = 10_000
+MAX_STALLED = 4
 COARSEN = 1e-4
 MAX_LEVEL = 24
 MAX_ITERATIONS = 60
@@ -64,9 +65,11 @@ def _lever_terms(lever: Any, side: Any, q: Any) -> Any:
     if lever.instance_class is ArcLever:
 
         def arc(lever: Any, side: float, q: float) -> tuple[float, float, float]:
-            sine, cosine = math.sin(q), math.cos(q)
+            sine, half = math.sin(q), math.sin(0.5 * q)
+            sagitta = 2.0 * half * half
+            cosine = 1.0 - sagitta
             return (
-                lever.root_depth * sine + side * lever.radius * (1.0 - cosine),
+                lever.root_depth * sine + side * lever.radius * sagitta,
                 lever.root_depth * cosine + side * lever.radius * sine,
                 -lever.root_depth * sine + side * lever.radius * cosine,
             )
@@ -530,6 +533,7 @@ def _first_event(
     side: float,
     d: float,
     armed: bool,
+    stalled: bool,
     psi: float,
     w: float,
     end: Any,
@@ -539,10 +543,13 @@ def _first_event(
     hx: float,
     work: Any,
 ) -> tuple[int, float]:
-    """Return the kind of the first event within the step and its fraction of the step."""
-    first, xi = NO_EVENT, 2.0
-    for kind in range(TURNING, AT_SLACK + 1):
-        last = 1.0 if _event_value(kind, limits, d, side, end) <= 0.0 else 2.0
+    """Return the kind of the first event within the step and its fraction of the step.
+
+    What is reached before a turning point and left again after it is looked for at that point.
+    """
+    first, xi, reach = NO_EVENT, 2.0, 1.0
+    for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
+        last = reach if _event_value(kind, limits, d, side, end) <= 0.0 else 2.0
         if kind == TURNING and not _watches_turning(machine):
             continue
         if kind == KINK and not kinked(lever):
@@ -562,6 +569,12 @@ def _first_event(
             )
             if at < xi:
                 first, xi = kind, at
+            if kind == TURNING:
+                reach = at
+                psi_t, w_t = _between(psi, w, at, work)
+                end = _acceleration(
+                    machine, lever, side, d, psi_t, w_t, _at(forcing, k, x0 + at * hx)
+                )
     return first, xi
 
 
@@ -668,12 +681,18 @@ def _happen(
 
 
 @njit(cache=True, nogil=True, error_model='numpy')
-def _count(before: Any, after: Any, ints: Any) -> None:
-    """Count the turns of (ϑ, −ϑ̇) about the origin and the passages of θ through zero."""
-    x0, y0 = before
-    angle, x1, y1 = after
+def _count(machine: Any, lever: Any, at: Any, floats: Any, ints: Any) -> None:
+    """Count the turns of (ϑ, −ϑ̇) about the origin and the passages of θ through zero.
+
+    A turn goes from the state last counted, not from the state as the next piece of forcing sees
+    it: the two differ where the pieces do not join smoothly, and a turn between them were lost.
+    """
+    side, d = float(ints[SIDE]), float(ints[DIRECTION])
+    state = _acceleration(machine, lever, side, d, floats[PSI], floats[W], at)
+    angle, x0, y0, x1, y1 = state[0], floats[LAST_ANGLE], -floats[LAST_RATE], state[2], -state[3]
     if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * y0 / (y0 - y1) < 0.0:
         ints[TURNS] += 1 if y1 < 0.0 else -1
+    floats[LAST_ANGLE], floats[LAST_RATE] = state[2], state[3]
     if angle != 0.0:
         sign = 1 if angle > 0.0 else -1
         if ints[THETA_SIGN] == -sign:
@@ -729,6 +748,7 @@ def _move(
     x0: float,
     hx: float,
     omega: float,
+    stalled: bool,
     floats: Any,
     ints: Any,
     work: Any,
@@ -751,6 +771,7 @@ def _move(
         side,
         d,
         ints[ARMED] == 1,
+        stalled,
         psi,
         w,
         end,
@@ -793,6 +814,7 @@ def release(
         floats[W] = _momentum(machine[0], t, at[1][1], at[0][1])
     ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
     _write(machine, lever, at, floats, ints, row)
+    floats[LAST_ANGLE], floats[LAST_RATE] = row[2], row[3]
 
 
 @njit(cache=True, nogil=True, error_model='numpy')
@@ -832,15 +854,11 @@ def advance(
     work[STEP, 0] = math.nan
     written = 0
     for k in range(len(begin)):
-        u, worst, events = 0.0, 0.0, 0
+        worst, events, stalled = 0.0, 0, 0
         whole = end[k] - begin[k]
-        while u < 1.0:
-            cells = 1 << ints[LEVEL]
-            target = (math.floor(u * cells) + 1.0) / cells
-            x0 = begin[k] + u * whole
-            at = _at(forcing, k, x0)
-            d = float(ints[DIRECTION])
-            old = _acceleration(machine, lever, float(ints[SIDE]), d, floats[PSI], floats[W], at)
+        # Time is a cell and a fraction of it: it keeps its resolution in spans of a day.
+        cell, cells, f = 0, 1 << ints[LEVEL], 0.0
+        while cell < cells:
             kind, xi, indicator = _move(
                 tolerance,
                 limits,
@@ -848,9 +866,10 @@ def advance(
                 lever,
                 forcing,
                 k,
-                x0,
-                (target - u) * whole,
+                begin[k] + (cell + f) / cells * whole,
+                (1.0 - f) / cells * whole,
                 omega,
+                stalled > MAX_STALLED,
                 floats,
                 ints,
                 work,
@@ -858,19 +877,23 @@ def advance(
             if not indicator <= tolerance:
                 ints[LEVEL] += 1
                 if ints[LEVEL] > MAX_LEVEL:
-                    return NO_CONVERGENCE, k, x0
+                    return NO_CONVERGENCE, k, begin[k] + (cell + f) / cells * whole
+                half = 1 if f >= 0.5 else 0
+                cell, cells, f = 2 * cell + half, 2 * cells, 2.0 * f - half
                 continue
             worst = max(worst, indicator)
-            u = target if xi >= 1.0 else u + xi * (target - u)
-            at = _at(forcing, k, begin[k] + u * whole)
+            reached = 1.0 if xi >= 1.0 else f + xi * (1.0 - f)
+            stalled = stalled + 1 if reached == f else 0
+            events = 0 if reached == 1.0 else events + 1
+            cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
+            x = end[k] if cell == cells else begin[k] + (cell + f) / cells * whole
             if kind in (AT_EDGE, AT_SLACK):
-                return (EDGE if kind == AT_EDGE else SLACK), k, begin[k] + u * whole
+                return (EDGE if kind == AT_EDGE else SLACK), k, x
+            at = _at(forcing, k, x)
             _happen(kind, limits, machine, lever, at, floats, ints)
-            new = _acceleration(machine, lever, float(ints[SIDE]), d, floats[PSI], floats[W], at)
-            _count((old[2], -old[3]), (new[0], new[2], -new[3]), ints)
-            events += 1 if kind != NO_EVENT else 0
+            _count(machine, lever, at, floats, ints)
             if events > MAX_EVENTS:
-                return NO_CONVERGENCE, k, begin[k] + u * whole
+                return NO_CONVERGENCE, k, x
         if ints[LEVEL] > 0 and worst < tolerance * COARSEN:
             ints[LEVEL] -= 1
         if logged[k]:

@@ -7,7 +7,8 @@ command line returns: 2 for a bad command line or scene, 1 for anything that fai
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 # Long or deep values are cut, so that a message stays readable whatever the file holds.
@@ -88,6 +89,25 @@ class SceneError(TautoError):
         super().__init__('\n'.join(f'{file}: {each}' for each in self.problems))
 
 
+@contextmanager
+def naming(file: str, name: str) -> Iterator[None]:
+    """Let errors of a loaded scene, which know its name only, name its file.
+
+    Args:
+        file: what the user called the scene by.
+        name: of the scene.
+    """
+    try:
+        yield
+    except SceneError as error:
+        if error.file != name:
+            raise
+        first, *further = error.problems
+        raise SceneError(
+            file, first.key, first.value, first.problem, first.remedy, further=further
+        ) from None
+
+
 class UsageError(TautoError):
     """A command or call with arguments that do not fit; nothing was started."""
 
@@ -99,7 +119,12 @@ class CamRangeError(TautoError):
 
 
 class MotionDataError(TautoError):
-    """Measured motion that cannot be used: names file, line, value, limit, remedy."""
+    """Measured motion that cannot be used: names file, line, value, limit, remedy.
+
+    It is part of a scene and read before anything starts.
+    """
+
+    exit_code = 2
 
 
 class PropagationError(TautoError):

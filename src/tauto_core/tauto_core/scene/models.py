@@ -157,7 +157,9 @@ class Sea(Section):
     """Spectrum of a long-crested sea and how many components stand for it."""
 
     spectrum: Literal['bretschneider', 'jonswap'] = Field(description='bretschneider or jonswap')
-    significant_wave_height: Positive = Field(description='significant wave height [m]')
+    significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=100.0)] = Field(
+        description='significant wave height, at most 100 [m]'
+    )
     peak_period: Positive = Field(description='period of the spectral peak [s]')
     gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
         default=3.3, description='peak enhancement of jonswap, 1 to 10; 3.3 when left out'
@@ -270,12 +272,13 @@ class DriftSettings(Section):
     observation_interval: Positive = Field(
         default=DAY_S, description='time between observations in port [s]'
     )
-    observation_sigma: Positive = Field(
-        default=0.5, description='standard deviation of an observation [s]'
+    observation_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+        default=0.5, description='standard deviation of an observation, 1e-9 to 86400 [s]'
     )
     states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
-    prior_rate_sigma: Positive = Field(
-        default=10.0, description="standard deviation of the clock's rate beforehand [s/day]"
+    prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+        default=10.0,
+        description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]",
     )
 
 

@@ -7,9 +7,10 @@ complete: at most four samples later, so that stages may lag by `LOOKAHEAD` samp
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, State
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.interpolation import (
@@ -22,6 +23,9 @@ from tauto_core.ship.interpolation import (
 
 _CHANNELS = ('roll', 'roll_rate', 'tilt', 'gravity')
 BRIDGED_STEPS = 1.5
+CROWDED_PART = 4
+"""A sample less than this part of a step after the last one is left out: polynomials through
+roll and roll rate at two instants δ apart multiply their noise by (step/δ)³."""
 
 
 class MotionBuffer:
@@ -31,7 +35,8 @@ class MotionBuffer:
         apparent_vertical: the neutral line is the apparent vertical, not the case's.
         apparent_gravity: the pull follows the apparent gravity.
         still: the platform lies still: samples only pace the run.
-        step_ns: nominal time between samples; longer pieces count as bridged [ns].
+        step_ns: nominal time between samples; longer pieces count as bridged, samples that crowd
+            within a quarter of it (or of the last step, where shorter) are left out [ns].
         max_gap_s: longest piece that is interpolated; None where samples only pace [s].
     """
 
@@ -56,9 +61,15 @@ class MotionBuffer:
         self._rolls = 0
         self._last_roll = 0.0
         self.bridged = 0
+        self.crowded = 0
 
     def add(self, imu: ImuSamples, origin_ns: int) -> None:
         """Take screened samples; times count from the origin."""
+        kept = self._spaced(imu.stamp_ns - origin_ns)
+        self.crowded += len(kept) - int(np.count_nonzero(kept))
+        if not kept.any():
+            return
+        imu = take(imu, kept)
         felt = attitude(imu)
         rolls = self._rolls + np.cumsum(self._wraps(felt.roll))
         self._rolls, self._last_roll = int(rolls[-1]), float(felt.roll[-1])
@@ -75,6 +86,20 @@ class MotionBuffer:
         for name in _CHANNELS:
             self._data[name] = np.concatenate([self._data[name], new[name]])
 
+    def _spaced(self, times: IntArray) -> NDArray[np.bool_]:
+        """Return which samples keep their distance, judged by the nominal or the last step."""
+        past = [int(time) for time in self._times[-2:]]
+        kept = np.ones(len(times), np.bool_)
+        distances = np.diff(times, prepend=self._times[-1:])
+        if self._still or np.all(CROWDED_PART * distances >= self._step_ns):
+            return kept
+        for i, time in enumerate(times.tolist()):
+            step = min(self._step_ns, past[-1] - past[-2]) if len(past) == 2 else self._step_ns
+            kept[i] = not past or CROWDED_PART * (time - past[-1]) >= step
+            if kept[i]:
+                past = [*past[-1:], time]
+        return kept
+
     def _wraps(self, roll: FloatArray) -> IntArray:
         """Return by how many turns each roll must be shifted more than the one before it."""
         jump = np.diff(roll, prepend=self._last_roll)
@@ -89,12 +114,12 @@ class MotionBuffer:
             final: no more samples will come: windows at the end become one-sided.
 
         Raises:
-            PropagationError: a piece longer than `max_gap_s`.
+            PropagationError: the next piece is longer than `max_gap_s`; the call before gave
+                all that comes before it.
         """
-        pieces = self._ready(end_ns, final=final)
+        pieces = self._before_gap(self._ready(end_ns, final=final))
         if not len(pieces):
             return None
-        self._check_gaps(pieces)
         times = self._times
         stop = times[pieces[-1] + 1] if end_ns is None else min(times[pieces[-1] + 1], end_ns)
         start = times[pieces[0]]
@@ -134,19 +159,22 @@ class MotionBuffer:
             index = index[self._times[index] < end_ns]
         return index
 
-    def _check_gaps(self, pieces: IntArray) -> None:
+    def _before_gap(self, pieces: IntArray) -> IntArray:
+        """Return the pieces before the first that is too long; raise where that is the first."""
         length = self._times[pieces + 1] - self._times[pieces]
+        if self._max_gap_s is not None:
+            long = np.flatnonzero(length > self._max_gap_s * 1e9)
+            if len(long) and long[0] == 0:
+                raise PropagationError(
+                    f'no ship motion for {length[0] * 1e-9:.6g} s; at most '
+                    f'{self._max_gap_s:g} s are interpolated. Repair the source of ship/imu and '
+                    'start again',
+                    float(self._times[pieces[0]] * 1e-9),
+                )
+            if len(long):
+                pieces, length = pieces[: long[0]], length[: long[0]]
         self.bridged += int(np.count_nonzero(length > BRIDGED_STEPS * self._step_ns))
-        if self._max_gap_s is None:
-            return
-        long = np.flatnonzero(length > self._max_gap_s * 1e9)
-        if len(long):
-            raise PropagationError(
-                f'no ship motion for {length[long[0]] * 1e-9:.6g} s; at most '
-                f'{self._max_gap_s:g} s are interpolated. Repair the source of ship/imu and '
-                'start again',
-                float(self._times[pieces[long[0]]] * 1e-9),
-            )
+        return pieces
 
     def _polynomials(self, piece: IntArray, *, final: bool) -> dict[str, FloatArray | None]:
         if self._still:
@@ -200,6 +228,7 @@ class MotionBuffer:
             'rolls': self._rolls,
             'last_roll': self._last_roll,
             'bridged': self.bridged,
+            'crowded': self.crowded,
         }
 
     def restore(self, state: State) -> None:
@@ -208,4 +237,4 @@ class MotionBuffer:
         self._data = {name: np.array(values) for name, values in state['data'].items()}
         self._first, self._next = state['first'], state['next']
         self._rolls, self._last_roll = state['rolls'], state['last_roll']
-        self.bridged = state['bridged']
+        self.bridged, self.crowded = state['bridged'], state['crowded']

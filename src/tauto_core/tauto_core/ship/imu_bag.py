@@ -107,7 +107,7 @@ def _records(stream: IO[bytes]) -> Iterator[Any]:
     # mcap's seeking readers give nothing of a file without a footer
     from mcap.stream_reader import StreamReader
 
-    return iter(StreamReader(stream).records)
+    return iter(StreamReader(stream, validate_crcs=True).records)
 
 
 def _check_topic(name: str, topic: str, topics: dict[str, str], number: int) -> None:

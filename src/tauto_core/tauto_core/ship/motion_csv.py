@@ -109,7 +109,8 @@ def _place(name: str, header: list[str], column: str) -> int:
 def _number(where: str, column: str, cell: str) -> float:
     """Return a cell as a finite number."""
     try:
-        number = float(cell)
+        # Python reads 1_0 as ten
+        number = math.nan if '_' in cell else float(cell)
     except ValueError:
         number = math.nan
     if not math.isfinite(number):

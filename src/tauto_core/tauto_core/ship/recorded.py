@@ -9,6 +9,7 @@ ends of the record, which is felt for about 1/high.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +25,12 @@ from tauto_core.ship.motion_csv import read_columns
 from tauto_core.ship.waves import Harmonics
 
 FEWEST_SAMPLES = 4
+MOST_STEPS = 50_000_000
+LARGEST: dict[str, tuple[float, str, str]] = {
+    'roll': (math.pi / 2.0, 'rad', 'the ship would capsize'),
+    'heave': (1000.0, 'm', 'no sea lifts a ship so far'),
+}
+"""Largest size of a channel of a CSV with its unit, and the reason."""
 
 
 @dataclass(frozen=True)
@@ -79,13 +86,16 @@ def recorded_motion(scene: Scene, recorded: Recorded) -> RecordedMotion:
         MotionDataError: the file cannot be read or used, or is shorter than the scene.
     """
     record = read_bag_record(recorded) if recorded.topic is not None else read_csv_record(recorded)
-    gaps = _check_times(record, recorded)
+    try:
+        gaps = _check_times(record, recorded)
+        _check_sizes(record)
+        _check_length(record, scene)
+    except MotionDataError as error:
+        # a file that breaks off may be why
+        for warning in record.warnings:
+            error.add_note(warning)
+        raise
     length = float(record.time_s[-1])
-    if scene.duration_ns > round(length * NS_PER_S):
-        raise MotionDataError(
-            f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
-            f'{length:.6g} s. Set duration to at most {length:.6g}.'
-        )
     keep_mean = recorded.topic is not None or recorded.passband[0] == 0.0
     harmonics = {
         name: band_limited(record.time_s, values, recorded.passband, keep_mean=keep_mean)
@@ -213,6 +223,11 @@ def _check_times(record: Record, recorded: Recorded) -> int:
             f'but passband reaches {high!r} Hz. Lower its upper edge.'
         )
     length = float(time_s[-1])
+    if length > MOST_STEPS * median:
+        raise MotionDataError(
+            f'{name}, {record.where[-1]}: the record lasts {length:.6g} s, more than {MOST_STEPS} '
+            f'of its median steps of {median:.6g} s. Cut it where it breaks off.'
+        )
     needed = max(1.0 / (high - low), 1.0 / low if low else 0.0)
     if length < needed:
         raise MotionDataError(
@@ -221,3 +236,30 @@ def _check_times(record: Record, recorded: Recorded) -> int:
             'Give a longer record, or another passband.'
         )
     return int(np.count_nonzero(step > 1.5 * median))
+
+
+def _check_length(record: Record, scene: Scene) -> None:
+    """Refuse a record that ends before the scene."""
+    length = float(record.time_s[-1])
+    if scene.duration_ns > round(length * NS_PER_S):
+        raise MotionDataError(
+            f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
+            f'{length:.6g} s. Set duration to at most {length:.6g}.'
+        )
+
+
+def _check_sizes(record: Record) -> None:
+    """Refuse motion that no ship makes, as numbers in another unit give it."""
+    for quantity, (limit, unit, reason) in LARGEST.items():
+        values = record.channels.get(quantity)
+        # the roll of a bag is an unwrapped angle of any size
+        if values is None or 'force_y' in record.channels:
+            continue
+        wrong = np.flatnonzero(np.abs(values) >= limit)
+        if wrong.size:
+            at = int(wrong[0])
+            raise MotionDataError(
+                f'{record.name}, {record.where[at]}: {quantity} = {values[at]:.6g} {unit} with '
+                f'its scale must stay within ±{limit:.6g} {unit}: {reason}. Correct the row, the '
+                "column's unit or scale."
+            )

@@ -1,0 +1,172 @@
+"""Any conservative well on a steady platform: exact at any time, at no cost per swing.
+
+With V(ϑ) = V(A) cos²W the swing runs once round in W: ϑ = A at W = 0, the middle at W = π/2, and
+the time since the top is t(W) = ∫ g dW with
+
+    g(W) = √(2 V(A) M) · cos W / V'(ϑ),      ϑ̇ = −√(2 V(A)/M) sin W,
+
+smooth up to the turning points, since V' vanishes with cos W. The quarter swing 0 ≤ W ≤ π/2 is cut
+at the cam's joints; on each part g is a Chebyshev series to rounding, integrated term by term. The
+other quarters follow by symmetry, also where the well has a kink in the middle. Inverting t(W) is
+one bracketed Newton iteration per instant; whole swings are taken off beforehand, exactly.
+
+Source: action–angle variables of one degree of freedom, e.g. Arnold, Mathematical Methods of
+Classical Mechanics, §50; the substitution is that of `machines.Machine.period`.
+"""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal, localcontext
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from tauto_core.machines import Machine
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, principal, two_floats
+from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.scene.errors import PropagationError
+
+NAME = 'action_angle'
+
+LARGEST_DEGREE = 4096
+SMALLEST_DEGREE = 16
+TAIL = 2.0**-50
+"""Size of the last coefficients, against the first, at which a series is taken as complete."""
+
+
+class ActionAngle:
+    """Propagator of a conservative well at rest; nothing changes but the time.
+
+    Raises:
+        PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
+        SlackThreadError: a swing in which the thread goes slack.
+    """
+
+    name = NAME
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._amplitude = abs(machine.release_angle)
+        self._sign = math.copysign(1.0, machine.release_angle)
+        self._top = float(machine.potential(self._amplitude))
+        joints = machine.cam.joints
+        inside = joints[joints < self._amplitude]
+        cuts = np.arccos(np.sqrt(machine.potential(inside) / self._top))[::-1]
+        self._edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
+        parts = [self._series(a, b) for a, b in zip(self._edges, self._edges[1:], strict=False)]
+        starts = np.concatenate([[0.0], np.cumsum([float(_value(c, 1.0)) for c in parts])])
+        self._times, self._parts = starts, parts
+        period = machine.period(self._amplitude)
+        # The quadrature of the period and the sum of the series are two computations of one
+        # number; whole swings are counted by the first.
+        self._quarter = 0.25 * period
+        with localcontext() as context:
+            context.prec = DIGITS
+            self._per_ns = two_floats(2 / Decimal(period) / 10**9)
+
+    def _curve(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ϑ ≥ 0 and g at W in [0, π/2]."""
+        machine = self._machine
+        cosine = np.cos(w)
+        lift = machine.lift_of_potential(self._top * cosine * cosine)
+        angle = np.minimum(machine.cam.angle_of_lift(lift), self._amplitude)
+        slope = machine.pull(lift) * machine.cam.lever_arm(angle)
+        return angle, np.sqrt(2.0 * self._top * machine.mass(angle)) * cosine / slope
+
+    def _series(self, a: float, b: float) -> FloatArray:
+        """Return the Chebyshev coefficients on [−1, 1] of ∫ g dW from a, over [a, b]."""
+        degree = SMALLEST_DEGREE
+        while degree <= LARGEST_DEGREE:
+            nodes = np.cos(math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+            w = a + 0.5 * (b - a) * (1.0 + nodes)
+            found = chebyshev.chebfit(nodes, self._curve(w)[1], degree)
+            if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
+                return np.asarray(chebyshev.chebint(found, scl=0.5 * (b - a), lbnd=-1.0))
+            degree *= 2
+        raise PropagationError(
+            f'the swing of {self._amplitude:.6g} rad takes more than {LARGEST_DEGREE} Chebyshev '
+            'coefficients. Smooth the table of the cam',
+            0.0,
+        )
+
+    def _w_at(self, time: FloatArray) -> FloatArray:
+        """Return W in [0, π/2] at times since the top, 0 ≤ t ≤ a quarter swing [s]."""
+        part = np.clip(np.searchsorted(self._times, time, 'right') - 1, 0, len(self._parts) - 1)
+        result = np.empty_like(time)
+        for index, series in enumerate(self._parts):
+            rows = part == index
+            if rows.any():
+                a, b = self._edges[index], self._edges[index + 1]
+                x = _inverse(series, time[rows] - self._times[index])
+                result[rows] = a + 0.5 * (b - a) * (1.0 + x)
+        return result
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Return the motion at the start."""
+        del forcing
+        return self._at(np.zeros(1, np.int64))
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Return the motion at the logged ends of the spans."""
+        return self._at(forcing.end_ns[forcing.logged])
+
+    def _at(self, time_ns: IntArray) -> Motion:
+        machine = self._machine
+        half, fraction = half_turns(time_ns, self._per_ns)
+        falling = fraction <= 0.5
+        quarter = np.where(falling, fraction, 1.0 - fraction) * 2.0
+        w = self._w_at(quarter * self._times[-1])
+        size, _ = self._curve(w)
+        sign = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
+        angle = sign * np.where(falling, size, -size)
+        mass = machine.mass(angle)
+        rate = -sign * np.sqrt(2.0 * self._top / mass) * np.sin(w)
+        arm, slope = machine.cam.lever_arm(angle), machine.cam.lever_rate(angle)
+        pull = machine.pull(machine.cam.lift(angle))
+        carried = machine.carried_mass
+        acceleration = -(pull * arm + carried * arm * slope * rate * rate) / mass
+        tension = pull + carried * (slope * rate * rate + arm * acceleration)
+        turned = principal(machine, sign * angle, sign * rate) / math.pi
+        return Motion(
+            angle=angle,
+            rate=rate,
+            torque=-tension * arm,
+            half_turns=half,
+            # the top itself, from either side, is where the half turns join
+            fraction=np.where(fraction < 0.5, np.maximum(turned, 0.0), np.minimum(turned, _LAST)),
+            phase_rate=phase_rate(machine, angle, rate, acceleration),
+            beats=half + (fraction > 0.5),
+        )
+
+    def state(self) -> State:
+        """Return nothing: the motion is known at any time."""
+        return {}
+
+    def restore(self, state: State) -> None:
+        """Accept the empty state."""
+        del state
+
+
+_LAST = 1.0 - 2.0**-53
+
+
+def _value(series: FloatArray, x: FloatArray | float) -> FloatArray:
+    return np.asarray(chebyshev.chebval(x, series))
+
+
+def _inverse(series: FloatArray, value: FloatArray) -> FloatArray:
+    """Return x in [−1, 1] at which an increasing Chebyshev series has the value."""
+    slope = np.asarray(chebyshev.chebder(series), np.float64)
+    low, high = np.full_like(value, -1.0), np.ones_like(value)
+    x: FloatArray = np.clip(2.0 * value / float(_value(series, 1.0)) - 1.0, -1.0, 1.0)
+    for _ in range(64):
+        error = _value(series, x) - value
+        low, high = np.where(error < 0.0, x, low), np.where(error > 0.0, x, high)
+        new = x - error / _value(slope, x)
+        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+        if np.max(np.abs(new - x), initial=0.0) <= 2.0**-52:
+            return new
+        x = new
+    return x

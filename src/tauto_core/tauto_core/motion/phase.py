@@ -1,0 +1,84 @@
+"""The oscillator phase, theory E4, and its exact reduction to half turns.
+
+φ is the unwrapped angle of (s, −ṡ/ω) less its value at the start, with s = ∫√M dϑ the arc length
+of the well and ω its small-amplitude frequency.
+"""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+
+import numpy as np
+
+from tauto_core.machines import Machine
+from tauto_core.samples import FloatArray, IntArray
+
+PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
+DIGITS = 50
+_COARSE_NS = 2**32
+_SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
+
+
+def two_floats(exact: Decimal) -> tuple[float, float]:
+    """Return a number as the sum of two floats, to about 32 digits."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        high = float(exact)
+        return high, float(exact - Decimal(high))
+
+
+def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray, FloatArray]:
+    """Return the phase of a uniform rotation in whole half turns and the fraction in [0, 1).
+
+    Only the fraction is rounded, however long the time (Dekker's exact product, 1971).
+
+    Args:
+        time_ns: time since the release [ns], t ≥ 0, (n,).
+        per_ns: half turns a nanosecond, as two floats.
+    """
+    high, low = per_ns
+    whole = np.zeros(len(time_ns), np.int64)
+    fraction = np.zeros(len(time_ns))
+    # Two parts, each exact as a float, so that no length of run rounds the time.
+    for part in (time_ns - time_ns % _COARSE_NS, time_ns % _COARSE_NS):
+        time = part.astype(np.float64)
+        product, error = _product(time, high)
+        floor = np.floor(product)
+        fraction += (product - floor) + (error + time * low)
+        whole += floor.astype(np.int64)
+    carry = np.floor(fraction)
+    return whole + carry.astype(np.int64), fraction - carry
+
+
+def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
+    """Return a·b and its rounding error, exactly."""
+    product = a * b
+    c = _SPLIT * a
+    a_high = c - (c - a)
+    a_low = a - a_high
+    c_b = _SPLIT * b
+    b_high = c_b - (c_b - b)
+    b_low = b - b_high
+    error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return product, error
+
+
+def principal(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return the angle of (s, −ṡ/ω) in (−π, π] from ϑ and ϑ̇."""
+    speed = np.sqrt(machine.mass(angle)) * rate
+    return np.arctan2(0.0 - speed / machine.frequency, machine.arc(angle))
+
+
+def phase_rate(
+    machine: Machine, angle: FloatArray, rate: FloatArray, acceleration: FloatArray
+) -> FloatArray:
+    """Return φ̇ = ω (ṡ² − s s̈)/(ω² s² + ṡ²) from ϑ, ϑ̇, ϑ̈; 0 at the well's bottom at rest."""
+    omega = machine.frequency
+    root = np.sqrt(machine.mass(angle))
+    lever = machine.cam.lever_arm(angle)
+    arc, speed = machine.arc(angle), root * rate
+    bend = machine.carried_mass * lever * machine.cam.lever_rate(angle) / root
+    speed_rate = root * acceleration + bend * rate * rate
+    size = omega * omega * arc * arc + speed * speed
+    turning = omega * (speed * speed - arc * speed_rate)
+    return np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0)
