@@ -39,11 +39,25 @@ class Propagator(Protocol):
 
 def propagator_name(machine: Machine, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
+    if _stays_linear(machine):
+        if still and machine.drag is None:
+            return 'harmonic'
+        if still or not machine.pulling_mass:
+            return 'forced_harmonic'
     if not still or machine.drag is not None or machine.escapement is not None:
         return 'collocation'
-    if machine.is_harmonic:
-        return 'harmonic'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
+
+
+def _stays_linear(machine: Machine) -> bool:
+    """Return whether nothing but an underdamped linear well acts on a platform at rest."""
+    if not machine.is_harmonic or machine.escapement is not None:
+        return False
+    drag = machine.drag
+    if drag is None:
+        return True
+    underdamped = drag.viscous < 2.0 * machine.inertia * machine.frequency
+    return underdamped and not drag.quadratic and not drag.coulomb
 
 
 def _swings_freely(machine: Machine) -> bool:
@@ -61,6 +75,10 @@ def make_propagator(machine: Machine, *, still: bool) -> Propagator:
             from tauto_core.motion.harmonic import Harmonic
 
             return Harmonic(machine)
+        case 'forced_harmonic':
+            from tauto_core.motion.forced_harmonic import ForcedHarmonic
+
+            return ForcedHarmonic(machine)
         case 'action_angle':
             from tauto_core.motion.action_angle import ActionAngle
 

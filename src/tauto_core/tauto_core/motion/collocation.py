@@ -15,6 +15,7 @@ import numpy as np
 from tauto_core.machines import Machine
 from tauto_core.motion import kernels
 from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.phase import phase_rate, principal
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
@@ -98,13 +99,7 @@ class Collocation:
         )
         felt = float(row[0, 2])
         if not abs(felt) <= self._machine.cam.range_rad:
-            raise PropagationError(
-                f'the release angle {self._machine.release_angle:.6g} rad and the roll at the '
-                f"start put the cam angle at {felt:.6g} rad, beyond the cam's range of "
-                f'±{self._machine.cam.range_rad:.6g} rad. Release at a smaller angle',
-                0.0,
-            )
-        self._start_angle = 0.0
+            raise released_beyond(self._machine, felt)
         self._start_angle = float(principal(self._machine, row[:, 2], row[:, 3])[0])
         return self._motion(row)
 
@@ -134,19 +129,9 @@ class Collocation:
 
     def _failure(self, code: int, time_s: float) -> PropagationError:
         if code == kernels.EDGE:
-            return PropagationError(
-                f'the cam angle reached the edge of the cam at ±{self._machine.cam.range_rad:.6g} '
-                'rad. Use a cam with a longer range, a smaller release angle, a weaker escapement '
-                'or a calmer sea',
-                time_s,
-            )
+            return edge_reached(self._machine, time_s)
         if code == kernels.SLACK:
-            return PropagationError(
-                'the thread went slack (its tension fell to 0 N, and a thread cannot push). Use a '
-                'lighter weight, a smaller release angle, a stronger pull or a calmer sea; smooth '
-                'the accelerations of a noisy sensor',
-                time_s,
-            )
+            return thread_slack(time_s)
         return PropagationError(
             f'no convergence to the tolerance {self._tolerance:g} with steps of 2^-'
             f'{kernels.MAX_LEVEL} of a sample interval (cam angle '

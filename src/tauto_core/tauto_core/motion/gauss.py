@@ -32,5 +32,5 @@ _integrals = np.empty((STAGES, STAGES))
 _integrals[:, 0] = 0.5 * (_roots + 1.0)
 _integrals[:, 1:] = 0.5 * (_values[:, 2:] - _values[:, : STAGES - 1]) / _degree[1:]
 
-MATRIX = np.ascontiguousarray(_integrals @ PROJECTION)
-"""a_ij = ∫_0^{c_i} ℓ_j."""
+COLUMNS = np.ascontiguousarray((_integrals @ PROJECTION).T)
+"""COLUMNS[j, i] = a_ij = ∫_0^{c_i} ℓ_j."""

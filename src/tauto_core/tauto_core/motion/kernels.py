@@ -21,7 +21,7 @@ from numba import njit
 from numba.extending import overload
 
 from tauto_core.curves.levers import ArcLever, LinearLever
-from tauto_core.motion.gauss import MATRIX, NODES, PROJECTION, STAGES, WEIGHTS
+from tauto_core.motion.gauss import COLUMNS, NODES, PROJECTION, STAGES, WEIGHTS
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4, 5
@@ -267,8 +267,22 @@ def _at(forcing: Any, k: int, x: float) -> Any:
     )
 
 
-K_PSI, K_W, STAGE_PSI, STAGE_W, LINE, LINE_RATE, CASE_RATE, G_EFF, COS, SIN, STEP = range(11)
-WORK_ROWS = 11
+(
+    K_PSI,
+    K_W,
+    STAGE_PSI,
+    STAGE_W,
+    LINE,
+    LINE_RATE,
+    CASE_RATE,
+    G_EFF,
+    COS,
+    SIN,
+    STEP,
+    NEXT,
+    LINE_BEND,
+) = range(13)
+WORK_ROWS = 13
 
 
 @njit(cache=True, nogil=True, error_model='numpy')
@@ -282,6 +296,7 @@ def _prepare_nodes(forcing: Any, k: int, x0: float, hx: float, omega: float, wor
         line = _line(neutral, k, x, per_s)
         work[LINE, i] = line[0]
         work[LINE_RATE, i] = line[1]
+        work[LINE_BEND, i] = line[2]
         work[CASE_RATE, i] = _case_line(case, neutral, k, x, per_s)[1]
         work[G_EFF, i] = _gravity(gravity, k, x)
     if work[STEP, 0] != h:
@@ -321,27 +336,35 @@ def _guess(
 
 
 @njit(cache=True, nogil=True, error_model='numpy')
+def _quadrature(start: float, slopes: int, stages: int, work: Any) -> None:
+    """Fill row `stages` with start + h Σ_j a_ij · (row `slopes`)_j; the order vectorises."""
+    h = work[STEP, 0]
+    for i in range(STAGES):
+        work[stages, i] = 0.0
+    for j in range(STAGES):
+        slope = work[slopes, j]
+        for i in range(STAGES):
+            work[stages, i] += COLUMNS[j, i] * slope
+    for i in range(STAGES):
+        work[stages, i] = start + h * work[stages, i]
+
+
+@njit(cache=True, nogil=True, error_model='numpy')
 def _sweep(
     machine: Any, lever: Any, side: float, d: float, psi: float, w: float, work: Any
 ) -> float:
     """Iterate the stage equations once, momenta before angles; return the largest change."""
     mu = machine[0]
-    h = work[STEP, 0]
+    _quadrature(w, K_W, NEXT, work)
     for i in range(STAGES):
-        total = 0.0
-        for j in range(STAGES):
-            total += MATRIX[i, j] * work[K_W, j]
-        work[STAGE_W, i] = w + h * total
+        work[STAGE_W, i] = work[NEXT, i]
         t, _, _ = lever_terms(lever, side, work[STAGE_PSI, i] - work[LINE, i])
         work[K_PSI, i] = _velocity(mu, t, work[STAGE_W, i], work[LINE_RATE, i])
+    _quadrature(psi, K_PSI, NEXT, work)
     change = 0.0
     for i in range(STAGES):
-        total = 0.0
-        for j in range(STAGES):
-            total += MATRIX[i, j] * work[K_PSI, j]
-        stage = psi + h * total
-        change = max(change, abs(stage - work[STAGE_PSI, i]))
-        work[STAGE_PSI, i] = stage
+        change = max(change, abs(work[NEXT, i] - work[STAGE_PSI, i]))
+        work[STAGE_PSI, i] = work[NEXT, i]
     for i in range(STAGES):
         work[K_W, i] = _force(machine, lever, side, d, i, work)
     return change
@@ -499,6 +522,20 @@ def _impulse_angle(escapement: Any) -> float:
 
 
 @njit(cache=True, nogil=True, error_model='numpy')
+def _node_tension(
+    machine: Any, lever: Any, side: float, d: float, q: float, i: int, work: Any
+) -> float:
+    """Return the thread's tension over I at stage i."""
+    mu = machine[0]
+    pull = _pull(machine, lever, side, q, work[G_EFF, i])
+    t, t1, _ = lever_terms(lever, side, q)
+    q_rate = work[K_PSI, i] - work[LINE_RATE, i]
+    drag = _drag(machine, work[K_PSI, i] - work[CASE_RATE, i], d)
+    pushed = work[LINE_BEND, i] + drag + pull * t + _ride(mu, t, t1, q_rate)
+    return pull + _term(mu, t1 * q_rate * q_rate - t * pushed / _mass(mu, t))
+
+
+@njit(cache=True, nogil=True, error_model='numpy')
 def _stage_limit(
     kind: int,
     edge: float,
@@ -514,14 +551,12 @@ def _stage_limit(
 ) -> float:
     """Return the first node past the cam's edge or with a slack thread; 2 where none is."""
     for i in range(STAGES):
+        q = work[STAGE_PSI, i] - work[LINE, i]
         if kind == AT_EDGE:
-            if abs(work[STAGE_PSI, i] - work[LINE, i]) > edge:
+            if abs(q) > edge:
                 return NODES[i]
-        else:
-            at = _at(forcing, k, x0 + NODES[i] * hx)
-            psi, w = work[STAGE_PSI, i], work[STAGE_W, i]
-            if _acceleration(machine, lever, side, d, psi, w, at)[5] <= 0.0:
-                return NODES[i]
+        elif _node_tension(machine, lever, side, d, q, i, work) <= 0.0:
+            return NODES[i]
     return 2.0
 
 
@@ -900,3 +935,50 @@ def advance(
             _write(machine, lever, _at(forcing, k, end[k]), floats, ints, rows[written])
             written += 1
     return OK, 0, 0.0
+
+
+@njit(cache=True, nogil=True, error_model='numpy')
+def _applied(row: Any, coefficients: Any, k: int) -> float:
+    """Return row · coefficients of piece k; 0 on a platform at rest."""
+    if coefficients is None:
+        return 0.0
+    total = 0.0
+    for j in range(len(row)):
+        total += row[j] * coefficients[k, j]
+    return total
+
+
+@njit(cache=True, nogil=True, error_model='numpy')
+def turn_and_add(
+    omega: float,
+    delta: float,
+    steps: Any,
+    responses: Any,
+    frame: Any,
+    length: Any,
+    neutral: Any,
+    y: Any,
+    lost: Any,
+    angle: Any,
+    rate: Any,
+) -> None:
+    """Advance Y_{n+1} = e^{−δh} (Y_n + e^{−iωt_n} b_n) and fill θ, θ̇ at the ends of the steps.
+
+    Complex numbers are pairs. The additions are compensated (Kahan; `lost` is carried on), so
+    that ten million of them cost no digit.
+    """
+    piece, end, decay, kind = steps
+    for n in range(len(piece)):
+        k = piece[n]
+        re = _applied(responses[kind[n], 0], neutral, k)
+        im = _applied(responses[kind[n], 1], neutral, k)
+        c, s = frame[n, 0], frame[n, 1]
+        add_re, add_im = c * re + s * im - lost[0], c * im - s * re - lost[1]
+        new_re, new_im = y[0] + add_re, y[1] + add_im
+        lost[0], lost[1] = (new_re - y[0]) - add_re, (new_im - y[1]) - add_im
+        y[0], y[1] = decay[n] * new_re, decay[n] * new_im
+        c, s = frame[n + 1, 0], frame[n + 1, 1]
+        psi = (c * y[1] + s * y[0]) / omega
+        tilt = _line(neutral, k, end[n], 1.0 / length[k])
+        angle[n] = psi - tilt[0]
+        rate[n] = c * y[0] - s * y[1] - delta * psi - tilt[1]

@@ -125,7 +125,7 @@ class MotionBuffer:
         start = times[pieces[0]]
         logs = np.arange(start // log_ns + 1, stop // log_ns + 1) * log_ns
         joints = times[pieces + 1]
-        ends = np.union1d(joints[joints <= stop], logs)
+        ends = _merged(joints[joints <= stop], logs)
         begins = np.concatenate([[start], ends[:-1]])
         piece = np.searchsorted(times, begins, 'right') - 1
         length = times[piece + 1] - times[piece]
@@ -238,3 +238,11 @@ class MotionBuffer:
         self._first, self._next = state['first'], state['next']
         self._rolls, self._last_roll = state['rolls'], state['last_roll']
         self.bridged, self.crowded = state['bridged'], state['crowded']
+
+
+def _merged(joints: IntArray, logs: IntArray) -> IntArray:
+    """Return two increasing arrays as one; mostly the second is part of the first."""
+    places = np.searchsorted(joints, logs)
+    inside = places < len(joints)
+    new = np.concatenate([logs[inside][joints[places[inside]] != logs[inside]], logs[~inside]])
+    return joints if not len(new) else np.union1d(joints, new)

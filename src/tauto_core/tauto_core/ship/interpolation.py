@@ -16,6 +16,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray, IntArray
 
@@ -50,8 +51,10 @@ def _conditions(nodes: tuple[Fraction, ...], slopes: bool) -> list[list[Fraction
 
 @lru_cache(maxsize=64)
 def _regular(begin: int, points: int, slopes: bool) -> FloatArray:
-    """Return the matrix from values (and slopes in x) at x = begin, begin + 1, … ."""
-    return _inverse(_conditions(tuple(Fraction(begin + i) for i in range(points)), slopes))
+    """Return the transposed matrix from values (and slopes in x) at x = begin, begin + 1, … ."""
+    return np.ascontiguousarray(
+        _inverse(_conditions(tuple(Fraction(begin + i) for i in range(points)), slopes)).T
+    )
 
 
 def _irregular(nodes: FloatArray, data: FloatArray, slopes: bool) -> FloatArray:
@@ -83,31 +86,30 @@ def polynomials(
         points: samples in a window.
         piece: index of the sample at which each piece begins; it ends at the next, (n,).
     """
+    from tauto_core.ship.kernels import fit_windows  # imports numba
+
     slopes = rates is not None
-    window = first[:, None] + np.arange(points)
-    offsets = stamps_ns[window] - stamps_ns[piece][:, None]
     lengths = stamps_ns[piece + 1] - stamps_ns[piece]
-    data: FloatArray = values[window]
-    if rates is not None:
-        data = np.concatenate([data, rates[window] * (lengths * 1e-9)[:, None]], axis=1)
-    result = np.empty_like(data)
+    length_s = np.asarray(lengths * 1e-9, np.float64)
+    result = np.empty((len(piece), points * (2 if slopes else 1)))
+    regular = _even(stamps_ns, first, points)
     begin = first - piece
-    steps = begin[:, None] + np.arange(points)
-    regular = np.all(offsets == steps * lengths[:, None], axis=1)
-    for shift in np.unique(begin[regular]):
+    for shift in np.unique(begin).tolist():
         rows = np.flatnonzero(regular & (begin == shift))
-        result[rows] = _apply(_regular(int(shift), points, slopes), data[rows])
+        columns = _regular(shift, points, slopes)
+        fit_windows(columns, values, rates, length_s, first, rows, result)
     for row in np.flatnonzero(~regular):
-        result[row] = _irregular(offsets[row] / lengths[row], data[row], slopes)
+        window = slice(first[row], first[row] + points)
+        nodes = (stamps_ns[window] - stamps_ns[piece[row]]) / lengths[row]
+        data = values[window]
+        if rates is not None:
+            data = np.concatenate([data, rates[window] * (lengths[row] * 1e-9)])
+        result[row] = _irregular(nodes, data, slopes)
     return result
 
 
-def _apply(matrix: FloatArray, data: FloatArray) -> FloatArray:
-    """Return data · matrixᵀ summed in a fixed order: the bits do not depend on the batch."""
-    result: FloatArray = np.empty_like(data)
-    for j, row in enumerate(matrix):
-        total = row[0] * data[:, 0]
-        for i in range(1, len(row)):
-            total += row[i] * data[:, i]
-        result[:, j] = total
-    return result
+def _even(stamps_ns: IntArray, first: IntArray, points: int) -> NDArray[np.bool_]:
+    """Return which windows hold evenly spaced samples."""
+    steps = np.diff(stamps_ns)
+    uneven = np.concatenate([[0], np.cumsum(steps[1:] != steps[:-1])])
+    return np.asarray(uneven[first + points - 2] == uneven[first])

@@ -60,3 +60,43 @@ def sum_blocks(
                     rate[b, j] -= w * (p * sine_i[j] + q * cosine_i[j])
                 if acceleration is not None:
                     acceleration[b, j] -= ww * v
+
+
+@njit(cache=True, nogil=True)
+def fit_windows(
+    columns: FloatArray,
+    values: FloatArray,
+    rates: FloatArray | None,
+    length_s: FloatArray,
+    first: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    result: FloatArray,
+) -> None:
+    """Fill rows with the coefficients of the polynomials through windows of samples.
+
+    Row r is columnsᵀ · (values, then rates · length, from sample first[r] on), summed in the order
+    of the samples: the bits do not depend on the batch.
+
+    Args:
+        columns: transposed matrix from samples to coefficients, shape (k, k).
+        values: the channel, shape (m,).
+        rates: its time derivative [1/s], shape (m,), or None.
+        length_s: length of each row's piece [s], shape (n,).
+        first: first sample of each row's window, shape (n,).
+        rows: indices of the rows to fill.
+        result: output, shape (n, k).
+    """
+    width = columns.shape[0]
+    points = width if rates is None else width // 2
+    for r in rows:
+        for j in range(width):
+            result[r, j] = 0.0
+        for i in range(points):
+            value = values[first[r] + i]
+            for j in range(width):
+                result[r, j] += columns[i, j] * value
+        if rates is not None:
+            for i in range(points):
+                value = rates[first[r] + i] * length_s[r]
+                for j in range(width):
+                    result[r, j] += columns[points + i, j] * value

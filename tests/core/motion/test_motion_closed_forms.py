@@ -1,0 +1,210 @@
+"""The propagators that know the motion in closed form: action–angle and forced harmonic."""
+
+import json
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from motion_cases import INERTIA, OMEGA, run, scene_of
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import compile_machine
+from tauto_core.motion import Forcing, make_propagator, propagator_name
+from tauto_core.samples import JOINT_STATES, PHASE
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship import ShipMotion
+
+GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+WEIGHTS = [e for e in GOLDEN if e['id'].startswith('A20-weight-inertia')]
+INVOLUTE = {'cam': {'kind': 'involute', 'base_radius': 0.01}, 'thread': {'kind': 'vertical'}}
+
+
+def spans_to(times_ns):
+    """One span to each time, on land."""
+    times = np.asarray(times_ns, np.int64)
+    n = len(times)
+    length = np.diff(times, prepend=0) * 1e-9
+    return Forcing(length, np.zeros(n), np.ones(n), times, np.ones(n, bool))
+
+
+@pytest.mark.parametrize('entry', WEIGHTS, ids=lambda e: e['id'])
+def test_golden_periods_after_a_million_swings(entry):
+    """Released at A, the wheel is back after N periods of golden.json, N = 10⁶.
+
+    Near the top θ is A − ½ θ̈ t²: the error of N T enters squared, so the rate tells: θ̇ ≈ −θ̈ N δT.
+    A relative error of 1e-14 in T is 6e-8 rad of phase; the time's own nanosecond adds ω·0.5 ns.
+    """
+    p = {k: float(v['value']) for k, v in entry['params'].items()}
+    disc = 1.0
+    mass = disc * p['P_over_Q']
+    scene = scene_of(
+        gravity=p['g'],
+        trochlea={
+            'inertia': 0.5 * disc * p['disc_radius'] ** 2,
+            'cam': {'kind': 'involute', 'base_radius': p['r']},
+            'thread': {'kind': 'vertical'},
+            'power': {'kind': 'weight', 'mass': mass},
+            'release_angle': p['A'],
+        },
+    )
+    machine = compile_machine(scene)
+    engine = make_propagator(machine, still=True)
+    assert engine.name == 'action_angle'
+    period = mpmath.mpf(entry['expected']['T_s'])
+    time_ns = int(mpmath.nint(10**6 * period * 10**9))
+    end = engine.advance(spans_to([time_ns]))
+    assert round(float(end.half_turns[0] + end.fraction[0])) == 2 * 10**6
+    acceleration = machine.gravity * mass * p['r'] * p['A'] / float(machine.mass(p['A']))
+    late = time_ns * 1e-9 - float(10**6 * period)
+    phase_error = (end.rate[0] / acceleration + late) * machine.frequency
+    assert abs(phase_error) < 1e-7
+
+
+@pytest.mark.parametrize('amplitude', [1e-9, 0.3, 3.0, math.pi * (1 - 1e-9)])
+def test_action_angle_keeps_the_energy_to_the_edge_of_a_kinked_cam(amplitude):
+    scene = scene_of(
+        trochlea={
+            'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
+            'thread': {'kind': 'vertical'},
+            'release_angle': amplitude,
+        }
+    )
+    machine = compile_machine(scene)
+    engine = make_propagator(machine, still=True)
+    assert engine.name == 'action_angle'
+    times = np.cumsum(np.random.default_rng(2).integers(1, 10**12, 200))
+    motion = engine.advance(spans_to(times))
+    energy = 0.5 * machine.mass(motion.angle) * motion.rate**2 + machine.potential(motion.angle)
+    top = float(machine.potential(amplitude))
+    np.testing.assert_allclose(energy, top, rtol=1e-12)
+    assert np.all((motion.fraction >= 0.0) & (motion.fraction < 1.0))
+
+
+@pytest.mark.parametrize(
+    ('sections', 'still', 'name'),
+    [
+        ({}, True, 'harmonic'),
+        ({}, False, 'forced_harmonic'),
+        ({'drag': {'viscous': 1e-6}}, True, 'forced_harmonic'),
+        ({'drag': {'viscous': 1e-6}}, False, 'forced_harmonic'),
+        ({'drag': {'viscous': 0.05}}, True, 'collocation'),
+        ({'drag': {'coulomb': 1e-6}}, False, 'collocation'),
+        ({'escapement': {'energy': 1e-6}}, True, 'collocation'),
+        (
+            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2}}},
+            True,
+            'action_angle',
+        ),
+        (
+            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2}}},
+            False,
+            'collocation',
+        ),
+        (
+            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}},
+            True,
+            'harmonic',
+        ),
+        (
+            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}},
+            False,
+            'collocation',
+        ),
+        (
+            {'trochlea': {'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}}},
+            True,
+            'action_angle',
+        ),
+    ],
+)
+def test_the_cheapest_propagator_that_is_exact_is_chosen(sections, still, name):
+    assert propagator_name(compile_machine(scene_of(**sections)), still=still) == name
+
+
+ROLL = [(0.15, 8.2, 1.0), (0.04, 6.3, -0.5), (0.02, 3.1, 2.0)]
+
+
+def exact_wheel(t, viscous):
+    """θ under Σ a cos(Ωt + ε) of roll: the forced response and the free swing that starts it."""
+    delta = viscous / (2 * INERTIA)
+    w = np.sqrt(OMEGA**2 - delta**2)
+    omegas = np.array([2 * np.pi / period for _, period, _ in ROLL])
+    roll = np.array([a * np.exp(1j * phase) for a, _, phase in ROLL])
+    # θ'' + 2δθ' + ω₀²θ = −ρ''
+    gain = roll * omegas**2 / (OMEGA**2 - omegas**2 + 2j * delta * omegas)
+    theta0 = 1.0 - np.sum(gain).real
+    rate0 = -np.sum(1j * omegas * gain).real
+    free = theta0 * np.cos(w * t) + (rate0 + delta * theta0) / w * np.sin(w * t)
+    forced = np.sum(gain * np.exp(1j * np.outer(t, omegas)), axis=1).real
+    return np.exp(-delta * t) * free + forced
+
+
+@pytest.mark.parametrize(('viscous', 'days'), [(0.0, 10), (1e-9, 1)])
+def test_days_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
+    """Sampling at 20 Hz included: 1e-9 s/day would be 7e-8 rad after ten days.
+
+    What is left is mostly the rounding of ωt in the reference, 6e6 rad · 1e-16.
+    """
+    scene = scene_of(
+        ship={
+            'kind': 'components',
+            'components': [{'amplitude': a, 'period': p, 'phase': e} for a, p, e in ROLL],
+            'height': 0.0,
+        },
+        duration=86_400.0 * days,
+        log={'interval': 3600.0},
+        drag={'viscous': viscous} if viscous else None,
+    )
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    angle, beats = [], []
+    while True:
+        batch = ship.produce(1 << 18)
+        if not len(batch.stamp_ns):
+            break
+        said = stage.feed({'ship/imu': batch})
+        if said:
+            angle.append(said[JOINT_STATES].position[:, 0])
+            beats.append(said[PHASE].position[:, 3])
+    times = np.arange(scene.log_count) * 3600.0
+    exact = exact_wheel(times, viscous)
+    np.testing.assert_allclose(np.concatenate(angle), exact, rtol=0, atol=2e-9)
+    assert abs(np.concatenate(beats)[-1] - OMEGA * times[-1] / np.pi) <= 1.0
+
+
+def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
+    for rate, viscous in ((2.0, 0.0), (50.0, 1e-5)):
+        ship = {
+            'kind': 'components',
+            'components': [{'amplitude': 0.1, 'period': 8.2}],
+            'height': 0.0,
+            'rate': rate,
+        }
+        sections = {'ship': ship, 'duration': 60.0, 'log': {'interval': 1.0}}
+        smooth = run(scene_of(**sections, drag={'viscous': viscous} if viscous else None))
+        general = run(scene_of(**sections, drag={'viscous': viscous, 'quadratic': 1e-300}))
+        for topic in (JOINT_STATES, PHASE):
+            np.testing.assert_allclose(
+                smooth[topic].position, general[topic].position, rtol=0, atol=5e-11
+            )
+
+
+def test_forced_harmonic_stops_at_the_edge_of_the_cam():
+    """Roll at resonance: θ grows until the cam ends; the general engine says when."""
+    ship = {
+        'kind': 'components',
+        'components': [{'amplitude': 0.2, 'period': 2 * math.pi / OMEGA, 'phase': 0.4}],
+        'height': 0.0,
+    }
+    cam = {
+        'cam': {'kind': 'hole', 'lever_rate': 0.01},
+        'thread': {'kind': 'hole', 'distance': 0.02},
+    }
+    times = []
+    for drag in (None, {'quadratic': 1e-300}):
+        with pytest.raises(PropagationError, match='edge of the cam at ±2 rad') as caught:
+            run(scene_of(trochlea=cam, ship=ship, drag=drag))
+        times.append(caught.value.time_s)
+    # the cubic between the ends of a step of 50 ms is off by 1e-4 rad at 14 rad/s
+    assert times[0] == pytest.approx(times[1], abs=1e-4)
