@@ -9,6 +9,11 @@ p = (I + m t²) ψ̇ − m t² γ̇ (theory E2 in Hamilton's form: no second der
     ẇ = −pull · t + μ t t' (ψ̇ − γ̇)² − (c₁ v + c₂ d v² + c₀ d)/I              v = ψ̇ − α̇_c = θ̇
 
 with t the lever arm at ϑ = ψ − γ, pull = F/I and d the sign of θ̇, constant between the events.
+
+What goes together travels together: `machine` is (μ, force, stiffness, weight, viscous, quadratic,
+coulomb, escapement), each over I or None; `well` (machine, lever); `mode` (side of the kink, d);
+`place` (forcing, piece k, x₀, length in x) of a step; `limits` (impulse angle, edge of the cam);
+`at` what `_at` returns; `work` the rows below, one entry a stage.
 """
 
 from __future__ import annotations
@@ -35,8 +40,10 @@ MAX_LEVEL = 24
 MAX_ITERATIONS = 60
 ROUNDING = 2.0**-53
 
+compiled = njit(cache=True, nogil=True, error_model='numpy')
 
-@njit(cache=True, nogil=True, error_model='numpy')
+
+@compiled
 def _horner(coefficients: Any, k: int, x: float) -> tuple[float, float, float]:
     """Return Σ c_kj x^j and its first two derivatives in x."""
     value = first = half_second = 0.0
@@ -47,7 +54,7 @@ def _horner(coefficients: Any, k: int, x: float) -> tuple[float, float, float]:
     return value, first, 2.0 * half_second
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _piece(knots: Any, size: float) -> int:
     """Return the piece of a spline that holds, or is nearest to, an angle ≥ 0."""
     return min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
@@ -128,7 +135,7 @@ def _kinked(lever: Any) -> Any:
     return lambda lever: False
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _term(coefficient: Any, value: float) -> float:
     """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
     if coefficient is None:
@@ -136,14 +143,14 @@ def _term(coefficient: Any, value: float) -> float:
     return coefficient * value
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _spring_term(stiffness: Any, lever: Any, side: float, q: float) -> float:
     if stiffness is None:
         return -0.0
     return stiffness * lever_lift(lever, side, q)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _line(coefficients: Any, k: int, x: float, per_s: float) -> tuple[float, float, float]:
     """Return a direction and its first two time derivatives; zeros on a platform at rest."""
     if coefficients is None:
@@ -152,7 +159,7 @@ def _line(coefficients: Any, k: int, x: float, per_s: float) -> tuple[float, flo
     return value, first * per_s, second * per_s * per_s
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _case_line(
     case: Any, neutral: Any, k: int, x: float, per_s: float
 ) -> tuple[float, float, float]:
@@ -162,28 +169,29 @@ def _case_line(
     return _line(case, k, x, per_s)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _gravity(coefficients: Any, k: int, x: float) -> float:
     if coefficients is None:
         return 0.0
     return _horner(coefficients, k, x)[0]
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _pull(machine: Any, lever: Any, side: float, q: float, g_eff: float) -> float:
+@compiled
+def _pull(well: Any, side: float, q: float, g_eff: float) -> float:
     """Return F/I."""
+    machine, lever = well
     _, force, stiffness, weight, _, _, _, _ = machine
     return _term(force, 1.0) + _spring_term(stiffness, lever, side, q) + _term(weight, g_eff)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _drag(machine: Any, v: float, d: float) -> float:
     """Return the drag torque against the motion in the case, over I."""
     _, _, _, _, viscous, quadratic, coulomb, _ = machine
     return _term(viscous, v) + _term(quadratic, d * v * v) + _term(coulomb, d)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _mass(mu: Any, t: float) -> float:
     """Return M/I = 1 + μ t²."""
     if mu is None:
@@ -191,7 +199,7 @@ def _mass(mu: Any, t: float) -> float:
     return 1.0 + mu * t * t
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _velocity(mu: Any, t: float, w: float, line_rate: float) -> float:
     """Return ψ̇ from the momentum."""
     if mu is None:
@@ -200,7 +208,7 @@ def _velocity(mu: Any, t: float, w: float, line_rate: float) -> float:
     return (w + carried * line_rate) / (1.0 + carried)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _momentum(mu: Any, t: float, velocity: float, line_rate: float) -> float:
     """Return w from ψ̇, the inverse of `_velocity`."""
     if mu is None:
@@ -209,7 +217,7 @@ def _momentum(mu: Any, t: float, velocity: float, line_rate: float) -> float:
     return velocity + carried * (velocity - line_rate)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _ride(mu: Any, t: float, t1: float, q_rate: float) -> float:
     """Return what the weight's ride on the changing lever arm adds to ẇ."""
     if mu is None:
@@ -217,7 +225,7 @@ def _ride(mu: Any, t: float, t1: float, q_rate: float) -> float:
     return mu * t * t1 * q_rate * q_rate
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _ride_holding(mu: Any, t: float, t1: float, q_rate: float, q_acceleration: float) -> float:
     """Return μ t ḧ: the part of the thread's torque that moves the weight."""
     if mu is None:
@@ -225,11 +233,13 @@ def _ride_holding(mu: Any, t: float, t1: float, q_rate: float, q_acceleration: f
     return mu * t * (t1 * q_rate * q_rate + t * q_acceleration)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _acceleration(
-    machine: Any, lever: Any, side: float, d: float, psi: float, w: float, at: Any
+    well: Any, mode: Any, psi: float, w: float, at: Any
 ) -> tuple[float, float, float, float, float, float]:
     """Return θ, θ̇, ϑ, ϑ̇, ϑ̈ and the thread's tension over I (0 or less: slack)."""
+    machine, lever = well
+    side, d = mode
     line, case, g_eff = at
     mu = machine[0]
     q = psi - line[0]
@@ -237,7 +247,7 @@ def _acceleration(
     velocity = _velocity(mu, t, w, line[1])
     q_rate = velocity - line[1]
     v = velocity - case[1]
-    pull = _pull(machine, lever, side, q, g_eff)
+    pull = _pull(well, side, q, g_eff)
     q_acceleration = (-line[2] - _drag(machine, v, d) - pull * t - _ride(mu, t, t1, q_rate)) / (
         _mass(mu, t)
     )
@@ -245,17 +255,18 @@ def _acceleration(
     return psi - case[0], v, q, q_rate, q_acceleration, tension
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _holding_torque(machine: Any, lever: Any, side: float, angle: float, at: Any) -> float:
+@compiled
+def _holding_torque(well: Any, side: float, angle: float, at: Any) -> float:
     """Return the torque over I that keeps the wheel at `angle` in the moving case."""
+    machine, lever = well
     line, case, g_eff = at
     q = angle + case[0] - line[0]
     t, t1, _ = lever_terms(lever, side, q)
     ride = _ride_holding(machine[0], t, t1, case[1] - line[1], case[2] - line[2])
-    return case[2] + ride + _pull(machine, lever, side, q, g_eff) * t
+    return case[2] + ride + _pull(well, side, q, g_eff) * t
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _at(forcing: Any, k: int, x: float) -> Any:
     """Return (γ, γ̇, γ̈), (α, α̇, α̈) and the apparent gravity at x in piece k."""
     length, neutral, case, gravity = forcing
@@ -285,9 +296,10 @@ def _at(forcing: Any, k: int, x: float) -> Any:
 WORK_ROWS = 13
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _prepare_nodes(forcing: Any, k: int, x0: float, hx: float, omega: float, work: Any) -> None:
+@compiled
+def _prepare_nodes(place: Any, omega: float, work: Any) -> None:
     """Evaluate the forcing at the nodes, and the rotation that starts the iteration."""
+    forcing, k, x0, hx = place
     length, neutral, case, gravity = forcing
     per_s = 1.0 / length[k]
     h = hx * length[k]
@@ -306,23 +318,25 @@ def _prepare_nodes(forcing: Any, k: int, x0: float, hx: float, omega: float, wor
             work[SIN, i] = math.sin(omega * NODES[i] * h)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _force(machine: Any, lever: Any, side: float, d: float, i: int, work: Any) -> float:
+@compiled
+def _force(well: Any, mode: Any, i: int, work: Any) -> float:
     """Return ẇ at stage i."""
+    machine, lever = well
+    side, d = mode
     mu = machine[0]
     q = work[STAGE_PSI, i] - work[LINE, i]
     t, t1, _ = lever_terms(lever, side, q)
     velocity = _velocity(mu, t, work[STAGE_W, i], work[LINE_RATE, i])
-    pull = _pull(machine, lever, side, q, work[G_EFF, i])
+    pull = _pull(well, side, q, work[G_EFF, i])
     ride = _ride(mu, t, t1, velocity - work[LINE_RATE, i])
     return ride - pull * t - _drag(machine, velocity - work[CASE_RATE, i], d)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _guess(
-    machine: Any, lever: Any, side: float, d: float, omega: float, start: Any, work: Any
-) -> None:
+@compiled
+def _guess(well: Any, mode: Any, omega: float, start: Any, work: Any) -> None:
     """Fill the stages from the undisturbed rotation about the neutral line."""
+    machine, lever = well
+    side = mode[0]
     q0, q_rate0 = start
     mu = machine[0]
     for i in range(STAGES):
@@ -332,10 +346,10 @@ def _guess(
         work[STAGE_PSI, i] = q + work[LINE, i]
         velocity = q_rate + work[LINE_RATE, i]
         work[STAGE_W, i] = _momentum(mu, t, velocity, work[LINE_RATE, i])
-        work[K_W, i] = _force(machine, lever, side, d, i, work)
+        work[K_W, i] = _force(well, mode, i, work)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _quadrature(start: float, slopes: int, stages: int, work: Any) -> None:
     """Fill row `stages` with start + h Σ_j a_ij · (row `slopes`)_j; the order vectorises."""
     h = work[STEP, 0]
@@ -349,11 +363,11 @@ def _quadrature(start: float, slopes: int, stages: int, work: Any) -> None:
         work[stages, i] = start + h * work[stages, i]
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _sweep(
-    machine: Any, lever: Any, side: float, d: float, psi: float, w: float, work: Any
-) -> float:
+@compiled
+def _sweep(well: Any, mode: Any, psi: float, w: float, work: Any) -> float:
     """Iterate the stage equations once, momenta before angles; return the largest change."""
+    machine, lever = well
+    side = mode[0]
     mu = machine[0]
     _quadrature(w, K_W, NEXT, work)
     for i in range(STAGES):
@@ -366,40 +380,32 @@ def _sweep(
         change = max(change, abs(work[NEXT, i] - work[STAGE_PSI, i]))
         work[STAGE_PSI, i] = work[NEXT, i]
     for i in range(STAGES):
-        work[K_W, i] = _force(machine, lever, side, d, i, work)
+        work[K_W, i] = _force(well, mode, i, work)
     return change
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _collocate(
-    machine: Any,
-    lever: Any,
-    side: float,
-    d: float,
-    psi: float,
-    w: float,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
-    omega: float,
-    work: Any,
+    well: Any, mode: Any, psi: float, w: float, place: Any, omega: float, work: Any
 ) -> tuple[float, float, float]:
     """Step over hx of piece k; return ψ, w at its end and the relative error indicator.
 
     The indicator is the last Legendre coefficient of ẇ: the error of the stage polynomial, of
     order 8, which bounds the error of the step, of order 16. It is infinite without convergence.
     """
-    _prepare_nodes(forcing, k, x0, hx, omega, work)
+    machine, lever = well
+    forcing, k, x0, _ = place
+    side = mode[0]
+    _prepare_nodes(place, omega, work)
     line = _line(forcing[1], k, x0, 1.0 / forcing[0][k])
     t, _, _ = lever_terms(lever, side, psi - line[0])
     q_rate = _velocity(machine[0], t, w, line[1]) - line[1]
-    _guess(machine, lever, side, d, omega, (psi - line[0], q_rate), work)
+    _guess(well, mode, omega, (psi - line[0], q_rate), work)
     size = abs(psi) + abs(psi - line[0]) + abs(q_rate) / omega
     before = math.inf
     converged = False
     for _ in range(MAX_ITERATIONS):
-        change = _sweep(machine, lever, side, d, psi, w, work)
+        change = _sweep(well, mode, psi, w, work)
         converged = change <= 0.125 * ROUNDING * size or (
             change >= before and change <= 64.0 * ROUNDING * size
         )
@@ -418,7 +424,7 @@ def _collocate(
     return psi + h * to_psi, w + h * to_w, indicator if converged else math.inf
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _between(psi: float, w: float, xi: float, work: Any) -> tuple[float, float]:
     """Return ψ and w at the fraction xi of the step from the collocation polynomials."""
     h = work[STEP, 0]
@@ -438,9 +444,10 @@ def _between(psi: float, w: float, xi: float, work: Any) -> tuple[float, float]:
     return psi, w
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _event_value(kind: int, limits: Any, d: float, side: float, state: Any) -> float:
+@compiled
+def _event_value(kind: int, limits: Any, mode: Any, state: Any) -> float:
     """Return what is positive before an event and negative after it."""
+    side, d = mode
     angle, v, q, _, _, tension = state
     impulse_angle, edge = limits
     if kind == TURNING:
@@ -454,46 +461,42 @@ def _event_value(kind: int, limits: Any, d: float, side: float, state: Any) -> f
     return tension
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _locate(
     kind: int,
     limits: Any,
-    machine: Any,
-    lever: Any,
-    side: float,
-    d: float,
+    well: Any,
+    mode: Any,
     psi: float,
     w: float,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
+    place: Any,
     last: float,
     work: Any,
 ) -> float:
     """Return the fraction of the step at which an event's value falls to zero (Illinois)."""
+    forcing, k, x0, hx = place
     a, fa, b, fb = 0.0, 0.0, last, 0.0
     for trial in range(4):
         a = 0.0 if trial == 0 else last * 0.25 ** (4 - trial)
         psi_a, w_a = _between(psi, w, a, work)
         at = _at(forcing, k, x0 + a * hx)
-        state = _acceleration(machine, lever, side, d, psi_a, w_a, at)
-        fa = _event_value(kind, limits, d, side, state)
+        state = _acceleration(well, mode, psi_a, w_a, at)
+        fa = _event_value(kind, limits, mode, state)
         if fa > 0.0:
             break
     if not fa > 0.0:
         return 0.0
     psi_b, w_b = _between(psi, w, b, work)
-    state = _acceleration(machine, lever, side, d, psi_b, w_b, _at(forcing, k, x0 + b * hx))
-    fb = min(_event_value(kind, limits, d, side, state), 0.0)
+    state = _acceleration(well, mode, psi_b, w_b, _at(forcing, k, x0 + b * hx))
+    fb = min(_event_value(kind, limits, mode, state), 0.0)
     kept = 0
     for _ in range(100):
         x = (a * fb - b * fa) / (fb - fa)
         if b - a <= 4.0 * ROUNDING or not a < x < b:
             break
         psi_x, w_x = _between(psi, w, x, work)
-        state = _acceleration(machine, lever, side, d, psi_x, w_x, _at(forcing, k, x0 + x * hx))
-        fx = _event_value(kind, limits, d, side, state)
+        state = _acceleration(well, mode, psi_x, w_x, _at(forcing, k, x0 + x * hx))
+        fx = _event_value(kind, limits, mode, state)
         if fx == 0.0:
             return x
         if fx > 0.0:
@@ -507,27 +510,20 @@ def _locate(
     return b
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _watches_turning(machine: Any) -> bool:
     """Return whether something changes at the turning points or once a beat."""
     _, _, _, _, _, quadratic, coulomb, escapement = machine
     return quadratic is not None or coulomb is not None or escapement is not None
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _impulse_angle(escapement: Any) -> float:
-    if escapement is None:
-        return math.inf
-    return escapement[1]
-
-
-@njit(cache=True, nogil=True, error_model='numpy')
-def _node_tension(
-    machine: Any, lever: Any, side: float, d: float, q: float, i: int, work: Any
-) -> float:
+@compiled
+def _node_tension(well: Any, mode: Any, q: float, i: int, work: Any) -> float:
     """Return the thread's tension over I at stage i."""
+    machine, lever = well
+    side, d = mode
     mu = machine[0]
-    pull = _pull(machine, lever, side, q, work[G_EFF, i])
+    pull = _pull(well, side, q, work[G_EFF, i])
     t, t1, _ = lever_terms(lever, side, q)
     q_rate = work[K_PSI, i] - work[LINE_RATE, i]
     drag = _drag(machine, work[K_PSI, i] - work[CASE_RATE, i], d)
@@ -535,56 +531,41 @@ def _node_tension(
     return pull + _term(mu, t1 * q_rate * q_rate - t * pushed / _mass(mu, t))
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _stage_limit(
-    kind: int,
-    edge: float,
-    machine: Any,
-    lever: Any,
-    side: float,
-    d: float,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
-    work: Any,
-) -> float:
+@compiled
+def _stage_limit(kind: int, edge: float, well: Any, mode: Any, work: Any) -> float:
     """Return the first node past the cam's edge or with a slack thread; 2 where none is."""
     for i in range(STAGES):
         q = work[STAGE_PSI, i] - work[LINE, i]
         if kind == AT_EDGE:
             if abs(q) > edge:
                 return NODES[i]
-        elif _node_tension(machine, lever, side, d, q, i, work) <= 0.0:
+        elif _node_tension(well, mode, q, i, work) <= 0.0:
             return NODES[i]
     return 2.0
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _first_event(
     limits: Any,
-    machine: Any,
-    lever: Any,
-    side: float,
-    d: float,
+    well: Any,
+    mode: Any,
     armed: bool,
     stalled: bool,
     psi: float,
     w: float,
     end: Any,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
+    place: Any,
     work: Any,
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
     What is reached before a turning point and left again after it is looked for at that point.
     """
+    machine, lever = well
+    forcing, k, x0, hx = place
     first, xi, reach = NO_EVENT, 2.0, 1.0
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
-        last = reach if _event_value(kind, limits, d, side, end) <= 0.0 else 2.0
+        last = reach if _event_value(kind, limits, mode, end) <= 0.0 else 2.0
         if kind == TURNING and not _watches_turning(machine):
             continue
         if kind == KINK and not kinked(lever):
@@ -594,65 +575,52 @@ def _first_event(
         if kind == AT_SLACK and not _has_weight(machine):
             continue
         if kind >= AT_EDGE:
-            last = min(
-                last,
-                _stage_limit(kind, limits[1], machine, lever, side, d, forcing, k, x0, hx, work),
-            )
+            last = min(last, _stage_limit(kind, limits[1], well, mode, work))
         if last <= 1.0:
-            at = _locate(
-                kind, limits, machine, lever, side, d, psi, w, forcing, k, x0, hx, last, work
-            )
+            at = _locate(kind, limits, well, mode, psi, w, place, last, work)
             if at < xi:
                 first, xi = kind, at
             if kind == TURNING:
                 reach = at
                 psi_t, w_t = _between(psi, w, at, work)
-                end = _acceleration(
-                    machine, lever, side, d, psi_t, w_t, _at(forcing, k, x0 + at * hx)
-                )
+                end = _acceleration(well, mode, psi_t, w_t, _at(forcing, k, x0 + at * hx))
     return first, xi
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _has_weight(machine: Any) -> bool:
     mu = machine[0]
     weight = machine[3]
     return mu is not None or weight is not None
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _step_to_event(
     kind: int,
     xi: float,
     limits: Any,
-    machine: Any,
-    lever: Any,
-    side: float,
-    d: float,
+    well: Any,
+    mode: Any,
     psi: float,
     w: float,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
+    place: Any,
     omega: float,
     work: Any,
 ) -> tuple[float, float, float]:
     """Step to the event, correcting its time by the state found there; return ψ, w, fraction."""
+    forcing, k, x0, hx = place
     psi_e, w_e = psi, w
     for _ in range(3):
         if xi <= 0.0:
             return psi, w, 0.0
-        psi_e, w_e, _ = _collocate(
-            machine, lever, side, d, psi, w, forcing, k, x0, xi * hx, omega, work
-        )
+        psi_e, w_e, _ = _collocate(well, mode, psi, w, (forcing, k, x0, xi * hx), omega, work)
         values = np.empty(2)
         for i in range(2):
             y = 1.0 - 1e-3 * i
             psi_y, w_y = (psi_e, w_e) if i == 0 else _between(psi, w, y, work)
             at = _at(forcing, k, x0 + xi * y * hx)
-            state = _acceleration(machine, lever, side, d, psi_y, w_y, at)
-            values[i] = _event_value(kind, limits, d, side, state)
+            state = _acceleration(well, mode, psi_y, w_y, at)
+            values[i] = _event_value(kind, limits, mode, state)
         slope = (values[0] - values[1]) / (1e-3 * xi)
         if values[0] == 0.0 or not slope < 0.0:
             break
@@ -663,7 +631,7 @@ def _step_to_event(
     return psi_e, w_e, xi
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _kick(escapement: Any, mu: Any, t: float, v: float, d: float) -> float:
     """Return what an impulse adds to θ̇: ½ M θ̇² grows by the energy (theory E2)."""
     if escapement is None:
@@ -671,15 +639,14 @@ def _kick(escapement: Any, mu: Any, t: float, v: float, d: float) -> float:
     return d * math.sqrt(v * v + escapement[0] / _mass(mu, t)) - v
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _set_off(
-    limits: Any, machine: Any, lever: Any, angle: float, at: Any, floats: Any, ints: Any
-) -> None:
+@compiled
+def _set_off(limits: Any, well: Any, angle: float, at: Any, floats: Any, ints: Any) -> None:
     """Decide at θ̇ = 0 whether friction holds the wheel, else which way it sets off."""
+    machine, lever = well
     line, case, _ = at
     q = angle + case[0] - line[0]
     ints[SIDE] = 1 if q > 0.0 or (q == 0.0 and ints[SIDE] > 0) else -1
-    torque = _holding_torque(machine, lever, float(ints[SIDE]), angle, at)
+    torque = _holding_torque(well, float(ints[SIDE]), angle, at)
     if machine[6] is not None and abs(torque) <= _term(machine[6], 1.0):
         ints[HELD] = 1
         floats[HELD_ANGLE] = angle
@@ -693,13 +660,12 @@ def _set_off(
     ints[ARMED] = 1 if ints[DIRECTION] * angle < limits[0] else 0
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _happen(
-    kind: int, limits: Any, machine: Any, lever: Any, at: Any, floats: Any, ints: Any
-) -> None:
+@compiled
+def _happen(kind: int, limits: Any, well: Any, at: Any, floats: Any, ints: Any) -> None:
     """Change the discrete state at an event."""
-    side, d = float(ints[SIDE]), float(ints[DIRECTION])
-    state = _acceleration(machine, lever, side, d, floats[PSI], floats[W], at)
+    machine, lever = well
+    mode = side, d = float(ints[SIDE]), float(ints[DIRECTION])
+    state = _acceleration(well, mode, floats[PSI], floats[W], at)
     if kind == KINK:
         ints[SIDE] = -ints[SIDE]
     elif kind == IMPULSE:
@@ -710,20 +676,20 @@ def _happen(
     elif kind == TURNING:
         ints[DIRECTION] = -ints[DIRECTION]
         if machine[6] is not None:
-            _set_off(limits, machine, lever, state[0], at, floats, ints)
+            _set_off(limits, well, state[0], at, floats, ints)
         else:
             ints[ARMED] = 1 if ints[DIRECTION] * state[0] < limits[0] else 0
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _count(machine: Any, lever: Any, at: Any, floats: Any, ints: Any) -> None:
+@compiled
+def _count(well: Any, at: Any, floats: Any, ints: Any) -> None:
     """Count the turns of (ϑ, −ϑ̇) about the origin and the passages of θ through zero.
 
     A turn goes from the state last counted, not from the state as the next piece of forcing sees
     it: the two differ where the pieces do not join smoothly, and a turn between them were lost.
     """
-    side, d = float(ints[SIDE]), float(ints[DIRECTION])
-    state = _acceleration(machine, lever, side, d, floats[PSI], floats[W], at)
+    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    state = _acceleration(well, mode, floats[PSI], floats[W], at)
     angle, x0, y0, x1, y1 = state[0], floats[LAST_ANGLE], -floats[LAST_RATE], state[2], -state[3]
     if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * y0 / (y0 - y1) < 0.0:
         ints[TURNS] += 1 if y1 < 0.0 else -1
@@ -735,19 +701,11 @@ def _count(machine: Any, lever: Any, at: Any, floats: Any, ints: Any) -> None:
         ints[THETA_SIGN] = sign
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _hold(
-    limits: Any,
-    machine: Any,
-    lever: Any,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
-    floats: Any,
-    ints: Any,
-) -> float:
+@compiled
+def _hold(limits: Any, well: Any, place: Any, floats: Any, ints: Any) -> float:
     """Let the held wheel ride with the case; return the fraction at which it breaks loose."""
+    machine, lever = well
+    forcing, k, x0, hx = place
     angle = floats[HELD_ANGLE]
     side = float(ints[SIDE])
     limit = _term(machine[6], 1.0)
@@ -755,14 +713,14 @@ def _hold(
     for i in range(1, probes + 1):
         b = i / probes
         at = _at(forcing, k, x0 + b * hx)
-        if abs(_holding_torque(machine, lever, side, angle, at)) > limit:
+        if abs(_holding_torque(well, side, angle, at)) > limit:
             a = (i - 1) / probes
             for _ in range(60):
                 middle = 0.5 * (a + b)
                 at = _at(forcing, k, x0 + middle * hx)
-                loose = abs(_holding_torque(machine, lever, side, angle, at)) > limit
+                loose = abs(_holding_torque(well, side, angle, at)) > limit
                 a, b = (a, middle) if loose else (middle, b)
-            _set_off(limits, machine, lever, angle, _at(forcing, k, x0 + b * hx), floats, ints)
+            _set_off(limits, well, angle, _at(forcing, k, x0 + b * hx), floats, ints)
             return b
     at = _at(forcing, k, x0 + hx)
     q = angle + at[1][0] - at[0][0]
@@ -772,16 +730,12 @@ def _hold(
     return 1.0
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _move(
     tolerance: float,
     limits: Any,
-    machine: Any,
-    lever: Any,
-    forcing: Any,
-    k: int,
-    x0: float,
-    hx: float,
+    well: Any,
+    place: Any,
     omega: float,
     stalled: bool,
     floats: Any,
@@ -789,49 +743,31 @@ def _move(
     work: Any,
 ) -> tuple[int, float, float]:
     """Advance over hx or to the first event; return the event, the fraction, the indicator."""
+    forcing, k, x0, hx = place
     if ints[HELD]:
-        return NO_EVENT, _hold(limits, machine, lever, forcing, k, x0, hx, floats, ints), 0.0
-    side, d = float(ints[SIDE]), float(ints[DIRECTION])
+        return NO_EVENT, _hold(limits, well, place, floats, ints), 0.0
+    mode = float(ints[SIDE]), float(ints[DIRECTION])
     psi, w = floats[PSI], floats[W]
-    psi1, w1, indicator = _collocate(
-        machine, lever, side, d, psi, w, forcing, k, x0, hx, omega, work
-    )
+    psi1, w1, indicator = _collocate(well, mode, psi, w, place, omega, work)
     if not indicator <= tolerance:
         return NO_EVENT, 0.0, indicator
-    end = _acceleration(machine, lever, side, d, psi1, w1, _at(forcing, k, x0 + hx))
+    end = _acceleration(well, mode, psi1, w1, _at(forcing, k, x0 + hx))
     kind, xi = _first_event(
-        limits,
-        machine,
-        lever,
-        side,
-        d,
-        ints[ARMED] == 1,
-        stalled,
-        psi,
-        w,
-        end,
-        forcing,
-        k,
-        x0,
-        hx,
-        work,
+        limits, well, mode, ints[ARMED] == 1, stalled, psi, w, end, place, work
     )
     if kind == NO_EVENT:
         xi = 1.0
     else:
-        psi1, w1, xi = _step_to_event(
-            kind, xi, limits, machine, lever, side, d, psi, w, forcing, k, x0, hx, omega, work
-        )
+        psi1, w1, xi = _step_to_event(kind, xi, limits, well, mode, psi, w, place, omega, work)
     floats[PSI], floats[W] = psi1, w1
     return kind, xi, indicator
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def release(
     release_angle: float,
     limits: Any,
-    machine: Any,
-    lever: Any,
+    well: Any,
     forcing: Any,
     x0: float,
     floats: Any,
@@ -839,25 +775,27 @@ def release(
     row: Any,
 ) -> None:
     """Set the state: the wheel at rest in the case at the beginning of the first span."""
+    machine, lever = well
     at = _at(forcing, 0, x0)
     ints[:] = 0
     ints[SIDE] = ints[DIRECTION] = 1
-    _set_off(limits, machine, lever, release_angle, at, floats, ints)
+    _set_off(limits, well, release_angle, at, floats, ints)
     if ints[HELD]:
         floats[PSI] = release_angle + at[1][0]
         t, _, _ = lever_terms(lever, float(ints[SIDE]), floats[PSI] - at[0][0])
         floats[W] = _momentum(machine[0], t, at[1][1], at[0][1])
     ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
-    _write(machine, lever, at, floats, ints, row)
+    _write(well, at, floats, ints, row)
     floats[LAST_ANGLE], floats[LAST_RATE] = row[2], row[3]
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
-def _write(machine: Any, lever: Any, at: Any, floats: Any, ints: Any, row: Any) -> None:
+@compiled
+def _write(well: Any, at: Any, floats: Any, ints: Any, row: Any) -> None:
+    lever = well[1]
     side = float(ints[SIDE])
-    d = 0.0 if ints[HELD] else float(ints[DIRECTION])
+    mode = side, 0.0 if ints[HELD] else float(ints[DIRECTION])
     angle, v, q, q_rate, q_acceleration, tension = _acceleration(
-        machine, lever, side, d, floats[PSI], floats[W], at
+        well, mode, floats[PSI], floats[W], at
     )
     if ints[HELD]:
         angle, v, q_acceleration = floats[HELD_ANGLE], 0.0, at[1][2] - at[0][2]
@@ -867,13 +805,12 @@ def _write(machine: Any, lever: Any, at: Any, floats: Any, ints: Any, row: Any) 
     row[6], row[7] = ints[TURNS], ints[BEATS]
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def advance(
     tolerance: float,
     omega: float,
     limits: Any,
-    machine: Any,
-    lever: Any,
+    well: Any,
     forcing: Any,
     spans: Any,
     floats: Any,
@@ -897,12 +834,8 @@ def advance(
             kind, xi, indicator = _move(
                 tolerance,
                 limits,
-                machine,
-                lever,
-                forcing,
-                k,
-                begin[k] + (cell + f) / cells * whole,
-                (1.0 - f) / cells * whole,
+                well,
+                (forcing, k, begin[k] + (cell + f) / cells * whole, (1.0 - f) / cells * whole),
                 omega,
                 stalled > MAX_STALLED,
                 floats,
@@ -925,19 +858,19 @@ def advance(
             if kind in (AT_EDGE, AT_SLACK):
                 return (EDGE if kind == AT_EDGE else SLACK), k, x
             at = _at(forcing, k, x)
-            _happen(kind, limits, machine, lever, at, floats, ints)
-            _count(machine, lever, at, floats, ints)
+            _happen(kind, limits, well, at, floats, ints)
+            _count(well, at, floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
         if ints[LEVEL] > 0 and worst < tolerance * COARSEN:
             ints[LEVEL] -= 1
         if logged[k]:
-            _write(machine, lever, _at(forcing, k, end[k]), floats, ints, rows[written])
+            _write(well, _at(forcing, k, end[k]), floats, ints, rows[written])
             written += 1
     return OK, 0, 0.0
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def _applied(row: Any, coefficients: Any, k: int) -> float:
     """Return row · coefficients of piece k; 0 on a platform at rest."""
     if coefficients is None:
@@ -948,7 +881,7 @@ def _applied(row: Any, coefficients: Any, k: int) -> float:
     return total
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@compiled
 def turn_and_add(
     omega: float,
     delta: float,
