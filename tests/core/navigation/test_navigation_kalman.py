@@ -70,7 +70,7 @@ def test_without_noise_it_is_weighted_least_squares(states):
     design = np.column_stack([np.ones(15), times / DAY, 0.5 * (times / DAY) ** 2])[:, :states]
     sigmas = np.sqrt([start.xx, start.yy, start.dd])[:states] / scale
     rows = np.vstack((design / 0.5, np.diag(1.0 / sigmas)))
-    solution = np.linalg.lstsq(rows, np.append(phases / 0.5, np.zeros(states)))[0]
+    solution = np.linalg.lstsq(rows, np.append(phases / 0.5, np.zeros(states)), rcond=None)[0]
     spread = np.linalg.inv(rows.T @ rows)
     end = times[-1] / DAY
     move = np.array([[1.0, end, end**2 / 2], [0.0, 1.0, end], [0.0, 0.0, 1.0]])[:states, :states]
