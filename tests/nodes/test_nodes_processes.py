@@ -96,9 +96,10 @@ def test_bad_parameters_end_with_2_and_no_traceback() -> None:
         'speed:=-1.0': 'speed = -1.0: must lie in',
         'scene:=no_such_scene': 'no_such_scene',
         'sped:=1.0': 'no such parameter',
+        '--speed=3': 'unknown argument --speed=3',
     }
     processes = {
-        case: start('ship_motion', '--ros-args', '-p', case, '--log-level', 'warn')
+        case: start('ship_motion', *([case] if case[0] == '-' else ['--ros-args', '-p', case]))
         for case in cases
     }
     for case, process in processes.items():
@@ -125,6 +126,22 @@ def test_graph_refuses_before_it_starts_anything(tmp_path: Path) -> None:
         assert (process.returncode, out) == (code, ''), words
         assert said in words
         assert 'Traceback' not in words
+
+
+def test_an_old_bag_is_not_taken_for_what_was_sailed(tmp_path: Path) -> None:
+    out = tmp_path / 'bag'
+    subprocess.run(tauto('sail', 'measured', '--duration', '5', '--out', str(out)), check=True)
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--out', str(out), '--force'),
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: nodes_under(process.pid))
+    process.send_signal(signal.SIGTERM)
+    _, words = process.communicate(timeout=30.0)
+    assert process.returncode == 143, words
+    assert 'nothing was sailed yet' in words
+    assert read_bag(out).counts['/ship/imu'] == 105
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import Bench, Echo, TestSource, overrides
+from rclpy.node import Node
+from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from tauto_core.bags import read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
+from tauto_nodes.errors import NodesError
 from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, WINDOW, End, Report
 from tauto_nodes.member import Member
 from tauto_nodes.qos import CREDIT_QOS, END_QOS, port
@@ -119,6 +122,18 @@ def test_an_outsider_does_not_disturb_the_count(bench: Bench, tmp_path: Path) ->
     sink = bench.add(recorder(tmp_path / 'bag'), stage, outsider, source)
     bench.until(lambda: sink.over)
     assert {n['written'] for n in sink.counts().values()} == {3_000}
+
+
+def test_a_second_publisher_on_a_topic_of_the_graph_ends_it(bench: Bench, tmp_path: Path) -> None:
+    # Its messages would go into the bag and into the count of what has come.
+    source = TestSource(10**6, speed=1.0, **FLOW)
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+    sink = bench.add(recorder(tmp_path / 'bag'), stage, source)
+    bench.until(lambda: sink.inputs[SHIP_IMU].taken)
+    bench.add(Node('compass')).create_publisher(Imu, SHIP_IMU, 10)
+    with pytest.raises(NodesError, match=r'ship/imu: more than one publisher .*/ship_motion'):
+        bench.until(lambda: False)
+    sink.close()
 
 
 def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) -> None:

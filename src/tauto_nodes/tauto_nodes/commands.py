@@ -84,13 +84,15 @@ def graph(
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
     from tauto_core.scene import load_scene
+    from tauto_core.scene.errors import naming
     from tauto_core.voyage import check_scene, summarise_bag
     from tauto_nodes.graph import Plan, run_graph
 
     pace = _speed(speed)
     place = _namespace(namespace)
     loaded = load_scene(scene, **({} if duration is None else {'duration': duration}))
-    check_scene(loaded)
+    with naming(scene, loaded.name):
+        check_scene(loaded)
     folder = out or Path('bags/out') / Path(scene).stem
     check_folder(folder, force=force)
     plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place)
@@ -99,7 +101,8 @@ def graph(
         outcome = run_graph(plan, loaded, progress)
     _say(outcome)
     if outcome.signal:
-        kept = f'{folder} holds what was sailed until then' if folder.is_dir() else 'no bag yet'
+        sailed = any(numbers['written'] for numbers in outcome.counts.values())
+        kept = f'{folder} holds what was sailed until then' if sailed else 'nothing was sailed yet'
         typer.echo(f'tauto: stopped early; {kept}', err=True)
         raise typer.Exit(128 + outcome.signal)
     result: dict[str, Any] = {

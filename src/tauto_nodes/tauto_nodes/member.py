@@ -20,7 +20,7 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from std_msgs.msg import String
 
-from tauto_nodes.errors import ParameterError
+from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.flow import BATCH, CREDIT_TOPIC, END_TOPIC, WINDOW, End, Flow, Report, known
 from tauto_nodes.parameters import declare
 from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match, overriding
@@ -35,7 +35,7 @@ LOST_AFTER_S = 3.0
 
 @dataclass
 class Input:
-    """State of one subscription."""
+    """State of one subscription; `last_s`: when a message or a publisher came last [s]."""
 
     received: int = 0
     taken: int = 0
@@ -193,12 +193,25 @@ class Member(Node):
             return
         if event == 'matched':
             ports[topic].matched = info.current_count
+            if topic in self.inputs:
+                self.inputs[topic].last_s = time.monotonic()
+                if self.flow is not None and info.current_count > 1:
+                    self.failure = self.failure or self._two_sources(topic)
         else:
             ports[topic].incompatible = info.total_count
             self.get_logger().error(
                 f"{topic}: the other side's quality of service does not match; "
                 'set qos_overrides or imu_reliability'
             )
+
+    def _two_sources(self, topic: str) -> NodesError:
+        others = self.get_publishers_info_by_topic(self.resolve_topic_name(topic))
+        names = sorted(f'{i.node_namespace.rstrip("/")}/{i.node_name}' for i in others)
+        return NodesError(
+            f'{topic}: more than one publisher ({", ".join(names)}); with flow_control = credits '
+            'a topic has one source only. Stop the other, or give the graph a namespace or a '
+            'ROS_DOMAIN_ID of its own'
+        )
 
     # In.
 

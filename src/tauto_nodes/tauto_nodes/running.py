@@ -18,7 +18,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
-from rclpy.utilities import try_shutdown
+from rclpy.utilities import remove_ros_args, try_shutdown
 
 from tauto_core.scene.errors import TautoError
 from tauto_nodes.errors import NodesError, ParameterError
@@ -114,6 +114,13 @@ def _complain(who: str, error: BaseException) -> int:
     return 1
 
 
+def _refuse_what_ros_ignores(args: Sequence[str]) -> None:
+    if unknown := remove_ros_args(['', *args])[1:]:
+        raise ParameterError(
+            f'unknown argument {unknown[0]}; parameters go after --ros-args, as -p name:=value'
+        )
+
+
 def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
     """Make the nodes, spin until they end or a signal comes, close them; return the exit code.
 
@@ -125,6 +132,7 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
     nodes: list[Member] = []
     try:
         die_with_supervisor()
+        _refuse_what_ros_ignores(sys.argv[1:] if args is None else args)
         rclpy.init(
             args=None if args is None else list(args),
             signal_handler_options=SignalHandlerOptions.NO,
