@@ -23,9 +23,10 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from tauto_core.machines import Machine
-from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.closed_form import ClosedForm
+from tauto_core.motion.forcing import Motion
 from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, principal, two_floats
-from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import PropagationError
 
 NAME = 'action_angle'
@@ -36,7 +37,7 @@ TAIL = 2.0**-50
 """Size of the last coefficients, against the first, at which a series is taken as complete."""
 
 
-class ActionAngle:
+class ActionAngle(ClosedForm):
     """Propagator of a conservative well at rest; nothing changes but the time.
 
     Raises:
@@ -103,16 +104,8 @@ class ActionAngle:
                 result[rows] = a + 0.5 * (b - a) * (1.0 + x)
         return result
 
-    def release(self, forcing: Forcing) -> Motion:
-        """Return the motion at the start."""
-        del forcing
-        return self._at(np.zeros(1, np.int64))
-
-    def advance(self, forcing: Forcing) -> Motion:
-        """Return the motion at the logged ends of the spans."""
-        return self._at(forcing.end_ns[forcing.logged])
-
-    def _at(self, time_ns: IntArray) -> Motion:
+    def motion_at(self, time_ns: IntArray) -> Motion:
+        """Return the motion at times since the release [ns], (n,)."""
         machine = self._machine
         half, fraction = half_turns(time_ns, self._per_ns)
         falling = fraction <= 0.5
@@ -139,14 +132,6 @@ class ActionAngle:
             phase_rate=phase_rate(machine, angle, rate, acceleration),
             beats=half + (fraction > 0.5),
         )
-
-    def state(self) -> State:
-        """Return nothing: the motion is known at any time."""
-        return {}
-
-    def restore(self, state: State) -> None:
-        """Accept the empty state."""
-        del state
 
 
 _LAST = 1.0 - 2.0**-53

@@ -12,9 +12,10 @@ from decimal import Decimal, localcontext
 import numpy as np
 
 from tauto_core.machines import Machine
-from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.closed_form import ClosedForm
+from tauto_core.motion.forcing import Motion
 from tauto_core.motion.phase import DIGITS, PI, half_turns, two_floats
-from tauto_core.samples import IntArray, State
+from tauto_core.samples import IntArray
 
 NAME = 'harmonic'
 
@@ -35,7 +36,7 @@ def half_turns_per_ns(omega: Decimal) -> tuple[float, float]:
         return two_floats(omega / PI / 10**9)
 
 
-class Harmonic:
+class Harmonic(ClosedForm):
     """Propagator of an ideal cam at rest; the state is the release angle, which never changes."""
 
     name = NAME
@@ -44,16 +45,8 @@ class Harmonic:
         self._machine = machine
         self._half_turns_per_ns = half_turns_per_ns(frequency(machine))
 
-    def release(self, forcing: Forcing) -> Motion:
-        """Return the motion at the start."""
-        del forcing
-        return self._at(np.zeros(1, np.int64))
-
-    def advance(self, forcing: Forcing) -> Motion:
-        """Return the motion at the logged ends of the spans."""
-        return self._at(forcing.end_ns[forcing.logged])
-
-    def _at(self, time_ns: IntArray) -> Motion:
+    def motion_at(self, time_ns: IntArray) -> Motion:
+        """Return the motion at times since the release [ns], (n,)."""
         machine = self._machine
         omega = machine.frequency
         half, fraction = half_turns(time_ns, self._half_turns_per_ns)
@@ -68,11 +61,3 @@ class Harmonic:
             phase_rate=np.full(len(time_ns), omega),
             beats=half + (fraction > 0.5),
         )
-
-    def state(self) -> State:
-        """Return nothing: the motion is known at any time."""
-        return {}
-
-    def restore(self, state: State) -> None:
-        """Accept the empty state."""
-        del state

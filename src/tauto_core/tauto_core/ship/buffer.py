@@ -21,7 +21,6 @@ from tauto_core.ship.interpolation import (
     polynomials,
 )
 
-_CHANNELS = ('roll', 'roll_rate', 'tilt', 'gravity')
 BRIDGED_STEPS = 1.5
 CROWDED_PART = 4
 """A sample less than this part of a step after the last one is left out: polynomials through
@@ -55,7 +54,7 @@ class MotionBuffer:
         self._step_ns = step_ns
         self._max_gap_s = max_gap_s
         self._times: IntArray = np.empty(0, np.int64)
-        self._data: dict[str, FloatArray] = {name: np.empty(0) for name in _CHANNELS}
+        self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
         self._first = 0
         self._next = 0
         self._rolls = 0
@@ -70,21 +69,33 @@ class MotionBuffer:
         if not kept.any():
             return
         imu = take(imu, kept)
+        self._times = np.concatenate([self._times, imu.stamp_ns - origin_ns])
+        if self._data:
+            new = self._channel_values(imu)
+            for name, known in self._data.items():
+                self._data[name] = np.concatenate([known, new[name]])
+
+    def _channels(self) -> tuple[str, ...]:
+        """Return the names of what has to be interpolated."""
+        if self._still:
+            return ()
+        tilt = ('tilt',) if self._apparent_vertical else ()
+        gravity = ('gravity',) if self._apparent_gravity else ()
+        return ('roll', 'roll_rate', *tilt, *gravity)
+
+    def _channel_values(self, imu: ImuSamples) -> dict[str, FloatArray]:
         felt = attitude(imu)
         rolls = self._rolls + np.cumsum(self._wraps(felt.roll))
         self._rolls, self._last_roll = int(rolls[-1]), float(felt.roll[-1])
         # A force that would throw the weight out of the top of the case counts as negative: the
         # pull then passes through zero smoothly, and the slack thread is found there.
         up = np.where(felt.force_z < 0.0, -1.0, 1.0)
-        new = {
-            'roll': felt.roll + 2.0 * np.pi * rolls,
-            'roll_rate': felt.roll_rate,
-            'tilt': np.arctan2(-up * felt.force_y, up * felt.force_z),
-            'gravity': up * np.hypot(felt.force_y, felt.force_z),
-        }
-        self._times = np.concatenate([self._times, imu.stamp_ns - origin_ns])
-        for name in _CHANNELS:
-            self._data[name] = np.concatenate([self._data[name], new[name]])
+        new = {'roll': felt.roll + 2.0 * np.pi * rolls, 'roll_rate': felt.roll_rate}
+        if self._apparent_vertical:
+            new['tilt'] = np.arctan2(-up * felt.force_y, up * felt.force_z)
+        if self._apparent_gravity:
+            new['gravity'] = up * np.hypot(felt.force_y, felt.force_z)
+        return new
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_]:
         """Return which samples keep their distance, judged by the nominal or the last step."""
