@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint bench clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint bench stress clean setup setup-dev environment FORCE
 
 SCENE ?= measured
 SPEED ?= 60
@@ -50,8 +50,14 @@ lint: setup-dev  ## format, lint, types, layers
 test: lint  ## lint and every test
 	.venv/bin/python -m pytest -n $(JOBS) --dist loadgroup
 
-bench: setup  ## messages per second through the graph
+bench: setup  ## messages per second through the graph, and run time against error beside others
 	.venv/bin/python benchmarks/graph_throughput.py
+	.venv/bin/python -m pip install --quiet -e 'src/tauto_core[bench]'
+	$(TAUTO) bench --passage --json --plot benchmarks/work_precision.svg \
+	  --plot benchmarks/work_precision.png > benchmarks/work_precision.json
+
+stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
+	.venv/bin/python benchmarks/stress.py
 
 clean:  ## remove bags/out, colcon's folders and caches; .venv stays
 	rm -rf bags/out ros_ws/build ros_ws/install ros_ws/log \

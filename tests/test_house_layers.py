@@ -11,9 +11,12 @@ import pytest
 CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
     'geographiclib',
+    'heyoka',
+    'llvmlite',
     'lz4',
     'matplotlib',
     'mcap',
+    'mpmath',
     'numba',
     'numpy',
     'pydantic',

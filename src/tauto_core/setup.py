@@ -20,6 +20,14 @@ LINT = [
     'scipy-stubs>=1.15',
     'types-PyYAML>=6.0.12',
 ]
+# Other programs on the same equations, and what the references are made with.
+BENCH = [
+    'diffrax>=0.7.2',
+    'heyoka>=7.13',
+    'mpmath>=1.3',
+    'mujoco>=4.0',
+    'scikit-sundae>=1.2',
+]
 
 setup(
     name=PACKAGE,
@@ -28,7 +36,7 @@ setup(
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
-        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*'],
+        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*', 'bench/*.json'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
@@ -37,6 +45,7 @@ setup(
     python_requires='>=3.11',
     install_requires=[
         'geographiclib>=2.0',
+        'llvmlite>=0.43',
         'lz4>=4.3',
         'matplotlib>=3.6',
         'mcap>=1.1',
@@ -50,7 +59,7 @@ setup(
         'typer>=0.12',
         'zstandard>=0.22',
     ],
-    extras_require={'test': TEST, 'dev': TEST + LINT},
+    extras_require={'test': TEST, 'dev': TEST + LINT, 'bench': BENCH},
     entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},
     zip_safe=False,
 )

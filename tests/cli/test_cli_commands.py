@@ -56,6 +56,23 @@ def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     assert not imported_by(*arguments) & set(slow)
 
 
+def test_help_needs_no_models_of_scenes() -> None:
+    assert 'pydantic' not in imported_by('--help')
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        ('cam', 'ideal'),
+        ('isochronism', 'measured', '--amplitudes', '0.1,1'),
+        ('scene', 'check', 'ideal'),
+    ],
+)
+def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) -> None:
+    heavy = {'numba', 'scipy', 'pandas', 'rosbags', 'mcap', 'matplotlib', 'hypothesis', 'mpmath'}
+    assert not imported_by(*arguments) & heavy
+
+
 def test_scenes_imports_no_kernels_and_no_bags() -> None:
     assert not imported_by('scenes') & {'scipy', 'numba', 'rosbags', 'mcap', 'matplotlib'}
 

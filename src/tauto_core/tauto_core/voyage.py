@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -13,8 +12,8 @@ import numpy as np
 
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.machines import compile_machine
 from tauto_core.navigation import DriftStage, LongitudeStage, Route
+from tauto_core.readiness import check_scene
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
@@ -34,10 +33,8 @@ from tauto_core.samples import (
     text,
 )
 from tauto_core.scene import Scene, parse_scene, scene_yaml
-from tauto_core.scene.checks import LAST_STAMP_S
-from tauto_core.scene.errors import ABSENT, BagError, PropagationError, SceneError, naming
+from tauto_core.scene.errors import BagError, PropagationError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion
-from tauto_core.ship.imu import attitude
 from tauto_core.summary import Summary, scene_propagator
 
 CHUNK = 16_384
@@ -51,6 +48,8 @@ class ShipSource:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
+        self._starts_at_ns, self._duration_ns = scene.starts_at_ns, scene.duration_ns
+        self._step_ns, self._log_ns = scene.step_ns, scene.log_interval_ns
         self._motion = ShipMotion(scene)
         self._observations = Observations(scene)
         self._route = Route(scene)
@@ -73,7 +72,7 @@ class ShipSource:
 
     def produce(self, count: int) -> Batches:
         """Return the next `count` motion samples and what else falls on their stamps."""
-        scene = self._scene
+        starts_at, interval = self._starts_at_ns, self._log_ns
         imu = self._motion.produce(count)
         if not len(imu.stamp_ns):
             return {}
@@ -81,21 +80,16 @@ class ShipSource:
         self._produced = last
         batches: Batches = {SHIP_IMU: imu}
         if first == 0:
-            batches[SCENE] = text(scene.starts_at_ns, scene_yaml(scene))
-        begin, end = self._index_ns(first), min(self._index_ns(last), scene.duration_ns + 1)
-        logs = np.arange(-(-begin // scene.log_interval_ns), -(-end // scene.log_interval_ns))
+            batches[SCENE] = text(starts_at, scene_yaml(self._scene))
+        begin, end = first * self._step_ns, min(last * self._step_ns, self._duration_ns + 1)
+        logs = np.arange(-(-begin // interval), -(-end // interval))
         if len(logs):
-            batches[SHIP_FIX] = self._route.fixes(
-                scene.starts_at_ns + logs * scene.log_interval_ns
-            )
+            batches[SHIP_FIX] = self._route.fixes(starts_at + logs * interval)
         if begin < end:
-            seen = self._observations.between(scene.starts_at_ns + begin, scene.starts_at_ns + end)
+            seen = self._observations.between(starts_at + begin, starts_at + end)
             if len(seen.stamp_ns):
                 batches[OBSERVATION] = seen
         return batches
-
-    def _index_ns(self, k: int) -> int:
-        return k * self._scene.step_ns
 
     def state(self) -> State:
         """Return where the source is."""
@@ -159,55 +153,6 @@ def _append(known: Samples | None, new: Samples) -> Samples:
 def pipeline(scene: Scene) -> Pipeline:
     """Return the stages of a scene: trochlea, drift, longitude."""
     return Pipeline([TrochleaStage(scene), DriftStage(scene), LongitudeStage(scene)])
-
-
-def check_scene(scene: Scene) -> None:
-    """Refuse what only shows when the parts meet, before anything is started or overwritten.
-
-    Raises:
-        SceneError: the machine cannot be built, or the release and the ship's motion at the start
-            put the cam angle beyond the cam (theory E4).
-        MotionDataError: measured motion that cannot be used.
-    """
-    machine = compile_machine(scene)
-    _check_dial(scene, machine.frequency)
-    felt = attitude(ShipMotion(scene).produce(1))
-    tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
-    angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
-    if not abs(angle) <= machine.cam.range_rad:
-        raise SceneError(
-            scene.name,
-            'trochlea.release_angle',
-            machine.release_angle,
-            f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
-            f'±{machine.cam.range_rad:.6g} rad',
-            'Release at a smaller angle or give the cam a wider range.',
-        )
-
-
-def _check_dial(scene: Scene, frequency: float) -> None:
-    """Refuse a dial that would leave the times of ROS."""
-    period = math.tau / frequency if frequency > 0.0 else math.inf
-    nominal = scene.clock.nominal_period or period
-    if not (period > 0.0 and nominal <= LAST_STAMP_S):
-        raise SceneError(
-            scene.name,
-            'trochlea' if scene.clock.nominal_period is None else 'clock.nominal_period',
-            ABSENT if scene.clock.nominal_period is None else nominal,
-            f'makes a period of {nominal:.6g} s on the dial; it must be > 0 and at most '
-            f'{LAST_STAMP_S} s, where ROS stamps end',
-            'Check the units of inertia, cam and power, or give another nominal_period.',
-        )
-    shown = scene.starts_at + scene.duration * nominal / period
-    if not shown <= LAST_STAMP_S:
-        raise SceneError(
-            scene.name,
-            'clock.nominal_period',
-            nominal,
-            f'lets the dial, with a period of {period:.6g} s, come to {shown:.6g} s; ROS stamps '
-            f'end at {LAST_STAMP_S} s',
-            'Give a nominal_period near the period, or leave it out.',
-        )
 
 
 def sail(

@@ -83,9 +83,10 @@ def graph(
     from tauto_core.bags import check_folder
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
+    from tauto_core.readiness import check_scene
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.voyage import check_scene, summarise_bag
+    from tauto_core.voyage import summarise_bag
     from tauto_nodes.graph import Plan, run_graph
 
     pace = _speed(speed)

@@ -206,7 +206,7 @@ def test_escapement_and_friction_settle_where_work_equals_loss():
 
 
 def test_a_strong_escapement_runs_to_the_edge_of_the_cam():
-    energy = 2.1e-3
+    energy = 2.05e-3
     scene = scene_of(
         escapement={'kind': 'impulse', 'energy': energy, 'angle': 0.0}, duration=300.0
     )

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from tauto_core.scene import Scene, SceneError, StillShip, parse_scene
+from tauto_core.scene import Scene, SceneError, Solver, StillShip, parse_scene, scene_yaml
 from tauto_core.scene.times import nanoseconds
 
 TROCHLEA = """
@@ -47,6 +47,20 @@ def test_what_is_left_out_is_not_simulated() -> None:
     assert scene.ship == StillShip()
     assert scene.trochlea.inertia == 0.0004
     assert scene.gravity == 9.80665
+
+
+@pytest.mark.parametrize('tolerance', [1e-15, 1e-12, 1e-3])
+def test_a_tolerance_is_kept_up_to_both_limits(tolerance: float) -> None:
+    scene = parse_scene(SHORTEST + f'solver: {{tolerance: {tolerance!r}}}\n', 's')
+    assert scene.solver == Solver(tolerance=tolerance)
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+
+
+def test_a_scene_without_a_solver_is_written_without_one() -> None:
+    """The text of bags written before there was a solver section stays as it was."""
+    scene = parse_scene(SHORTEST, 's')
+    assert scene.solver is None
+    assert 'solver' not in scene_yaml(scene)
 
 
 def test_a_still_ship_steps_with_the_log() -> None:

@@ -137,6 +137,14 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('voyage.arrival', [1.0, 2.0, 3.0], 'voyage.arrival', 'limit is at most 2'),
         ('voyage.sails_at', -1.0, 'voyage.sails_at', 'at least 0'),
         ('ship.recorded.max_gap', 0.0, 'ship.recorded.max_gap', 'greater than 0'),
+        ('solver', {'tolerance': 9e-16}, 'solver.tolerance', 'Leave it out, or use 1e-15.'),
+        ('solver', {'tolerance': 0.0}, 'solver.tolerance', 'rounding of double precision'),
+        ('solver', {'tolerance': -1e-9}, 'solver.tolerance', 'rounding of double precision'),
+        ('solver', {'tolerance': 1.1e-3}, 'solver.tolerance', 'at most 0.001'),
+        ('solver', {'tolerance': float('nan')}, 'solver.tolerance', 'finite'),
+        ('solver', {'tolerance': '1.0e-9'}, 'solver.tolerance', 'quotes'),
+        ('solver', {'tolerence': 1e-9}, 'solver.tolerence', 'Did you mean `tolerance`'),
+        ('solver', 1e-12, 'solver', 'mapping'),
         # combinations
         ('trochlea.thread', {'kind': 'hole', 'distance': 0.1}, 'trochlea.thread.kind', 'vertical'),
         (

@@ -117,6 +117,20 @@ def test_covariances_are_positive_on_the_diagonal_alone():
         assert np.count_nonzero(matrix) == 6
 
 
+def test_orientation_and_gravity_at_any_roll():
+    """Against 30 digits: a unit in the last place below 1, of g two for each component."""
+    roll = np.linspace(-3.2, 3.2, 641)
+    zero = np.zeros(641)
+    imu = imu_samples(np.arange(641), roll, zero, zero, None, 0.0, 1.0)
+    with mpmath.workdps(30):
+        half = [
+            (float(mpmath.sin(x / 2)), float(mpmath.cos(x / 2))) for x in map(mpmath.mpf, roll)
+        ]
+        whole = [(float(mpmath.sin(x)), float(mpmath.cos(x))) for x in map(mpmath.mpf, roll)]
+    np.testing.assert_allclose(imu.orientation[:, [0, 3]], half, rtol=0, atol=2.3e-16)
+    np.testing.assert_allclose(imu.linear_acceleration[:, 1:], whole, rtol=0, atol=4.5e-16)
+
+
 def spoil(imu: ImuSamples, name: str, row: int, value: object) -> ImuSamples:
     array = getattr(imu, name).copy()
     array[row] = value
@@ -140,10 +154,11 @@ SPOILED = [
 ]
 
 
+@pytest.mark.parametrize('compiled', [False, True])
 @pytest.mark.parametrize(('reason', 'name', 'value'), SPOILED)
-def test_screen_refuses_and_counts(reason, name, value):
+def test_screen_refuses_and_counts(reason, name, value, compiled):
     imu = sensor(5)
-    kept, counts = screen(spoil(imu, name, 2, value), 999)
+    kept, counts = screen(spoil(imu, name, 2, value), 999, compiled=compiled)
     assert counts == {**dict.fromkeys(REFUSALS, 0), reason: 1}
     np.testing.assert_array_equal(kept.stamp_ns, imu.stamp_ns[[0, 1, 3, 4]])
     np.testing.assert_array_equal(kept.orientation, imu.orientation[[0, 1, 3, 4]])
@@ -177,6 +192,8 @@ def test_screen_does_not_depend_on_the_split(stamps, spoiled, cut):
     second, counts_2 = screen(take(imu, slice(cut, None)), last)
     assert (np.diff(whole.stamp_ns) > 0).all()
     assert counts == {name: counts_1[name] + counts_2[name] for name in REFUSALS}
-    parts = join([first, second])
+    parts, (compiled, same_counts) = join([first, second]), screen(imu, None, compiled=True)
+    assert same_counts == counts
     for field in fields(whole):
+        np.testing.assert_array_equal(getattr(compiled, field.name), getattr(whole, field.name))
         np.testing.assert_array_equal(getattr(parts, field.name), getattr(whole, field.name))

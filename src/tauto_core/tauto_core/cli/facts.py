@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
@@ -27,27 +28,43 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     Args:
         name_or_path: a shipped name or a YAML file.
 
+    Returns:
+        What `tauto scene check --json` prints. In `expected` are the figures of
+        `voyage_cost.Forecast`; those of `steps_a_swing` and `tolerance` are None where the
+        propagator takes no steps.
+
     Raises:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
+    from tauto_core.cli.what_runs import left_out, reason
     from tauto_core.machines import compile_machine
-    from tauto_core.scene import load_scene
+    from tauto_core.motion import propagator_name
+    from tauto_core.readiness import check_scene
+    from tauto_core.scene import StillShip, load_scene
     from tauto_core.scene.errors import naming
     from tauto_core.ship import ShipMotion
-    from tauto_core.summary import scene_propagator
-    from tauto_core.voyage import check_scene
+    from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
 
     scene = load_scene(name_or_path)
     with naming(name_or_path, scene.name):
         check_scene(scene)
-    machine = compile_machine(scene)
+    machine, motion = compile_machine(scene), ShipMotion(scene)
+    name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
+    expected = forecast(scene, machine, motion)
+    stepping = expected.steps_a_swing is not None
     edge = machine.cam.range_rad
-    motion = ShipMotion(scene)
     return {
         'scene': scene.name,
         'duration_s': scene.duration,
-        'propagator': scene_propagator(scene),
+        'propagator': name,
+        'reason': reason(scene, machine, name),
+        'left_out': left_out(scene, machine),
+        'expected': {
+            **asdict(expected),
+            'tolerance': tolerance(scene) if stepping else None,
+            'measured_on': MEASURED_ON,
+        },
         'ship': scene.ship.kind,
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
@@ -65,25 +82,84 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
 
 def facts_table(facts: dict[str, Any]) -> Table:
     """Return the facts of a scene as a table."""
+    from rich import box
     from rich.table import Table
 
+    table = Table(
+        title=f'{facts["scene"]}: can sail',
+        title_justify='left',
+        show_header=False,
+        box=box.SQUARE,
+    )
+    table.add_column(no_wrap=True)
+    table.add_column(overflow='fold')
+    for section in (_scene_rows(facts), _running_rows(facts)):
+        for row in section:
+            table.add_row(*row)
+        table.add_section()
+    return table
+
+
+def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     from tauto_core.cli.tables import span
 
     edge = facts['cam_range_rad']
-    kept = 'kept' if facts['motion_kept'] else 'not kept'
-    table = Table(title=f'{facts["scene"]}: can sail', title_justify='left', show_header=False)
-    table.add_row('duration', span(facts['duration_s']))
-    table.add_row('propagator', facts['propagator'])
-    table.add_row(
-        'ship',
-        f'{facts["ship"]}: {facts["motion_samples"]:,} samples, '
-        f'one every {facts["motion_step_s"]:g} s, {kept} in the bag',
-    )
-    table.add_row(
-        'log', f'{facts["logged_samples"]:,} samples, one every {facts["log_interval_s"]:g} s'
-    )
-    table.add_row('period of small swings', f'{facts["small_period_s"]:.9f} s')
-    table.add_row('nominal period', f'{facts["nominal_period_s"]:.9f} s')
-    table.add_row('cam', f'{facts["cam"]}, ' + ('no end' if edge is None else f'±{edge:.6g} rad'))
-    table.add_row('released at', f'{facts["release_angle_rad"]:g} rad in the case')
-    return table
+    kept = 'with' if facts['motion_kept'] else 'without'
+    step, interval = facts['motion_step_s'], facts['log_interval_s']
+    return [
+        ('duration', span(facts['duration_s'])),
+        (
+            'ship',
+            f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s',
+        ),
+        (
+            'log',
+            f'{facts["logged_samples"]:,} samples, one every {interval:g} s, {kept} the motion',
+        ),
+        ('period of small swings', f'{facts["small_period_s"]:.9f} s'),
+        ('nominal period', f'{facts["nominal_period_s"]:.9f} s'),
+        ('cam', f'{facts["cam"]}, ' + ('no end' if edge is None else f'±{edge:.6g} rad')),
+        ('released at', f'{facts["release_angle_rad"]:g} rad in the case'),
+    ]
+
+
+def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    from tauto_core.cli.tables import span
+
+    expected = facts['expected']
+    run = span(expected['run_s'], digits=1)
+    rows = [('propagator', f'{facts["propagator"]}: {facts["reason"]}')]
+    if expected['steps_a_swing'] is not None:
+        rows.append(
+            (
+                'steps',
+                f'{expected["steps_a_swing"]:.3g} a swing, each to {expected["tolerance"]:g} of '
+                'the swing',
+            )
+        )
+    return [
+        *rows,
+        ('left out', ', '.join(facts['left_out'])),
+        (
+            'expected run time',
+            f'roughly {run} without a bag, on {expected["measured_on"]}',
+        ),
+        ('expected error', '\n'.join(_error_lines(expected))),
+    ]
+
+
+def _error_lines(expected: dict[str, Any]) -> list[str]:
+    """Return the error of the simulation, growing and steady, a line each."""
+    growing, steady = expected['growing_error_s_per_day'], expected['steady_error_s']
+    source = 'the tolerance' if expected['steps_a_swing'] is not None else 'rounding'
+    lines = ['none that grows']
+    if growing:
+        lines = [f'growing by at most {growing:.1g} s/day, from {source}']
+    if steady is None:
+        lines.append('the motion is taken as measured')
+    elif expected['shortest_wave_s'] is None:
+        lines.append(f'{steady:.1g} s, the rounding of the phase')
+    else:
+        shortest = expected['shortest_wave_s']
+        lines.append(f'about {steady:.1g} s, from sampling waves down to {shortest:.3g} s')
+    return lines

@@ -39,12 +39,12 @@ def replay_table(result: Section) -> Table:
     return table
 
 
-def span(seconds: float) -> str:
-    """Return a duration [s] in the unit a reader would use."""
-    for size, unit in ((86_400.0, 'days'), (3_600.0, 'hours'), (60.0, 'minutes')):
-        if seconds >= 2.0 * size:
-            return f'{seconds / size:.4g} {unit}'
-    return f'{seconds:.4g} seconds'
+def span(seconds: float, digits: int = 4) -> str:
+    """Return a duration [s] in the unit a reader would use, to so many digits."""
+    units = ((86_400.0, 'days'), (3_600.0, 'hours'), (60.0, 'minutes'), (0.0, 'seconds'))
+    size, unit = next(each for each in units if seconds >= 2.0 * each[0])
+    rounded = float(f'{seconds / (size or 1.0):.{digits}g}')
+    return f'{rounded:g} {unit}'
 
 
 def _rows(result: Section) -> list[tuple[str, str]]:

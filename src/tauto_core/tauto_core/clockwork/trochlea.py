@@ -12,6 +12,7 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Motion, make_propagator
 from tauto_core.samples import (
     JOINT_STATES,
+    NS_PER_S,
     PHASE,
     READING,
     SHIP_IMU,
@@ -28,6 +29,7 @@ from tauto_core.scene import Scene, StillShip
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.buffer import MotionBuffer
 from tauto_core.ship.imu import screen
+from tauto_core.ship.interpolation import MAX_STRIDE
 
 WHEEL_NAMES = ('wheel',)
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
@@ -38,11 +40,19 @@ MAX_GAP_S = 1.0
 """Longest time between motion samples that is interpolated [s]."""
 
 
+def _stride(scene: Scene, longest_step_s: float) -> int:
+    """Return how many samples a step may span: so many that logged instants end pieces."""
+    logs = scene.log_interval_ns // scene.step_ns
+    most = min(MAX_STRIDE, longest_step_s * NS_PER_S // scene.step_ns)
+    return next(n for n in range(max(int(most), 1), 0, -1) if logs % n == 0)
+
+
 class TrochleaStage:
     """The regulator and its dial, driven by the stamps of `ship/imu`.
 
-    Steps begin at samples, wait for the neighbours that interpolation needs (up to four samples)
-    and end at samples and logged instants. Bad samples are counted and left out (`screen`).
+    Steps begin at samples, span several where these are evenly spaced, wait for the neighbours
+    that interpolation needs (up to four samples) and end at samples and logged instants. Bad
+    samples are counted and left out (`screen`).
 
     Args:
         scene: what to simulate; its motion comes through `feed`.
@@ -61,7 +71,8 @@ class TrochleaStage:
         self._anchor = anchor
         self._still = isinstance(scene.ship, StillShip)
         self._machine: Machine = compile_machine(scene)
-        self._propagator = make_propagator(self._machine, still=self._still)
+        tolerance = scene.solver.tolerance if scene.solver else None
+        self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = scene.clock.nominal_period or self._machine.small_period
         self._buffer = MotionBuffer(
             apparent_vertical=self._machine.follows_apparent_vertical,
@@ -69,7 +80,11 @@ class TrochleaStage:
             still=self._still,
             step_ns=scene.step_ns,
             max_gap_s=None if self._still else MAX_GAP_S,
+            stride=1 if self._still else _stride(scene, self._propagator.longest_step_s),
+            tilt_inside=not (self._machine.drag is None and self._machine.escapement is None),
         )
+        self._log_ns = scene.log_interval_ns
+        self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
         self._last_stamp: int | None = None
         self._released = False
@@ -85,7 +100,7 @@ class TrochleaStage:
         imu = batches.get(SHIP_IMU)
         if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
             return {}
-        imu, refused = screen(imu, self._last_stamp)
+        imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
         for name, number in refused.items():
             self._refused[name] = self._refused.get(name, 0) + number
         if not len(imu.stamp_ns):
@@ -110,12 +125,8 @@ class TrochleaStage:
             )
         self._origin_ns = first_ns
 
-    def _end_ns(self) -> int | None:
-        return self._scene.duration_ns if self._anchor == 'scene' else None
-
     def _advance(self, *, final: bool) -> Batches:
-        interval = self._scene.log_interval_ns
-        forcing = self._buffer.forcing(interval, self._end_ns(), final=final)
+        forcing = self._buffer.forcing(self._log_ns, self._end_ns, final=final)
         if forcing is None:
             return {}
         parts: list[tuple[IntArray, Motion]] = []

@@ -10,6 +10,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
 _NODES = 24
+_HALVINGS = 48
 _PANELS = 1024
 _TOLERANCE = 1e-14
 
@@ -23,9 +24,9 @@ def integrate(
 ) -> FloatArray:
     """Return the integrals of a function over n intervals, shape (n,).
 
-    24-point Gauss–Legendre on 1, 2, 4, … equal panels of an interval, until twice the panels
-    change its integral by less than 1e-14 of itself; the finer value is returned. An integral
-    has the same bits whatever other intervals are asked for with it.
+    24-point Gauss–Legendre, each panel halved until its halves change it by less than 1e-14 of
+    the whole integral; the halves' value is returned. Layers as thin as 2⁻⁴⁸ of the interval are
+    found. An integral has the same bits whatever other intervals are asked for with it.
 
     Args:
         function: of an array of any shape, element by element, smooth within each interval.
@@ -33,35 +34,44 @@ def integrate(
         upper: shape (n,).
 
     Raises:
-        QuadratureError: no such agreement with 1024 panels.
+        QuadratureError: no such agreement after 48 halvings, or with 1024 panels at once.
     """
-    width = upper - lower
-    integrals = np.full_like(width, np.nan)
-    pending = np.arange(len(width))
-    panels = 1
-    while panels <= _PANELS:
-        finer = _by_panels(function, lower[pending], width[pending], panels)
-        unsettled = ~(np.abs(finer - integrals[pending]) <= _TOLERANCE * np.abs(finer))
-        integrals[pending] = finer
-        pending = pending[unsettled]
-        if len(pending) == 0:
-            return integrals
-        panels *= 2
+    count = len(lower)
+    owner, left, width = np.arange(count), lower, upper - lower
+    settled = np.zeros(count)
+    coarse = gauss(function, left, width)
+    for _ in range(_HALVINGS):
+        half = 0.5 * width
+        left, half = np.stack([left, left + half], axis=1), np.stack([half, half], axis=1)
+        fine = gauss(function, left.ravel(), half.ravel()).reshape(-1, 2)
+        both = fine[:, 0] + fine[:, 1]
+        whole = np.abs(settled + np.bincount(owner, both, count))
+        open_ = ~(np.abs(both - coarse) <= _TOLERANCE * whole[owner])
+        settled = settled + np.bincount(owner[~open_], both[~open_], count)
+        if not open_.any():
+            return settled
+        owner, coarse = np.repeat(owner[open_], 2), fine[open_].ravel()
+        left, width = left[open_].ravel(), half[open_].ravel()
+        if np.bincount(owner).max() > _PANELS:
+            break
     raise QuadratureError(
-        f'an integral changes by more than {_TOLERANCE:g} of itself between {_PANELS // 2} and '
-        f'{_PANELS} panels of {_NODES} nodes: the machine is too stiff; use a smaller amplitude'
+        f'an integral does not settle to {_TOLERANCE:g} of itself, with panels of {_NODES} nodes '
+        'halved again and again: the machine is too stiff; use a smaller amplitude'
     )
 
 
-def _by_panels(
-    function: Callable[[FloatArray], FloatArray],
-    lower: FloatArray,
-    width: FloatArray,
-    panels: int,
+def gauss(
+    function: Callable[[FloatArray], FloatArray], left: FloatArray, width: FloatArray
 ) -> FloatArray:
+    """Return 24-point Gauss–Legendre sums over intervals, shape (n,).
+
+    Args:
+        function: of an array of any shape, element by element.
+        left: where the intervals begin, shape (n,).
+        width: of the intervals, shape (n,).
+    """
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    places = ((np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels).ravel()
-    values = function(lower[:, None] + width[:, None] * places)
+    values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
     # along the last axis, so that the order of summation does not depend on the shape
-    total: FloatArray = np.sum(values * np.tile(weights, panels), axis=-1)
-    return width * total / (2.0 * panels)
+    total: FloatArray = np.sum(values * weights, axis=-1)
+    return 0.5 * width * total

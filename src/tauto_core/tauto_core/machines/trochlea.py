@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves import Cam
-from tauto_core.machines.quadrature import integrate
+from tauto_core.machines.quadrature import gauss, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.models import Drag, Escapement
@@ -125,24 +125,43 @@ class Machine:
             CamRangeError: an amplitude beyond the cam.
             SlackThreadError: a swing in which the thread goes slack.
         """
-        cam = self.cam
+        cam, amplitude = self.cam, abs(amplitude)
         top = float(self.potential(amplitude))
         if top == 0.0:
             return self.small_period
+        joints = cam.joints[cam.joints < amplitude]
 
         def integrand(u: FloatArray) -> FloatArray:
-            sine = np.sin(u)
+            sine, kinetic = np.sin(u), top * np.cos(u) ** 2
             lift = self.lift_of_potential(top * sine * sine)
             angle = cam.angle_of_lift(lift)
+            near = (sine * sine > 0.5) & (angle > joints.max(initial=0.0))
+            angle[near] = self._angle_at(kinetic[near], angle[near], amplitude)
             mass = self.mass(angle)
-            self._check_taut(angle, lift, mass, top * np.cos(u) ** 2)
+            self._check_taut(angle, lift, mass, kinetic)
             return np.sqrt(mass) * sine / (self.pull(lift) * cam.lever_arm(angle))
 
-        joints = cam.joints[cam.joints < abs(amplitude)]
         cuts = np.arcsin(np.sqrt(self.potential(joints) / top))
         edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
         parts = integrate(integrand, edges[:-1], edges[1:])
         return 4.0 * math.sqrt(2.0 * top) * float(np.sum(parts))
+
+    def _angle_at(self, kinetic: FloatArray, near: FloatArray, amplitude: float) -> FloatArray:
+        """Return the angle where a swing has a kinetic energy, counted from its turning point.
+
+        Counted from 0, the lift of a lever arm that falls would lose the last digits of the
+        angle, and the time spent there is long.
+
+        Args:
+            kinetic: ½ M ϑ̇² [J], shape (n,).
+            near: about the angle [rad], shape (n,); up to the amplitude the arm is smooth.
+            amplitude: of the swing [rad].
+        """
+        pull = float(self.pull(self.cam.lift(amplitude), self.gravity))
+        drop = 2.0 * kinetic / (pull + np.sqrt(pull * pull - 2.0 * self.stiffness * kinetic))
+        near = np.minimum(near, amplitude)
+        wrong = gauss(self.cam.lever_arm, near, amplitude - near) - drop
+        return np.minimum(near + wrong / self.cam.lever_arm(near), amplitude)
 
     @property
     def _rest_pull(self) -> float:

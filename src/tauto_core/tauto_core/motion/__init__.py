@@ -20,6 +20,9 @@ class Propagator(Protocol):
 
     name: str
 
+    longest_step_s: float
+    """Longest span it takes at one go [s]: pieces of forcing may be as long; 0: any single one."""
+
     def release(self, forcing: Forcing) -> Motion:
         """Start at rest in the case at the beginning of the first span; return that instant."""
         ...
@@ -68,8 +71,17 @@ def _swings_freely(machine: Machine) -> bool:
         return False
 
 
-def make_propagator(machine: Machine, *, still: bool) -> Propagator:
-    """Return the propagator for a machine on a platform that lies still or moves."""
+def make_propagator(
+    machine: Machine, *, still: bool, tolerance: float | None = None
+) -> Propagator:
+    """Return the propagator for a machine on a platform that lies still or moves.
+
+    Args:
+        machine: what swings.
+        still: whether the platform lies still.
+        tolerance: error allowed a step, relative to the state, where steps are needed; None: the
+            propagator's default.
+    """
     match propagator_name(machine, still=still):
         case 'harmonic':
             from tauto_core.motion.harmonic import Harmonic
@@ -86,4 +98,4 @@ def make_propagator(machine: Machine, *, still: bool) -> Propagator:
         case _:
             from tauto_core.motion.collocation import Collocation  # imports numba
 
-            return Collocation(machine)
+            return Collocation(machine, tolerance)

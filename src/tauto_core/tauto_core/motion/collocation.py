@@ -1,9 +1,9 @@
-"""The general propagator: Gauss collocation of order 16 between events.
+"""The general propagator: Gauss collocation of order 16 in the turning frame, between events.
 
-Steps are binary fractions of a span; a step is halved when the error indicator (kernels) exceeds
-the tolerance or the iteration does not converge, and events – turning points where drag or an
-escapement need them, the kink of a cam, impulses, the cam's edge, a slack thread – are stepped
-to, never over.
+A span is one step or more, none longer than `longest_step_s`; steps are halved when the error
+estimate exceeds the tolerance or the iteration does not converge, and events – turning points
+where drag is not smooth, the kink of a cam, impulses, the cam's edge, a slack thread – are
+stepped to, never over.
 """
 
 from __future__ import annotations
@@ -13,24 +13,21 @@ import math
 import numpy as np
 
 from tauto_core.machines import Machine
-from tauto_core.motion import kernels
+from tauto_core.motion import events, stepping
+from tauto_core.motion.arc_length import arc_shape
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
+from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
+from tauto_core.motion.step_size import error_factor, longest_step, reference_frequency
+from tauto_core.motion.turning import make_memory
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
 NAME = 'collocation'
 
-TOLERANCE = 1e-10
-"""Error indicator allowed a step where the well is analytic.
-
-The indicator is the relative error of the stage polynomial, of order 8; that of the step goes
-with the square of it, which leaves 1e-12 with a wide margin.
-"""
-
-SPLINE_TOLERANCE = 1e-13
-"""The same where the lever arm is a spline, whose joints break the square law."""
+TOLERANCE = 2e-12
+"""Error allowed a step, relative to the state, where the scene does not say."""
 
 
 def _or_none(value: float, unit: float) -> float | None:
@@ -42,15 +39,20 @@ class Collocation:
 
     name = NAME
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: Machine, tolerance: float | None = None) -> None:
         self._machine = machine
-        self._omega = machine.frequency
+        self._omega = reference_frequency(machine)
         self._lever = machine.cam.lever
-        spline = machine.cam.linear_rate is None and not machine.cam.kinked
-        self._tolerance = SPLINE_TOLERANCE if spline else TOLERANCE
-        self._floats = np.zeros(kernels.FLOATS)
-        self._ints = np.zeros(kernels.INTS, np.int64)
+        self._shape = arc_shape(machine)
+        self._factor = error_factor(machine, self._shape)
+        self._tolerance = TOLERANCE if tolerance is None else tolerance
+        self._floats = np.zeros(events.FLOATS)
+        self._ints = np.zeros(events.INTS, np.int64)
+        self._memory = make_memory(1, ROWS)
         self._start_angle = 0.0
+        self.longest_step_s = longest_step(
+            machine, self._shape, self._omega, factor=self._factor, tolerance=self._tolerance
+        )
 
     def _terms(self, moving_gravity: bool) -> tuple[object, ...]:
         """Return the machine's numbers per inertia, absent ones as None."""
@@ -77,7 +79,7 @@ class Collocation:
 
     @staticmethod
     def _outside(forcing: Forcing) -> tuple[object, ...]:
-        return forcing.length_s, forcing.neutral, forcing.case, forcing.gravity
+        return forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
@@ -85,11 +87,12 @@ class Collocation:
         Raises:
             PropagationError: the roll at the start puts the cam angle beyond the cam.
         """
-        row = np.empty((1, kernels.ROW))
-        kernels.release(
+        row = np.empty((1, stepping.ROW))
+        stepping.release(
             self._machine.release_angle,
+            (self._omega,),
             self._limits(),
-            (self._terms(forcing.gravity is not None), self._lever),
+            (self._terms(forcing.gravity is not None), self._lever, self._shape),
             self._outside(forcing),
             float(forcing.begin[0]),
             self._floats,
@@ -108,32 +111,34 @@ class Collocation:
         Raises:
             PropagationError: slack thread, edge of the cam, or no convergence.
         """
-        rows = np.empty((int(np.count_nonzero(forcing.logged)), kernels.ROW))
-        code, span, x = kernels.advance(
-            self._tolerance,
-            self._omega,
+        rows = np.empty((int(np.count_nonzero(forcing.logged)), stepping.ROW))
+        code, span, x = stepping.advance(
+            (self._tolerance, self._factor),
+            self.longest_step_s,
+            (self._omega,),
             self._limits(),
-            (self._terms(forcing.gravity is not None), self._lever),
+            (self._terms(forcing.gravity is not None), self._lever, self._shape),
             self._outside(forcing),
-            (forcing.begin, forcing.end, forcing.logged),
+            (forcing.begin, forcing.end, forcing.logged, forcing.tilt_end),
             self._floats,
             self._ints,
+            self._memory,
             rows,
         )
-        if code != kernels.OK:
+        if code != stepping.OK:
             left = (forcing.end[span] - x) * forcing.length_s[span]
             raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
         return self._motion(rows)
 
     def _failure(self, code: int, time_s: float) -> PropagationError:
-        if code == kernels.EDGE:
+        if code == stepping.EDGE:
             return edge_reached(self._machine, time_s)
-        if code == kernels.SLACK:
+        if code == stepping.SLACK:
             return thread_slack(time_s)
         return PropagationError(
             f'no convergence to the tolerance {self._tolerance:g} with steps of 2^-'
-            f'{kernels.MAX_LEVEL} of a sample interval (cam angle '
-            f'{self._floats[kernels.PSI]:.6g} rad). Raise ship.rate, or check drag and cam',
+            f'{stepping.MAX_LEVEL} of a sample interval (cam angle '
+            f'{self._floats[events.STATE]:.6g} rad). Raise ship.rate, or check drag and cam',
             time_s,
         )
 

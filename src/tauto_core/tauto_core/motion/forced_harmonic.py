@@ -59,6 +59,8 @@ class _Steps:
 class ForcedHarmonic:
     """Propagator of a linear well whose neutral line is the case's, underdamped."""
 
+    longest_step_s = 0.0
+
     name = NAME
 
     def __init__(self, machine: Machine) -> None:
@@ -106,7 +108,7 @@ class ForcedHarmonic:
         Raises:
             PropagationError: the edge of the cam.
         """
-        from tauto_core.motion.kernels import turn_and_add  # imports numba
+        from tauto_core.motion.turn_and_add import turn_and_add  # imports numba
 
         steps = self._divide(forcing)
         kind, responses = self._responses(forcing, steps)

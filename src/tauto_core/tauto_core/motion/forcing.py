@@ -1,6 +1,7 @@
 """What moves the machine from outside, as polynomials over short pieces of time.
 
-A piece is the time between two joints (motion samples); x runs from 0 to 1 over its `length_s`.
+A piece is the time between two joints (motion samples, neighbours or several apart); x runs from
+0 to 1 over its `length_s`.
 A span is the part of a piece, from `begin` to `end`, that a propagator covers at one go; spans
 follow each other without gaps and end where a sample must be logged.
 """
@@ -27,8 +28,13 @@ class Forcing:
         logged: whether the state at the span's end is wanted, (n,).
         neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m), or None
             where the platform lies still.
-        case: the same of the case's tilt α_c [rad]; None where it is the neutral line itself.
-        gravity: the same of the apparent gravity [m/s2]; None where the pull does not feel it.
+        tilt: the same of the neutral line's tilt in the case, γ − α_c [rad], (n, m'); None where
+            it is zero: the thread goes with the case, or the platform lies still. Unless drag or
+            an escapement feel it inside spans, only rows of logged spans and of the first span
+            of the run are filled, the others zero.
+        gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
+            feel it.
+        tilt_end: γ − α_c at the span's end [rad], (n,), of all spans; None where it is zero.
     """
 
     length_s: FloatArray
@@ -37,8 +43,9 @@ class Forcing:
     end_ns: IntArray
     logged: NDArray[np.bool_]
     neutral: FloatArray | None = None
-    case: FloatArray | None = None
+    tilt: FloatArray | None = None
     gravity: FloatArray | None = None
+    tilt_end: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -1,41 +1,50 @@
-"""Scenes: what they may contain, how they are read and written, and those that ship."""
+"""Scenes: what they may contain, how they are read and written, and those that ship.
 
-from tauto_core.scene.data import data_path
+The names are loaded at their first use: errors, which everything imports, need no pydantic.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from tauto_core.scene.errors import SceneError, TautoError
-from tauto_core.scene.loader import (
-    DEFAULT_SCENE,
-    load_scene,
-    parse_scene,
-    scene_yaml,
-    shipped_scenes,
-)
-from tauto_core.scene.models import (
-    CircularArcCam,
-    Clock,
-    Component,
-    ComponentsShip,
-    Drag,
-    DriftSettings,
-    Escapement,
-    ForcePower,
-    HoleCam,
-    HoleThread,
-    InvoluteCam,
-    Log,
-    Recorded,
-    RecordedShip,
-    Roll,
-    Scene,
-    Sea,
-    SeaShip,
-    SpringPower,
-    StillShip,
-    TableCam,
-    Trochlea,
-    VerticalThread,
-    Voyage,
-    WeightPower,
-)
+
+if TYPE_CHECKING:
+    from tauto_core.scene.data import data_path
+    from tauto_core.scene.loader import (
+        DEFAULT_SCENE,
+        load_scene,
+        parse_scene,
+        scene_yaml,
+        shipped_scenes,
+    )
+    from tauto_core.scene.models import (
+        CircularArcCam,
+        Clock,
+        Component,
+        ComponentsShip,
+        Drag,
+        DriftSettings,
+        Escapement,
+        ForcePower,
+        HoleCam,
+        HoleThread,
+        InvoluteCam,
+        Log,
+        Recorded,
+        RecordedShip,
+        Roll,
+        Scene,
+        Sea,
+        SeaShip,
+        Solver,
+        SpringPower,
+        StillShip,
+        TableCam,
+        Trochlea,
+        VerticalThread,
+        Voyage,
+        WeightPower,
+    )
 
 __all__ = [
     'DEFAULT_SCENE',
@@ -58,6 +67,7 @@ __all__ = [
     'SceneError',
     'Sea',
     'SeaShip',
+    'Solver',
     'SpringPower',
     'StillShip',
     'TableCam',
@@ -72,3 +82,16 @@ __all__ = [
     'scene_yaml',
     'shipped_scenes',
 ]
+
+_HOMES = ('data', 'models', 'loader')
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from the module that defines it."""
+    if name in __all__:
+        for home in _HOMES:
+            module = import_module(f'{__name__}.{home}')
+            if hasattr(module, name):
+                globals()[name] = getattr(module, name)
+                return globals()[name]
+    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')

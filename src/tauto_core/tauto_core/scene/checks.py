@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 LAST_STAMP_S = 2**31 - 1
 # The ship sends up to four samples beyond the end.
 SAMPLES_BEYOND_END = 4
+# Half a rounding is 1.1e-16, and a step makes several; 1e-3 of a swing is minutes a day.
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
 THREADS_OF_CAM = {
     'involute': ('vertical',),
@@ -39,6 +41,7 @@ def problems(scene: Scene) -> Iterator[Problem]:
         yield from _grids(scene)
     yield from _ship(scene)
     yield from _voyage(scene)
+    yield from _solver(scene)
 
 
 def _machine(scene: Scene) -> Iterator[Problem]:
@@ -266,4 +269,25 @@ def _voyage(scene: Scene) -> Iterator[Problem]:
             voyage.arrives_at,
             f'must be later than voyage.sails_at, {voyage.sails_at!r} s',
             'Give both from the start of the scene, in the order of the voyage.',
+        )
+
+
+def _solver(scene: Scene) -> Iterator[Problem]:
+    tolerance = None if scene.solver is None else scene.solver.tolerance
+    if tolerance is None or LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
+        return
+    if tolerance < LEAST_TOLERANCE:
+        yield Problem(
+            'solver.tolerance',
+            tolerance,
+            f'is below {LEAST_TOLERANCE:g}, the rounding of double precision, which no step '
+            'can meet',
+            f'Leave it out, or use {LEAST_TOLERANCE:g}.',
+        )
+    else:
+        yield Problem(
+            'solver.tolerance',
+            tolerance,
+            f'must be at most {LARGEST_TOLERANCE:g} of the swing in one step',
+            f'Leave it out, or use {LARGEST_TOLERANCE:g}.',
         )

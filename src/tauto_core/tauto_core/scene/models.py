@@ -291,6 +291,16 @@ class Log(Section):
     )
 
 
+class Solver(Section):
+    """What is asked of the numerical propagator; propagators in closed form ask nothing."""
+
+    tolerance: Number | None = Field(
+        default=None,
+        description="relative error allowed in one step, 1e-15 to 1e-3; the propagator's default "
+        'when left out',
+    )
+
+
 class Scene(Section):
     """A whole scene. Only `trochlea` and `duration` must be given."""
 
@@ -317,6 +327,7 @@ class Scene(Section):
         default=DriftSettings(), description='mapping: observation_interval, …'
     )
     log: Log = Field(default=Log(), description='mapping: interval, motion')
+    solver: Solver | None = Field(default=None, description='mapping: tolerance')
 
     @model_validator(mode='after')
     def _refuse_impossible_combinations(self) -> Scene:

@@ -1,10 +1,14 @@
 """The samples a moving clock still needs, and the forcing they make.
 
-A piece runs from one sample to the next. It is used as soon as its interpolation windows are
-complete: at most four samples later, so that stages may lag by `LOOKAHEAD` samples.
+A piece runs from one sample to the next or over several. It is used as soon as its interpolation
+windows are complete: at most four samples after its end, so that stages may lag by `LOOKAHEAD`
+samples.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +16,14 @@ from numpy.typing import NDArray
 from tauto_core.motion.forcing import Forcing
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.imu import attitude
+from tauto_core.ship.imu import plain
 from tauto_core.ship.interpolation import (
     FORCE_BEFORE,
     FORCE_POINTS,
+    MAX_STRIDE,
     ROLL_BEFORE,
     ROLL_POINTS,
+    Pieces,
     polynomials,
 )
 
@@ -25,6 +31,8 @@ BRIDGED_STEPS = 1.5
 CROWDED_PART = 4
 """A sample less than this part of a step after the last one is left out: polynomials through
 roll and roll rate at two instants δ apart multiply their noise by (step/δ)³."""
+
+_LATEST_NS = 2**63 - 1
 
 
 class MotionBuffer:
@@ -36,7 +44,12 @@ class MotionBuffer:
         still: the platform lies still: samples only pace the run.
         step_ns: nominal time between samples; longer pieces count as bridged, samples that crowd
             within a quarter of it (or of the last step, where shorter) are left out [ns].
-        max_gap_s: longest piece that is interpolated; None where samples only pace [s].
+        max_gap_s: longest time between samples that is interpolated; None where samples only
+            pace [s].
+        stride: samples that a piece spans, 1 to 8, where they are evenly spaced and no logged
+            instant falls inside.
+        tilt_inside: the neutral line's tilt in the case is wanted within all spans, not only
+            at the start and at logged ends.
     """
 
     def __init__(
@@ -47,74 +60,93 @@ class MotionBuffer:
         still: bool,
         step_ns: int,
         max_gap_s: float | None,
+        stride: int = 1,
+        tilt_inside: bool = True,
     ) -> None:
+        if not 1 <= stride <= MAX_STRIDE:
+            raise ValueError(f'stride = {stride}: must lie in [1, {MAX_STRIDE}]')
         self._apparent_vertical = apparent_vertical and not still
         self._apparent_gravity = apparent_gravity and not still
         self._still = still
         self._step_ns = step_ns
-        self._max_gap_s = max_gap_s
+        self._max_gap_ns = _LATEST_NS if max_gap_s is None else round(max_gap_s * 1e9)
+        self._stride = stride
+        self._tilt_inside = tilt_inside
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
         self._first = 0
         self._next = 0
-        self._rolls = 0
+        self._turns = 0
         self._last_roll = 0.0
         self.bridged = 0
         self.crowded = 0
 
     def add(self, imu: ImuSamples, origin_ns: int) -> None:
         """Take screened samples; times count from the origin."""
-        kept = self._spaced(imu.stamp_ns - origin_ns)
-        self.crowded += len(kept) - int(np.count_nonzero(kept))
-        if not kept.any():
+        times = imu.stamp_ns - origin_ns
+        kept = self._spaced(times)
+        if kept is not None:
+            self.crowded += len(kept) - int(np.count_nonzero(kept))
+            imu, times = take(imu, kept), times[kept]
+        if not len(times):
             return
-        imu = take(imu, kept)
-        self._times = np.concatenate([self._times, imu.stamp_ns - origin_ns])
+        self._times = np.concatenate([self._times, times])
         if self._data:
             new = self._channel_values(imu)
             for name, known in self._data.items():
                 self._data[name] = np.concatenate([known, new[name]])
 
     def _channels(self) -> tuple[str, ...]:
-        """Return the names of what has to be interpolated."""
+        """Return the names of what is kept: `line` is the neutral line's direction."""
         if self._still:
             return ()
-        tilt = ('tilt',) if self._apparent_vertical else ()
-        gravity = ('gravity',) if self._apparent_gravity else ()
-        return ('roll', 'roll_rate', *tilt, *gravity)
+        line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
+        return (*line, 'gravity') if self._apparent_gravity else line
 
     def _channel_values(self, imu: ImuSamples) -> dict[str, FloatArray]:
-        felt = attitude(imu)
-        rolls = self._rolls + np.cumsum(self._wraps(felt.roll))
-        self._rolls, self._last_roll = int(rolls[-1]), float(felt.roll[-1])
-        # A force that would throw the weight out of the top of the case counts as negative: the
-        # pull then passes through zero smoothly, and the slack thread is found there.
-        up = np.where(felt.force_z < 0.0, -1.0, 1.0)
-        new = {'roll': felt.roll + 2.0 * np.pi * rolls, 'roll_rate': felt.roll_rate}
+        from tauto_core.ship import kernels  # numba
+
+        n = len(imu.stamp_ns)
+        orientation = plain(imu.orientation)
+        sine, cosine = np.empty(n), np.empty(n)
+        kernels.roll_vector(orientation, sine, cosine)
+        roll = np.arctan2(sine, cosine)
+        self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
+        new = {'line': roll}
+        if not self._apparent_vertical:
+            new['line_rate'] = np.empty(n)
+            kernels.roll_rate(
+                orientation, plain(imu.angular_velocity), sine, cosine, new['line_rate']
+            )
+        if self._apparent_vertical or self._apparent_gravity:
+            # A force that would throw the weight out of the top of the case counts as negative:
+            # the pull then passes through zero smoothly, and the slack thread is found there.
+            np.copyto(sine, imu.linear_acceleration[:, 1])
+            np.copyto(cosine, imu.linear_acceleration[:, 2])
+            new['gravity'] = np.empty(n)
+            kernels.force_vector(sine, cosine, new['gravity'])
         if self._apparent_vertical:
-            new['tilt'] = np.arctan2(-up * felt.force_y, up * felt.force_z)
-        if self._apparent_gravity:
-            new['gravity'] = up * np.hypot(felt.force_y, felt.force_z)
+            new['tilt'] = np.arctan2(sine, cosine)
+            roll += new['tilt']
         return new
 
-    def _spaced(self, times: IntArray) -> NDArray[np.bool_]:
-        """Return which samples keep their distance, judged by the nominal or the last step."""
+    def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
+        """Return which samples keep their distance from the last step or the nominal one.
+
+        None: all do.
+        """
+        least = -(-self._step_ns // CROWDED_PART)
+        new = len(self._times) == 0 or times[0] - self._times[-1] >= least
+        if self._still or (new and np.all(times[1:] - times[:-1] >= least)):
+            return None
         past = [int(time) for time in self._times[-2:]]
         kept = np.ones(len(times), np.bool_)
-        distances = np.diff(times, prepend=self._times[-1:])
-        if self._still or np.all(CROWDED_PART * distances >= self._step_ns):
-            return kept
         for i, time in enumerate(times.tolist()):
             step = min(self._step_ns, past[-1] - past[-2]) if len(past) == 2 else self._step_ns
             kept[i] = not past or CROWDED_PART * (time - past[-1]) >= step
             if kept[i]:
                 past = [*past[-1:], time]
         return kept
-
-    def _wraps(self, roll: FloatArray) -> IntArray:
-        """Return by how many turns each roll must be shifted more than the one before it."""
-        jump = np.diff(roll, prepend=self._last_roll)
-        return np.where(jump < -np.pi, 1, np.where(jump > np.pi, -1, 0))
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
         """Return the forcing over the pieces that are complete, None where there is none.
@@ -128,99 +160,82 @@ class MotionBuffer:
             PropagationError: the next piece is longer than `max_gap_s`; the call before gave
                 all that comes before it.
         """
-        pieces = self._before_gap(self._ready(end_ns, final=final))
-        if not len(pieces):
+        end = _LATEST_NS if end_ns is None else end_ns
+        pieces = self._ready(log_ns, end, final=final)
+        if not len(pieces.begin):
             return None
-        times = self._times
-        stop = times[pieces[-1] + 1] if end_ns is None else min(times[pieces[-1] + 1], end_ns)
-        start = times[pieces[0]]
-        logs = np.arange(start // log_ns + 1, stop // log_ns + 1) * log_ns
-        joints = times[pieces + 1]
-        ends = _merged(joints[joints <= stop], logs)
-        begins = np.concatenate([[start], ends[:-1]])
-        piece = np.searchsorted(times, begins, 'right') - 1
-        length = times[piece + 1] - times[piece]
-        spans = Forcing(
-            length_s=np.asarray(length * 1e-9, np.float64),
-            begin=(begins - times[piece]) / length,
-            end=(ends - times[piece]) / length,
-            end_ns=ends,
-            logged=ends % log_ns == 0,
-            **self._polynomials(piece, final=final),
-        )
-        self._next = self._first + int(pieces[-1]) + 1
+        starts, stops = self._times[pieces.begin], self._times[pieces.end]
+        logs = np.arange(starts[0] // log_ns + 1, min(stops[-1], end) // log_ns + 1) * log_ns
+        at = np.searchsorted(stops, logs)
+        if stops[-1] <= end and np.array_equal(stops[at], logs):
+            spans, piece = _whole(starts, stops, at), None
+        else:
+            spans, piece = _cut(starts, stops, log_ns, end)
+        if not self._still:
+            spans = replace(spans, **self._polynomials(pieces, piece, spans))
+        self._next = self._first + int(pieces.end[-1])
         self._forget()
         return spans
 
-    def _windows(self) -> tuple[tuple[int, int], ...]:
-        """Return (samples before the piece, samples in all) of the windows in use."""
-        roll = (ROLL_BEFORE, ROLL_POINTS)
-        if self._apparent_vertical or self._apparent_gravity:
-            return roll, (FORCE_BEFORE, FORCE_POINTS)
-        return (roll,)
-
-    def _ready(self, end_ns: int | None, *, final: bool) -> IntArray:
-        """Return the indices of the complete pieces not yet used, in the buffer."""
-        index = np.arange(self._next - self._first, len(self._times) - 1)
-        if not self._still and not final:
-            for before, points in self._windows():
-                last = np.maximum(index + self._first - before, 0) + points - 1
-                index = index[last < self._first + len(self._times)]
-        if end_ns is not None:
-            index = index[self._times[index] < end_ns]
-        return index
-
-    def _before_gap(self, pieces: IntArray) -> IntArray:
-        """Return the pieces before the first that is too long; raise where that is the first."""
-        length = self._times[pieces + 1] - self._times[pieces]
-        if self._max_gap_s is not None:
-            long = np.flatnonzero(length > self._max_gap_s * 1e9)
-            if len(long) and long[0] == 0:
-                raise PropagationError(
-                    f'no ship motion for {length[0] * 1e-9:.6g} s; at most '
-                    f'{self._max_gap_s:g} s are interpolated. Repair the source of ship/imu and '
-                    'start again',
-                    float(self._times[pieces[0]] * 1e-9),
-                )
-            if len(long):
-                pieces, length = pieces[: long[0]], length[: long[0]]
-        self.bridged += int(np.count_nonzero(length > BRIDGED_STEPS * self._step_ns))
-        return pieces
-
-    def _polynomials(self, piece: IntArray, *, final: bool) -> dict[str, FloatArray | None]:
+    def _ready(self, log_ns: int, end_ns: int, *, final: bool) -> Pieces:
+        """Return the complete pieces not yet used, up to the first gap; raise where it is next."""
+        times, begin = self._times, self._next - self._first
+        bridged_ns = int(BRIDGED_STEPS * self._step_ns)
         if self._still:
-            return {}
-        width = max(2 * ROLL_POINTS, FORCE_POINTS)
-        roll = self._channel('roll', 'roll_rate', ROLL_BEFORE, ROLL_POINTS, piece, width, final)
-        result: dict[str, FloatArray | None] = {'neutral': roll}
-        force = (FORCE_BEFORE, FORCE_POINTS, piece, width, final)
-        if self._apparent_vertical:
-            result['case'] = roll
-            result['neutral'] = roll + self._channel('tilt', None, *force)
-        if self._apparent_gravity:
-            result['gravity'] = self._channel('gravity', None, *force)
-        return result
+            index = np.arange(begin, len(times) - 1)
+            index = index[times[index] < end_ns]
+            self.bridged += int(np.count_nonzero(times[index + 1] - times[index] > bridged_ns))
+            return Pieces(index, index + 1, np.zeros(len(index), np.bool_))
+        from tauto_core.ship.fitting import choose_pieces  # imports numba
 
-    def _channel(
-        self,
-        name: str,
-        rate: str | None,
-        before: int,
-        points: int,
-        piece: IntArray,
-        width: int,
-        final: bool,
-    ) -> FloatArray:
-        have = self._first + len(self._times)
-        points = min(points, have)
-        first = np.maximum(piece + self._first - before, 0)
-        if final:
-            first = np.minimum(first, have - points)
-        slopes = None if rate is None else self._data[rate]
-        found = polynomials(
-            self._times, self._data[name], slopes, first - self._first, points, piece
+        force = self._apparent_vertical or self._apparent_gravity
+        window = (FORCE_BEFORE, FORCE_POINTS) if force else (ROLL_BEFORE, ROLL_POINTS)
+        limits = (bridged_ns, self._max_gap_ns)
+        first, last, regular, bridged, gap = choose_pieces(
+            times, self._first, begin, self._stride, window, log_ns, end_ns, limits, final
         )
-        return np.pad(found, ((0, 0), (0, width - found.shape[1])))
+        if gap and not len(first):
+            raise PropagationError(
+                f'no ship motion for {(times[begin + 1] - times[begin]) * 1e-9:.6g} s; at most '
+                f'{self._max_gap_ns * 1e-9:g} s are interpolated. Repair the source of ship/imu '
+                'and start again',
+                float(times[begin] * 1e-9),
+            )
+        self.bridged += bridged
+        return Pieces(first, last, regular)
+
+    def _polynomials(
+        self, pieces: Pieces, piece: IntArray | None, spans: Forcing
+    ) -> dict[str, Any]:
+        """Return the coefficients over each span's piece, and the tilt at the ends."""
+        found = {'neutral': self._channel('line', self._data.get('line_rate'), pieces)}
+        if self._apparent_vertical and self._tilt_inside:
+            found['tilt'] = self._channel('tilt', None, pieces)
+        elif self._apparent_vertical:
+            asked = spans.logged | (spans.end < 1.0)
+            asked[0] |= self._next == 0
+            rows = np.flatnonzero(asked) if piece is None else np.unique(piece[asked])
+            some = self._channel('tilt', None, pieces.part(rows))
+            found['tilt'] = np.zeros((len(pieces.begin), some.shape[1]))
+            found['tilt'][rows] = some
+        if self._apparent_gravity:
+            found['gravity'] = self._channel('gravity', None, pieces)
+        ends = pieces.end
+        if piece is not None:
+            found, ends = {name: c[piece] for name, c in found.items()}, ends[piece]
+        if 'tilt' in found:
+            found['tilt_end'] = _at_ends(spans, found['tilt'], self._data['tilt'][ends])
+        return found
+
+    def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
+        return polynomials(
+            self._times,
+            self._data[name],
+            rates,
+            pieces,
+            stride=self._stride,
+            offset=self._first,
+        )
 
     def _forget(self) -> None:
         """Drop the samples no later window can reach."""
@@ -236,7 +251,7 @@ class MotionBuffer:
             'data': {name: values.copy() for name, values in self._data.items()},
             'first': self._first,
             'next': self._next,
-            'rolls': self._rolls,
+            'turns': self._turns,
             'last_roll': self._last_roll,
             'bridged': self.bridged,
             'crowded': self.crowded,
@@ -247,13 +262,46 @@ class MotionBuffer:
         self._times = np.array(state['times'])
         self._data = {name: np.array(values) for name, values in state['data'].items()}
         self._first, self._next = state['first'], state['next']
-        self._rolls, self._last_roll = state['rolls'], state['last_roll']
+        self._turns, self._last_roll = state['turns'], state['last_roll']
         self.bridged, self.crowded = state['bridged'], state['crowded']
 
 
-def _merged(joints: IntArray, logs: IntArray) -> IntArray:
-    """Return two increasing arrays as one; mostly the second is part of the first."""
-    places = np.searchsorted(joints, logs)
-    inside = places < len(joints)
-    new = np.concatenate([logs[inside][joints[places[inside]] != logs[inside]], logs[~inside]])
-    return joints if not len(new) else np.union1d(joints, new)
+def _whole(starts: IntArray, stops: IntArray, at_logs: IntArray) -> Forcing:
+    """Return a span for each piece."""
+    n = len(starts)
+    logged = np.zeros(n, np.bool_)
+    logged[at_logs] = True
+    length_s = np.asarray((stops - starts) * 1e-9, np.float64)
+    return Forcing(length_s, np.zeros(n), np.ones(n), stops, logged)
+
+
+def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:
+    """Return pieces cut at logged instants and at the end, and the piece of each span."""
+    until = np.minimum(stops, end_ns)
+    passed = starts // log_ns
+    inside = (until - 1) // log_ns - passed
+    piece = np.repeat(np.arange(len(starts)), inside + 1)
+    to_last = np.arange(1, len(piece) + 1) - np.cumsum(inside + 1)[piece]
+    logs = (passed + inside + 1)[piece] + to_last
+    ends = np.where(to_last < 0, logs * log_ns, until[piece])
+    begins = np.concatenate([starts[:1], ends[:-1]])
+    start, length = starts[piece], (stops - starts)[piece]
+    spans = Forcing(
+        length_s=np.asarray(length * 1e-9, np.float64),
+        begin=(begins - start) / length,
+        end=(ends - start) / length,
+        end_ns=ends,
+        logged=ends % log_ns == 0,
+    )
+    return spans, piece
+
+
+def _at_ends(spans: Forcing, coefficients: FloatArray, samples: FloatArray) -> FloatArray:
+    """Return a channel at the ends of the spans: that of the sample where one is there."""
+    between = np.flatnonzero(spans.end < 1.0)
+    if len(between):
+        value = np.zeros(len(between))
+        for coefficient in coefficients[between].T[::-1]:
+            value = value * spans.end[between] + coefficient
+        samples[between] = value
+    return samples

@@ -6,12 +6,16 @@ about x: starboard down is positive. Equations: theory E1.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, take
+
+A = TypeVar('A', FloatArray, IntArray)
 
 FRAME_ID = 'clock_mount'
 
@@ -19,6 +23,11 @@ FRAME_ID = 'clock_mount'
 ORIENTATION_VARIANCE = 1e-12  # rad2
 ANGULAR_VELOCITY_VARIANCE = 1e-12  # rad2/s2
 SPECIFIC_FORCE_VARIANCE = 1e-10  # m2/s4
+
+_COVARIANCES = tuple(
+    variance * np.eye(3).ravel()
+    for variance in (ORIENTATION_VARIANCE, ANGULAR_VELOCITY_VARIANCE, SPECIFIC_FORCE_VARIANCE)
+)
 
 NORM_TOLERANCE = 1e-3
 SMALLEST_NORM = 1e-6
@@ -73,25 +82,31 @@ def imu_from_roll(
         force_y: specific force along the ship's y [m/s2], shape (n,).
         force_z: specific force along the ship's z [m/s2], shape (n,).
     """
-    n = len(stamp_ns)
     half = 0.5 * np.ascontiguousarray(roll)
-    orientation = np.zeros((n, 4))
-    orientation[:, 0] = np.sin(half)
-    orientation[:, 3] = np.cos(half)
-    angular_velocity = np.zeros((n, 3))
-    angular_velocity[:, 0] = roll_rate
-    force = np.zeros((n, 3))
-    force[:, 1] = force_y
-    force[:, 2] = force_z
+    imu = _filled_later(stamp_ns, np.zeros)
+    imu.orientation[:, 0] = np.sin(half)
+    imu.orientation[:, 3] = np.cos(half)
+    imu.angular_velocity[:, 0] = roll_rate
+    imu.linear_acceleration[:, 1] = force_y
+    imu.linear_acceleration[:, 2] = force_z
+    return imu
+
+
+def _filled_later(
+    stamp_ns: IntArray, array: Callable[[tuple[int, int]], FloatArray]
+) -> ImuSamples:
+    """Return samples with the covariances of this module and arrays to be filled."""
+    n = len(stamp_ns)
+    orientation, angular_velocity, force = (np.broadcast_to(row, (n, 9)) for row in _COVARIANCES)
     return ImuSamples(
         stamp_ns,
         FRAME_ID,
+        array((n, 4)),
         orientation,
-        _diagonal(n, ORIENTATION_VARIANCE),
+        array((n, 3)),
         angular_velocity,
-        _diagonal(n, ANGULAR_VELOCITY_VARIANCE),
+        array((n, 3)),
         force,
-        _diagonal(n, SPECIFIC_FORCE_VARIANCE),
     )
 
 
@@ -99,7 +114,7 @@ def imu_samples(
     stamp_ns: IntArray,
     roll: FloatArray,
     roll_rate: FloatArray,
-    roll_acceleration: FloatArray,
+    roll_acceleration: FloatArray | None,
     heave_acceleration: FloatArray | None,
     height: float,
     gravity: float,
@@ -115,19 +130,26 @@ def imu_samples(
         stamp_ns: true time of each sample [ns], shape (n,).
         roll: rho [rad], shape (n,).
         roll_rate: rho' [rad/s], shape (n,).
-        roll_acceleration: rho'' [rad/s2], shape (n,).
+        roll_acceleration: rho'' [rad/s2], shape (n,); None: not felt, since the height is 0.
         heave_acceleration: z_s'' of the roll axis [m/s2], shape (n,); None: no heave.
         height: z0 of the clock above the roll axis [m].
         gravity: g [m/s2].
     """
-    roll = np.ascontiguousarray(roll)
-    weight = gravity if heave_acceleration is None else gravity + heave_acceleration
-    force_y = weight * np.sin(roll)
-    force_z = weight * np.cos(roll)
-    if height != 0.0:
-        force_y = force_y - height * roll_acceleration
-        force_z = force_z - height * (roll_rate * roll_rate)
-    return imu_from_roll(stamp_ns, roll, roll_rate, force_y, force_z)
+    from tauto_core.ship.kernels import encode  # imports numba
+
+    imu = _filled_later(stamp_ns, np.empty)
+    encode(
+        np.ascontiguousarray(roll),
+        np.ascontiguousarray(roll_rate),
+        None if height == 0.0 else roll_acceleration,
+        heave_acceleration,
+        height,
+        gravity,
+        imu.orientation,
+        imu.angular_velocity,
+        imu.linear_acceleration,
+    )
+    return imu
 
 
 def attitude(imu: ImuSamples) -> Attitude:
@@ -163,7 +185,9 @@ def attitude(imu: ImuSamples) -> Attitude:
     )
 
 
-def screen(imu: ImuSamples, last_stamp_ns: int | None) -> tuple[ImuSamples, dict[str, int]]:
+def screen(
+    imu: ImuSamples, last_stamp_ns: int | None, *, compiled: bool = False
+) -> tuple[ImuSamples, dict[str, int]]:
     """Return the samples that may be integrated, and how many were refused for what.
 
     Each refused sample counts once, under the first of `REFUSALS` that applies:
@@ -177,15 +201,51 @@ def screen(imu: ImuSamples, last_stamp_ns: int | None) -> tuple[ImuSamples, dict
     Args:
         imu: samples as they came.
         last_stamp_ns: stamp of the last sample kept before these; None: none was.
+        compiled: see first, in one compiled pass (numba), whether nothing is to be refused.
 
     Returns:
         The samples kept, stamps strictly increasing, and the counts by name (all names, always).
         The split into batches does not matter if `last_stamp_ns` is carried along.
     """
+    if compiled and len(imu.stamp_ns) and _nothing_refused(imu, last_stamp_ns):
+        return imu, dict.fromkeys(REFUSALS, 0)
     reasons = refusal_reasons(imu, last_stamp_ns)
     totals = np.bincount(reasons, minlength=1 + len(REFUSALS))
     counts = {name: int(total) for name, total in zip(REFUSALS, totals[1:], strict=True)}
     return (imu if totals[0] == len(reasons) else take(imu, reasons == 0)), counts
+
+
+def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
+    """Return whether all samples are good by a margin that rounding does not reach."""
+    from tauto_core.ship.kernels import all_good  # imports numba
+
+    covariances = (
+        imu.orientation_covariance,
+        imu.angular_velocity_covariance,
+        imu.linear_acceleration_covariance,
+    )
+    good: bool = not any(map(_absent_somewhere, covariances)) and all_good(
+        plain(imu.stamp_ns),
+        -1 if last_stamp_ns is None else last_stamp_ns,
+        plain(imu.orientation),
+        plain(imu.angular_velocity),
+        plain(imu.linear_acceleration),
+        (1.0 - 0.999 * NORM_TOLERANCE, 1.0 + 0.999 * NORM_TOLERANCE),
+        1.001 * SMALLEST_COS_PITCH,
+    )
+    return good
+
+
+def _absent_somewhere(covariance: FloatArray) -> bool:
+    """Return whether any covariance says that the quantity is absent."""
+    first = covariance[:1, 0] if covariance.strides[0] == 0 else covariance[:, 0]
+    return bool(np.any(first == -1.0))
+
+
+def plain(array: A) -> A:
+    """Return an array as compiled functions take it: contiguous and writable, mostly itself."""
+    flags = array.flags
+    return array if flags.c_contiguous and flags.writeable else array.copy()
 
 
 def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
@@ -232,8 +292,3 @@ def _content_problems(imu: ImuSamples) -> list[NDArray[np.bool_]]:
         not_unit,
         cos_pitch < SMALLEST_COS_PITCH,
     ]
-
-
-def _diagonal(n: int, variance: float) -> FloatArray:
-    """Return n read-only row-major 3 by 3 diagonal matrices, shape (n, 9)."""
-    return np.broadcast_to(variance * np.eye(3).ravel(), (n, 9))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.samples import ImuSamples, IntArray, State
+from tauto_core.samples import ImuSamples, State
 from tauto_core.scene import Component, ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
 from tauto_core.ship.imu import imu_from_roll, imu_samples
 from tauto_core.ship.recorded import recorded_metadata, recorded_motion
@@ -48,6 +48,7 @@ class ShipMotion:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
+        self._starts_at_ns, self._step_ns = scene.starts_at_ns, scene.step_ns
         self._next = 0
         channels = _channels(scene)
         still = channels.roll is None
@@ -55,7 +56,8 @@ class ShipMotion:
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
         self.warnings = channels.warnings
         measured = channels.force_y is not None
-        self._roll = _sampled(channels.roll, scene, (0, 1) if measured else (0, 1, 2))
+        turned = measured or scene.ship.height == 0.0
+        self._roll = _sampled(channels.roll, scene, (0, 1) if turned else (0, 1, 2))
         self._heave = _sampled(channels.heave, scene, (2,))
         self._force_y = _sampled(channels.force_y, scene, (0,))
         self._force_z = _sampled(channels.force_z, scene, (0,))
@@ -87,8 +89,7 @@ class ShipMotion:
 
     def _samples(self, first: int, last: int) -> ImuSamples:
         scene = self._scene
-        step = scene.step_ns
-        stamps: IntArray = scene.starts_at_ns + step * np.arange(first, last, dtype=np.int64)
+        stamps = self._starts_at_ns + self._step_ns * np.arange(first, last, dtype=np.int64)
         if self._roll is None or first == last:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, zero + scene.gravity)
@@ -97,9 +98,9 @@ class ShipMotion:
             force_y, force_z = (f.between(first, last)[0] for f in (self._force_y, self._force_z))
             return imu_from_roll(stamps, roll[0], roll[1], force_y, force_z)
         heave = None if self._heave is None else self._heave.between(first, last)[0]
-        value, rate, acceleration = roll
+        acceleration = roll[2] if len(roll) > 2 else None
         return imu_samples(
-            stamps, value, rate, acceleration, heave, scene.ship.height, scene.gravity
+            stamps, roll[0], roll[1], acceleration, heave, scene.ship.height, scene.gravity
         )
 
 

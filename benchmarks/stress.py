@@ -1,0 +1,104 @@
+"""Numerical stability: a table of what was measured and the limit it must keep.
+
+    .venv/bin/python benchmarks/stress.py [SECTION ...]
+
+Without sections all are run, most of the time 1e8 oscillations. A section that is run alone
+replaces its rows in benchmarks/stress.json and leaves the others with their date. Exits with 1
+if a row of the table is out of its limits.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import stress_drift
+import stress_land
+import stress_order
+import stress_sea
+import stress_search
+from stress_cases import Row
+
+RESULTS = Path(__file__).with_suffix('.json')
+LIBRARIES = ('numpy', 'scipy', 'numba', 'llvmlite', 'hypothesis')
+
+SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
+    'drift': (partial(stress_drift.weight_driven, 1e8), partial(stress_drift.isochronous, 1e5, 8)),
+    'land': (
+        stress_land.reversal,
+        stress_land.tolerances,
+        stress_order.order,
+        stress_land.amplitudes,
+        stress_land.mass_ratios,
+        stress_land.springs_and_holes,
+        stress_land.drag,
+        stress_land.escapement,
+    ),
+    'sea': (stress_sea.strong_roll, stress_sea.resonance, stress_sea.rates, stress_sea.ratios),
+    'search': (partial(stress_search.search, 200),),
+}
+
+
+def measure(section: str) -> dict[str, Any]:
+    """Return the rows of a section, with date and time taken."""
+    began = time.perf_counter()
+    rows = []
+    for part in SECTIONS[section]:
+        for row in part():
+            rows.append(
+                {
+                    'name': row.name,
+                    'setting': row.setting,
+                    'measured': float(f'{row.measured:.4g}')
+                    if math.isfinite(row.measured)
+                    else None,
+                    'limit': row.limit,
+                    'holds': row.holds,
+                }
+            )
+            mark = '' if row.holds else '   BROKEN'
+            print(
+                f'{row.name} | {row.setting} | {row.measured:.3g} | {row.limit}{mark}', flush=True
+            )
+    return {
+        'date': datetime.now(UTC).date().isoformat(),
+        'run_s': round(time.perf_counter() - began, 1),
+        'machine': {
+            'cpus': os.cpu_count(),
+            'processor': platform.machine(),
+            'python': platform.python_version(),
+            **{name: version(name) for name in LIBRARIES},
+        },
+        'rows': rows,
+    }
+
+
+def main(wanted: list[str]) -> int:
+    """Measure, print and write down; return 1 if a limit is broken, 2 for an unknown section."""
+    unknown = [section for section in wanted if section not in SECTIONS]
+    if unknown:
+        print(f'{unknown[0]!r} is no section; there are {", ".join(SECTIONS)}', file=sys.stderr)
+        return 2
+    for section in wanted or SECTIONS:
+        found = measure(section)
+        # read again: another process may have measured another section meanwhile
+        known = json.loads(RESULTS.read_text('utf-8')) if RESULTS.exists() else {}
+        known[section] = found
+        ordered = {name: known[name] for name in SECTIONS if name in known}
+        RESULTS.write_text(json.dumps(ordered, indent=2) + '\n', 'utf-8')
+    table = json.loads(RESULTS.read_text('utf-8'))
+    return int(not all(row['holds'] for part in table.values() for row in part['rows']))
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,164 @@
+"""What the rows of the stress table are made of: machines, runs on land and at sea."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import yaml
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import Machine, compile_machine
+from tauto_core.motion import Forcing
+from tauto_core.motion.collocation import Collocation
+from tauto_core.samples import SHIP_IMU, Batches, FloatArray
+from tauto_core.scene import Scene, parse_scene
+from tauto_core.ship import ShipMotion
+
+INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table: what was measured, and between which limits it must lie.
+
+    NaN lies between none.
+    """
+
+    name: str
+    setting: str
+    measured: float
+    high: float
+    low: float = -math.inf
+
+    @property
+    def holds(self) -> bool:
+        """Whether the figure is within its limits."""
+        return bool(self.low <= self.measured <= self.high)
+
+    @property
+    def limit(self) -> str:
+        """The limits in words."""
+        if self.low == -math.inf:
+            return f'<= {self.high:.3g}'
+        return f'{self.low:.3g} to {self.high:.3g}'
+
+
+VERTICAL = {'kind': 'vertical'}
+HOLE = {'kind': 'hole', 'distance': 0.08}
+INVOLUTE = {'kind': 'involute', 'base_radius': LEVER_RATE}
+HOLE_CAM = {'kind': 'hole', 'lever_rate': LEVER_RATE}
+ARC = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
+
+
+def weight(ratio: float) -> dict[str, Any]:
+    """Return the weight on the involute with m r^2/I = ratio; r^2 is that of the base circle."""
+    mass = ratio * INERTIA / LEVER_RATE**2
+    return {'cam': INVOLUTE, 'thread': VERTICAL, 'power': {'kind': 'weight', 'mass': mass}}
+
+
+WELLS: dict[str, dict[str, Any]] = {
+    'weight': weight(0.5),
+    'arc': {'cam': ARC, 'thread': VERTICAL, 'power': {'kind': 'force', 'force': FORCE}},
+    'spring': {
+        'cam': HOLE_CAM,
+        'thread': HOLE,
+        'power': {'kind': 'spring', 'force': FORCE, 'stiffness': 50.0},
+    },
+}
+"""Conservative wells that are far from harmonic, each in its own way."""
+
+
+def scene_of(trochlea: dict[str, Any] | None = None, **sections: Any) -> Scene:
+    """Return Euler's second cam with a force, released at 1 rad on land, with what is given."""
+    base = {
+        'name': 'stress',
+        'duration': 60.0,
+        'log': {'interval': 1.0},
+        'trochlea': {
+            'inertia': INERTIA,
+            'cam': HOLE_CAM,
+            'thread': HOLE,
+            'power': {'kind': 'force', 'force': FORCE},
+            'release_angle': 1.0,
+            **(trochlea or {}),
+        },
+    }
+    return parse_scene(yaml.safe_dump({**base, **sections}), 'stress')
+
+
+def machine_of(trochlea: dict[str, Any] | None = None, **sections: Any) -> Machine:
+    """Return the machine of such a scene."""
+    return compile_machine(scene_of(trochlea, **sections))
+
+
+def rolling(*components: tuple[float, float, float], **more: Any) -> dict[str, Any]:
+    """Return a ship that rolls by (amplitude [rad], period [s], phase [rad]) about the clock."""
+    keys = ('amplitude', 'period', 'phase')
+    roll = [dict(zip(keys, component, strict=True)) for component in components]
+    return {'kind': 'components', 'components': roll, 'height': 0.0, **more}
+
+
+def sail(scene: Scene, *, chunk: int | None = None) -> Batches:
+    """Return all that the trochlea says in a scene, fed at once or so many samples at a time."""
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    said: list[Batches] = []
+    while len((imu := ship.produce(chunk or ship.total)).stamp_ns):
+        said.append(stage.feed({SHIP_IMU: imu}))
+    said.append(stage.finish())
+    return joined(said)
+
+
+def joined(batches: list[Batches]) -> Batches:
+    """Return batches, one after the other, as one."""
+    from tauto_core.samples import join
+
+    names = {name for batch in batches for name in batch}
+    return {name: join([batch[name] for batch in batches if name in batch]) for name in names}
+
+
+def land(step_s: float, count: int, every: int = 1) -> Forcing:
+    """Return spans of one step each on land, every so many of them logged."""
+    index = np.arange(1, count + 1)
+    ends_ns = np.round(index * (step_s * 1e9)).astype(np.int64)
+    return Forcing(
+        np.full(count, step_s), np.zeros(count), np.ones(count), ends_ns, index % every == 0
+    )
+
+
+def states(engine: Collocation, step_s: float, logs: int, every: int) -> FloatArray:
+    """Release on land; return the state (x, momentum per inertia) after every so many steps.
+
+    The engine keeps it in twofold numbers; long doubles hold more of them than doubles do, and
+    1e-19 is what they resolve.
+
+    Args:
+        engine: on land.
+        step_s: length of a step [s], no longer than the engine's own.
+        logs: how many states are wanted.
+        every: steps between them.
+
+    Returns:
+        Long doubles, shape (logs, 2).
+    """
+    spans = land(step_s, every, every)
+    engine.release(spans)
+    found = np.empty((logs, 4))
+    for k in range(logs):
+        engine.advance(spans)
+        found[k] = engine._floats[:4]
+    wide = found.astype(np.longdouble)
+    omega = np.longdouble(engine._omega)
+    return np.stack([wide[:, 0] + wide[:, 1], omega * (wide[:, 2] + wide[:, 3])], axis=1)
+
+
+def energy(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return M theta'^2/2 + V on land [J]."""
+    return 0.5 * machine.mass(angle) * rate**2 + machine.potential(angle)
+
+
+def exponent(lags: FloatArray, sizes: FloatArray) -> float:
+    """Return the slope of log size against log lag."""
+    return float(np.polyfit(np.log(lags), np.log(sizes), 1)[0])

@@ -1,0 +1,206 @@
+"""A search for a scene that breaks the engine: not a number, other bits in other chunks, errors.
+
+Every scene either runs or is refused with an error of Tauto that says why, and when. What runs
+is compared with the run at a thousandth of the tolerance: their distance is at most what the
+steps may lose between them, times the growth of a disturbance. In a conservative well that is the
+change of the swing's phase with its amplitude, linear in time; an impulse or a stop of friction
+moves with the state and adds its share. GROWTH a radian of phase bounds both on the scenes drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from stress_cases import ARC, FORCE, HOLE, HOLE_CAM, INVOLUTE, VERTICAL, Row, sail, scene_of
+
+from tauto_core.machines import compile_machine
+from tauto_core.samples import JOINT_STATES, PHASE, READING, Batches
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
+
+TOLERANCE = 1e-12
+DURATION_S = 20.0
+GROWTH = 10.0
+CHUNK = 7
+
+
+@dataclass
+class Tally:
+    """What a search found.
+
+    Attributes:
+        scenes: drawn.
+        refused: that ended with an error in words.
+        not_finite: that gave NaN or infinity.
+        chunks: that gave other bits when fed in chunks.
+        silent: errors without a reason or a time.
+        excess: largest distance from the finer run, in parts of the bound.
+        worst: the scene of that.
+    """
+
+    scenes: int = 0
+    refused: int = 0
+    not_finite: int = 0
+    chunks: int = 0
+    silent: int = 0
+    excess: float = 0.0
+    worst: Scene | None = None
+
+
+def _logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(math.log(low), math.log(high)).map(math.exp)
+
+
+FORCED = st.just({'kind': 'force', 'force': FORCE})
+HEAVY = st.builds(lambda mass: {'kind': 'weight', 'mass': mass}, _logarithmic(0.01, 20.0))
+SPRING = st.builds(
+    lambda stiffness: {'kind': 'spring', 'force': FORCE, 'stiffness': stiffness},
+    _logarithmic(0.1, 1e3),
+)
+COMPONENT = st.builds(
+    lambda amplitude, period, phase: {'amplitude': amplitude, 'period': period, 'phase': phase},
+    st.floats(0.0, 0.3),
+    st.floats(2.0, 20.0),
+    st.floats(-3.0, 3.0),
+)
+LAND = st.just({'kind': 'still'})
+SEA = st.builds(
+    lambda roll, heave, rate, height: {
+        'kind': 'components',
+        'components': roll,
+        'heave': heave,
+        'rate': rate,
+        'height': height,
+    },
+    st.lists(COMPONENT, min_size=1, max_size=4),
+    st.one_of(st.none(), st.lists(COMPONENT, min_size=1, max_size=2)),
+    st.sampled_from([2.0, 5.0, 20.0, 100.0]),
+    st.floats(-5.0, 10.0),
+)
+NONE = st.none()
+VISCOUS = st.builds(lambda c: {'viscous': c}, _logarithmic(1e-9, 1e-1))
+COULOMB = st.builds(lambda c: {'coulomb': c}, _logarithmic(1e-9, 3e-2))
+ALL_DRAG = st.builds(
+    lambda c1, c2, c0: {'viscous': c1, 'quadratic': c2, 'coulomb': c0},
+    _logarithmic(1e-9, 1e-3),
+    _logarithmic(1e-9, 1e-4),
+    _logarithmic(1e-9, 1e-3),
+)
+IMPULSE = st.builds(
+    lambda energy, angle: {'kind': 'impulse', 'energy': energy, 'angle': angle},
+    _logarithmic(1e-9, 1e-2),
+    st.floats(-0.5, 0.5),
+)
+RELEASES = st.one_of(st.floats(0.01, 3.0), st.floats(-3.0, -0.01), _logarithmic(1e-9, 1e-2))
+
+# Each of these is compiled for itself, which takes longer than all the runs of it.
+KINDS = (
+    (INVOLUTE, VERTICAL, HEAVY, NONE, NONE, SEA),
+    (HOLE_CAM, HOLE, FORCED, NONE, NONE, SEA),
+    (HOLE_CAM, HOLE, FORCED, COULOMB, NONE, LAND),
+    (INVOLUTE, VERTICAL, HEAVY, ALL_DRAG, IMPULSE, SEA),
+    (ARC, VERTICAL, SPRING, VISCOUS, IMPULSE, LAND),
+    (ARC, VERTICAL, FORCED, NONE, NONE, SEA),
+)
+
+
+@st.composite
+def scenes(draw: st.DrawFn, kinds: int) -> dict[str, Any]:
+    """Return the sections of a scene of one of the first so many KINDS, with any numbers."""
+    cam, thread, power, drag, escapement, ship = draw(st.sampled_from(KINDS[:kinds]))
+    return {
+        'trochlea': {
+            'cam': cam,
+            'thread': thread,
+            'power': draw(power),
+            'release_angle': draw(RELEASES),
+        },
+        'drag': draw(drag),
+        'escapement': draw(escapement),
+        'ship': draw(ship),
+    }
+
+
+def _run(sections: dict[str, Any], tolerance: float, chunk: int | None) -> Batches | str:
+    """Return what is said in a scene, or the words of its refusal."""
+    try:
+        scene = scene_of(**sections, duration=DURATION_S, solver={'tolerance': tolerance})
+        return sail(scene, chunk=chunk)
+    except (SceneError, CamRangeError) as error:
+        return f'refused: {error}'
+    except PropagationError as error:
+        known = math.isfinite(error.time_s) and -1e-9 <= error.time_s <= DURATION_S + 1e-9
+        return f'stopped: {error}' if known else 'silent'
+
+
+def _same(a: Batches | str, b: Batches | str) -> bool:
+    if isinstance(a, str) or isinstance(b, str):
+        return a == b
+    return all(
+        np.array_equal(a[topic].position, b[topic].position) for topic in (JOINT_STATES, PHASE)
+    ) and np.array_equal(a[READING].time_ref_ns, b[READING].time_ref_ns)
+
+
+def examine(sections: dict[str, Any], tally: Tally) -> None:
+    """Run a scene whole, in chunks and at a finer tolerance, and count what is wrong."""
+    tally.scenes += 1
+    coarse = _run(sections, TOLERANCE, None)
+    tally.chunks += not _same(coarse, _run(sections, TOLERANCE, CHUNK))
+    if isinstance(coarse, str):
+        tally.refused += 1
+        tally.silent += coarse == 'silent'
+        return
+    tally.not_finite += not np.all(np.isfinite(coarse[JOINT_STATES].position))
+    tally.not_finite += not np.all(np.isfinite(coarse[JOINT_STATES].velocity))
+    fine = _run(sections, TOLERANCE * 1e-3, None)
+    if isinstance(fine, str):
+        return
+    scene = scene_of(**sections, duration=DURATION_S)
+    excess = _excess(scene, coarse, fine)
+    if excess > tally.excess:
+        tally.excess, tally.worst = excess, scene
+
+
+def _excess(scene: Scene, coarse: Batches, fine: Batches) -> float:
+    """Return the largest distance of two runs in parts of the bound."""
+    machine = compile_machine(scene)
+    a, b = coarse[JOINT_STATES], fine[JOINT_STATES]
+    away = np.hypot(
+        a.position[:, 0] - b.position[:, 0],
+        (a.velocity[:, 0] - b.velocity[:, 0]) / machine.frequency,
+    )
+    size = float(np.max(np.hypot(b.position[:, 0], b.velocity[:, 0] / machine.frequency)))
+    turned = machine.frequency * DURATION_S
+    # at least two steps a radian are counted on; the growth is that of a phase with its amplitude
+    return float(np.max(away)) / (size * TOLERANCE * 2.0 * turned * (1.0 + GROWTH * turned))
+
+
+def search(examples: int, kinds: int = len(KINDS)) -> list[Row]:
+    """Return what a search over so many random scenes, of so many kinds, found."""
+    tally = Tally()
+
+    @settings(
+        max_examples=examples,
+        derandomize=True,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(scenes(kinds))
+    def look(sections: dict[str, Any]) -> None:
+        examine(sections, tally)
+
+    look()
+    setting = f'{tally.scenes} random scenes of {DURATION_S:g} s, {tally.refused} refused'
+    return [
+        Row('scenes with numbers that are not finite', setting, tally.not_finite, 0.0),
+        Row('scenes with other bits in chunks', setting, tally.chunks, 0.0),
+        Row('errors without words or time', setting, tally.silent, 0.0),
+        Row('distance from a finer run, in parts of the bound', setting, tally.excess, 1.0),
+    ]

@@ -1,0 +1,383 @@
+"""The problems' equations and the plain integrators on them, compiled by numba.
+
+`constants` is (I, b, P, m, g, c, E, z0) as in `Numbers`; `sea` has the rows amplitude, omega and
+phase at time zero of the kernel. The state of the weight-driven machine is (x, p) with
+p = M(x) x' + I gamma', so that no second derivative of gamma is needed; that of the linear
+machine is (psi, psi').
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from tauto_core.samples import FloatArray
+
+INERTIA, LEVER, FORCE, MASS, GRAVITY, VISCOUS, ENERGY, HEIGHT = range(8)
+
+
+@njit(cache=True, nogil=True)
+def roll_of(time: float, sea: FloatArray) -> float:
+    """Return the roll [rad] at a time [s]."""
+    roll = 0.0
+    for j in range(sea.shape[1]):
+        roll += sea[0, j] * math.cos(sea[1, j] * time + sea[2, j])
+    return roll
+
+
+@njit(cache=True, nogil=True)
+def roll_rates(time: float, sea: FloatArray) -> tuple[float, float, float, float]:
+    """Return roll and its first three derivatives [rad/s^k]."""
+    r0 = r1 = r2 = r3 = 0.0
+    for j in range(sea.shape[1]):
+        omega = sea[1, j]
+        angle = omega * time + sea[2, j]
+        cosine, sine = sea[0, j] * math.cos(angle), sea[0, j] * math.sin(angle)
+        r0 += cosine
+        r1 -= omega * sine
+        r2 -= omega * omega * cosine
+        r3 += omega * omega * omega * sine
+    return r0, r1, r2, r3
+
+
+@njit(cache=True, nogil=True)
+def vertical_of(
+    r0: float, r1: float, r2: float, r3: float, constants: FloatArray
+) -> tuple[float, float, float]:
+    """Return g_eff [m/s2], beta [rad] and its rate [rad/s] from roll and derivatives (E1)."""
+    height, sine, cosine = constants[HEIGHT], math.sin(r0), math.cos(r0)
+    across = -height * (r2 * cosine - r1 * r1 * sine)
+    up = constants[GRAVITY] - height * (r2 * sine + r1 * r1 * cosine)
+    across_rate = -height * (r3 * cosine - 3.0 * r1 * r2 * sine - r1**3 * cosine)
+    up_rate = -height * (r3 * sine + 3.0 * r1 * r2 * cosine - r1**3 * sine)
+    square = across * across + up * up
+    rate = (across * up_rate - up * across_rate) / square
+    return math.sqrt(square), math.atan2(-across, up), rate
+
+
+@njit(cache=True, nogil=True)
+def slope(x: float, p: float, vertical: FloatArray, constants: FloatArray) -> tuple[float, float]:
+    """Return x' and p' of the weight-driven machine.
+
+    Args:
+        x: angle that the cam feels [rad].
+        p: M x' + I gamma' [kg m2/s].
+        vertical: g_eff, beta, beta', roll, roll'.
+        constants: of the problem.
+    """
+    inertia, lever = constants[INERTIA], constants[LEVER]
+    carried = constants[MASS] * lever * lever
+    speed = (p - inertia * vertical[2]) / (inertia + carried * x * x)
+    torque = carried * x * speed * speed - constants[MASS] * vertical[0] * lever * x
+    if constants[VISCOUS] != 0.0:
+        torque -= constants[VISCOUS] * (speed + vertical[2] - vertical[4])
+    return speed, torque
+
+
+@njit(cache=True, nogil=True)
+def vertical_at(time: float, sea: FloatArray, constants: FloatArray) -> FloatArray:
+    """Return g_eff, beta, beta', roll, roll' at a time, shape (5,)."""
+    out = np.zeros(5)
+    out[0] = constants[GRAVITY]
+    if sea.shape[1]:
+        r0, r1, r2, r3 = roll_rates(time, sea)
+        out[0], out[1], out[2] = vertical_of(r0, r1, r2, r3, constants)
+        out[3], out[4] = r0, r1
+    return out
+
+
+@njit(cache=True, nogil=True)
+def linear_slope(
+    time: float, state: FloatArray, constants: FloatArray, sea: FloatArray
+) -> FloatArray:
+    """Return (psi', psi'') of I psi'' + P b (psi - roll) = 0."""
+    out = np.empty(2)
+    out[0] = state[1]
+    pull = constants[FORCE] * constants[LEVER] / constants[INERTIA]
+    out[1] = pull * (roll_of(time, sea) - state[0])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def weight_slope(
+    time: float, state: FloatArray, constants: FloatArray, sea: FloatArray
+) -> FloatArray:
+    """Return (x', p') of the weight-driven machine."""
+    out = np.empty(2)
+    out[0], out[1] = slope(state[0], state[1], vertical_at(time, sea, constants), constants)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def wheel_angle(time: float, state: FloatArray, constants: FloatArray, sea: FloatArray) -> float:
+    """Return theta = x + beta - roll of the weight-driven machine [rad]."""
+    r0, r1, r2, _ = roll_rates(time, sea)
+    _, beta, _ = vertical_of(r0, r1, r2, 0.0, constants)
+    return float(state[0]) + beta - r0
+
+
+@njit(cache=True, nogil=True)
+def impulse(time: float, state: FloatArray, constants: FloatArray, sea: FloatArray) -> float:
+    """Return how much p gains from the impulse that meets this state [kg m2/s]."""
+    vertical = vertical_at(time, sea, constants)
+    x = state[0]
+    mass = constants[INERTIA] + constants[MASS] * (constants[LEVER] * x) ** 2
+    speed = (state[1] - constants[INERTIA] * vertical[2]) / mass + vertical[2] - vertical[4]
+    faster = math.sqrt(speed * speed + 2.0 * constants[ENERGY] / mass)
+    return float(mass * (math.copysign(faster, speed) - speed))
+
+
+@njit(cache=True, nogil=True)
+def gauss_step(
+    state: FloatArray,
+    time: float,
+    step: float,
+    nodes: FloatArray,
+    ratio: FloatArray,
+    weights: FloatArray,
+    constants: FloatArray,
+    sea: FloatArray,
+) -> FloatArray:
+    """Return the gain of (x, p) in one Gauss–Legendre step, iterated until it stands still.
+
+    Args:
+        state: (x, p) at `time`.
+        time: from time zero of `sea` [s].
+        step: [s].
+        nodes: c, shape (s,).
+        ratio: a_ij/b_j, shape (s, s).
+        weights: b, shape (s,).
+        constants: of the problem.
+        sea: of the problem.
+    """
+    s = len(nodes)
+    vertical = np.empty((s, 5))
+    gains = np.empty((s, 2))
+    for i in range(s):
+        vertical[i] = vertical_at(time + nodes[i] * step, sea, constants)
+        first = slope(state[0], state[1], vertical[i], constants)
+        gains[i, 0] = step * weights[i] * first[0]
+        gains[i, 1] = step * weights[i] * first[1]
+    last, stalls = np.inf, 0
+    for _ in range(60):
+        new = np.empty((s, 2))
+        change = 0.0
+        for i in range(s):
+            x = p = 0.0
+            for j in range(s):
+                x += ratio[i, j] * gains[j, 0]
+                p += ratio[i, j] * gains[j, 1]
+            rates = slope(state[0] + x, state[1] + p, vertical[i], constants)
+            new[i, 0] = step * weights[i] * rates[0]
+            new[i, 1] = step * weights[i] * rates[1]
+            change += abs(new[i, 0] - gains[i, 0])
+            change += abs(new[i, 1] - gains[i, 1]) / constants[INERTIA]
+        gains = new
+        # an amplitude that drifts is the price of stopping before rounding has the last word
+        stalls += 1 if change >= last and change < 1e-12 else 0
+        if stalls == 2:
+            break
+        last = change
+    gain = np.zeros(2)
+    for i in range(s):
+        gain += gains[i]
+    return gain
+
+
+@njit(cache=True, nogil=True)
+def _add(state: FloatArray, lost: FloatArray, gain: FloatArray) -> None:
+    """Add with the rounding kept (Kahan)."""
+    for i in range(2):
+        part = gain[i] + lost[i]
+        total = state[i] + part
+        lost[i] = part - (total - state[i])
+        state[i] = total
+
+
+@njit(cache=True, nogil=True)
+def gauss_advance(
+    state: FloatArray,
+    lost: FloatArray,
+    side: float,
+    duration: float,
+    steps: int,
+    nodes: FloatArray,
+    ratio: FloatArray,
+    weights: FloatArray,
+    constants: FloatArray,
+    sea: FloatArray,
+) -> float:
+    """Advance (x, p) in place over a stretch from time zero of `sea`; return the side of theta.
+
+    A step in which theta changes sign is shortened, by Newton's method on its length, to end
+    there; the impulse follows.
+
+    Args:
+        state: (x, p).
+        lost: what rounding kept back, shape (2,).
+        side: sign of theta at the start.
+        duration: of the stretch [s].
+        steps: of equal length.
+        nodes: c, shape (s,).
+        ratio: a_ij/b_j, shape (s, s).
+        weights: b, shape (s,).
+        constants: of the problem.
+        sea: of the problem.
+    """
+    time = 0.0
+    for k in range(1, steps + 1):
+        goal = duration * k / steps
+        while time < goal:
+            step = goal - time
+            gain = gauss_step(state, time, step, nodes, ratio, weights, constants, sea)
+            if (
+                constants[ENERGY] == 0.0
+                or wheel_angle(goal, state + gain, constants, sea) * side > 0.0
+            ):
+                _add(state, lost, gain)
+                time = goal
+                continue
+            for _ in range(12):
+                there = state + gain
+                angle = wheel_angle(time + step, there, constants, sea)
+                vertical = vertical_at(time + step, sea, constants)
+                speed, _ = slope(there[0], there[1], vertical, constants)
+                change = angle / (speed + vertical[2] - vertical[4])
+                step -= change
+                gain = gauss_step(state, time, step, nodes, ratio, weights, constants, sea)
+                if abs(change) < 1e-10:  # the next would be some 1e-20
+                    break
+            _add(state, lost, gain)
+            time += step
+            _add(state, lost, np.array([0.0, impulse(time, state, constants, sea)]))
+            side = -side
+    return side
+
+
+@njit(cache=True, nogil=True)
+def _phasors(time: float, sea: FloatArray, cosine: FloatArray, sine: FloatArray) -> None:
+    for j in range(sea.shape[1]):
+        angle = sea[1, j] * time + sea[2, j]
+        cosine[j], sine[j] = math.cos(angle), math.sin(angle)
+
+
+@njit(cache=True, nogil=True)
+def compose(
+    state: FloatArray,
+    duration: float,
+    steps: int,
+    drifts: FloatArray,
+    kicks: FloatArray,
+    table: FloatArray,
+    turn: FloatArray,
+    constants: FloatArray,
+    sea: FloatArray,
+    linear: bool,
+) -> None:
+    """Advance (q, q') in place by a composition of drifts and kicks, q'' = -dU/dq(q, t).
+
+    The linear machine has q = psi. The weight-driven one has the arc q = s/sqrt(I) of the well,
+    in which x'' with its varying inertia is q'' = -(m g_eff b x + I beta'')/sqrt(I M). The sea at
+    the kicks of a step comes from its phasors at the step's start, which are turned from step to
+    step and made anew every 64 steps.
+
+    Args:
+        state: (q, q').
+        duration: of the stretch [s], from time zero of `sea`.
+        steps: of equal length.
+        drifts: parts of a step, shape (k + 1,).
+        kicks: parts of a step, shape (k,).
+        table: from phasors at the start of a step to the roll at the kicks, or to the roll and
+            four derivatives; shape (2 n, k) or (2 n, 5 k).
+        turn: of the phasors in a step, cos and sin, shape (2, n).
+        constants: of the problem.
+        sea: of the problem.
+        linear: which machine.
+    """
+    n, k = sea.shape[1], len(kicks)
+    step = duration / steps
+    cosine, sine = np.zeros(n), np.zeros(n)
+    width = table.shape[1]
+    orders = width // k
+    roll = np.zeros(5 * k)
+    for number in range(steps):
+        if n:
+            if number % 64 == 0:
+                _phasors(number * step, sea, cosine, sine)
+            roll[:] = 0.0
+            for j in range(n):
+                c, s = cosine[j], sine[j]
+                for i in range(width):
+                    roll[i] += c * table[j, i] + s * table[n + j, i]
+                cosine[j] = c * turn[0, j] - s * turn[1, j]
+                sine[j] = s * turn[0, j] + c * turn[1, j]
+        for i in range(k):
+            state[0] += drifts[i] * step * state[1]
+            here = roll[orders * i : orders * (i + 1)]
+            if linear:
+                force = linear_force(state[0], here[0], constants)
+            else:
+                force = weight_force(state[0], here, constants)
+            state[1] += kicks[i] * step * force
+        state[0] += drifts[k] * step * state[1]
+
+
+@njit(cache=True, nogil=True)
+def linear_force(q: float, roll: float, constants: FloatArray) -> float:
+    """Return q'' of the linear machine."""
+    return float(constants[FORCE] * constants[LEVER] / constants[INERTIA] * (roll - q))
+
+
+@njit(cache=True, nogil=True)
+def arc_of(x: float, k: float) -> float:
+    """Return q = (x sqrt(1 + k^2 x^2) + asinh(k x)/k)/2, k = b sqrt(m/I) > 0."""
+    return 0.5 * (x * math.sqrt(1.0 + k * k * x * x) + math.asinh(k * x) / k)
+
+
+@njit(cache=True, nogil=True)
+def angle_of_arc(q: float, k: float) -> float:
+    """Return x where arc_of(x, k) = q, by Newton's method from the series of the inverse."""
+    x = q - k * k * q**3 / 6.0 + 13.0 / 120.0 * k**4 * q**5
+    for _ in range(8):
+        change = (arc_of(x, k) - q) / math.sqrt(1.0 + k * k * x * x)
+        x -= change
+        # the next correction would be about change^2 k^2
+        if abs(change) * k < 1e-8:
+            break
+    return x
+
+
+@njit(cache=True, nogil=True)
+def weight_force(q: float, roll: FloatArray, constants: FloatArray) -> float:
+    """Return q'' of the weight-driven machine; `roll` with its first four derivatives."""
+    inertia, lever, mass = constants[INERTIA], constants[LEVER], constants[MASS]
+    k = lever * math.sqrt(mass / inertia)
+    x = angle_of_arc(q, k)
+    gravity, tilting = constants[GRAVITY], 0.0
+    if constants[HEIGHT] != 0.0:
+        gravity, tilting = _tilting(roll, constants)
+    return float(
+        -(mass * gravity * lever * x / inertia + tilting) / math.sqrt(1.0 + k * k * x * x)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _tilting(roll: FloatArray, constants: FloatArray) -> tuple[float, float]:
+    """Return g_eff [m/s2] and beta'' [rad/s2] (E1), from roll and four derivatives."""
+    height = constants[HEIGHT]
+    sine, cosine = math.sin(roll[0]), math.cos(roll[0])
+    r1, r2, r3, r4 = roll[1], roll[2], roll[3], roll[4]
+    # (across, up) = g (0, 1) - z0 d2/dt2 (sin roll, -cos roll), and its two derivatives
+    s2, c2 = r2 * cosine - r1 * r1 * sine, -r2 * sine - r1 * r1 * cosine
+    s3 = r3 * cosine - 3.0 * r1 * r2 * sine - r1**3 * cosine
+    c3 = -r3 * sine - 3.0 * r1 * r2 * cosine + r1**3 * sine
+    along, turned = r4 - 6.0 * r1 * r1 * r2, 4.0 * r1 * r3 + 3.0 * r2 * r2 - r1**4
+    s4, c4 = along * cosine - turned * sine, -along * sine - turned * cosine
+    across, across1, across2 = -height * s2, -height * s3, -height * s4
+    up, up1, up2 = constants[GRAVITY] + height * c2, height * c3, height * c4
+    square = across * across + up * up
+    first = across * up1 - up * across1
+    second = (across * up2 - up * across2) / square
+    return math.sqrt(square), second - 2.0 * first * (across * across1 + up * up1) / square**2

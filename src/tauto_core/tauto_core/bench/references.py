@@ -1,0 +1,177 @@
+"""Where the wheel truly is: reference states, and how they are made.
+
+    python -m tauto_core.bench.references [--until SECONDS] [PROBLEM ...]
+
+makes `references.json` again (the extra `bench`; half an hour and two cores for c and e). Problems
+a, b and d are closed forms in 40 digits (`exact`). Problems c and e are integrated in two ways,
+heyoka in long double (`long_double`, stored) and Gauss–Legendre in double precision (`gauss`);
+`agree_rad` is how far the two are apart at each time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from tauto_core.bench.problems import Problem, problems
+from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.scene.errors import TautoError
+
+DURATIONS_S = (60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 864_000.0, 6_998_400.0)
+"""At which the states are known, as far as a problem lasts [s]."""
+FILE = Path(__file__).with_name('references.json')
+STEPS_A_SECOND = 8.37
+"""Of the second way; not a whole number of steps in a swing, or its rounding would add up."""
+
+_CLOSED = 'closed form, 40 digits (mpmath)'
+_INTEGRATED = (
+    'heyoka, Taylor in x87 long double at tolerance 1e-19; agree_rad: against Gauss-Legendre of '
+    f'order 16 in double precision, {STEPS_A_SECOND} steps a second'
+)
+
+
+class NoReferenceError(TautoError):
+    """A duration at which no reference is known."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The state of the wheel at a time.
+
+    Attributes:
+        time_s: from the start [s].
+        angle: theta [rad].
+        rate: theta' [rad/s].
+    """
+
+    time_s: float
+    angle: float
+    rate: float
+
+
+@cache
+def references(key: str) -> dict[float, Reference]:
+    """Return the reference states of a problem by duration [s], rising."""
+    rows = json.loads(FILE.read_text('utf-8'))['problems'][key]['states']
+    found = [Reference(row['time_s'], float(row['angle']), float(row['rate'])) for row in rows]
+    return {reference.time_s: reference for reference in found}
+
+
+def reference(problem: Problem, duration_s: float) -> Reference:
+    """Return the reference state of a problem at the end of a run.
+
+    Raises:
+        NoReferenceError: none is known for this duration.
+    """
+    known = references(problem.key)
+    if duration_s not in known:
+        raise NoReferenceError(
+            f'problem {problem.key}: no reference at {duration_s!r} s. Run it for one of '
+            f'{", ".join(f"{time:g}" for time in known)} s'
+        )
+    return known[duration_s]
+
+
+def error_rad(problem: Problem, angle: float, rate: float, true: Reference) -> float:
+    """Return the angle between two states in the plane (theta, -theta'/omega) [rad].
+
+    A turn there is a swing, so this is the error of the phase but for the well's departure from
+    harmonic: within its square root of the mass, 0.5 % here. Positive: ahead.
+    """
+    omega = problem.numbers.frequency
+    here, there = complex(angle, -rate / omega), complex(true.angle, -true.rate / omega)
+    ratio = here * there.conjugate()
+    return math.atan2(ratio.imag, ratio.real)
+
+
+def rad_to_s_per_day(problem: Problem, error: float, duration_s: float) -> float:
+    """Return a phase error [rad] at the end of a run as the rate of a clock [s/day]."""
+    return error / problem.numbers.frequency / duration_s * SECONDS_PER_DAY
+
+
+def _closed(problem: Problem, times_s: Sequence[float]) -> list[dict[str, Any]]:
+    from mpmath import mp
+
+    from tauto_core.bench.exact import exact_state
+
+    rows = []
+    for time in times_s:
+        angle, rate = (mp.nstr(value, 20) for value in exact_state(problem, time))
+        rows.append({'time_s': time, 'angle': angle, 'rate': rate})
+    return rows
+
+
+def _first_way(problem: Problem, times_s: Sequence[float]) -> list[tuple[str, str]]:
+    from tauto_core.bench.long_double import long_double_states
+
+    return long_double_states(problem, times_s)
+
+
+def _second_way(problem: Problem, times_s: Sequence[float]) -> list[tuple[float, float]]:
+    from tauto_core.bench.gauss import gauss_states
+
+    return gauss_states(problem, times_s, STEPS_A_SECOND)
+
+
+def _both_ways(
+    problem: Problem,
+    times_s: Sequence[float],
+    first: Future[list[tuple[str, str]]],
+    second: Future[list[tuple[float, float]]],
+) -> list[dict[str, Any]]:
+    rows = []
+    for time, (angle, rate), other in zip(times_s, first.result(), second.result(), strict=True):
+        apart = abs(error_rad(problem, *other, Reference(time, float(angle), float(rate))))
+        agree = float(f'{apart:.2g}')
+        rows.append({'time_s': time, 'angle': angle, 'rate': rate, 'agree_rad': agree})
+    return rows
+
+
+def _made(asked: Sequence[Problem], until_s: float) -> dict[str, Any]:
+    times = {
+        p.key: [time for time in DURATIONS_S if time <= min(p.duration_s, until_s)] for p in asked
+    }
+    hard = [p for p in asked if p.key in 'ce']
+    made: dict[str, Any] = {
+        p.key: {'made_by': _CLOSED, 'states': _closed(p, times[p.key])}
+        for p in asked
+        if p not in hard
+    }
+    with ProcessPoolExecutor(2) as pool:
+        jobs = [
+            (
+                p,
+                pool.submit(_first_way, p, times[p.key]),
+                pool.submit(_second_way, p, times[p.key]),
+            )
+            for p in hard
+        ]
+        for p, first, second in jobs:
+            states = _both_ways(p, times[p.key], first, second)
+            made[p.key] = {'made_by': _INTEGRATED, 'states': states}
+    return made
+
+
+def main() -> None:
+    """Make references again and write them beside this module."""
+    keys = [problem.key for problem in problems()]
+    parser = argparse.ArgumentParser(description='Make the reference states again.')
+    parser.add_argument('problems', nargs='*', help='keys; default: all')
+    parser.add_argument('--until', type=float, default=math.inf, metavar='SECONDS')
+    options = parser.parse_args()
+    asked = [p for p in problems() if p.key in (options.problems or keys)]
+    made = _made(asked, options.until)
+    known = json.loads(FILE.read_text('utf-8'))['problems'] if FILE.exists() else {}
+    text = json.dumps({'problems': dict(sorted((known | made).items()))}, indent=1)
+    FILE.write_text(text + '\n', 'utf-8')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,151 @@
+"""`tauto bench`: run time against error, beside other programs on the same equations."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tauto_core.cli.options import AsJson
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+COMPARED = ('heyoka', 'dop853')
+
+
+def bench(
+    problem: Annotated[
+        str | None, typer.Option(metavar='A,B,…', help='Problems, of a to e; default: all.')
+    ] = None,
+    peers: Annotated[
+        str | None,
+        typer.Option(metavar='NAME,…', help='Programs; default: all that are installed.'),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option('--quick', help='Few settings and short runs: to see that all works.')
+    ] = False,
+    budget: Annotated[
+        float | None,
+        typer.Option(min=0.1, metavar='S', help='Time allowed a run [s]; default: 20.'),
+    ] = None,
+    passage: Annotated[
+        bool,
+        typer.Option('--passage', help='Also an 81-day passage all in, and two runs at once.'),
+    ] = False,
+    plot: Annotated[
+        list[Path] | None,
+        typer.Option(metavar='FILE', help='Draw it as .svg or .png, or both; replaces the file.'),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure run time against error, beside other programs on the same equations.
+
+    Programs that are not installed are named and left out; the extra `bench` of tauto_core
+    installs them. Without --quick or a small
+    --budget it takes an hour or so on a quiet machine.
+    """
+    from tauto_core import bench as core
+
+    for path in plot or ():
+        core.check_plot(path)
+    result = core.bench(_names(problem), _names(peers), quick=quick, budget_s=budget, say=_say)
+    if passage:
+        _say('passage')
+        result['passage'] = core.passage()
+        _say('two at once')
+        result['two_at_once'] = core.two_at_once()
+    for path in plot or ():
+        core.draw(result, path)
+    if as_json:
+        typer.echo(json.dumps(result, allow_nan=False, indent=1))
+    else:
+        _print(result)
+
+
+def _names(text: str | None) -> list[str] | None:
+    return None if text is None else [name.strip().lower() for name in text.split(',')]
+
+
+def _say(words: str) -> None:
+    typer.echo(f'tauto: {words}', err=True)
+
+
+def _print(result: Mapping[str, Any]) -> None:
+    from rich.console import Console
+
+    from tauto_core.bench import problems
+
+    console = Console()
+    for problem in problems():
+        if any(row['problem'] == problem.key for row in result['rows']):
+            console.print(problem_table(problem.key, problem.title, result['rows']))
+    for name, keys in result['not_offered'].items():
+        console.print(f'{name} cannot express problem {", ".join(keys)}')
+    for failed in result['failed']:
+        console.print('{problem}: {program} {setting}: {why}'.format(**failed))
+    if 'passage' in result:
+        console.print(
+            '81 days of problem c all in: {us_per_oscillation:.3g} µs a swing '
+            '(needed: at most {needed_us:g})'.format(**result['passage'])
+        )
+        console.print(
+            'two runs at once take {ratio:.3g} of the time of one '
+            '(needed: at most {needed_ratio:g})'.format(**result['two_at_once'])
+        )
+
+
+def problem_table(key: str, title: str, rows: list[dict[str, Any]]) -> Table:
+    """Return the table of a problem; Tauto's rows say how many times slower others are.
+
+    Args:
+        key: of the problem.
+        title: of the problem.
+        rows: of all problems.
+    """
+    from rich.table import Table
+
+    from tauto_core.bench import ratio, targets
+
+    bound = targets()[key].error_s_per_day
+    needed = ', '.join(f'{name} {n:g}×' for name, n in targets()[key].faster.items())
+    table = Table(
+        title=f'{key}: {title}',
+        title_justify='left',
+        caption=f"times slower than Tauto at {bound:.2g} s/day or Tauto's error, where larger; "
+        f'–: never so accurate. Needed: {needed}',
+        caption_justify='left',
+    )
+    for name in ('program', 'setting'):
+        table.add_column(name)
+    numbers = ('run of', 's/day', 'µs/swing', 'compile s')
+    for name in (*numbers, *COMPARED):
+        table.add_column(name, justify='right', no_wrap=True)
+    for row in (row for row in rows if row['problem'] == key):
+        ours = row['program'] == 'tauto'
+        ratios = [_times(ratio(row, rows, other, bound)) if ours else '' for other in COMPARED]
+        table.add_row(
+            row['program'],
+            row['setting'],
+            _span(row['duration_s']),
+            f'{row["error_s_per_day"]:.1e}',
+            f'{row["us_per_oscillation"]:.3g}',
+            f'{row["compile_s"]:.2g}',
+            *ratios,
+            style='bold' if ours else None,
+        )
+    return table
+
+
+def _span(seconds: float) -> str:
+    for size, unit in ((86_400.0, 'd'), (3_600.0, 'h'), (60.0, 'min')):
+        if seconds >= size:
+            return f'{seconds / size:g} {unit}'
+    return f'{seconds:g} s'
+
+
+def _times(number: float | None) -> str:
+    return '–' if number is None else f'{number:,.3g}×'

@@ -1,0 +1,402 @@
+"""Events of the trochlea: what may happen within a step, when, and what it changes.
+
+Kinds: the turning point of θ, the kink of the cam, the impulse of the escapement, the cam's edge,
+a slack thread. Each has a value that is positive before it and negative after it.
+
+What goes together travels together: `well` and `mode` as in wells; `place` (forcing, piece k, x₀,
+length in x) of a step; `limits` (impulse angle, edge of the cam); `floats` and `ints` the state,
+`work` the stage rows of turning, `state` its twofold X and Y.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+from numba.extending import overload
+
+from tauto_core.motion.compiled import compiled
+from tauto_core.motion.gauss import NODES, STAGES
+from tauto_core.motion.lanes import lane, largest, least, load
+from tauto_core.motion.outside import (
+    GRAVITY,
+    LINE_BEND,
+    LINE_RATE,
+    OUTSIDE_ROW,
+    TILT_RATE,
+    X_ROW,
+    Y_ROW,
+    channel,
+    forcing_at,
+    node_row,
+)
+from tauto_core.motion.turning import between
+from tauto_core.motion.wells import (
+    acceleration,
+    angle_at,
+    drag_of,
+    fold,
+    holding_torque,
+    kick,
+    kinked,
+    lever_arm,
+    mass_of,
+    pull_of,
+    rate_of,
+    ride,
+    shape_at,
+    term,
+)
+
+NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4, 5
+STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
+DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
+
+
+@compiled
+def _has_weight(mu: Any, weight: Any) -> bool:
+    return mu is not None or weight is not None
+
+
+@compiled
+def _kicks(escapement: Any) -> bool:
+    return escapement is not None
+
+
+@compiled
+def _sticks(quadratic: Any, coulomb: Any) -> bool:
+    return quadratic is not None or coulomb is not None
+
+
+@compiled
+def _has_weight_in(machine: Any) -> bool:
+    return _has_weight(machine[0], machine[3])
+
+
+@compiled
+def turns_abruptly(machine: Any) -> bool:
+    """Return whether the drag has a kink at the turning points."""
+    return _sticks(machine[5], machine[6])
+
+
+@compiled
+def feels_drag(machine: Any) -> bool:
+    """Return whether the motion in the case matters within a step."""
+    return machine[4] is not None or _sticks(machine[5], machine[6])
+
+
+@compiled
+def expects_events(well: Any) -> bool:
+    """Return whether anything but the ends of the cam and the thread is watched."""
+    machine, lever, _ = well
+    return turns_abruptly(machine) or _kicks(machine[7]) or kinked(lever)
+
+
+@compiled
+def _value(kind: int, limits: Any, mode: Any, state: Any) -> float:
+    """Return what is positive before an event and negative after it."""
+    side, d = mode
+    if kind == TURNING:
+        return d * state[1]
+    if kind == KINK:
+        return side * state[4]
+    if kind == IMPULSE:
+        return limits[0] - d * state[0]
+    if kind == AT_EDGE:
+        return limits[1] - abs(state[4])
+    return state[5]
+
+
+@compiled
+def slope(kind: int, mode: Any, state: Any, at: Any) -> float:
+    """Return the time derivative of an event's value; 0 for a slack thread."""
+    side, d = mode
+    if kind == TURNING:
+        return d * (state[3] + at[1][2])
+    if kind == KINK:
+        return side * state[2]
+    if kind == IMPULSE:
+        return -d * state[1]
+    if kind == AT_EDGE:
+        return -state[2] if state[4] > 0.0 else state[2]
+    return 0.0
+
+
+@compiled
+def value_at(kind: int, limits: Any, well: Any, mode: Any, q: float, w: float, at: Any) -> Any:
+    """Return an event's value and its time derivative in a state."""
+    state = acceleration(well, mode, q, w, at)
+    return _value(kind, limits, mode, state), slope(kind, mode, state, at)
+
+
+@compiled
+def _within(
+    kind: int,
+    limits: Any,
+    well: Any,
+    mode: Any,
+    omega: Any,
+    floats: Any,
+    place: Any,
+    xi: float,
+    work: Any,
+) -> float:
+    """Return an event's value at the fraction xi of the step."""
+    forcing, k, x0, hx = place
+    x, y = between(omega, 0, hx * forcing[0][k], xi, floats, work)
+    if kind == IMPULSE:
+        # the angle is enough
+        tilt = channel(forcing[2], k, x0 + xi * hx, 1.0)[0]
+        return limits[0] - mode[1] * (angle_at(well, x) + tilt)
+    at = forcing_at(forcing, k, x0 + xi * hx)
+    state = acceleration(well, mode, x, omega[0] * y, at)
+    return _value(kind, limits, mode, state)
+
+
+@compiled
+def _locate(
+    kind: int,
+    limits: Any,
+    well: Any,
+    mode: Any,
+    omega: Any,
+    floats: Any,
+    place: Any,
+    last: float,
+    at_last: float,
+    precision: float,
+    work: Any,
+) -> float:
+    """Return the fraction of the step at which an event's value falls to zero (Illinois).
+
+    Args:
+        last: where it is not positive any more.
+        at_last: its value there.
+        precision: how far off the fraction may be; the step to it finds the rest.
+    """
+    a, fa, b, fb = 0.0, 0.0, last, min(at_last, 0.0)
+    for trial in range(4):
+        a = 0.0 if trial == 0 else last * 0.25 ** (4 - trial)
+        fa = _within(kind, limits, well, mode, omega, floats, place, a, work)
+        if fa > 0.0:
+            break
+    if not fa > 0.0:
+        return 0.0
+    kept = 0
+    for _ in range(100):
+        x = (a * fb - b * fa) / (fb - fa)
+        if not a < x < b:
+            return b
+        fx = _within(kind, limits, well, mode, omega, floats, place, x, work)
+        if fx == 0.0 or x - a <= precision or b - x <= precision:
+            return x
+        if fx > 0.0:
+            a, fa = x, fx
+            fb = 0.5 * fb if kept == 1 else fb
+            kept = 1
+        else:
+            b, fb = x, fx
+            fa = 0.5 * fa if kept == -1 else fa
+            kept = -1
+    return b
+
+
+def _node_state(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
+    """Return q and q̇ at the stages."""
+    raise TypeError('_node_state runs in compiled code only')
+
+
+@overload(_node_state, strict=False)
+def _node_state_of(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
+    if isinstance(well[2], types.NoneType):
+
+        def angle(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
+            q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+            t = lever_arm(well[1], mode[0], q)[0]
+            line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
+            return q, rate_of(well[0][0], t, w, line_rate)
+
+        return angle
+
+    def arc(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
+        n, _, _, q = shape_at(well[2], well[1].rate, load(work, X_ROW))
+        line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
+        return q, n * (omega[0] * load(work, Y_ROW) - line_rate * n)
+
+    return arc
+
+
+@compiled
+def _node_tension(well: Any, mode: Any, q: Any, rate: Any, felt: Any, work: Any) -> Any:
+    """Return the thread's tension over I at the stages."""
+    machine, lever, _ = well
+    side, d = mode
+    mu = machine[0]
+    t, t1, lift = lever_arm(lever, side, q)
+    v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
+    pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
+    pushed = pull * t + drag_of(machine, v, d) + ride(mu, t, t1, rate)
+    bend = -(pushed + node_row(felt[0], work, OUTSIDE_ROW + LINE_BEND)) / mass_of(mu, t)
+    # lanes, whatever the terms are
+    return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
+
+
+@compiled
+def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
+    """Return (the first node past the cam's edge, the first with a slack thread); 2: none."""
+    edge = slack = 2.0
+    q, rate = _node_state(well, mode, omega, felt, work)
+    if largest(q) > limits[1]:
+        for i in range(STAGES - 1, -1, -1):
+            edge = NODES[i] if abs(lane(q, i)) > limits[1] else edge
+    if _has_weight_in(well[0]):
+        tension = _node_tension(well, mode, q, rate, felt, work)
+        if least(tension) <= 0.0:
+            for i in range(STAGES - 1, -1, -1):
+                slack = NODES[i] if lane(tension, i) <= 0.0 else slack
+    return edge, slack
+
+
+@compiled
+def first_event(
+    limits: Any,
+    passed: Any,
+    well: Any,
+    mode: Any,
+    omega: Any,
+    armed: bool,
+    stalled: bool,
+    floats: Any,
+    end: Any,
+    place: Any,
+    work: Any,
+) -> tuple[int, float]:
+    """Return the kind of the first event within the step and its fraction of the step.
+
+    What is reached before a turning point and left again after it is looked for at that point.
+
+    Args:
+        passed: as `limit_passed` returns.
+        armed: whether an impulse is due in this swing.
+        stalled: whether turning points and kinks are passed over, since time stands still.
+        end: q and w at the end of the step.
+    """
+    machine, lever, _ = well
+    forcing, k, x0, hx = place
+    first, xi, reach = NO_EVENT, 2.0, 1.0
+    state = acceleration(well, mode, end[0], end[1], forcing_at(forcing, k, x0 + hx))
+    for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
+        at_last = _value(kind, limits, mode, state)
+        last = reach if at_last <= 0.0 else 2.0
+        if kind == TURNING and not (turns_abruptly(machine) or _kicks(machine[7])):
+            continue
+        if kind == KINK and not kinked(lever):
+            continue
+        if kind == IMPULSE and not armed:
+            continue
+        if kind == AT_SLACK and not _has_weight_in(machine):
+            continue
+        if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
+            last = passed[kind - AT_EDGE]
+            at_last = _within(kind, limits, well, mode, omega, floats, place, last, work)
+        if last <= 1.0:
+            # a smooth turning point need not be stepped to; a slack thread's value has no slope
+            rough = kind == TURNING and not turns_abruptly(machine)
+            precision = 1e-2 if rough else (1e-6 if kind < AT_EDGE else 1e-13)
+            at = _locate(
+                kind,
+                limits,
+                well,
+                mode,
+                omega,
+                floats,
+                place,
+                last,
+                at_last,
+                precision,
+                work,
+            )
+            if at < xi:
+                first, xi = kind, at
+            if kind == TURNING:
+                reach = at
+                q, y = between(omega, 0, hx * forcing[0][k], at, floats, work)
+                there = forcing_at(forcing, k, x0 + at * hx)
+                state = acceleration(well, mode, q, omega[0] * y, there)
+    return first, xi
+
+
+@compiled
+def set_off(
+    limits: Any, well: Any, omega: Any, angle: float, at: Any, floats: Any, ints: Any
+) -> None:
+    """Decide at θ̇ = 0 whether friction holds the wheel, else which way it sets off."""
+    machine = well[0]
+    q = angle - at[1][0]
+    ints[SIDE] = 1 if q > 0.0 or (q == 0.0 and ints[SIDE] > 0) else -1
+    torque = holding_torque(well, float(ints[SIDE]), angle, at)
+    place_at_rest(well, omega, angle, at, floats, ints)
+    if machine[6] is not None and abs(torque) <= term(machine[6], 1.0):
+        ints[HELD] = 1
+        floats[HELD_ANGLE] = angle
+        return
+    ints[HELD] = 0
+    if torque != 0.0:
+        ints[DIRECTION] = -1 if torque > 0.0 else 1
+    ints[ARMED] = 1 if ints[DIRECTION] * angle < limits[0] else 0
+
+
+@compiled
+def place_at_rest(well: Any, omega: Any, angle: float, at: Any, floats: Any, ints: Any) -> None:
+    """Put the wheel at rest in the moving case at θ = angle."""
+    line, tilt, _ = at
+    x, w = fold(well, angle - tilt[0], -tilt[1], line[0], float(ints[SIDE]))
+    floats[STATE], floats[STATE + 1] = x, 0.0
+    floats[STATE + 2], floats[STATE + 3] = w / omega[0], 0.0
+
+
+@compiled
+def happen(kind: int, limits: Any, well: Any, omega: Any, at: Any, floats: Any, ints: Any) -> None:
+    """Change the discrete state at an event."""
+    machine, lever, _ = well
+    mode = side, d = float(ints[SIDE]), float(ints[DIRECTION])
+    state = acceleration(well, mode, floats[STATE], omega[0] * floats[STATE + 2], at)
+    if kind == KINK:
+        ints[SIDE] = -ints[SIDE]
+    elif kind == IMPULSE:
+        t = lever_arm(lever, side, state[4])[0]
+        rate = state[2] + kick(machine[7], machine[0], t, state[1], d)
+        floats[STATE + 2] = fold(well, state[4], rate, at[0][0], side)[1] / omega[0]
+        floats[STATE + 3] = 0.0
+        ints[ARMED] = 0
+    elif kind == TURNING:
+        ints[DIRECTION] = -ints[DIRECTION]
+        if machine[6] is not None:
+            set_off(limits, well, omega, state[0], at, floats, ints)
+        else:
+            ints[ARMED] = 1 if ints[DIRECTION] * state[0] < limits[0] else 0
+
+
+@compiled
+def hold(limits: Any, well: Any, omega: Any, place: Any, floats: Any, ints: Any) -> float:
+    """Let the held wheel ride with the case; return the fraction at which it breaks loose."""
+    machine = well[0]
+    forcing, k, x0, hx = place
+    angle = floats[HELD_ANGLE]
+    side = float(ints[SIDE])
+    limit = term(machine[6], 1.0)
+    probes = 1 if forcing[1] is None and forcing[3] is None else 2 * STAGES
+    for i in range(1, probes + 1):
+        b = i / probes
+        if abs(holding_torque(well, side, angle, forcing_at(forcing, k, x0 + b * hx))) > limit:
+            a = (i - 1) / probes
+            for _ in range(60):
+                middle = 0.5 * (a + b)
+                at = forcing_at(forcing, k, x0 + middle * hx)
+                loose = abs(holding_torque(well, side, angle, at)) > limit
+                a, b = (a, middle) if loose else (middle, b)
+            at = forcing_at(forcing, k, x0 + b * hx)
+            set_off(limits, well, omega, angle, at, floats, ints)
+            return b
+    place_at_rest(well, omega, angle, forcing_at(forcing, k, x0 + hx), floats, ints)
+    return 1.0

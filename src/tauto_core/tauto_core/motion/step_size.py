@@ -1,0 +1,114 @@
+"""The reference frequency of the turning frame and the longest step that meets a tolerance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
+from tauto_core.motion.gauss import NODES, PROJECTION, STAGES
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import CamRangeError
+
+MAX_ANGLE = 2.0
+"""Longest step, as the angle it turns [rad]: beyond a third of a turn nothing is gained."""
+
+MIN_ANGLE = 0.005
+MARGIN = 0.3
+"""Part of the tolerance that steps are laid out for; the rest is for the sea."""
+
+ERROR_OF_LAST, ERROR_OF_LAST_STRONG = 0.03, 1.0
+"""Error of a smooth step per square of the last Legendre coefficient of its slopes.
+
+The step is of twice the order of its polynomial, whence the square. The factor is measured: 0.002
+to 0.03 where the disturbance is weak, up to 0.8 for a weight or spring that bends the well
+strongly (benchmarks/stress.json).
+"""
+
+_PHASES = 12
+
+
+def reference_frequency(machine: Machine) -> float:
+    """Return the frequency of the turning frame [rad/s]: of the swing released, where it swings.
+
+    Any would do; with this one the disturbance has no mean, and is smallest.
+    """
+    try:
+        return math.tau / machine.period(machine.release_angle)
+    except (CamRangeError, SlackThreadError):
+        return machine.frequency
+
+
+def error_factor(machine: Machine, shape: ArcShape | None) -> float:
+    """Return the error of a step per square of its last coefficient; 0: it is no square.
+
+    A spline's joints break the law of the square: there the error is the coefficient itself.
+    """
+    if machine.cam.linear_rate is None and not machine.cam.kinked:
+        return 0.0
+    weak = shape is not None or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
+    return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
+
+
+def longest_step(
+    machine: Machine, shape: ArcShape | None, omega: float, *, factor: float, tolerance: float
+) -> float:
+    """Return the longest step [s] whose error on land is within the tolerance, at any phase.
+
+    The disturbance is taken along the undisturbed motion at the release amplitude.
+    """
+    amplitude = machine.release_angle
+    if shape is not None:
+        amplitude = arc_of(amplitude, shape.k)
+    angle = MAX_ANGLE
+    while angle > MIN_ANGLE:
+        last = max(
+            _last_coefficient(machine, shape, omega, amplitude, angle, phase)
+            for phase in np.arange(_PHASES) * (math.tau / _PHASES)
+        )
+        if (factor * last * last if factor else last) <= MARGIN * tolerance:
+            break
+        angle *= 0.97
+    return angle / omega
+
+
+def _last_coefficient(
+    machine: Machine,
+    shape: ArcShape | None,
+    omega: float,
+    amplitude: float,
+    angle: float,
+    phase: float,
+) -> float:
+    """Return the last Legendre coefficient of a step of ωh = angle, relative to the state."""
+    turned = NODES * angle
+    x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
+    if machine.cam.kinked and np.min(x) * np.max(x) < 0.0:
+        # no step goes over the kink
+        return 0.0
+    d1, d2 = _disturbance(machine, shape, omega, x, y)
+    slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
+    tails = [abs(float(PROJECTION[STAGES - 1] @ slope)) for slope in slopes]
+    size = abs(amplitude)
+    return angle / omega * max(tails) / size if size > 0.0 else 0.0
+
+
+def _disturbance(
+    machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return d₁ and d₂ on land, of turning's equations."""
+    along = shape is not None
+    q = angles_of(x, shape.k) if shape is not None else x
+    edge = machine.cam.range_rad
+    q = np.clip(q, -edge, edge)
+    t, t1 = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
+    mass = machine.mass(q) / machine.inertia
+    force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
+    if along:
+        return np.zeros(STAGES), omega * x - force / np.sqrt(mass) / omega
+    w = omega * y
+    ride = machine.carried_mass / machine.inertia * t * t1 * (w / mass) ** 2
+    viscous = machine.drag.viscous / machine.inertia if machine.drag else 0.0
+    return w / mass - w, omega * x + (ride - force - viscous * w) / omega

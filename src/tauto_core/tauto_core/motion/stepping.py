@@ -1,0 +1,429 @@
+"""The trochlea stepped through spans of forcing: collocation between events, in one plane.
+
+`system` is the trochlea as `turning` takes it; `well`, `mode`, `place`, `limits`, `floats` and
+`ints` are those of events.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+from tauto_core.motion import turning
+from tauto_core.motion.compiled import compiled, entry, inlined
+from tauto_core.motion.events import (
+    ARMED,
+    AT_EDGE,
+    AT_SLACK,
+    BEATS,
+    DIRECTION,
+    HELD,
+    HELD_ANGLE,
+    LAST_X,
+    LAST_Y,
+    LEVEL,
+    NEWTON,
+    NO_EVENT,
+    SIDE,
+    STATE,
+    THETA_SIGN,
+    TURNING,
+    TURNS,
+    expects_events,
+    feels_drag,
+    first_event,
+    happen,
+    hold,
+    limit_passed,
+    set_off,
+    turns_abruptly,
+    value_at,
+)
+from tauto_core.motion.lanes import load, splat, store
+from tauto_core.motion.outside import (
+    D1_ROW,
+    D2_ROW,
+    GRAVITY,
+    LINE_RATE,
+    OUTSIDE_ROW,
+    TILT_RATE,
+    X_ROW,
+    Y_ROW,
+    forcing_at,
+    forcing_at_nodes,
+    node_row,
+    presence,
+)
+from tauto_core.motion.turning import (
+    PART_STEP,
+    WHOLE_STEP,
+    collocate,
+    expand,
+    finish,
+)
+from tauto_core.motion.wells import (
+    acceleration,
+    drag_of,
+    drift,
+    excess,
+    lever_arm,
+    pull_of,
+    rate_of,
+    ride,
+    shape_at,
+)
+
+OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
+ROW = 8
+MAX_EVENTS = 10_000
+MAX_STALLED = 4
+COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
+"""Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
+
+MAX_LEVEL = 24
+
+
+class Trochlea(NamedTuple):
+    """What disturbs the plane of the wheel: machine, lever and shape as in wells, what is felt.
+
+    `felt` tells by its types which rows of outside there are: γ, τ, g or None.
+    """
+
+    machine: Any
+    lever: Any
+    shape: Any
+    felt: Any
+
+
+@overload(turning.disturb, strict=False)
+def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
+    if getattr(system, 'instance_class', None) is not Trochlea:
+        return None
+    if not isinstance(system[2], types.NoneType):
+        return _along_the_arc
+    return _along_the_angle
+
+
+def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
+    machine, lever, _, felt = system
+    side, d = mode
+    q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+    line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
+    t, t1, lift = lever_arm(lever, side, q)
+    rate = rate_of(machine[0], t, w, line_rate)
+    v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
+    pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
+    per_omega = 1.0 / omega[0]
+    more = excess(lever, q, t, pull, omega[0] * omega[0])
+    more = more + ride(machine[0], t, t1, rate) - drag_of(machine, v, d)
+    store(work, D1_ROW, rate - w)
+    store(work, D2_ROW, more * per_omega)
+
+
+def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
+    machine, lever, shape, felt = system
+    s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+    n, slope, less, _ = shape_at(shape, lever.rate, s)
+    line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
+    carried = line_rate * n
+    rate = p - carried
+    v = n * rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
+    pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
+    per_omega = 1.0 / omega[0]
+    square = omega[0] * omega[0] - lever.rate * pull + pull * less
+    more = s * (square + rate * (line_rate * slope)) - n * drag_of(machine, v, mode[1])
+    store(work, D1_ROW, splat(0.0) - carried)
+    store(work, D2_ROW, more * per_omega)
+
+
+@inlined
+def _error(factor: float, last: float, newton: bool) -> float:
+    """Return the error of a step relative to the state, from its last coefficient.
+
+    Where Newton's method is needed the order falls to that of the polynomial.
+    """
+    return last if newton or factor == 0.0 else factor * last * last
+
+
+@compiled
+def _step_to_event(
+    kind: int,
+    xi: float,
+    limits: Any,
+    system: Any,
+    mode: Any,
+    omega: Any,
+    place: Any,
+    floats: Any,
+    memory: Any,
+) -> float:
+    """Step to an event and correct its time by the state found there; return the fraction."""
+    machine, lever, shape, _ = system
+    forcing, k, x0, hx = place
+    length = forcing[0][k]
+    work, end = memory.work, memory.end
+    well = machine, lever, shape
+    part = np.int64(PART_STEP)
+    for _ in range(4):
+        if xi <= 0.0:
+            _copy(floats, end)
+            return 0.0
+        forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
+        h = xi * hx * length
+        collocate(system, mode, omega, h, part, floats, memory)
+        finish(omega, h, part, floats, memory)
+        at = forcing_at(forcing, k, x0 + xi * hx)
+        value, slope = value_at(kind, limits, well, mode, end[0], omega[0] * end[2], at)
+        if not slope < 0.0:
+            return xi
+        late = -value / slope
+        reached = xi + late / (hx * length)
+        if not 0.0 < reached <= 1.0:
+            return xi
+        if omega[0] * abs(late) < 1e-5:
+            # the midpoint rule errs by the cube of this
+            state = acceleration(well, mode, end[0], omega[0] * end[2], at)
+            along, more = drift(well, mode, state, at)
+            x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
+            at = forcing_at(forcing, k, x0 + 0.5 * (xi + reached) * hx)
+            along, more = drift(well, mode, acceleration(well, mode, x, w, at), at)
+            end[0] += late * along
+            end[2] += late * more / omega[0]
+            return reached
+        xi = reached
+    return xi
+
+
+@compiled
+def _turns_smoothly(
+    xi: float,
+    limits: Any,
+    well: Any,
+    omega: Any,
+    place: Any,
+    floats: Any,
+    ints: Any,
+    end: Any,
+    work: Any,
+) -> bool:
+    """Turn without a step to the turning point, where nothing happens there or after it."""
+    forcing, k, x0, hx = place
+    if turns_abruptly(well[0]):
+        return False
+    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    q, y = turning.between(omega, 0, hx * forcing[0][k], xi, floats, work)
+    there = acceleration(well, mode, q, omega[0] * y, forcing_at(forcing, k, x0 + xi * hx))
+    after = acceleration(well, mode, end[0], omega[0] * end[2], forcing_at(forcing, k, x0 + hx))
+    back = -ints[DIRECTION]
+    armed = back * there[0] < limits[0]
+    if not back * after[1] > 0.0 or (armed and not back * after[0] < limits[0]):
+        return False
+    ints[DIRECTION] = back
+    ints[ARMED] = 1 if armed else 0
+    return True
+
+
+@compiled
+def _move(
+    tolerance: Any,
+    limits: Any,
+    system: Any,
+    place: Any,
+    omega: Any,
+    stalled: bool,
+    floats: Any,
+    ints: Any,
+    memory: Any,
+) -> tuple[int, float, float]:
+    """Advance over hx or to the first event; return the event, the fraction, the error."""
+    machine, lever, shape, felt = system
+    forcing, k, x0, hx = place
+    work, end = memory.work, memory.end
+    well = machine, lever, shape
+    if ints[HELD]:
+        return NO_EVENT, hold(limits, well, omega, place, floats, ints), 0.0
+    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    h = hx * forcing[0][k]
+    kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
+    forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
+    last, newton = collocate(system, mode, omega, h, kind, floats, memory)
+    error = _error(tolerance[1], last, newton)
+    if not error <= tolerance[0]:
+        return NO_EVENT, 0.0, error
+    ints[NEWTON] += 1 if newton else 0
+    finish(omega, h, kind, floats, memory)
+    passed = limit_passed(limits, well, mode, omega, felt, work)
+    event, xi = NO_EVENT, 1.0
+    if expects_events(well) or min(passed[0], passed[1]) <= 1.0:
+        expand(1, work)
+        last_state = end[0], omega[0] * end[2]
+        armed = ints[ARMED] == 1
+        event, xi = first_event(
+            limits, passed, well, mode, omega, armed, stalled, floats, last_state, place, work
+        )
+        if event == TURNING and _turns_smoothly(
+            xi, limits, well, omega, place, floats, ints, end, work
+        ):
+            event = NO_EVENT
+        if event == NO_EVENT:
+            xi = 1.0
+        else:
+            xi = _step_to_event(event, xi, limits, system, mode, omega, place, floats, memory)
+    _copy(end, floats)
+    return event, xi, error
+
+
+@compiled
+def _copy(source: Any, target: Any) -> None:
+    for i in range(4):
+        target[i] = source[i]
+
+
+@compiled
+def _count(angle: float, floats: Any, ints: Any) -> None:
+    """Count the turns of (X, −Y) about the origin and the passages of θ through zero."""
+    x0, y0, x1, y1 = floats[LAST_X], -floats[LAST_Y], floats[STATE], -floats[STATE + 2]
+    if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * y0 / (y0 - y1) < 0.0:
+        ints[TURNS] += 1 if y1 < 0.0 else -1
+    floats[LAST_X], floats[LAST_Y] = x1, -y1
+    if angle != 0.0:
+        sign = 1 if angle > 0.0 else -1
+        if ints[THETA_SIGN] == -sign:
+            ints[BEATS] += 1
+        ints[THETA_SIGN] = sign
+
+
+@compiled
+def _write(well: Any, omega: Any, at: Any, floats: Any, ints: Any, row: Any) -> None:
+    """Fill θ, θ̇, ϑ, ϑ̇, ϑ̈, torque/I, turns and beats.
+
+    Turns are counted in the plane of the momentum; a row's go with the rate.
+    """
+    held = ints[HELD] == 1
+    mode = float(ints[SIDE]), 0.0 if held else float(ints[DIRECTION])
+    x, y = floats[STATE], floats[STATE + 2]
+    angle, v, rate, bend, q, tension = acceleration(well, mode, x, omega[0] * y, at)
+    if held:
+        angle, v, bend = floats[HELD_ANGLE], 0.0, -at[1][2]
+    t = lever_arm(well[1], mode[0], q)[0]
+    row[0], row[1], row[2], row[3], row[4] = angle, v, q, rate, bend
+    row[5] = -tension * t
+    ahead = math.atan2(-y, x) - math.atan2(-rate, omega[0] * q)
+    row[6], row[7] = ints[TURNS] + round(ahead / math.tau), ints[BEATS]
+
+
+@entry
+def release(
+    release_angle: float,
+    omega: Any,
+    limits: Any,
+    well: Any,
+    forcing: Any,
+    x0: float,
+    floats: Any,
+    ints: Any,
+    row: Any,
+) -> None:
+    """Set the state: the wheel at rest in the case at the beginning of the first span."""
+    at = forcing_at(forcing, 0, x0)
+    ints[:] = 0
+    ints[SIDE] = ints[DIRECTION] = 1
+    set_off(limits, well, omega, release_angle, at, floats, ints)
+    ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
+    floats[LAST_X], floats[LAST_Y] = floats[STATE], floats[STATE + 2]
+    _write(well, omega, at, floats, ints, row)
+
+
+@compiled
+def _tilt(tilt_end: Any, k: int) -> float:
+    """Return γ − α_c at the end of the span; near enough within it to count by."""
+    if tilt_end is None:
+        return 0.0
+    return tilt_end[k]
+
+
+@compiled
+def _first_steps(longest_s: float, span_s: float) -> int:
+    """Return how many steps a span takes at least."""
+    return max(1, int(math.ceil(span_s / longest_s - 1e-9)))
+
+
+@entry
+def advance(
+    tolerance: Any,
+    longest_s: float,
+    omega: Any,
+    limits: Any,
+    well: Any,
+    forcing: Any,
+    spans: Any,
+    floats: Any,
+    ints: Any,
+    memory: Any,
+    rows: Any,
+) -> tuple[int, int, float]:
+    """Advance the state over all spans and fill a row for every logged one.
+
+    Args:
+        tolerance: error allowed a step relative to the state, and `error_factor` of the machine.
+        longest_s: longest step [s].
+        spans: begin, end, logged, and γ − α_c at the end, which counts the beats.
+
+    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), the span and the fraction of its piece.
+    """
+    begin, end, logged, tilt_end = spans
+    machine, lever, shape = well
+    felt = presence(forcing[1]), presence(forcing[2]), presence(forcing[3])
+    system = Trochlea(machine, lever, shape, felt)
+    written = 0
+    for k in range(len(begin)):
+        worst, events, stalled = 0.0, 0, 0
+        whole = end[k] - begin[k]
+        # Time is a cell and a fraction of it: it keeps its resolution in spans of a day.
+        cells = _first_steps(longest_s, whole * forcing[0][k]) << ints[LEVEL]
+        cell, f = 0, 0.0
+        while cell < cells:
+            place = forcing, k, begin[k] + (cell + f) / cells * whole, (1.0 - f) / cells * whole
+            kind, xi, error = _move(
+                tolerance,
+                limits,
+                system,
+                place,
+                omega,
+                stalled > MAX_STALLED,
+                floats,
+                ints,
+                memory,
+            )
+            if not error <= tolerance[0]:
+                ints[LEVEL] += 1
+                if ints[LEVEL] > MAX_LEVEL:
+                    return NO_CONVERGENCE, k, place[2]
+                half = 1 if f >= 0.5 else 0
+                cell, cells, f = 2 * cell + half, 2 * cells, 2.0 * f - half
+                continue
+            worst = max(worst, error)
+            reached = 1.0 if xi >= 1.0 else f + xi * (1.0 - f)
+            stalled = stalled + 1 if reached == f else 0
+            events = 0 if reached == 1.0 else events + 1
+            cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
+            x = end[k] if cell == cells else begin[k] + (cell + f) / cells * whole
+            if kind in (AT_EDGE, AT_SLACK):
+                return (EDGE if kind == AT_EDGE else SLACK), k, x
+            if kind != NO_EVENT:
+                happen(kind, limits, well, omega, forcing_at(forcing, k, x), floats, ints)
+            _count(floats[STATE] + _tilt(tilt_end, k), floats, ints)
+            if events > MAX_EVENTS:
+                return NO_CONVERGENCE, k, x
+        coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
+        if ints[LEVEL] > 0 and worst < tolerance[0] * coarsen:
+            ints[LEVEL] -= 1
+        if logged[k]:
+            at = forcing_at(forcing, k, end[k])
+            _write(well, omega, at, floats, ints, rows[written])
+            written += 1
+    return OK, 0, 0.0

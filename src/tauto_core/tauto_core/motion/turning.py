@@ -1,0 +1,407 @@
+"""Gauss collocation of the disturbance in the frame that turns with the undisturbed motion.
+
+Any number P of planes (modes), each a harmonic oscillator that something disturbs:
+
+    Ẋ = ωY + d₁,    Ẏ = −ωX + d₂          (X a coordinate, ωY nearly its rate)
+
+In coordinates U, V that stand still without disturbance, X = cU + sV, Y = cV − sU with c, s of
+the angle ω(t − t₀), only the disturbance is left to integrate:
+
+    U̇ = c d₁ − s d₂,    V̇ = s d₁ + c d₂.
+
+Eight Gauss stages make this symmetric, symplectic and of order 16 in the step; the error falls
+with the strength of the disturbance too, and no disturbance is solved exactly. The stage
+equations are iterated to rounding; where the disturbance is too strong for that, Newton's method
+takes over. The state is kept in twofold numbers and turned by a twofold rotation, so that what n
+steps lose grows like √n.
+
+Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
+rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as `Lanes`, one
+a stage. `row` tells where in `work` they are; `memory` makes it.
+
+Sources: J. D. Lawson, SIAM J. Numer. Anal. 4 (1967); M. Antoñana, J. Makazaga, A. Murua, Reducing
+and monitoring round-off error propagation for symplectic implicit Runge–Kutta schemes, Numer.
+Algorithms 76 (2017).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tauto_core.motion.compiled import compiled, inlined
+from tauto_core.motion.gauss import COLUMNS, NODES, PROJECTION, STAGES, WEIGHTS
+from tauto_core.motion.lanes import fma, lane, larger, largest, load, splat, store, total
+from tauto_core.motion.rotation import (
+    multiply_exactly,
+    rotation,
+    sum_exactly,
+    twofold_rotation,
+)
+from tauto_core.samples import FloatArray
+
+COEFFICIENTS, QUADRATURE, FRACTIONS, TAIL, FIRST = 0, 8, 9, 10, 11
+K1, K2, U, V, X, Y, D1, D2, F1, F2, WHOLE, PART, OUTSIDE = *range(11), 12, 14
+TURNED = 5
+"""Numbers a plane and kind of step in `turned`: h, then cos and sin of ωh, each twofold."""
+
+WHOLE_STEP, PART_STEP = 0, 1
+MAX_SWEEPS = 60
+MAX_NEWTON = 12
+ROUNDING = 2.0**-53
+# (n + 2) P_{n+2} = (2n + 3) y P_{n+1} − (n + 1) P_n,  ∫P_{n+1} = (P_{n+2} − P_n)/(2n + 3)
+_RISE = tuple((2 * n + 3) / (n + 2) for n in range(STAGES))
+_FALL = tuple((n + 1) / (n + 2) for n in range(STAGES))
+_HALF = tuple(0.5 / (2 * n + 3) for n in range(STAGES))
+EXPANSION = np.ascontiguousarray(PROJECTION.T)
+
+
+@inlined
+def row(kind: int, planes: int, p: int) -> int:
+    """Return the row of `work` that holds K1, … or PART of plane p."""
+    return FIRST + kind * planes + p
+
+
+class Memory(NamedTuple):
+    """What steps are worked out in; a few kB, made once.
+
+    Attributes:
+        work: rows of constants, of the planes (`row`) and of the system, (n, 8). They begin at
+            cache lines: a row that lies across two costs twice the time.
+        turned: rotations over whole and part steps, (2, TURNED·P).
+        end: X and Y of each plane at the end of a step, each in two doubles, (4P,).
+        matrix, right, slopes: what Newton's method solves, (16P, 16P), (16P,), (2P, 8).
+    """
+
+    work: FloatArray
+    turned: FloatArray
+    end: FloatArray
+    matrix: FloatArray
+    right: FloatArray
+    slopes: FloatArray
+
+
+def make_memory(planes: int, more: int) -> Memory:
+    """Return the memory of P planes, with so many rows from OUTSIDE on."""
+    rows = FIRST + OUTSIDE * planes + more
+    raw = np.zeros(STAGES * (rows + 1))
+    first = -(raw.ctypes.data // raw.itemsize) % STAGES
+    work = raw[first : first + STAGES * rows].reshape(rows, STAGES)
+    work[COEFFICIENTS : COEFFICIENTS + STAGES] = COLUMNS
+    work[QUADRATURE] = WEIGHTS
+    work[FRACTIONS] = NODES
+    work[TAIL] = PROJECTION[STAGES - 1]
+    unknowns = 2 * planes * STAGES
+    return Memory(
+        work,
+        np.full((2, TURNED * planes), math.nan),
+        np.zeros(4 * planes),
+        np.zeros((unknowns, unknowns)),
+        np.zeros(unknowns),
+        np.zeros((2 * planes, STAGES)),
+    )
+
+
+def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:
+    """Fill the rows D1 and D2 from the rows X and Y; overloaded for each type of system."""
+    raise TypeError('disturb runs in compiled code only')
+
+
+@compiled
+def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
+    """Fill the rotations to the stages and the end of a step of h, unless they are there.
+
+    Steps to events have a length of their own, so that the rounding of theirs is not always the
+    same, and doubles do.
+    """
+    if turned[kind, 0] == h:
+        return
+    for p in range(len(omega)):
+        c, s = rotation(load(work, FRACTIONS) * (omega[p] * h))
+        store(work, row(WHOLE + 2 * kind, len(omega), p), c)
+        store(work, row(WHOLE + 2 * kind, len(omega), p) + len(omega), s)
+        first = TURNED * p
+        turned[kind, first] = h
+        if kind == WHOLE_STEP:
+            cosine, sine = twofold_rotation(omega[p], h)
+            turned[kind, first + 1], turned[kind, first + 2] = cosine
+            turned[kind, first + 3], turned[kind, first + 4] = sine
+        else:
+            turned[kind, first + 1], turned[kind, first + 3] = rotation(omega[p] * h)
+            turned[kind, first + 2] = turned[kind, first + 4] = 0.0
+
+
+@inlined
+def _integral(slopes: Any, work: Any) -> Any:
+    """Return Σ_j a_ij slope_j at the stages; four sums side by side, for speed."""
+    first = load(work, COEFFICIENTS) * lane(slopes, 0)
+    second = load(work, COEFFICIENTS + 1) * lane(slopes, 1)
+    third = load(work, COEFFICIENTS + 2) * lane(slopes, 2)
+    fourth = load(work, COEFFICIENTS + 3) * lane(slopes, 3)
+    first = fma(load(work, COEFFICIENTS + 4), lane(slopes, 4), first)
+    second = fma(load(work, COEFFICIENTS + 5), lane(slopes, 5), second)
+    third = fma(load(work, COEFFICIENTS + 6), lane(slopes, 6), third)
+    fourth = fma(load(work, COEFFICIENTS + 7), lane(slopes, 7), fourth)
+    return (first + second) + (third + fourth)
+
+
+@inlined
+def _evaluate(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
+    """Fill the slopes K1, K2 from the stages U, V."""
+    planes = len(omega)
+    table = row(WHOLE + 2 * kind, planes, 0)
+    for p in range(planes):
+        c, s = load(work, table + p), load(work, table + planes + p)
+        u, v = load(work, row(U, planes, p)), load(work, row(V, planes, p))
+        store(work, row(X, planes, p), fma(c, u, s * v))
+        store(work, row(Y, planes, p), fma(c, v, -(s * u)))
+    disturb(system, mode, omega, work)
+    for p in range(planes):
+        c, s = load(work, table + p), load(work, table + planes + p)
+        d1, d2 = load(work, row(D1, planes, p)), load(work, row(D2, planes, p))
+        store(work, row(K1, planes, p), fma(c, d1, -(s * d2)))
+        store(work, row(K2, planes, p), fma(s, d1, c * d2))
+
+
+@inlined
+def _sweep(
+    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, work: Any
+) -> float:
+    """Iterate the stage equations once; return the largest change of a stage."""
+    planes = len(omega)
+    change = splat(0.0)
+    for p in range(planes):
+        u = fma(_integral(load(work, row(K1, planes, p)), work), h, state[4 * p])
+        v = fma(_integral(load(work, row(K2, planes, p)), work), h, state[4 * p + 2])
+        moved = larger(u - load(work, row(U, planes, p)), v - load(work, row(V, planes, p)))
+        change = larger(change, moved)
+        store(work, row(U, planes, p), u)
+        store(work, row(V, planes, p), v)
+    _evaluate(system, mode, omega, kind, work)
+    return largest(change)
+
+
+@inlined
+def _size(planes: int, work: Any) -> float:
+    """Return the largest magnitude of the stages."""
+    size = splat(0.0)
+    for r in range(2 * planes):
+        size = larger(size, load(work, row(U, planes, r)))
+    return largest(size)
+
+
+@inlined
+def _iterate(
+    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, work: Any
+) -> tuple[bool, float]:
+    """Iterate to rounding; return whether it converges, and the size of the stages.
+
+    It converges where the rate of convergence, as measured, leaves less than rounding to come.
+    """
+    planes = len(omega)
+    for p in range(planes):
+        store(work, row(U, planes, p), splat(state[4 * p]))
+        store(work, row(V, planes, p), splat(state[4 * p + 2]))
+    _evaluate(system, mode, omega, kind, work)
+    before, size, floor = math.inf, 0.0, 0.0
+    for n in range(MAX_SWEEPS):
+        change = _sweep(system, mode, omega, h, kind, state, work)
+        if n == 0:
+            size = _size(planes, work)
+            floor = 0.25 * ROUNDING * size
+        if change <= floor or (n > 0 and change * change <= floor * (before - change)):
+            return True, size
+        if not change < before and n > 0:
+            return change <= 64.0 * ROUNDING * size, size
+        before = change
+    return False, size
+
+
+@compiled
+def _linearised(
+    system: Any, mode: Any, omega: Any, h: float, kind: int, work: Any, slopes: Any, matrix: Any
+) -> None:
+    """Fill the matrix I − h A ∂K/∂(U, V), by central differences at all stages together."""
+    planes = len(omega)
+    unknowns = 2 * planes
+    for column in range(unknowns):
+        place = row(U, planes, column)
+        there = load(work, place)
+        step = 1e-6 * (largest(there) + 1e-9)
+        store(work, place, there + step)
+        _evaluate(system, mode, omega, kind, work)
+        for r in range(unknowns):
+            store(slopes, r, load(work, row(K1, planes, r)))
+        store(work, place, there - step)
+        _evaluate(system, mode, omega, kind, work)
+        store(work, place, there)
+        for r in range(unknowns):
+            slope = (load(slopes, r) - load(work, row(K1, planes, r))) / (2.0 * step)
+            for i in range(STAGES):
+                for j in range(STAGES):
+                    a = COLUMNS[j, i] * h * lane(slope, j)
+                    matrix[r * STAGES + i, column * STAGES + j] = -a
+    for i in range(unknowns * STAGES):
+        matrix[i, i] += 1.0
+
+
+@compiled
+def _eliminate(matrix: Any, right: Any) -> float:
+    """Solve matrix · x = right in place, with pivots; return the largest |x|, NaN if singular."""
+    n = len(right)
+    for c in range(n):
+        pivot = c
+        for r in range(c + 1, n):
+            pivot = r if abs(matrix[r, c]) > abs(matrix[pivot, c]) else pivot
+        if not abs(matrix[pivot, c]) > 0.0:
+            return math.nan
+        for k in range(c, n):
+            matrix[c, k], matrix[pivot, k] = matrix[pivot, k], matrix[c, k]
+        right[c], right[pivot] = right[pivot], right[c]
+        for r in range(c + 1, n):
+            factor = matrix[r, c] / matrix[c, c]
+            for k in range(c + 1, n):
+                matrix[r, k] -= factor * matrix[c, k]
+            right[r] -= factor * right[c]
+    biggest = 0.0
+    for c in range(n - 1, -1, -1):
+        for k in range(c + 1, n):
+            right[c] -= matrix[c, k] * right[k]
+        right[c] /= matrix[c, c]
+        biggest = biggest if biggest > abs(right[c]) else abs(right[c])
+    return biggest
+
+
+@compiled
+def _solve(
+    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, memory: Any
+) -> tuple[bool, float]:
+    """Solve the stage equations by Newton's method; return whether it converges, and the size."""
+    work, _, _, matrix, right, slopes = memory
+    planes = len(omega)
+    unknowns = 2 * planes
+    for p in range(planes):
+        store(work, row(U, planes, p), splat(state[4 * p]))
+        store(work, row(V, planes, p), splat(state[4 * p + 2]))
+    before, size = math.inf, 0.0
+    for _ in range(MAX_NEWTON):
+        _linearised(system, mode, omega, h, kind, work, slopes, matrix)
+        _evaluate(system, mode, omega, kind, work)
+        for r in range(unknowns):
+            begin = state[4 * (r % planes) + 2 * (r // planes)]
+            new = fma(_integral(load(work, row(K1, planes, r)), work), h, begin)
+            wanted = new - load(work, row(U, planes, r))
+            for i in range(STAGES):
+                right[r * STAGES + i] = lane(wanted, i)
+        change = _eliminate(matrix, right)
+        for r in range(unknowns):
+            for i in range(STAGES):
+                work[row(U, planes, r), i] += right[r * STAGES + i]
+        size = _size(planes, work)
+        if not math.isfinite(change):
+            return False, size
+        floor = 4.0 * ROUNDING * size
+        if change <= floor or (not change < before and change <= 64.0 * floor):
+            _evaluate(system, mode, omega, kind, work)
+            return True, size
+        if not change < 4.0 * before:
+            return False, size
+        before = change
+    return False, size
+
+
+@compiled
+def collocate(
+    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, memory: Any
+) -> tuple[float, bool]:
+    """Solve the stage equations of a step of h from `state`.
+
+    Args:
+        system: what disturbs, see `disturb`.
+        mode: handed on to `disturb`.
+        omega: ω of each plane [rad/s], a tuple.
+        h: length of the step [s], |ωh| ≤ MAX_ANGLE.
+        kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        state: X and Y of each plane, each in two doubles, shape (4P,).
+        memory: from `make_memory`.
+
+    Returns:
+        Last Legendre coefficient of the slopes over the step, relative to the state – infinite
+        without convergence – and whether Newton's method was needed.
+    """
+    work, turned, _, _, _, _ = memory
+    planes = len(omega)
+    turn_to(omega, h, kind, work, turned)
+    converged, size = _iterate(system, mode, omega, h, kind, state, work)
+    newton = not converged
+    if newton:
+        converged, size = _solve(system, mode, omega, h, kind, state, memory)
+        if not converged:
+            return math.inf, True
+    last = 0.0
+    for r in range(2 * planes):
+        tail = h * total(load(work, TAIL) * load(work, row(K1, planes, r)))
+        if not math.isfinite(tail):
+            return math.inf, newton
+        last = max(last, abs(tail))
+    return last / size if size > 0.0 else 0.0, newton
+
+
+@inlined
+def _turned(cosine: Any, sine: Any, a: Any, b: Any, add_a: float, add_b: float) -> Any:
+    """Return cos·(a + add_a) + sin·(b + add_b) for twofold cos, sin, a, b and small additions."""
+    first, first_rest = multiply_exactly(cosine[0], a[0])
+    second, second_rest = multiply_exactly(sine[0], b[0])
+    whole, rest = sum_exactly(first, second)
+    rest += first_rest + second_rest
+    rest += cosine[1] * a[0] + sine[1] * b[0]
+    rest += cosine[0] * (a[1] + add_a) + sine[0] * (b[1] + add_b)
+    return sum_exactly(whole, rest)
+
+
+@compiled
+def finish(omega: Any, h: float, kind: int, state: Any, memory: Any) -> None:
+    """Fill `memory.end` with the state at the end of the step last collocated."""
+    work, turned, end, _, _, _ = memory
+    planes = len(omega)
+    weights = load(work, QUADRATURE)
+    for p in range(planes):
+        at = TURNED * p
+        cosine = turned[kind, at + 1], turned[kind, at + 2]
+        sine = turned[kind, at + 3], turned[kind, at + 4]
+        minus = -sine[0], -sine[1]
+        u, v = (state[4 * p], state[4 * p + 1]), (state[4 * p + 2], state[4 * p + 3])
+        add_u = h * total(weights * load(work, row(K1, planes, p)))
+        add_v = h * total(weights * load(work, row(K2, planes, p)))
+        end[4 * p], end[4 * p + 1] = _turned(cosine, sine, u, v, add_u, add_v)
+        end[4 * p + 2], end[4 * p + 3] = _turned(cosine, minus, v, u, add_v, add_u)
+
+
+@compiled
+def expand(planes: int, work: Any) -> None:
+    """Fill F1, F2 with the Legendre coefficients of the slopes: what `between` reads."""
+    for r in range(2 * planes):
+        slopes = load(work, row(K1, planes, r))
+        coefficients = load(EXPANSION, 0) * lane(slopes, 0)
+        for j in range(1, STAGES):
+            coefficients = fma(load(EXPANSION, j), lane(slopes, j), coefficients)
+        store(work, row(F1, planes, r), coefficients)
+
+
+@compiled
+def between(omega: Any, p: int, h: float, xi: float, state: Any, work: Any) -> Any:
+    """Return X and Y of plane p at the fraction xi of the step, from the stage polynomials."""
+    planes = len(omega)
+    u, v = state[4 * p], state[4 * p + 2]
+    y = 2.0 * xi - 1.0
+    older, old, integral = 1.0, y, xi
+    for n in range(STAGES):
+        u += h * work[row(F1, planes, p), n] * integral
+        v += h * work[row(F2, planes, p), n] * integral
+        new = _RISE[n] * (y * old) - _FALL[n] * older
+        integral = _HALF[n] * (new - older)
+        older, old = old, new
+    c, s = rotation(omega[p] * (xi * h))
+    return c * u + s * v, c * v - s * u

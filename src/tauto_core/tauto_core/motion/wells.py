@@ -1,0 +1,359 @@
+"""The trochlea in compiled code: what its lever arm, its power and its drag do at an instant.
+
+Absent terms are `None`: numba compiles them away, they are not in the code that runs. Angles,
+rates and forcing are floats or `Lanes`; one formula serves both.
+
+Variables per unit of inertia: q = ϑ, the angle the cam feels, and w = p/I with the momentum
+p = I (q̇ + γ̇) + m t² q̇ (theory E2 in Hamilton's form: no second derivative of the forcing):
+
+    q̇ = (w − γ̇) / (1 + μ t²)                                               μ = m/I
+    ẇ = −pull · t + μ t t' q̇² − (c₁ v + c₂ d v² + c₀ d)/I                   v = q̇ + τ̇ = θ̇
+
+with t the lever arm, pull = F/I, τ = γ − α_c the tilt of the neutral line in the case, θ = q + τ,
+and d the sign of θ̇, constant between the events.
+
+A heavy weight on a linear lever arm has a `shape` (arc_length): then x = s, the arc, and
+p = ṡ + γ̇n stand for q and w. x and w are either of them.
+
+What goes together travels together: `machine` is (μ, force, stiffness, weight, viscous, quadratic,
+coulomb, escapement), each over I or None; `well`
+(machine, lever, shape or None); `mode` (side of the cam's kink,
+d); `at` what the ship does at an instant: (γ̇, γ̈), (τ, τ̇, τ̈), g_eff.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+from tauto_core.curves.levers import ArcLever, LinearLever
+from tauto_core.motion import arc_length
+from tauto_core.motion.compiled import compiled, inlined
+from tauto_core.motion.gauss import STAGES
+from tauto_core.motion.lanes import LANES, fma, lane, largest, splat, with_lane
+from tauto_core.motion.rotation import sine_versine
+
+SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
+arc_of = compiled(arc_length.arc_of)
+angle_of = compiled(arc_length.angle_of)
+
+
+@inlined
+def horner(coefficients: Any, k: int, x: float) -> tuple[float, float, float]:
+    """Return Σ c_kj x^j and its first two derivatives in x."""
+    value = first = half_second = 0.0
+    for j in range(coefficients.shape[1] - 1, -1, -1):
+        half_second = half_second * x + first
+        first = first * x + value
+        value = value * x + coefficients[k, j]
+    return value, first, 2.0 * half_second
+
+
+@compiled
+def _spline(lever: Any, q: float) -> tuple[float, float, float]:
+    """Return t, t' and h of a table; odd, odd's derivative, even."""
+    size = abs(q)
+    knots = lever.knots
+    k = min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
+    x = size - knots[k]
+    value, first, _ = horner(lever.coefficients, k, x)
+    lift = 0.0
+    for j in range(lever.coefficients.shape[1] - 1, -1, -1):
+        lift = lift * x + lever.coefficients[k, j] / (j + 1.0)
+    return math.copysign(value, q), first, lever.lifts[k] + lift * x
+
+
+def lever_arm(lever: Any, side: float, q: Any) -> Any:
+    """Return t, t' and h at the cam angle q; `side` continues a kinked cam smoothly."""
+    raise TypeError('lever_arm runs in compiled code only')
+
+
+@overload(lever_arm, strict=False)
+def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
+    if lever.instance_class is LinearLever:
+        return lambda lever, side, q: (lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q))
+    if lever.instance_class is ArcLever:
+
+        def arc(lever: Any, side: float, q: Any) -> Any:
+            sine, versine = sine_versine(q)
+            cosine = 1.0 - versine
+            return (
+                lever.root_depth * sine + (side * lever.radius) * versine,
+                lever.root_depth * cosine + (side * lever.radius) * sine,
+                lever.root_depth * versine + (side * lever.radius) * (q - sine),
+            )
+
+        return arc
+    if q is not LANES:
+        return lambda lever, side, q: _spline(lever, q)
+
+    def table(lever: Any, side: float, q: Any) -> Any:
+        arm, rate, lift = splat(0.0), splat(0.0), splat(0.0)
+        for i in range(STAGES):
+            value, first, height = _spline(lever, lane(q, i))
+            arm = with_lane(arm, i, value)
+            rate = with_lane(rate, i, first)
+            lift = with_lane(lift, i, height)
+        return arm, rate, lift
+
+    return table
+
+
+def excess(lever: Any, q: Any, t: Any, pull: Any, square: float) -> Any:
+    """Return ω²q − pull·t: by how much the well falls short of the harmonic one."""
+    raise TypeError('excess runs in compiled code only')
+
+
+@overload(excess, strict=False)
+def _excess(lever: Any, q: Any, t: Any, pull: Any, square: Any) -> Any:
+    if lever.instance_class is LinearLever:
+        # no difference of two large terms
+        return lambda lever, q, t, pull, square: (square - lever.rate * pull) * q
+    return lambda lever, q, t, pull, square: square * q - pull * t
+
+
+def kinked(lever: Any) -> bool:
+    """Return whether the lever arm has a kink in its second derivative at ϑ = 0."""
+    raise TypeError('kinked runs in compiled code only')
+
+
+@overload(kinked, strict=False)
+def _kinked(lever: Any) -> Any:
+    if lever.instance_class is ArcLever:
+        return lambda lever: True
+    return lambda lever: False
+
+
+def _absent(kind: Any) -> bool:
+    return isinstance(kind, types.NoneType)
+
+
+def term(coefficient: Any, value: Any) -> Any:
+    """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
+    raise TypeError('term runs in compiled code only')
+
+
+@overload(term, strict=False)
+def _term(coefficient: Any, value: Any) -> Any:
+    if _absent(coefficient):
+        return lambda coefficient, value: -0.0
+    return lambda coefficient, value: coefficient * value
+
+
+@inlined
+def pull_of(machine: Any, lift: Any, g_eff: Any) -> Any:
+    """Return F/I."""
+    _, force, stiffness, weight, _, _, _, _ = machine
+    return term(force, 1.0) + term(stiffness, lift) + term(weight, g_eff)
+
+
+@inlined
+def drag_of(machine: Any, v: Any, d: float) -> Any:
+    """Return the drag torque against the motion in the case, over I."""
+    _, _, _, _, viscous, quadratic, coulomb, _ = machine
+    return term(viscous, v) + term(quadratic, d * (v * v)) + term(coulomb, d)
+
+
+@inlined
+def mass_of(mu: Any, t: Any) -> Any:
+    """Return M/I = 1 + μ t²."""
+    return 1.0 + term(mu, t * t)
+
+
+def rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
+    """Return q̇ from the momentum."""
+    raise TypeError('rate_of runs in compiled code only')
+
+
+@overload(rate_of, strict=False)
+def _rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
+    if _absent(mu):
+        return lambda mu, t, w, line_rate: w - line_rate
+    return lambda mu, t, w, line_rate: (w - line_rate) / (1.0 + mu * (t * t))
+
+
+@inlined
+def ride(mu: Any, t: Any, t1: Any, rate: Any) -> Any:
+    """Return what the weight's ride on the changing lever arm adds to ẇ."""
+    return term(mu, t * t1 * (rate * rate))
+
+
+@inlined
+def _even(terms: Any, row: int, u: Any) -> Any:
+    """Return a polynomial of the shape at u."""
+    last = terms.shape[1] - 1
+    value = fma(u, terms[row, last], terms[row, last - 1])
+    for j in range(last - 2, -1, -1):
+        value = fma(value, u, terms[row, j])
+    return value
+
+
+@compiled
+def _angle_along(shape: Any, arc: float) -> float:
+    """Return ϑ of the arc."""
+    u = arc * arc / shape.limit
+    if u <= 1.0:
+        return arc * _even(shape.terms, ANGLE, u)
+    return angle_of(arc, shape.k)
+
+
+def angle_at(well: Any, x: float) -> float:
+    """Return q of a state."""
+    raise TypeError('angle_at runs in compiled code only')
+
+
+@overload(angle_at, strict=False)
+def _angle_at(well: Any, x: Any) -> Any:
+    if _absent(well[2]):
+        return lambda well, x: x
+    return lambda well, x: _angle_along(well[2], x)
+
+
+def unfold(well: Any, x: Any, w: Any, line_rate: Any, side: float) -> Any:
+    """Return q and q̇ of a state."""
+    raise TypeError('unfold runs in compiled code only')
+
+
+@overload(unfold, strict=False)
+def _unfold(well: Any, x: Any, w: Any, line_rate: Any, side: Any) -> Any:
+    if _absent(well[2]):
+
+        def angle(well: Any, x: Any, w: Any, line_rate: Any, side: float) -> Any:
+            return x, rate_of(well[0][0], lever_arm(well[1], side, x)[0], w, line_rate)
+
+        return angle
+
+    def arc(well: Any, x: float, w: float, line_rate: float, side: float) -> Any:
+        shape = well[2]
+        q = _angle_along(shape, x)
+        n = 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q))
+        return q, n * (w - line_rate * n)
+
+    return arc
+
+
+def fold(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any:
+    """Return x and w of q and q̇."""
+    raise TypeError('fold runs in compiled code only')
+
+
+@overload(fold, strict=False)
+def _fold(well: Any, q: Any, rate: Any, line_rate: Any, side: Any) -> Any:
+    if _absent(well[2]):
+
+        def angle(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any:
+            t = lever_arm(well[1], side, q)[0]
+            return q, rate * mass_of(well[0][0], t) + line_rate
+
+        return angle
+
+    def arc(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any:
+        k = well[2].k
+        root = math.sqrt(1.0 + (k * q) * (k * q))
+        return arc_of(q, k), rate * root + line_rate / root
+
+    return arc
+
+
+@compiled
+def acceleration(well: Any, mode: Any, x: float, w: float, at: Any) -> Any:
+    """Return θ, θ̇, q̇, q̈, q and the thread's tension over I (0 or less: slack)."""
+    machine, lever, _ = well
+    side, d = mode
+    line, tilt, g_eff = at
+    q, rate = unfold(well, x, w, line[0], side)
+    t, t1, lift = lever_arm(lever, side, q)
+    v = rate + tilt[1]
+    pull = pull_of(machine, lift, g_eff)
+    pushed = line[1] + drag_of(machine, v, d) + pull * t + ride(machine[0], t, t1, rate)
+    bend = -pushed / mass_of(machine[0], t)
+    tension = pull + term(machine[0], t1 * (rate * rate) + t * bend)
+    return q + tilt[0], v, rate, bend, q, tension
+
+
+def drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
+    """Return ẋ and ẇ in the state that `acceleration` returned."""
+    raise TypeError('drift runs in compiled code only')
+
+
+@overload(drift, strict=False)
+def _drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
+    if _absent(well[2]):
+
+        def angle(well: Any, mode: Any, state: Any, at: Any) -> Any:
+            t, t1, lift = lever_arm(well[1], mode[0], state[4])
+            resisted = pull_of(well[0], lift, at[2]) * t + drag_of(well[0], state[1], mode[1])
+            return state[2], ride(well[0][0], t, t1, state[2]) - resisted
+
+        return angle
+
+    def arc(well: Any, mode: Any, state: Any, at: Any) -> Any:
+        t, _, lift = lever_arm(well[1], mode[0], state[4])
+        k = well[2].k
+        n = 1.0 / math.sqrt(1.0 + (k * state[4]) * (k * state[4]))
+        resisted = pull_of(well[0], lift, at[2]) * t + drag_of(well[0], state[1], mode[1])
+        bent = -(k * k) * state[4] * (n * n) * (n * n)
+        return state[2] / n, state[2] / n * at[0][0] * bent - n * resisted
+
+    return arc
+
+
+@compiled
+def holding_torque(well: Any, side: float, angle: float, at: Any) -> float:
+    """Return the torque over I that keeps the wheel at `angle` in the moving case."""
+    machine, lever, _ = well
+    line, tilt, g_eff = at
+    t, t1, lift = lever_arm(lever, side, angle - tilt[0])
+    carried = term(machine[0], t * (t1 * tilt[1] * tilt[1] - t * tilt[2]))
+    return line[1] - tilt[2] + carried + pull_of(machine, lift, g_eff) * t
+
+
+@compiled
+def kick(escapement: Any, mu: Any, t: float, v: float, d: float) -> float:
+    """Return what an impulse adds to q̇: ½ M θ̇² grows by the energy (theory E2)."""
+    if escapement is None:
+        return 0.0
+    return d * math.sqrt(v * v + escapement[0] / mass_of(mu, t)) - v
+
+
+@compiled
+def _shape_exactly(shape: Any, rate: float, s: Any) -> Any:
+    """Return n, (dn/ds)/s, b − nt/s and ϑ of each lane from the functions themselves."""
+    n_all, slope, less, q_all = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    for i in range(STAGES):
+        arc = lane(s, i)
+        q = angle_of(arc, shape.k)
+        ratio = q / arc if arc != 0.0 else 1.0
+        n = 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q))
+        n_all = with_lane(n_all, i, n)
+        slope = with_lane(slope, i, -(shape.k * shape.k) * ratio * (n * n) * (n * n))
+        less = with_lane(less, i, rate * (1.0 - n * ratio))
+        q_all = with_lane(q_all, i, q)
+    return n_all, slope, less, q_all
+
+
+@inlined
+def shape_at(shape: Any, rate: float, s: Any) -> Any:
+    """Return n, (dn/ds)/s, b − nt/s and ϑ at the stages."""
+    u = (s * s) * (1.0 / shape.limit)
+    if largest(u) > 1.0:
+        return _shape_exactly(shape, rate, s)
+    terms = shape.terms
+    last = terms.shape[1] - 1
+    n, slope, more, angle = (
+        splat(terms[SHORTENING, last]),
+        splat(terms[SLOPE, last]),
+        splat(terms[LEVER, last]),
+        splat(terms[ANGLE, last]),
+    )
+    # side by side: each of them waits for its own last term only
+    for j in range(last - 1, -1, -1):
+        n = fma(n, u, terms[SHORTENING, j])
+        slope = fma(slope, u, terms[SLOPE, j])
+        more = fma(more, u, terms[LEVER, j])
+        angle = fma(angle, u, terms[ANGLE, j])
+    return n, slope, -(u * more), s * angle

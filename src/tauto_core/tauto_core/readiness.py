@@ -1,0 +1,63 @@
+"""Whether a scene can sail: what only shows when machine, dial and ship meet."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tauto_core.machines import compile_machine
+from tauto_core.scene import Scene
+from tauto_core.scene.checks import LAST_STAMP_S
+from tauto_core.scene.errors import ABSENT, SceneError
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.imu import attitude
+
+
+def check_scene(scene: Scene) -> None:
+    """Refuse what only shows when the parts meet, before anything is started or overwritten.
+
+    Raises:
+        SceneError: the machine cannot be built, or the release and the ship's motion at the start
+            put the cam angle beyond the cam (theory E4).
+        MotionDataError: measured motion that cannot be used.
+    """
+    machine = compile_machine(scene)
+    _check_dial(scene, machine.frequency)
+    felt = attitude(ShipMotion(scene).produce(1))
+    tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
+    angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
+    if not abs(angle) <= machine.cam.range_rad:
+        raise SceneError(
+            scene.name,
+            'trochlea.release_angle',
+            machine.release_angle,
+            f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
+            f'±{machine.cam.range_rad:.6g} rad',
+            'Release at a smaller angle or give the cam a wider range.',
+        )
+
+
+def _check_dial(scene: Scene, frequency: float) -> None:
+    """Refuse a dial that would leave the times of ROS."""
+    period = math.tau / frequency if frequency > 0.0 else math.inf
+    nominal = scene.clock.nominal_period or period
+    if not (period > 0.0 and nominal <= LAST_STAMP_S):
+        raise SceneError(
+            scene.name,
+            'trochlea' if scene.clock.nominal_period is None else 'clock.nominal_period',
+            ABSENT if scene.clock.nominal_period is None else nominal,
+            f'makes a period of {nominal:.6g} s on the dial; it must be > 0 and at most '
+            f'{LAST_STAMP_S} s, where ROS stamps end',
+            'Check the units of inertia, cam and power, or give another nominal_period.',
+        )
+    shown = scene.starts_at + scene.duration * nominal / period
+    if not shown <= LAST_STAMP_S:
+        raise SceneError(
+            scene.name,
+            'clock.nominal_period',
+            nominal,
+            f'lets the dial, with a period of {period:.6g} s, come to {shown:.6g} s; ROS stamps '
+            f'end at {LAST_STAMP_S} s',
+            'Give a nominal_period near the period, or leave it out.',
+        )

@@ -1,0 +1,125 @@
+"""`tauto scene check`: what runs and why, what is left out, what it costs, how exact it is."""
+
+from __future__ import annotations
+
+import json
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from rich.console import Console
+
+from tauto_core.cli.facts import facts_table, scene_facts
+from tauto_core.scene import load_scene, scene_yaml
+
+IDEAL = yaml.safe_load(scene_yaml(load_scene('ideal')))
+TROCHLEA = IDEAL['trochlea']
+FORCE, WEIGHT = TROCHLEA['power'], {'kind': 'weight', 'mass': 0.16}
+VERTICAL = {
+    'cam': {'kind': 'involute', 'base_radius': 0.01},
+    'thread': {'kind': 'vertical'},
+    'power': WEIGHT,
+}
+ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+HEAVE = {'kind': 'components', 'heave': [{'amplitude': 0.5, 'period': 9.0}]}
+
+
+def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
+    """Return the facts of the ideal scene with changes."""
+    content = IDEAL | {'trochlea': TROCHLEA | (trochlea or {})} | changes
+    scene = folder / 'scene.yaml'
+    scene.write_text(yaml.safe_dump(content))
+    found = scene_facts(str(scene))
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
+    return found
+
+
+@pytest.mark.parametrize(
+    ('changes', 'propagator', 'said'),
+    [
+        ({}, 'harmonic', ['a ship that lies still']),
+        ({'trochlea': VERTICAL}, 'action_angle', ["the weight's inertia", 'undisturbed']),
+        ({'trochlea': {'power': FORCE | {'kind': 'spring', 'stiffness': 5.0}}}, 'action_angle',
+         ["spring's stiffness"]),
+        ({'ship': ROLL}, 'forced_harmonic', ['the roll in a harmonic well', 'exact step']),
+        ({'drag': {'viscous': 1e-6}}, 'forced_harmonic', ['viscous drag in a harmonic well']),
+        ({'drag': {'viscous': 1.0}}, 'collocation', ['stops the wheel before it swings']),
+        ({'drag': {'quadratic': 1e-6}}, 'collocation', ['quadratic drag is not linear']),
+        ({'drag': {'coulomb': 1e-9}}, 'collocation', ['friction turns round']),
+        ({'trochlea': VERTICAL, 'drag': {}}, 'collocation', ['leave it out']),
+        ({'escapement': {'energy': 1e-6}}, 'collocation', ['acts at an instant']),
+        ({'trochlea': VERTICAL, 'ship': HEAVE}, 'collocation',
+         ['the apparent gravity moves the weight', "not harmonic (the weight's inertia)"]),
+    ],
+)  # fmt: skip
+def test_the_reason_names_what_decides(
+    tmp_path: Path, changes: dict[str, Any], propagator: str, said: list[str]
+) -> None:
+    found = facts(tmp_path, **changes)
+    assert found['propagator'] == propagator
+    for words in said:
+        assert words in found['reason']
+
+
+def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
+    assert facts(tmp_path)['left_out'] == [
+        'drag',
+        'escapement',
+        'roll',
+        'heave',
+        'suspension',
+        'voyage',
+    ]
+    massless = VERTICAL | {'power': WEIGHT | {'massless': True}}
+    full = facts(
+        tmp_path,
+        massless,
+        ship=ROLL | HEAVE,
+        drag={'viscous': 1e-6, 'coulomb': 1e-9},
+        escapement={'energy': 1e-6},
+        voyage={'departure': [0, 0], 'arrival': [1, 1], 'sails_at': 0.0, 'arrives_at': 9.0},
+    )
+    assert full['left_out'] == ['quadratic drag', 'suspension', "the weight's inertia"]
+    assert 'apparent gravity' in facts(tmp_path, ship=ROLL)['left_out']
+
+
+def test_steps_are_told_where_steps_are_taken(tmp_path: Path) -> None:
+    assert facts(tmp_path)['expected']['steps_a_swing'] is None
+    assert facts(tmp_path)['expected']['tolerance'] is None
+    steps = []
+    for tolerance in (1e-15, 1e-9):
+        found = facts(tmp_path, VERTICAL, ship=ROLL, solver={'tolerance': tolerance})
+        assert found['expected']['tolerance'] == tolerance
+        steps.append(found['expected']['steps_a_swing'])
+    assert steps[0] > steps[1] >= 1.0
+
+
+def printed(found: dict[str, Any], columns: int) -> list[str]:
+    out = StringIO()
+    Console(file=out, width=columns).print(facts_table(found))
+    return out.getvalue().splitlines()
+
+
+@pytest.mark.parametrize('columns', [80, 160])
+def test_the_table_keeps_every_word_in_a_narrow_and_a_wide_terminal(columns: int) -> None:
+    found = scene_facts('cheek_before_euler')
+    lines = printed(found, columns)
+    assert max(map(len, lines)) <= columns
+    cells = [line.split('│')[2].strip() for line in lines if line.count('│') == 3]
+    text = ' '.join(cells)
+    assert f'collocation: {found["reason"]}' in text
+    assert ', '.join(found['left_out']) in text
+    assert '…' not in text
+
+
+def test_the_table_says_which_error_there_is() -> None:
+    for name, said in (
+        ('ideal', 'none that grows'),
+        ('second_cam_at_sea', 'from rounding'),
+        ('portsmouth_jamaica', 'from the tolerance'),
+        ('measured', 'taken as measured'),
+        ('involute_weight_at_sea', 'from sampling waves down to 2.28 s'),
+    ):
+        assert any(said in line for line in printed(scene_facts(name), 80)), name

@@ -1,0 +1,196 @@
+"""The peers against closed forms, and against SciPy on the equations of theory E1 and E2."""
+
+from __future__ import annotations
+
+import math
+import sys
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tauto_core.bench.cvode_peer import Cvode
+from tauto_core.bench.diffrax_peer import Diffrax
+from tauto_core.bench.heyoka_peer import Heyoka, reference_states
+from tauto_core.bench.mujoco_peer import Mujoco
+from tauto_core.bench.peer import MissingPeerError
+from tauto_core.bench.problems import Numbers, Problem, problems
+from tauto_core.scene.errors import UsageError
+
+LIBRARIES = {
+    Heyoka: ('heyoka', 'heyoka'),
+    Diffrax: ('diffrax', 'diffrax'),
+    Cvode: ('sksundae', 'scikit-sundae'),
+    Mujoco: ('mujoco', 'mujoco'),
+}
+DURATION_S = 6.3
+# What a peer reaches at these settings in six swings, in rad; Dopri8's interpolant is what its
+# events are found on, hence the coarser figure of e.
+SHARP = [(Heyoka, '1e-15', 1e-12), (Diffrax, '1e-12', 1e-10), (Cvode, 'Adams 1e-12', 1e-8)]
+LINEAR = [*SHARP, (Mujoco, 'RK4 2e-3', 1e-8)]
+BOUND_WITH_EVENTS = {Heyoka: 1e-11, Diffrax: 2e-8, Cvode: 2e-8}
+
+
+@cache
+def peer(kind):
+    pytest.importorskip(LIBRARIES[kind][0])
+    return kind()
+
+
+def problem(key: str) -> Problem:
+    return next(each for each in problems() if each.key == key)
+
+
+def roll(numbers: Numbers, time):
+    sea = numbers.sea
+    if sea is None:
+        return np.zeros(3)
+    angle = sea.omega * time + sea.phase
+    return np.array([
+        np.sum(sea.amplitude * np.cos(angle)),
+        -np.sum(sea.amplitude * sea.omega * np.sin(angle)),
+        -np.sum(sea.amplitude * sea.omega**2 * np.cos(angle)),
+    ])  # fmt: skip
+
+
+def linear_wheel(numbers: Numbers, time: float) -> tuple[float, float]:
+    """theta, theta' of I psi'' + P b (psi - roll) = 0: free swing, a response a component."""
+    w2 = numbers.force * numbers.lever_rate / numbers.inertia
+    w = math.sqrt(w2)
+    sea = numbers.sea
+    gain = w2 / (w2 - sea.omega**2) if sea else np.zeros(0)
+
+    def forced(t: float) -> np.ndarray:
+        if sea is None:
+            return np.zeros(2)
+        angle, a = sea.omega * t + sea.phase, sea.amplitude * gain
+        return np.array([np.sum(a * np.cos(angle)), -np.sum(a * sea.omega * np.sin(angle))])
+
+    x, v = np.array([numbers.release_angle, 0.0]) + roll(numbers, 0.0)[:2] - forced(0.0)
+    cosine, sine = math.cos(w * time), math.sin(w * time)
+    free = np.array([x * cosine + v / w * sine, -x * w * sine + v * cosine])
+    angle, rate = free + forced(time) - roll(numbers, time)[:2]
+    return float(angle), float(rate)
+
+
+def vertical(numbers: Numbers, time: float) -> tuple[float, float]:
+    """beta and g_eff from the acceleration of the clock in the earth's axes."""
+    r, r1, r2 = roll(numbers, time)
+    across = -numbers.sea.height * (r2 * math.cos(r) - r1**2 * math.sin(r))
+    up = numbers.gravity - numbers.sea.height * (r2 * math.sin(r) + r1**2 * math.cos(r))
+    return math.atan2(-across, up), math.hypot(across, up)
+
+
+def vertical_rate(numbers: Numbers, time: float) -> float:
+    """beta' by central differences of sixth order, good to 1e-12 with this step."""
+    h, weights = 0.02, {1: 0.75, 2: -0.15, 3: 1.0 / 60.0}
+    return sum(
+        c * (vertical(numbers, time + k * h)[0] - vertical(numbers, time - k * h)[0]) / h
+        for k, c in weights.items()
+    )
+
+
+def by_scipy(numbers: Numbers, end: float) -> tuple[float, float]:
+    """theta, theta' from the canonical momentum p = I psi' + m b^2 x^2 x' by DOP853."""
+    inertia, carried = numbers.inertia, numbers.mass * numbers.lever_rate**2
+
+    def speed(t: float, y: np.ndarray) -> float:
+        beta_rate = vertical_rate(numbers, t)
+        return (y[1] - inertia * beta_rate) / (inertia + carried * y[0] ** 2) + beta_rate
+
+    def slope(t: float, y: np.ndarray) -> list[float]:
+        x_rate = speed(t, y) - vertical_rate(numbers, t)
+        pull = numbers.mass * vertical(numbers, t)[1] * numbers.lever_rate
+        drag = numbers.viscous * (speed(t, y) - roll(numbers, t)[1])
+        return [x_rate, carried * y[0] * x_rate**2 - pull * y[0] - drag]
+
+    def theta(t: float, y: np.ndarray) -> float:
+        return y[0] + vertical(numbers, t)[0] - roll(numbers, t)[0]
+
+    theta.terminal = bool(numbers.impulse_energy)
+    beta_rate, now = vertical_rate(numbers, 0.0), 0.0
+    x = numbers.release_angle + roll(numbers, 0.0)[0] - vertical(numbers, 0.0)[0]
+    psi_rate = roll(numbers, 0.0)[1]
+    y = np.array([x, inertia * psi_rate + carried * x**2 * (psi_rate - beta_rate)])
+    sense = -1
+    while True:
+        theta.direction = sense
+        run = solve_ivp(
+            slope, (now, end), y, method='DOP853', rtol=1e-11, atol=1e-13, events=theta
+        )
+        now, y = run.t[-1], run.y[:, -1]
+        v = speed(now, y) - roll(numbers, now)[1]
+        if now >= end:
+            return float(theta(now, y)), float(v)
+        mass = inertia + carried * y[0] ** 2
+        y[1] += mass * (math.copysign(math.sqrt(v**2 + 2 * numbers.impulse_energy / mass), v) - v)
+        sense = -sense
+
+
+@cache
+def scipy_wheel(key: str) -> tuple[float, float]:
+    return by_scipy(problem(key).numbers, DURATION_S)
+
+
+@pytest.mark.parametrize('key', ['a', 'd'])
+@pytest.mark.parametrize(('kind', 'setting', 'bound'), LINEAR)
+def test_linear_problems_end_where_the_closed_form_does(kind, setting, bound, key):
+    outcome = peer(kind).solve(problem(key), setting, DURATION_S)
+    angle, rate = linear_wheel(problem(key).numbers, DURATION_S)
+    assert outcome.time_s == DURATION_S
+    assert outcome.angle == pytest.approx(angle, abs=bound)
+    assert outcome.rate == pytest.approx(rate, abs=2 * math.pi * bound)
+
+
+@pytest.mark.parametrize('key', ['c', 'e'])
+@pytest.mark.parametrize(('kind', 'setting', 'bound'), SHARP)
+def test_weight_at_sea_ends_where_scipy_does(kind, setting, bound, key):
+    outcome = peer(kind).solve(problem(key), setting, DURATION_S)
+    angle, rate = scipy_wheel(key)
+    # SciPy at 1e-11 with differences for beta' is good to some 1e-9.
+    bound = 5e-9 + (bound if key == 'c' else BOUND_WITH_EVENTS[kind])
+    assert outcome.angle == pytest.approx(angle, abs=bound)
+    assert outcome.rate == pytest.approx(rate, abs=2 * math.pi * bound)
+
+
+@pytest.mark.parametrize(('kind', 'setting', 'bound'), SHARP)
+def test_weight_on_land_ends_where_extended_precision_does(kind, setting, bound):
+    pytest.importorskip('heyoka')
+    outcome = peer(kind).solve(problem('b'), setting, DURATION_S)
+    ((angle, _),) = reference_states(problem('b'), [DURATION_S])
+    assert outcome.angle == pytest.approx(angle, abs=bound)
+
+
+def test_reference_is_the_closed_form_to_rounding():
+    pytest.importorskip('heyoka')
+    times = [DURATION_S, 60.0]
+    for at, found in zip(times, reference_states(problem('d'), times), strict=True):
+        # The closed form in double precision: omega t rounds to 1e-13 at 60 s.
+        assert found == pytest.approx(linear_wheel(problem('d').numbers, at), abs=1e-12)
+
+
+def test_mujoco_keeps_its_fourth_order_under_roll():
+    mujoco, at_sea = peer(Mujoco), problem('d')
+    angle, _ = linear_wheel(at_sea.numbers, DURATION_S)
+    coarse, fine = (
+        abs(mujoco.solve(at_sea, f'RK4 {step}', DURATION_S).angle - angle)
+        for step in ('1e-2', '5e-3')
+    )
+    # A roll held still during a step would make it second order at best.
+    assert math.log2(coarse / fine) == pytest.approx(4.0, abs=0.3)
+
+
+def test_mujoco_says_what_it_cannot_express():
+    mujoco = peer(Mujoco)
+    assert [each.key for each in problems() if mujoco.settings(each)] == ['a', 'd']
+    with pytest.raises(UsageError, match="problem 'b'"):
+        mujoco.solve(problem('b'), 'RK4 1e-2', 1.0)
+
+
+@pytest.mark.parametrize('kind', LIBRARIES)
+def test_missing_library_is_named_with_the_extra(kind, monkeypatch):
+    module, package = LIBRARIES[kind]
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingPeerError, match=f"{package} is not installed.*extra 'bench'"):
+        kind()

@@ -1,0 +1,133 @@
+"""The longest step keeps the error that it was asked for, wherever in the swing it begins."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+
+from tauto_core.machines import compile_machine
+from tauto_core.motion import Forcing, events
+from tauto_core.motion.arc_length import arc_shape
+from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.rotation import MAX_ANGLE
+from tauto_core.motion.step_size import error_factor, longest_step, reference_frequency
+
+INVOLUTE = {
+    'cam': {'kind': 'involute', 'base_radius': 0.01},
+    'thread': {'kind': 'vertical'},
+    'release_angle': 1.3,
+}
+# what is the same to numba shares its kernels, with each other and with other files
+MACHINES = {
+    'light': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.05}},
+    'heavy': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 2.0}},
+    'spring': {'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0}},
+    'stiff spring': {
+        'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 400.0},
+        'release_angle': 1.3,
+    },
+    'arc': {
+        'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
+        'thread': {'kind': 'vertical'},
+        'release_angle': 1.3,
+    },
+}
+TOLERANCES = [10.0**-n for n in range(6, 15)]
+ROUNDING = 1e-15
+"""What sixteen steps and the one beside them may leave between them, relative to the state."""
+
+
+def machine_of(name):
+    return compile_machine(scene_of(trochlea=MACHINES[name]))
+
+
+def longest(machine, tolerance):
+    shape = arc_shape(machine)
+    return longest_step(
+        machine,
+        shape,
+        reference_frequency(machine),
+        factor=error_factor(machine, shape),
+        tolerance=tolerance,
+    )
+
+
+def span(length_s):
+    return Forcing(
+        length_s=np.array([length_s]),
+        begin=np.zeros(1),
+        end=np.ones(1),
+        end_ns=np.array([round(length_s * 1e9)]),
+        logged=np.zeros(1, bool),
+    )
+
+
+def stepped(engine, state, length_s, level):
+    """X and Y after 2^level equal steps from a state, whatever their error."""
+    engine.restore(state)
+    engine._tolerance, engine.longest_step_s = math.inf, math.inf
+    engine._ints[events.LEVEL] = level
+    engine.advance(span(length_s))
+    return engine.state()['floats'][[events.STATE, events.STATE + 2]]
+
+
+@pytest.mark.parametrize('name', MACHINES)
+def test_a_longest_step_errs_by_less_than_its_tolerance_at_every_phase(name):
+    """One step against sixteen, whose error is 16^16 times smaller, from 24 phases of a swing.
+
+    And it is no shorter than it must be: where steps are limited by it, the error of the worst
+    phase is within four orders of the tolerance. (With a kink it is shorter, since the kink is
+    where a step ends, but not where it is laid out.)
+    """
+    machine = machine_of(name)
+    engine = Collocation(machine)
+    engine.release(span(1.0))
+    size = abs(engine.state()['floats'][events.STATE])
+    period, states = machine.period(machine.release_angle), []
+    for _ in range(24):
+        stepped(engine, engine.state(), period / 24, 4)
+        states.append(engine.state())
+    for tolerance in TOLERANCES:
+        step = longest(machine, tolerance)
+        worst = 0.0
+        for state in states:
+            one, many = (stepped(engine, state, step, level) for level in (0, 4))
+            worst = max(worst, float(np.linalg.norm(one - many)) / size)
+        assert worst < tolerance + ROUNDING
+        limited = step < longest(machine, 1.0) and not machine.cam.kinked
+        assert not limited or worst > 1e-4 * tolerance
+
+
+@pytest.mark.parametrize('name', MACHINES)
+def test_steps_grow_with_the_tolerance_within_what_rotations_take(name):
+    machine = machine_of(name)
+    steps = [longest(machine, tolerance) for tolerance in TOLERANCES[::2]]
+    assert all(a >= b > 0.0 for a, b in pairwise(steps))
+    assert steps[0] * reference_frequency(machine) <= MAX_ANGLE
+    assert Collocation(machine, 1e-9).longest_step_s == longest(machine, 1e-9)
+
+
+def test_a_stronger_disturbance_takes_shorter_steps():
+    turned = [
+        longest(machine, 1e-12) * reference_frequency(machine)
+        for machine in map(machine_of, ('light', 'heavy'))
+    ]
+    assert turned[1] < turned[0]
+    turned = [
+        longest(machine, 1e-12) * reference_frequency(machine)
+        for machine in map(machine_of, ('spring', 'stiff spring'))
+    ]
+    assert turned[1] < turned[0]
+
+
+def test_the_turning_frame_goes_with_the_swing():
+    """Of a harmonic well with ω itself, of a stiffening spring faster than its small swings."""
+    plain = compile_machine(scene_of())
+    assert reference_frequency(plain) == pytest.approx(plain.frequency, rel=1e-14)
+    stiff = machine_of('stiff spring')
+    assert reference_frequency(stiff) == math.tau / stiff.period(1.3)
+    assert reference_frequency(stiff) > 1.1 * stiff.frequency

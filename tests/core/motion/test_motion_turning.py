@@ -1,0 +1,213 @@
+"""Collocation in n turning planes, on a system of our own: Hénon and Heiles with damping.
+
+    ẍ_p + c ẋ_p + ω_p² x_p + ∂V/∂x_p = 0,    V = λ (x₁² x_n − x_n³/3)
+
+In one plane the two coordinates are the same, and V = ⅔ λ x³.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from numba import types
+from numba.extending import overload
+
+from tauto_core.motion import turning
+from tauto_core.motion.compiled import entry
+from tauto_core.motion.lanes import load, splat, store
+from tauto_core.motion.turning import (
+    D1,
+    D2,
+    WHOLE_STEP,
+    X,
+    Y,
+    collocate,
+    finish,
+    make_memory,
+    row,
+)
+
+OMEGA = 1.0, 1.7
+
+
+# The system is a plain pair, λ and c: a class of this module would stay in numba's caches, where
+# other programs could not load it.
+@overload(turning.disturb, strict=False)
+def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:  # noqa: ARG001
+    if not (isinstance(system, types.UniTuple) and system.count == 2):
+        return None
+
+    def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:  # noqa: ARG001
+        planes = len(omega)
+        last = planes - 1
+        first_x, last_x = load(work, row(X, planes, 0)), load(work, row(X, planes, last))
+        for p in range(planes):
+            slope = splat(0.0)
+            if p == 0:
+                slope = slope + (2.0 * system[0]) * (first_x * last_x)
+            if p == last:
+                slope = slope + system[0] * (first_x * first_x - last_x * last_x)
+            resisted = system[1] * load(work, row(Y, planes, p))
+            store(work, row(D1, planes, p), splat(0.0))
+            store(work, row(D2, planes, p), -(resisted + slope / omega[p]))
+
+    return disturb
+
+
+@entry
+def run(system: Any, omega: Any, h: float, steps: int, state: Any, memory: Any) -> Any:
+    """Advance the state; return the largest last coefficient and how often Newton was needed."""
+    worst, newton = 0.0, 0
+    for _ in range(steps):
+        last, solved = collocate(system, 0, omega, h, WHOLE_STEP, state, memory)
+        worst = last if last > worst else worst
+        newton += 1 if solved else 0
+        if not last < math.inf:
+            break
+        finish(omega, h, WHOLE_STEP, state, memory)
+        for i in range(len(state)):
+            state[i] = memory.end[i]
+    return worst, newton
+
+
+def advance(x, y, h, steps, *, omega=OMEGA, coupling=0.0, damping=0.0):
+    """X and Y after so many steps, and what `run` says."""
+    state = np.zeros(4 * len(omega))
+    state[0::4], state[2::4] = x, y
+    said = run((coupling, damping), omega, h, steps, state, make_memory(len(omega), 0))
+    return state[0::4].copy(), state[2::4].copy(), said
+
+
+def taylor_step(x, v, omega, coupling, t, order):
+    """One step of the Taylor series in mpmath numbers: the undamped equations above."""
+    a = [[x[0]], [x[-1]]]
+    b = [[v[0]], [v[-1]]]
+    squares = omega[0] ** 2, omega[-1] ** 2
+    one = len(x) == 1
+
+    def product(p, q, n):
+        return mpmath.fsum(p[i] * q[n - i] for i in range(n + 1))
+
+    for n in range(order):
+        across = 2 * coupling * product(a[0], a[1], n)
+        along = coupling * (product(a[0], a[0], n) - product(a[1], a[1], n))
+        forces = (across + along,) * 2 if one else (across, along)
+        for p in range(2):
+            a[p].append(b[p][n] / (n + 1))
+            b[p].append(-(squares[p] * a[p][n] + forces[p]) / (n + 1))
+    powers = [t**n for n in range(order + 1)]
+    values = [[mpmath.fdot(series, powers) for series in pair] for pair in (a, b)]
+    return values[0][: len(x)], values[1][: len(x)]
+
+
+def taylor(x, y, time, steps, omega, coupling):
+    """X and Y after `time` by Taylor's method: 30 digits, terms below 1e-25 left out."""
+    with mpmath.workdps(30):
+        omega = [mpmath.mpf(each) for each in omega]
+        x = [mpmath.mpf(each) for each in x]
+        v = [mpmath.mpf(each) * o for each, o in zip(y, omega, strict=True)]
+        for _ in range(steps):
+            x, v = taylor_step(x, v, omega, mpmath.mpf(coupling), mpmath.mpf(time) / steps, 40)
+        return [float(each) for each in x], [float(e / o) for e, o in zip(v, omega, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ('omega', 'x', 'y', 'coupling'),
+    [(OMEGA, (0.3, -0.2), (0.1, 0.25), 0.5), ((1.3,), (0.4,), (0.1,), 0.2)],
+)
+def test_coupled_planes_follow_taylors_series(omega, x, y, coupling):
+    """Six periods; halved steps change nothing, so what is left is rounding."""
+    exact = np.array(taylor(x, y, 40.0, 160, omega, coupling))
+    for steps in (100, 200):
+        found_x, found_y, (last, newton) = advance(
+            x, y, 40.0 / steps, steps, omega=omega, coupling=coupling
+        )
+        np.testing.assert_allclose([found_x, found_y], exact, rtol=0, atol=1e-12)
+        assert newton == 0
+        assert 0.0 < last < 1e-3
+    plain = advance(x, y, 0.4, 100, omega=omega)[0]
+    assert np.max(np.abs(plain - exact[0])) > 0.01
+
+
+def energy(x, y, coupling):
+    square = np.array(OMEGA) ** 2
+    return 0.5 * np.sum(square * (x * x + y * y)) + coupling * (x[0] ** 2 * x[1] - x[1] ** 3 / 3)
+
+
+def test_energy_is_kept_for_ten_thousand_periods():
+    """157 000 steps: √n roundings of 1.1e-16 are 4e-14 of the energy."""
+    x, y, coupling = np.array([0.3, -0.2]), np.array([0.1, 0.25]), 0.2
+    before = energy(x, y, coupling)
+    assert abs(energy(x, y, 0.0) / before - 1.0) > 1e-3
+    for _ in range(10):
+        x, y, _ = advance(x, y, 0.4, 15_708, coupling=coupling)
+        assert energy(x, y, coupling) == pytest.approx(before, rel=4e-14)
+
+
+def test_without_disturbance_a_hundred_thousand_steps_are_one_rotation():
+    """The state is rounded once, at the end: to half an ulp of 0.4 in each coordinate."""
+    x, y, steps, h = (0.3, -0.2), (0.1, 0.25), 100_000, 0.7
+    found_x, found_y, _ = advance(x, y, h, steps)
+    with mpmath.workdps(50):
+        for p, omega in enumerate(OMEGA):
+            angle = mpmath.mpf(omega) * mpmath.mpf(h) * steps
+            c, s = mpmath.cos(angle), mpmath.sin(angle)
+            assert abs(found_x[p] - (c * x[p] + s * y[p])) < 6e-17
+            assert abs(found_y[p] - (c * y[p] - s * x[p])) < 6e-17
+
+
+def test_backwards_in_time_undoes_the_steps():
+    """The method is symmetric: 1000 steps there and back leave √n roundings."""
+    x, y = np.array([0.3, -0.2]), np.array([0.1, 0.25])
+    there = advance(x, y, 0.4, 1000, coupling=0.2)
+    back = advance(there[0], -there[1], 0.4, 1000, coupling=0.2)
+    assert np.max(np.abs(there[0] - x)) > 0.01
+    np.testing.assert_allclose([back[0], -back[1]], [x, y], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize('rate', [1e2, 1e3, 1e4])
+def test_newtons_method_takes_over_where_damping_is_stiff(rate):
+    """rate = ch. Started on its slow solution the overdamped wheel creeps by exp(−ω²t/c …).
+
+    Stiff steps are of the order of their stages only: 8 instead of 16. At h = 0.1 that still
+    leaves roundings (2e-15 of X, 4e-14 of Y at 1e4); at 0.5 it is 2e-10 of Y, less than the last
+    coefficient, 1e-8, but far more than its square.
+    """
+    for h, close in ((0.1, 1e-13), (0.5, 1e-9)):
+        damping = rate / h
+        square = np.array(OMEGA) ** 2
+        slow = -2.0 * square / (damping + np.sqrt(damping * damping - 4.0 * square))
+        x = np.array([0.3, -0.2])
+        found_x, found_y, (last, newton) = advance(x, slow / OMEGA * x, h, 20, damping=damping)
+        assert newton == 20
+        exact = x * np.exp(slow * 20 * h)
+        np.testing.assert_allclose(found_x, exact, rtol=0, atol=1e-13)
+        np.testing.assert_allclose(found_y, slow / OMEGA * exact, rtol=0, atol=close)
+        assert h < 0.5 or np.max(np.abs(found_y - slow / OMEGA * exact)) < last
+
+
+def test_mild_damping_needs_no_newton_and_is_exact():
+    x, c, h, steps = 0.3, 0.1, 0.5, 40
+    found_x, _, (_, newton) = advance((x, 0.0), (0.0, 0.0), h, steps, damping=c)
+    w, t = math.sqrt(1.0 - 0.25 * c * c), h * steps
+    exact = x * math.exp(-0.5 * c * t) * (math.cos(w * t) + 0.5 * c / w * math.sin(w * t))
+    assert newton == 0
+    assert found_x[0] == pytest.approx(exact, abs=1e-15)
+
+
+@pytest.mark.parametrize('coupling', [math.nan, math.inf, -math.inf, 1e300])
+def test_what_cannot_be_solved_is_said_and_leaves_the_state(coupling):
+    state = np.zeros(8)
+    state[0::4], state[2::4] = (0.3, -0.2), (0.1, 0.25)
+    before = state.copy()
+    last, _ = run((coupling, 0.0), OMEGA, 0.4, 1, state, make_memory(2, 0))
+    assert last == math.inf
+    np.testing.assert_array_equal(state, before)
+
+
+def test_a_state_that_is_no_number_is_said():
+    assert advance((math.nan, 0.1), (0.0, 0.0), 0.4, 1)[2][0] == math.inf

@@ -1,0 +1,253 @@
+"""The forcing of a moving ship: pieces of several samples, cuts, and the same bits always."""
+
+import math
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tauto_core.samples import take
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship.buffer import MotionBuffer
+from tauto_core.ship.imu import attitude, imu_samples
+
+STEP = 50_000_000
+LOG = 60 * STEP
+HEIGHT, GRAVITY = 2.5, 9.81
+AMPLITUDE, OMEGA = 0.1, 2 * math.pi / 8.0
+
+
+def roll_at(t, order=0):
+    return AMPLITUDE * OMEGA**order * np.cos(OMEGA * t + 0.4 + 0.5 * math.pi * order)
+
+
+def tilt_at(t):
+    """Direction of the apparent vertical in the case, from theory E1."""
+    y = GRAVITY * np.sin(roll_at(t)) - HEIGHT * roll_at(t, 2)
+    z = GRAVITY * np.cos(roll_at(t)) - HEIGHT * roll_at(t, 1) ** 2
+    return np.arctan2(-y, z)
+
+
+def motion(times):
+    t = times * 1e-9
+    return imu_samples(times, roll_at(t), roll_at(t, 1), roll_at(t, 2), None, HEIGHT, GRAVITY)
+
+
+def buffer(**changed):
+    arguments = {
+        'apparent_vertical': True,
+        'apparent_gravity': True,
+        'still': False,
+        'step_ns': STEP,
+        'max_gap_s': 1.0,
+        'stride': 4,
+        'tilt_inside': False,
+    }
+    return MotionBuffer(**{**arguments, **changed})
+
+
+def forcing_of(times, end=None, **changed):
+    made = buffer(**changed)
+    made.add(motion(times), 0)
+    return made.forcing(LOG, end, final=False)
+
+
+def values(rows, x):
+    return np.polynomial.polynomial.polyval(x, rows.T, tensor=False)
+
+
+def check_against_the_waves(spans, tolerance=1e-14):
+    """Beginning, middle and end of all spans; the line's direction is roll + tilt."""
+    start = spans.end_ns * 1e-9 - spans.end * spans.length_s
+    for part in (0.0, 0.5, 1.0):
+        x = spans.begin + part * (spans.end - spans.begin)
+        t = start + x * spans.length_s
+        line = roll_at(t) + tilt_at(t)
+        np.testing.assert_allclose(values(spans.neutral, x), line, rtol=0, atol=tolerance)
+    end = spans.end_ns * 1e-9
+    np.testing.assert_allclose(spans.tilt_end, tilt_at(end), rtol=0, atol=tolerance)
+    for rows, x, t in (
+        (spans.logged, spans.end, end),
+        (np.arange(len(end)) < 1, spans.begin, start),
+    ):
+        found = values(spans.tilt[rows], x[rows])
+        np.testing.assert_allclose(found, tilt_at(t[rows]), rtol=0, atol=tolerance)
+
+
+@pytest.mark.parametrize('stride', range(1, 9))
+def test_even_samples_make_long_pieces(stride):
+    spans = forcing_of(np.arange(400) * STEP, stride=stride)
+    samples = np.rint(spans.length_s / (STEP * 1e-9)).astype(int)
+    starts = np.concatenate([[0], np.cumsum(samples)[:-1]])
+    long = samples == stride
+    if stride > 1:
+        assert np.all(starts[long] % stride == 0)
+        # single at the start, and where a logged instant falls inside
+        inside = (starts // stride * stride // 60) != (
+            (starts // stride * stride + stride - 1) // 60
+        )
+        logged_inside = inside & (60 % stride != 0)
+        np.testing.assert_array_equal(
+            long, (starts >= 4) & ~logged_inside & (starts % stride == 0)
+        )
+    assert np.all(spans.begin == 0.0)
+    assert np.all(spans.end == 1.0)
+    np.testing.assert_array_equal(spans.end_ns[spans.logged], np.arange(1, 7) * LOG)
+    check_against_the_waves(spans)
+
+
+def test_tilt_rows_are_filled_where_they_are_asked_for():
+    times = np.arange(400) * STEP
+    spans = forcing_of(times)
+    filled = np.any(spans.tilt != 0.0, axis=1)
+    asked = spans.logged.copy()
+    asked[0] = True
+    np.testing.assert_array_equal(filled, asked)
+    inside = forcing_of(times, tilt_inside=True)
+    np.testing.assert_array_equal(inside.tilt[asked], spans.tilt[asked])
+    start = inside.end_ns * 1e-9 - inside.length_s
+    middle = tilt_at(start + 0.5 * inside.length_s)
+    np.testing.assert_allclose(values(inside.tilt, 0.5), middle, rtol=0, atol=1e-14)
+
+
+def test_a_thread_that_goes_with_the_case_has_no_tilt():
+    times = np.arange(400) * STEP
+    spans = forcing_of(times, apparent_vertical=False, apparent_gravity=False)
+    assert spans.tilt is None
+    assert spans.tilt_end is None
+    assert spans.gravity is None
+    start = spans.end_ns * 1e-9 - spans.length_s
+    middle = roll_at(start + 0.5 * spans.length_s)
+    np.testing.assert_allclose(values(spans.neutral, 0.5), middle, rtol=0, atol=1e-14)
+
+
+def test_one_late_sample_leaves_single_pieces_around_it():
+    times = np.arange(200) * STEP
+    times[101] += 1_000_000
+    spans = forcing_of(times)
+    # windows of [100, 104] and its neighbours reach from 92 to 108
+    first = np.searchsorted(times, spans.end_ns - np.rint(spans.length_s * 1e9).astype(int) - 10)
+    last = np.searchsorted(times, spans.end_ns)
+    single = last - first == 1
+    np.testing.assert_array_equal(first[single & (first >= 4)], np.arange(96, 108))
+    check_against_the_waves(spans, 1e-13)
+
+
+def test_logged_instants_and_the_end_between_samples_cut_pieces():
+    """Samples every 48 ms, logs every 3 s: the cuts fall between samples, in single pieces."""
+    times = np.arange(400) * 48_000_000
+    end = 17_000_000_001
+    spans = forcing_of(times, end=end)
+    assert spans.end_ns[-1] == end
+    np.testing.assert_array_equal(spans.end_ns[spans.logged], np.arange(1, 6) * LOG)
+    cut = (spans.end < 1.0) | (spans.begin > 0.0)
+    assert 5 <= np.count_nonzero(cut) <= 12
+    np.testing.assert_allclose(spans.length_s[cut], 0.048, rtol=1e-15)
+    assert np.max(spans.length_s) == pytest.approx(4 * 0.048)
+    check_against_the_waves(spans)
+
+
+@pytest.mark.parametrize('stride', [1, 2, 4, 5])
+def test_a_logged_sample_waits_for_four_more_at_most(stride):
+    made, seen = buffer(stride=stride), {}
+    for k in range(400):
+        made.add(motion(np.array([k * STEP])), 0)
+        spans = made.forcing(LOG, None, final=False)
+        if spans is not None:
+            seen |= dict.fromkeys(spans.end_ns[spans.logged].tolist(), k)
+    assert [k - time // STEP for time, k in seen.items()] == [4] * 6
+
+
+def joined(parts, name):
+    arrays = [getattr(part, name) for part in parts if part is not None]
+    return np.concatenate(arrays)
+
+
+def uneven_times():
+    times = np.arange(300) * STEP
+    times[90:] += 30_000_000
+    times[200:] += 700_000_000
+    times[250] -= 1
+    return times
+
+
+@given(data=st.data(), stride=st.integers(1, 8))
+@settings(max_examples=25, deadline=None)
+def test_any_split_and_resumption_give_the_same_bits(data, stride):
+    imu = motion(uneven_times())
+    whole = buffer(stride=stride)
+    whole.add(imu, 0)
+    expected = [whole.forcing(LOG, None, final=False), whole.forcing(LOG, None, final=True)]
+    cuts = sorted(data.draw(st.lists(st.integers(0, 300), max_size=8)))
+    made, parts = buffer(stride=stride), []
+    for begin, end in zip([0, *cuts], [*cuts, 300], strict=True):
+        if end > begin:
+            made.add(take(imu, slice(begin, end)), 0)
+        parts.append(made.forcing(LOG, None, final=False))
+        state = pickle.loads(pickle.dumps(made.state()))
+        made = buffer(stride=stride)
+        made.restore(state)
+    parts.append(made.forcing(LOG, None, final=True))
+    for name in ('length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'gravity', 'tilt_end'):
+        assert joined(parts, name).tobytes() == joined(expected, name).tobytes(), name
+    logged = joined(expected, 'logged')
+    assert np.array_equal(joined(parts, 'tilt')[logged], joined(expected, 'tilt')[logged])
+    assert made.bridged == whole.bridged == 2
+    assert joined(parts, 'end_ns')[-1] == uneven_times()[-1]
+
+
+def test_what_comes_before_a_gap_is_said_before_the_gap():
+    times = np.arange(100) * STEP
+    times[60:] += 2_000_000_000
+    made = buffer()
+    made.add(motion(times), 0)
+    assert made.forcing(LOG, None, final=False).end_ns[-1] == 59 * STEP
+    with pytest.raises(
+        PropagationError, match=r'no ship motion for 2\.05 s; at most 1 s'
+    ) as error:
+        made.forcing(LOG, None, final=False)
+    assert error.value.time_s == pytest.approx(59 * 0.05)
+
+
+def test_a_force_that_points_down_counts_as_negative_and_stays_smooth():
+    """Through weightlessness: the pull passes through zero, the tilt keeps its sense."""
+    times = np.arange(60) * STEP
+    imu = motion(times)
+    force = np.zeros((60, 3))
+    force[:, 2] = 1.0 - 0.05 * np.arange(60)
+    force[:, 1] = 0.1 * force[:, 2]
+    imu = replace(imu, linear_acceleration=force)
+    made = buffer(tilt_inside=True)
+    made.add(imu, 0)
+    spans = made.forcing(LOG, None, final=False)
+    gravity = math.hypot(1.0, 0.1) * (1.0 - spans.end_ns * 1e-9)
+    np.testing.assert_allclose(values(spans.gravity, 1.0), gravity, rtol=0, atol=1e-13)
+    at_zero = np.abs(gravity) < 1e-9
+    np.testing.assert_allclose(spans.tilt_end[~at_zero], -math.atan(0.1), rtol=0, atol=1e-13)
+
+
+def test_a_ship_that_pitches_and_yaws_rolls_as_attitude_says():
+    """Any orientation; roll and its rate are where the pieces begin, half turns unwrapped."""
+    times, t = np.arange(60) * STEP, np.arange(60) * 0.05
+    angles = np.stack([2.0 * t, 0.4 * np.sin(t), 3.0 + 0.5 * t], axis=1)
+    velocity = np.random.default_rng(2).normal(size=(60, 3))
+    quaternions = Rotation.from_euler('ZYX', angles).as_quat()
+    imu = replace(motion(times), orientation=quaternions, angular_velocity=velocity)
+    made = buffer(apparent_vertical=False, apparent_gravity=False, stride=1)
+    made.add(imu, 0)
+    spans = made.forcing(LOG, None, final=True)
+    felt = attitude(imu)
+    roll, rate = np.unwrap(felt.roll)[:-1], felt.roll_rate[:-1]
+    np.testing.assert_allclose(spans.neutral[:, 0], roll, rtol=0, atol=1e-14)
+    found = spans.neutral[:, 1] / spans.length_s
+    # one-sided pieces take their rate from a polynomial through all four
+    np.testing.assert_allclose(found, rate, rtol=0, atol=1e-10)
+
+
+def test_a_stride_outside_its_range_is_refused():
+    with pytest.raises(ValueError, match=r'stride = 9: must lie in \[1, 8\]'):
+        buffer(stride=9)
