@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,7 +56,7 @@ class Machine:
     escapement: Escapement | None
     release_angle: float
 
-    @property
+    @cached_property
     def frequency(self) -> float:
         """Small-amplitude angular frequency on land, ω = √(F(0) t'(0)/I) [rad/s]."""
         return math.sqrt(self._rest_pull * float(self.cam.lever_rate(0.0)) / self.inertia)

@@ -59,6 +59,7 @@ class ActionAngle(ClosedForm):
         parts = [self._series(a, b) for a, b in zip(self._edges, self._edges[1:], strict=False)]
         starts = np.concatenate([[0.0], np.cumsum([float(_value(c, 1.0)) for c in parts])])
         self._times, self._parts = starts, parts
+        self._slopes = [np.asarray(chebyshev.chebder(part), np.float64) for part in parts]
         period = machine.period(self._amplitude)
         # The quadrature of the period and the sum of the series are two computations of one
         # number; whole swings are counted by the first.
@@ -84,7 +85,8 @@ class ActionAngle(ClosedForm):
             w = a + 0.5 * (b - a) * (1.0 + nodes)
             found = chebyshev.chebfit(nodes, self._curve(w)[1], degree)
             if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
-                return np.asarray(chebyshev.chebint(found, scl=0.5 * (b - a), lbnd=-1.0))
+                kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
+                return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
             degree *= 2
         raise PropagationError(
             f'the swing of {self._amplitude:.6g} rad takes more than {LARGEST_DEGREE} Chebyshev '
@@ -100,7 +102,7 @@ class ActionAngle(ClosedForm):
             rows = part == index
             if rows.any():
                 a, b = self._edges[index], self._edges[index + 1]
-                x = _inverse(series, time[rows] - self._times[index])
+                x = _inverse(series, self._slopes[index], time[rows] - self._times[index])
                 result[rows] = a + 0.5 * (b - a) * (1.0 + x)
         return result
 
@@ -141,9 +143,8 @@ def _value(series: FloatArray, x: FloatArray | float) -> FloatArray:
     return np.asarray(chebyshev.chebval(x, series))
 
 
-def _inverse(series: FloatArray, value: FloatArray) -> FloatArray:
-    """Return x in [−1, 1] at which an increasing Chebyshev series has the value."""
-    slope = np.asarray(chebyshev.chebder(series), np.float64)
+def _inverse(series: FloatArray, slope: FloatArray, value: FloatArray) -> FloatArray:
+    """Return x in [−1, 1] at which an increasing Chebyshev series of this slope has the value."""
     low, high = np.full_like(value, -1.0), np.ones_like(value)
     x: FloatArray = np.clip(2.0 * value / float(_value(series, 1.0)) - 1.0, -1.0, 1.0)
     for _ in range(64):
