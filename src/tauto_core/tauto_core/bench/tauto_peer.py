@@ -68,6 +68,7 @@ def scene_of(problem: Problem, setting: str, duration_s: float) -> Scene:
     rate, *tolerance = setting.replace(' Hz', '').split()
     scene = problem.scene.model_dump()
     scene['duration'], scene['log']['interval'] = duration_s, duration_s
+    scene['drift']['observation_interval'] = duration_s
     scene['ship']['rate'] = float(rate)
     scene['solver'] = {'tolerance': float(tolerance[0])} if tolerance else None
     return Scene.model_validate(scene)
