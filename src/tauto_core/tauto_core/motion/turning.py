@@ -17,7 +17,7 @@ steps lose grows like √n.
 
 Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
 rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as `Lanes`, one
-a stage. `row` tells where in `work` they are; `memory` makes it.
+a stage. `row` tells where in `work` they are; `make_memory` makes it.
 
 Sources: J. D. Lawson, SIAM J. Numer. Anal. 4 (1967); M. Antoñana, J. Makazaga, A. Murua, Reducing
 and monitoring round-off error propagation for symplectic implicit Runge–Kutta schemes, Numer.
