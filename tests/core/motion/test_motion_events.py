@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.models import Solver
 from tauto_core.ship import ShipMotion
 
 STIFFNESS = FORCE * LEVER_RATE
@@ -182,6 +183,26 @@ def test_noise_in_the_force_loses_no_turns():
     # 50 ms of a swing of 0.89 s are 0.35 rad; a lost turn is 6.28
     assert np.max(np.abs(np.diff(phase[:, 0]))) < 1.0
     assert abs(phase[-1, 0] / math.pi - phase[-1, 3]) < 2.0
+
+
+def test_long_steps_pass_over_no_kink_after_a_turning_point():
+    trochlea = {
+        'cam': {'kind': 'circular_arc', 'radius': 1e-3, 'root_depth': LEVER_RATE},
+        'thread': {'kind': 'vertical'},
+        'release_angle': 0.4,
+    }
+    scene = scene_of(
+        trochlea=trochlea,
+        drag={'viscous': 1e-6},
+        escapement={'kind': 'impulse', 'energy': 1e-6, 'angle': 0.35},
+        log={'interval': 2.0},
+        duration=200.0,
+    )
+    # a third of a swing long, from before the turning point to beyond the middle
+    coarse = angles(scene.model_copy(update={'solver': Solver(tolerance=1e-3)}))[1]
+    fine = angles(scene.model_copy(update={'solver': Solver(tolerance=1e-12)}))[1]
+    # 450 impulses, each found to 1e-12 of the step; 1e-5 if a kink is found a step late
+    np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-8)
 
 
 def test_a_swing_that_misses_the_angle_gets_no_impulse():

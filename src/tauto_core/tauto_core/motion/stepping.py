@@ -70,6 +70,7 @@ from tauto_core.motion.wells import (
     drag_of,
     drift,
     excess,
+    kinked,
     lever_arm,
     pull_of,
     rate_of,
@@ -202,6 +203,7 @@ def _step_to_event(
 def _turns_smoothly(
     xi: float,
     limits: Any,
+    passed: Any,
     well: Any,
     omega: Any,
     place: Any,
@@ -212,13 +214,15 @@ def _turns_smoothly(
 ) -> bool:
     """Turn without a step to the turning point, where nothing happens there or after it."""
     forcing, k, x0, hx = place
-    if turns_abruptly(well[0]):
+    if turns_abruptly(well[0]) or kinked(well[1]) or min(passed[0], passed[1]) <= 1.0:
         return False
     mode = float(ints[SIDE]), float(ints[DIRECTION])
     q, y = turning.between(omega, 0, hx * forcing[0][k], xi, floats, work)
     there = acceleration(well, mode, q, omega[0] * y, forcing_at(forcing, k, x0 + xi * hx))
     after = acceleration(well, mode, end[0], omega[0] * end[2], forcing_at(forcing, k, x0 + hx))
     back = -ints[DIRECTION]
+    if abs(after[4]) >= limits[1] or not after[5] > 0.0:
+        return False
     armed = back * there[0] < limits[0]
     if not back * after[1] > 0.0 or (armed and not back * after[0] < limits[0]):
         return False
@@ -266,7 +270,7 @@ def _move(
             limits, passed, well, mode, omega, armed, stalled, floats, last_state, place, work
         )
         if event == TURNING and _turns_smoothly(
-            xi, limits, well, omega, place, floats, ints, end, work
+            xi, limits, passed, well, omega, place, floats, ints, end, work
         ):
             event = NO_EVENT
         if event == NO_EVENT:
