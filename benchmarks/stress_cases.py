@@ -101,9 +101,14 @@ def rolling(*components: tuple[float, float, float], **more: Any) -> dict[str, A
     return {'kind': 'components', 'components': roll, 'height': 0.0, **more}
 
 
-def sail(scene: Scene, *, chunk: int | None = None) -> Batches:
-    """Return all that the trochlea says in a scene, fed at once or so many samples at a time."""
+def sail(scene: Scene, *, chunk: int | None = None, finer: float | None = None) -> Batches:
+    """Return all that the trochlea says in a scene, fed at once or so many samples at a time.
+
+    With `finer`, the collocation keeps this tolerance, over the pieces that the scene's makes.
+    """
     ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    if finer is not None and isinstance(stage._propagator, Collocation):
+        stage._propagator = Collocation(stage._machine, finer)
     said: list[Batches] = []
     while len((imu := ship.produce(chunk or ship.total)).stamp_ns):
         said.append(stage.feed({SHIP_IMU: imu}))

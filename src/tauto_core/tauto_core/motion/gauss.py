@@ -11,26 +11,48 @@ J. C. Butcher, Implicit Runge–Kutta processes, Math. Comp. 18 (1964).
 
 from __future__ import annotations
 
+from decimal import Decimal, localcontext
+from typing import Any
+
 import numpy as np
 from numpy.polynomial import legendre
 
+from tauto_core.samples import FloatArray
+
 STAGES = 8
-_roots, _weights = legendre.leggauss(STAGES)
-_values = legendre.legvander(_roots, STAGES)
-_degree = 2 * np.arange(STAGES) + 1
+DIGITS = 40
+"""Of the decimal arithmetic: all constants are rounded once, at the end."""
 
-NODES = 0.5 * (_roots + 1.0)
-"""The nodes c_i."""
 
-WEIGHTS = 0.5 * _weights
-"""The weights b_i."""
+def _polynomials(x: Any) -> Any:
+    """Return P_0 … P_8 at x, (9, n), by their recurrence."""
+    rows = [0 * x + 1, x]
+    for n in range(1, STAGES):
+        rows.append(((2 * n + 1) * x * rows[n] - n * rows[n - 1]) / (n + 1))
+    return np.array(rows)
 
-PROJECTION = 0.5 * _degree[:, None] * (_weights * _values[:, :STAGES].T)
-"""Legendre coefficients from the values at the nodes, shape (8, 8)."""
 
-_integrals = np.empty((STAGES, STAGES))
-_integrals[:, 0] = 0.5 * (_roots + 1.0)
-_integrals[:, 1:] = 0.5 * (_values[:, 2:] - _values[:, : STAGES - 1]) / _degree[1:]
+def _constants() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return c_i, b_i, the projection and a_ij, each correctly rounded."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        roots = np.array([Decimal(float(x)) for x in legendre.leggauss(STAGES)[0]])
+        for _ in range(3):
+            values = _polynomials(roots)
+            slope = STAGES * (roots * values[-1] - values[-2]) / (roots * roots - 1)
+            roots = roots - values[-1] / slope
+        values = _polynomials(roots)[:STAGES]
+        weights = (1 - roots * roots) / (STAGES * values[-1]) ** 2
+        degree = np.array([[Decimal(2 * n + 1)] for n in range(STAGES)])
+        projection = degree * weights * values
+        values = _polynomials(roots)
+        integrals = (values[2:] - values[:-2]) / (2 * degree[1:])
+        integrals = np.concatenate([[(roots + 1) / 2], integrals])
+        found = (roots + 1) / 2, weights, projection, projection.T @ integrals
+    nodes, b, rows, columns = (np.array(each, np.float64) for each in found)
+    return nodes, b, rows, columns
 
-COLUMNS = np.ascontiguousarray((_integrals @ PROJECTION).T)
-"""COLUMNS[j, i] = a_ij = ∫_0^{c_i} ℓ_j."""
+
+NODES, WEIGHTS, PROJECTION, COLUMNS = _constants()
+"""The nodes c_i and weights b_i, (8,); the Legendre coefficients from the values at the nodes,
+(8, 8); COLUMNS[j, i] = a_ij = ∫_0^{c_i} ℓ_j, (8, 8), contiguous."""
