@@ -10,13 +10,12 @@ import yaml
 from numpy.polynomial import Polynomial
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.clockwork.trochlea import _stride
 from tauto_core.machines import compile_machine
 from tauto_core.samples import PHASE, SHIP_IMU
-from tauto_core.scene import StillShip, load_scene, parse_scene, scene_yaml, shipped_scenes
+from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.interpolation import Pieces, polynomials
-from tauto_core.voyage_cost import forecast, remainder, samples_a_piece
+from tauto_core.voyage_cost import forecast, remainder
 
 
 def changed(name, *, duration, rate=None, tolerance=None):
@@ -66,14 +65,6 @@ def test_the_tolerance_bounds_the_growing_error(name, tolerance):
     found = np.max(np.abs(apart_s(readings(scene), fine))) / duration * 86_400.0
     # 2e-16 of a reading is what doubles can tell
     assert found <= expected(scene).growing_error_s_per_day + 2e-16 / duration * 86_400.0
-
-
-@pytest.mark.parametrize('name', shipped_scenes())
-def test_steps_are_those_of_the_stage(name):
-    scene = load_scene(name)
-    for longest in (1e-3, 0.07, 0.1, 0.3, 10.0):
-        if not isinstance(scene.ship, StillShip):
-            assert samples_a_piece(scene, longest) == _stride(scene, longest)
 
 
 @pytest.mark.parametrize('slopes', [False, True])

@@ -12,12 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauto_core.machines import Machine, SlackThreadError
-from tauto_core.motion import make_propagator, propagator_name
+from tauto_core.motion import propagator_name
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.interpolation import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE
+from tauto_core.ship.buffer import samples_a_piece
+from tauto_core.ship.interpolation import FORCE_BEFORE, ROLL_BEFORE
 
 # Least of four runs of 10 h at sea or 100 days on land, each stage timed by itself, of the shipped
 # scenes ideal, second_cam_at_sea, involute_weight_at_sea and portsmouth_jamaica, and of the cheek
@@ -75,8 +76,8 @@ def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
     waves = _waves(scene)
     steady = None
     if not isinstance(scene.ship, RecordedShip):
-        samples = 1 if steps is None else steps.samples
-        sampled = sampling_error_s(waves, machine, samples, scene.step_ns / NS_PER_S)
+        step_s = scene.step_ns / NS_PER_S
+        sampled = sampling_error_s(waves, machine, samples_a_piece(scene), step_s)
         steady = sampled + 0.5 * swing_s * UNIT_ROUNDING
     return Forecast(
         run_s=_run_s(scene, name, motion, scene.duration / swing_s, steps),
@@ -89,21 +90,20 @@ def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
 
 @dataclass(frozen=True)
 class _Steps:
-    """Steps of the collocation: samples a piece, steps a swing, a step by the longest allowed."""
+    """Steps of the collocation: how many a swing, and a step by the longest allowed."""
 
-    samples: int
     a_swing: float
     shorter: float
 
 
 def _steps(scene: Scene, machine: Machine, swing_s: float) -> _Steps:
+    from tauto_core.motion.collocation import Collocation  # imports numba
+
     allowed = None if scene.solver is None else scene.solver.tolerance
-    still = isinstance(scene.ship, StillShip)
-    longest_s = make_propagator(machine, still=still, tolerance=allowed).longest_step_s
-    samples = samples_a_piece(scene, longest_s)
-    piece_s = samples * scene.step_ns / NS_PER_S
+    longest_s = Collocation(machine, allowed).longest_step_s
+    piece_s = samples_a_piece(scene) * scene.step_ns / NS_PER_S
     step_s = piece_s / math.ceil(piece_s / longest_s)
-    return _Steps(samples, swing_s / step_s, step_s / longest_s)
+    return _Steps(swing_s / step_s, step_s / longest_s)
 
 
 def tolerance(scene: Scene) -> float:
@@ -113,18 +113,6 @@ def tolerance(scene: Scene) -> float:
     from tauto_core.motion.collocation import TOLERANCE  # imports numba
 
     return TOLERANCE
-
-
-def samples_a_piece(scene: Scene, longest_step_s: float) -> int:
-    """Return how many samples of the motion a step spans: logged instants end steps.
-
-    Args:
-        scene: its rate and log.
-        longest_step_s: of the propagator [s]; where a sample is longer, it is cut into steps.
-    """
-    logs = scene.log_interval_ns // scene.step_ns
-    most = min(MAX_STRIDE, int(longest_step_s * NS_PER_S) // scene.step_ns)
-    return next(n for n in range(max(most, 1), 0, -1) if logs % n == 0)
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,10 @@ def test_foreign_motion_is_anchored_at_its_first_stamp_and_jitter_does_not_matte
     )
     own = TrochleaStage(scene).feed({'ship/imu': imu})
     assert said[READING].stamp_ns[0] == scene.starts_at_ns + shift
-    np.testing.assert_array_equal(said[PHASE].position[: scene.log_count], own[PHASE].position)
+    # a scene's own motion is known to be smooth, and fitted with wider windows at the start
+    np.testing.assert_allclose(
+        said[PHASE].position[: scene.log_count], own[PHASE].position, rtol=0, atol=1e-13
+    )
     fine = load_scene('second_cam_at_sea', duration=60.0, ship=_faster(scene))
     dense = imu_of(fine)
     rng = np.random.default_rng(5)

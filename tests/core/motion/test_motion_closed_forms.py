@@ -190,6 +190,31 @@ def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
             )
 
 
+@pytest.mark.parametrize('release', [2.0, 0.3, 0.05, 0.0])
+def test_forced_harmonic_counts_what_collocation_counts(release):
+    """Spans of 4 s, four swings: whole where the swing outweighs the roll, in parts elsewhere."""
+    roll = [(0.15, 8.2, 0.4), (0.1, 4.1, -1.0), (0.02, 2.6, 0.0)]
+    keys = ('amplitude', 'period', 'phase')
+    ship = {
+        'kind': 'components',
+        'components': [dict(zip(keys, each, strict=True)) for each in roll],
+        'height': 0.0,
+        'rate': 2.0,
+    }
+    sections = {'ship': ship, 'duration': 400.0, 'log': {'interval': 4.0}}
+    trochlea = {'release_angle': release}
+    found = run(scene_of(trochlea=trochlea, **sections))
+    general = run(scene_of(trochlea=trochlea, **sections, drag={'quadratic': 1e-300}))
+    np.testing.assert_array_equal(found[PHASE].position[:, 3], general[PHASE].position[:, 3])
+    if release >= 0.3:
+        # else roll outweighs swing: rate and momentum need not turn alike about the origin
+        np.testing.assert_array_equal(found[PHASE].position[:, 1], general[PHASE].position[:, 1])
+    # 600 radians: rounding of the collocation's steps
+    np.testing.assert_allclose(
+        found[JOINT_STATES].position, general[JOINT_STATES].position, rtol=0, atol=5e-11
+    )
+
+
 def test_forced_harmonic_stops_at_the_edge_of_the_cam():
     """Roll at resonance: θ grows until the cam ends; the general engine says when."""
     ship = {

@@ -100,6 +100,24 @@ def test_even_samples_make_long_pieces(stride):
     check_against_the_waves(spans)
 
 
+@pytest.mark.parametrize('slopes', [False, True])
+def test_smooth_motion_is_fitted_with_long_pieces_from_the_start(slopes):
+    """The first piece is the worst: its window lies on one side, but is wider than a single's."""
+    times = np.arange(400) * 5 * STEP
+    arguments = {'stride': 4, 'step_ns': 5 * STEP, 'tilt_inside': True}
+    if slopes:
+        arguments |= {'apparent_vertical': False, 'apparent_gravity': False}
+    single, smooth = (forcing_of(times, smooth=each, **arguments) for each in (False, True))
+    assert single.length_s[0] == pytest.approx(5 * STEP * 1e-9)
+    assert smooth.length_s[0] == pytest.approx(4 * 5 * STEP * 1e-9)
+    wrong = []
+    for spans in (single, smooth):
+        at = spans.end_ns * 1e-9 - spans.length_s * 0.9
+        line = roll_at(at) if slopes else roll_at(at) + tilt_at(at)
+        wrong.append(np.abs(values(spans.neutral, 0.1) - line)[at < 1.0])
+    assert np.max(wrong[1]) < 0.5 * np.max(wrong[0])
+
+
 def test_tilt_rows_are_filled_where_they_are_asked_for():
     times = np.arange(400) * STEP
     spans = forcing_of(times)

@@ -12,7 +12,6 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Motion, make_propagator
 from tauto_core.samples import (
     JOINT_STATES,
-    NS_PER_S,
     PHASE,
     READING,
     SHIP_IMU,
@@ -25,11 +24,10 @@ from tauto_core.samples import (
     TimeSamples,
     same,
 )
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.buffer import MotionBuffer
+from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
 from tauto_core.ship.imu import screen
-from tauto_core.ship.interpolation import MAX_STRIDE
 
 WHEEL_NAMES = ('wheel',)
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
@@ -38,13 +36,6 @@ DIAL = 'dial'
 
 MAX_GAP_S = 1.0
 """Longest time between motion samples that is interpolated [s]."""
-
-
-def _stride(scene: Scene, longest_step_s: float) -> int:
-    """Return how many samples a step may span: so many that logged instants end pieces."""
-    logs = scene.log_interval_ns // scene.step_ns
-    most = min(MAX_STRIDE, longest_step_s * NS_PER_S // scene.step_ns)
-    return next(n for n in range(max(int(most), 1), 0, -1) if logs % n == 0)
 
 
 class TrochleaStage:
@@ -80,7 +71,8 @@ class TrochleaStage:
             still=self._still,
             step_ns=scene.step_ns,
             max_gap_s=None if self._still else MAX_GAP_S,
-            stride=1 if self._still else _stride(scene, self._propagator.longest_step_s),
+            stride=samples_a_piece(scene),
+            smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
             tilt_inside=not (self._machine.drag is None and self._machine.escapement is None),
         )
         self._log_ns = scene.log_interval_ns

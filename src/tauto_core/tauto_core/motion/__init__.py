@@ -20,9 +20,6 @@ class Propagator(Protocol):
 
     name: str
 
-    longest_step_s: float
-    """Longest span it takes at one go [s]: pieces of forcing may be as long; 0: any single one."""
-
     def release(self, forcing: Forcing) -> Motion:
         """Start at rest in the case at the beginning of the first span; return that instant."""
         ...

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 
 import numpy as np
@@ -13,8 +12,6 @@ from tauto_core.samples import IntArray, State
 
 class ClosedForm(ABC):
     """The part of a propagator that follows from the motion as a function of the time."""
-
-    longest_step_s = math.inf
 
     @abstractmethod
     def motion_at(self, time_ns: IntArray) -> Motion:

@@ -71,7 +71,6 @@ class Reference:
     """Propagator of any machine with one degree of freedom, as good as DOP853 at 1e-13."""
 
     name = 'reference'
-    longest_step_s = math.inf
 
     def __init__(self, machine: Machine) -> None:
         self._machine, self._now = machine, _Now()

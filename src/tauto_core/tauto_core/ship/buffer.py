@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
+from tauto_core.scene import Scene, StillShip
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import plain
 from tauto_core.ship.interpolation import (
@@ -35,6 +36,17 @@ roll and roll rate at two instants δ apart multiply their noise by (step/δ)³.
 _LATEST_NS = 2**63 - 1
 
 
+def samples_a_piece(scene: Scene) -> int:
+    """Return how many samples of the motion a piece spans: as many as may be, so that logs end it.
+
+    The more a polynomial spans, the less of it is at the edge of what it is fitted to.
+    """
+    if isinstance(scene.ship, StillShip):
+        return 1
+    logs = scene.log_interval_ns // scene.step_ns
+    return next(n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
+
+
 class MotionBuffer:
     """Turns motion samples into forcing, the same whatever batches they come in.
 
@@ -48,6 +60,9 @@ class MotionBuffer:
             pace [s].
         stride: samples that a piece spans, 1 to 8, where they are evenly spaced and no logged
             instant falls inside.
+        smooth: the motion is free of noise: the first pieces may span as many samples as the
+            others, with windows that begin at the first sample, which magnify noise a
+            thousandfold.
         tilt_inside: the neutral line's tilt in the case is wanted within all spans, not only
             at the start and at logged ends.
     """
@@ -61,6 +76,7 @@ class MotionBuffer:
         step_ns: int,
         max_gap_s: float | None,
         stride: int = 1,
+        smooth: bool = False,
         tilt_inside: bool = True,
     ) -> None:
         if not 1 <= stride <= MAX_STRIDE:
@@ -71,6 +87,7 @@ class MotionBuffer:
         self._step_ns = step_ns
         self._max_gap_ns = _LATEST_NS if max_gap_s is None else round(max_gap_s * 1e9)
         self._stride = stride
+        self._smooth = smooth
         self._tilt_inside = tilt_inside
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
@@ -192,7 +209,16 @@ class MotionBuffer:
         window = (FORCE_BEFORE, FORCE_POINTS) if force else (ROLL_BEFORE, ROLL_POINTS)
         limits = (bridged_ns, self._max_gap_ns)
         first, last, regular, bridged, gap = choose_pieces(
-            times, self._first, begin, self._stride, window, log_ns, end_ns, limits, final
+            times,
+            self._first,
+            begin,
+            self._stride,
+            window,
+            log_ns,
+            end_ns,
+            limits,
+            self._smooth,
+            final,
         )
         if gap and not len(first):
             raise PropagationError(

@@ -25,14 +25,17 @@ def choose_pieces(
     log_ns: int,
     end_ns: int,
     limits: tuple[int, int],
+    early: bool,
     final: bool,
 ) -> tuple[IntArray, IntArray, NDArray[np.bool_], int, bool]:
     """Return the pieces that can be used: first and last sample, and which are regular.
 
     A regular piece spans `stride` samples from a multiple of it on; its window is evenly spaced,
     with as many samples more on either side. Where that fails, or a logged instant or the end
-    falls inside a piece of several samples, single pieces take its place. A piece that may yet
-    become regular waits; so what is chosen does not depend on when samples come.
+    falls inside a piece of several samples, single pieces take its place. Where `early` allows it,
+    the first pieces span `stride` samples, too: their windows are as wide but begin at the first
+    sample, and they are not regular. A piece that may yet become long waits; so what is chosen
+    does not depend on when samples come.
 
     Args:
         times: of the samples at hand [ns], strictly increasing, shape (m,).
@@ -45,6 +48,7 @@ def choose_pieces(
         end_ns: no piece begins at or after this time [ns].
         limits: longest distance of samples that is not counted as bridged; longest that is
             interpolated [ns].
+        early: whether long pieces may begin before a centred window can.
         final: no more samples will come.
 
     Returns:
@@ -66,15 +70,16 @@ def choose_pieces(
             return first[:count], last[:count], regular[:count], bridged, True
         if next_log <= times[k]:
             next_log = (times[k] // log_ns + 1) * log_ns
-        even = False
-        if ahead == 0 and k >= before:
-            reach = k + stride + before
+        even, centred = False, k >= before
+        if ahead == 0 and (centred or (early and stride > 1)):
+            from_first = max(k - before, 0)
+            reach = from_first + stride + 2 * before
             while scanned < min(reach, have - 1):
                 if times[scanned + 1] - times[scanned] != times[scanned] - times[scanned - 1]:
                     even_from = scanned
                 scanned += 1
             stop = times[k] + stride * step
-            even = even_from <= k - before and stop <= end_ns
+            even = even_from <= from_first and stop <= end_ns
             even = even and (stride == 1 or stop <= next_log)
             if even and reach >= have:
                 if not final:
@@ -84,7 +89,7 @@ def choose_pieces(
         if not (even or whole or final):
             break
         span = stride if even else 1
-        first[count], last[count], regular[count] = k, k + span, even
+        first[count], last[count], regular[count] = k, k + span, even and centred
         count += 1
         k += span
         ahead = (ahead if ahead > 0 else stride) - span
