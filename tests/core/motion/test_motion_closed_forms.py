@@ -190,7 +190,7 @@ def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
             )
 
 
-@pytest.mark.parametrize('release', [2.0, 0.3, 0.05, 0.0])
+@pytest.mark.parametrize('release', [2.0, 0.3, 0.05])
 def test_forced_harmonic_counts_what_collocation_counts(release):
     """Spans of 4 s, four swings: whole where the swing outweighs the roll, in parts elsewhere."""
     roll = [(0.15, 8.2, 0.4), (0.1, 4.1, -1.0), (0.02, 2.6, 0.0)]

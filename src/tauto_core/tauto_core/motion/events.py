@@ -48,7 +48,9 @@ from tauto_core.motion.wells import (
     term,
 )
 
-NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4, 5
+NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, VALLEY = range(7)
+"""VALLEY is no event: where the cam angle is nearest to the kink without a change of side."""
+
 STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
 DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
 
@@ -104,6 +106,8 @@ def _value(kind: int, limits: Any, mode: Any, state: Any) -> float:
         return limits[0] - d * state[0]
     if kind == AT_EDGE:
         return limits[1] - abs(state[4])
+    if kind == VALLEY:
+        return -side * state[2]
     return state[5]
 
 
@@ -258,6 +262,23 @@ def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work:
 
 
 @compiled
+def _dip(
+    limits: Any, well: Any, mode: Any, omega: Any, floats: Any, end: Any, place: Any, work: Any
+) -> tuple[float, float]:
+    """Return where in the step the cam angle is furthest beyond a kink it comes back over.
+
+    Also the value of KINK there; (2, 0) where it does not come back.
+    """
+    before = _within(VALLEY, limits, well, mode, omega, floats, place, 0.0, work)
+    after = _value(VALLEY, limits, mode, end)
+    if not (before > 0.0 and after < 0.0):
+        return 2.0, 0.0
+    xi = _locate(VALLEY, limits, well, mode, omega, floats, place, 1.0, after, 1e-3, work)
+    value = _within(KINK, limits, well, mode, omega, floats, place, xi, work)
+    return (xi, value) if value < 0.0 else (2.0, 0.0)
+
+
+@compiled
 def first_event(
     limits: Any,
     passed: Any,
@@ -296,6 +317,8 @@ def first_event(
             continue
         if kind == AT_SLACK and not _has_weight_in(machine):
             continue
+        if kind == KINK and last > 1.0:
+            last, at_last = _dip(limits, well, mode, omega, floats, state, place, work)
         if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
             last = passed[kind - AT_EDGE]
             at_last = _within(kind, limits, well, mode, omega, floats, place, last, work)
