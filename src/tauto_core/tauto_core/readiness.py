@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.machines import FluidPendulum, QuadratureError, compile_machine
 from tauto_core.scene import Scene
 from tauto_core.scene.checks import LAST_STAMP_S
-from tauto_core.scene.errors import ABSENT, SceneError
+from tauto_core.scene.errors import ABSENT, DescentError, SceneError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude
 
@@ -25,6 +25,7 @@ def check_scene(scene: Scene) -> None:
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
     if isinstance(machine, FluidPendulum):
+        _check_swing(scene, machine)
         return
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
@@ -38,6 +39,20 @@ def check_scene(scene: Scene) -> None:
             f'±{machine.cam.range_rad:.6g} rad',
             'Release at a smaller angle or give the cam a wider range.',
         )
+
+
+def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
+    """Refuse a fluid that resists too strongly to swing in."""
+    try:
+        machine.period(machine.release_arc)
+    except (DescentError, QuadratureError) as error:
+        raise SceneError(
+            scene.name,
+            'regulator.release_arc',
+            machine.release_arc,
+            str(error),
+            'Release the body nearer to A, or change body or fluid.',
+        ) from None
 
 
 def _check_dial(scene: Scene, frequency: float) -> None:

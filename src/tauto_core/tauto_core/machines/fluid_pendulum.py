@@ -186,8 +186,7 @@ def compile_fluid_pendulum(scene: Scene, regulator: FluidTautochroneRegulator) -
     """Return the regulator of a scene in numbers.
 
     Raises:
-        SceneError: a body that does not sink, a release beyond the cusp, or a fluid that resists
-            too strongly.
+        SceneError: a body that does not sink, or a release beyond the cusp.
     """
     try:
         curve = make_descent_curve(regulator)

@@ -23,11 +23,14 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
 LARGEST_SERIES = 1024
+LARGEST_REDUCED_ARC = 64.0
+"""Largest κS: beyond, all but the first few 1/κ of a descent go at the speed of balance."""
 SMALLEST_SERIES = 16
 TAIL = 2.0**-48
 """Size of the last terms, by the first, at which a series is complete; t has them divided by k."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _STEPS = 64
+_LEFT = 2.0
 _ROUNDING = 2.0**-51
 
 
@@ -105,7 +108,8 @@ def far_end(curve: DescentCurve, start: float) -> float:
     given, edge, end = start * float(mean[0]), mirror.descent_cusp, start
     while end < edge and float(mirror.height(end)) < float(curve.height(start)):
         end *= 2.0
-    end = min(end, edge)
+    # what is left of a fall of any height carries a body no farther than about 1/κ
+    end = min(end, edge, _LEFT / kappa if kappa else edge)
     for _ in range(_STEPS):
         mean = _mean(mirror, np.array([end]), zero, _panels(kappa * end), 1.0)
         short = given - end * float(mean[0])
@@ -125,18 +129,20 @@ def grid_for(curve: DescentCurve, start: float, end: float) -> Grid:
     """Return the nodes that resolve a half swing to rounding.
 
     Raises:
-        QuadratureError: more than 1024 terms.
+        QuadratureError: more than 1024 terms, or κS beyond 64.
     """
-    panels, nodes = _panels(curve.kappa * max(start, end)), SMALLEST_SERIES
-    while nodes <= LARGEST_SERIES:
+    reduced = curve.kappa * max(start, end)
+    panels, nodes = _panels(reduced), SMALLEST_SERIES
+    while nodes <= LARGEST_SERIES and reduced <= LARGEST_REDUCED_ARC:
         grid = Grid(nodes, panels)
         series = cosines(curve, np.array([start]), np.array([end]), grid)[0]
         if np.max(np.abs(series[-4:])) <= TAIL * series[0]:
             return grid
         nodes *= 2
     raise QuadratureError(
-        f'a half swing from {start!r} m takes more than {LARGEST_SERIES} terms: the fluid resists '
-        'too strongly; use a smaller amplitude, a larger or denser body, or a lighter fluid'
+        f'a half swing from {start!r} m with kappa = {curve.kappa!r} 1/m: the fluid resists too '
+        f'strongly, since at most {LARGEST_SERIES} terms and {LARGEST_REDUCED_ARC:g}/kappa are '
+        'allowed; use a smaller amplitude, a larger or denser body, or a lighter fluid'
     )
 
 

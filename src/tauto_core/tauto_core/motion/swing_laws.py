@@ -26,7 +26,8 @@ from tauto_core.scene.errors import PropagationError
 LARGEST_DEGREE = 512
 SMALLEST_DEGREE = 8
 TAIL = 2.0**-48
-_CHUNK = 256
+_NUMBERS = 2**20
+"""Numbers held at once in looking into half swings."""
 
 
 class Course(NamedTuple):
@@ -128,10 +129,12 @@ class SymmetricLaw:
         size, sign = np.abs(start), np.sign(start)
         end = np.array([-self._table(each).end for each in size.tolist()])
         arc, rate = np.empty_like(start), np.empty_like(start)
-        for first in range(0, len(start), _CHUNK):
-            part = slice(first, first + _CHUNK)
+        grid = self._grid
+        rows = max(1, _NUMBERS // (grid.nodes * max(grid.nodes, 24 * grid.panels)))
+        for first in range(0, len(start), rows):
+            part = slice(first, first + rows)
             arc[part], rate[part] = place(
-                self._curve, self._machine.gravity, size[part], end[part], time[part], self._grid
+                self._curve, self._machine.gravity, size[part], end[part], time[part], grid
             )
         return sign * arc, sign * rate
 
