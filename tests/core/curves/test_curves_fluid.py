@@ -99,6 +99,21 @@ def test_the_abscissa_is_the_closed_form_from_thin_to_thick(kappa):
         assert float(abscissa(curve, s)) == pytest.approx(closed_form(curve, s), rel=2e-15)
 
 
+def test_the_abscissa_of_a_cusp_that_is_nearly_out_of_reach():
+    """β = 1 − 1e-9: the cusp of ascent is at κs = −20.7; 1 − p² is left to 7 digits before it."""
+    curve = FluidTautochrone(1.0 - 1e-9, 1.0, 1.0)
+    for part in (0.3, 0.7, 0.9):
+        s = part * curve.ascent_cusp
+        assert float(abscissa(curve, s)) == pytest.approx(closed_form(curve, s), rel=1e-12)
+
+
+def test_friction_takes_the_cusp_of_ascent_away_sooner():
+    """β = 0.9: with μ = 0.1 the branch of ascent ends in a cusp, with 0.12 it does not."""
+    near = FluidTautochrone(0.9, 1.0, 1.0, 0.1)
+    assert float(near.slope(near.ascent_cusp)) == pytest.approx(-1.0, rel=ROUNDING)
+    assert FluidTautochrone(0.9, 1.0, 1.0, 0.12).ascent_cusp == -math.inf
+
+
 def test_a_long_ascent_is_straight_in_the_end():
     """At κs = −1e4 only 1/β is left of the slope: y = const + s √(1 − 1/β²)."""
     far, farther = -1e4 / THICK.kappa, -2e4 / THICK.kappa

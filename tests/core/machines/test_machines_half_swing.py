@@ -88,6 +88,27 @@ def test_half_swings_are_those_of_the_integrated_motion(make):
     np.testing.assert_allclose(rate, expected[1], atol=1e-12)
 
 
+@pytest.mark.parametrize('reduced', [5.0, 20.0, 60.0])
+def test_a_descent_at_the_speed_of_balance(reduced):
+    """On a cycloid, with X = 2κS₁: e^X (X − 1) = −(1 + 2κS) e^{−2κS}; the time by DOP853."""
+    curve = Cycloid(reduced, 1.0, 1.0)
+    found = half_swing(curve, 1.0, 1.0)
+    x = 2.0 * reduced * found.arc
+    left = (1.0 + 2.0 * reduced) * math.exp(-2.0 * reduced)
+    # the derivative of the left side at its end, X = 1, is e
+    assert math.exp(x) * (x - 1.0) == pytest.approx(-left, abs=1e-14)
+
+    def law(_, y):
+        return [y[1], -y[0] + reduced * y[1] ** 2]
+
+    def rest(_, y):
+        return y[1]
+
+    rest.terminal, rest.direction = True, 1.0
+    run = solve_ivp(law, (0.0, 50.0), [1.0, 0.0], 'DOP853', events=rest, rtol=1e-12, atol=1e-15)
+    assert found.duration == pytest.approx(run.t[-1], rel=1e-10)
+
+
 def test_without_resistance_a_cycloid_gives_back_the_arc():
     found = half_swing(Cycloid(0.0, 1.0, 4.0), 1.0, 3.0)
     assert found == pytest.approx((2.0 * math.pi, 3.0), rel=1e-15)
