@@ -103,6 +103,9 @@ def reverse_half_swing(
 ) -> tuple[FloatArray, FloatArray]:
     """Return arc [m] and ds/dt [m/s] at times since the release at rest at −start.
 
+    The arc is rounded by e^{κs₁/2}, which counts from starts of 15/κ on: so close to balance is
+    the body then.
+
     Args:
         kappa: κ [1/m], ≥ 0.
         frequency: √(g/f) [rad/s].
@@ -114,16 +117,13 @@ def reverse_half_swing(
     pace = 0.5 * frequency * np.sqrt(course.breadth / 1.5)
     whole = quarter_period(m1)
     turned = np.clip(pace * np.asarray(time, np.float64), 0.0, whole)
-    early = turned < 0.5 * whole
-    phi = amplitude(np.where(early, turned, whole - turned), m1)
+    phi = amplitude(turned, m1)
     sine, cosine = np.sin(phi), np.cos(phi)
     delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
-    gained = span * np.where(early, m1 * (sine / delta) ** 2, 0.0)
-    w = np.where(early, gained - course.fall, course.rise - span * sine * sine)
-    slow = m1 * cosine / delta**3
-    rate = 2.0 * span * pace * sine * np.where(early, slow, cosine * delta)
-    # 1 + κw without cancellation where it is small
-    above = np.where(early, course.left + kappa * gained, 1.0 + kappa * w)
+    # from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
+    gained = span * m1 * (sine / delta) ** 2
+    rate = 2.0 * span * pace * m1 * sine * cosine / delta**3
+    w, above = gained - course.fall, course.left + kappa * gained
     deep = kappa * w < -0.5
     near = w * logarithmic_mean(np.where(deep, 0.0, kappa * w))
     arc = np.where(deep, np.log(above) / (kappa or 1.0), near)
