@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from tauto_core.machines import compile_machine
+from tauto_core.machines import FluidPendulum, QuadratureError, compile_machine
 from tauto_core.scene import Scene
 from tauto_core.scene.checks import LAST_STAMP_S
-from tauto_core.scene.errors import ABSENT, SceneError
+from tauto_core.scene.errors import ABSENT, DescentError, SceneError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude
 
@@ -24,6 +24,9 @@ def check_scene(scene: Scene) -> None:
     """
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
+    if isinstance(machine, FluidPendulum):
+        _check_swing(scene, machine)
+        return
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
@@ -38,18 +41,33 @@ def check_scene(scene: Scene) -> None:
         )
 
 
+def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
+    """Refuse a fluid that resists too strongly to swing in."""
+    try:
+        machine.period(machine.release_arc)
+    except (DescentError, QuadratureError) as error:
+        raise SceneError(
+            scene.name,
+            'regulator.release_arc',
+            machine.release_arc,
+            str(error),
+            'Release the body nearer to A, or change body or fluid.',
+        ) from None
+
+
 def _check_dial(scene: Scene, frequency: float) -> None:
     """Refuse a dial that would leave the times of ROS."""
+    regulator = 'trochlea' if scene.regulator is None else 'regulator'
     period = math.tau / frequency if frequency > 0.0 else math.inf
     nominal = scene.clock.nominal_period or period
     if not (period > 0.0 and nominal <= LAST_STAMP_S):
         raise SceneError(
             scene.name,
-            'trochlea' if scene.clock.nominal_period is None else 'clock.nominal_period',
+            regulator if scene.clock.nominal_period is None else 'clock.nominal_period',
             ABSENT if scene.clock.nominal_period is None else nominal,
             f'makes a period of {nominal:.6g} s on the dial; it must be > 0 and at most '
             f'{LAST_STAMP_S} s, where ROS stamps end',
-            'Check the units of inertia, cam and power, or give another nominal_period.',
+            f'Check the units in {regulator} and of gravity, or give another nominal_period.',
         )
     shown = scene.starts_at + scene.duration * nominal / period
     if not shown <= LAST_STAMP_S:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from tauto_core.machines import compile_machine
+from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import LongitudeTally
 from tauto_core.samples import (
@@ -67,10 +67,13 @@ class Summary:
         wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
         if wheel is None or phase is None:
             return {}
+        machine = compile_machine(scene)
+        in_fluid = isinstance(machine, FluidPendulum)
+        place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
         return {
-            'period_s': compile_machine(scene).small_period,
-            'angle_rad': float(wheel.position[-1, 0]),
-            'rate_rad_s': float(wheel.velocity[-1, 0]),
+            'period_s': machine.small_period,
+            place: float(wheel.position[-1, 0]),
+            speed: float(wheel.velocity[-1, 0]),
             'phase_rad': _named(phase)['phase'],
             'beats': round(_named(phase)['beats']),
         }

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import FluidPendulum, Machine, SlackThreadError
 from tauto_core.motion import propagator_name
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
@@ -22,14 +22,22 @@ from tauto_core.ship.interpolation import FORCE_BEFORE, ROLL_BEFORE
 
 # Least of four runs of 10 h at sea or 100 days on land, each stage timed by itself, of the shipped
 # scenes ideal, second_cam_at_sea, involute_weight_at_sea and portsmouth_jamaica, and of the cheek
-# before Euler on land (action_angle). The start: processor time of `tauto sail` of a minute.
+# before Euler on land (action_angle); a day of globe_in_oil on each of its curves, of which the
+# dearest counts. The start: processor time of `tauto sail` of a minute.
 # Intel Xeon, Python 3.11, Numba 0.68.
 MEASURED_ON = 'a core at 2.5 GHz'
-START_S = {'harmonic': 0.5, 'action_angle': 0.5, 'forced_harmonic': 1.7, 'collocation': 1.7}
+START_S = {
+    'harmonic': 0.5,
+    'action_angle': 0.5,
+    'half_swings': 1.0,
+    'forced_harmonic': 1.7,
+    'collocation': 1.7,
+}
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
 FORCED_NS_A_SAMPLE = 560.0
 NS_A_STEP, NS_AN_IMPULSE = 1000.0, 5000.0
-NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0}
+NS_A_HALF_SWING = 8000.0
+NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0}
 NAVIGATION_NS_A_LOG = 1200.0
 
 PERIOD_ERROR = 1e-14
@@ -62,7 +70,7 @@ class Forecast:
     shortest_wave_s: float | None
 
 
-def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
+def forecast(scene: Scene, machine: Machine | FluidPendulum, motion: ShipMotion) -> Forecast:
     """Return what a scene will cost and how exact it will be.
 
     Args:
@@ -70,6 +78,8 @@ def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
         machine: of the scene.
         motion: of the scene's ship.
     """
+    if isinstance(machine, FluidPendulum):
+        return _forecast_in_fluid(scene, machine, motion)
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     swing_s = _swing_s(machine)
     steps = _steps(scene, machine, swing_s) if name == 'collocation' else None
@@ -85,6 +95,18 @@ def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
         steady_error_s=steady,
         growing_error_s_per_day=_growth(scene, machine, name, swing_s, steps),
         shortest_wave_s=float(math.tau / waves.frequency.max()) if len(waves.frequency) else None,
+    )
+
+
+def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion) -> Forecast:
+    half_swings = 2.0 * scene.duration / machine.small_period
+    run_s = _run_s(scene, 'half_swings', motion, 0.0, None)
+    return Forecast(
+        run_s=run_s + half_swings * NS_A_HALF_SWING / NS_PER_S,
+        steps_a_swing=None,
+        steady_error_s=0.5 * machine.small_period * UNIT_ROUNDING,
+        growing_error_s_per_day=SECONDS_PER_DAY * PERIOD_ERROR,
+        shortest_wave_s=None,
     )
 
 

@@ -31,6 +31,7 @@ REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))
 def test_the_scenes_that_ship() -> None:
     assert shipped_scenes() == [
         'cheek_before_euler',
+        'globe_in_oil',
         'ideal',
         'involute_weight_at_sea',
         'measured',
@@ -75,6 +76,8 @@ def test_regulators_beat_seconds() -> None:
     """T0 = 2π √(I/(P r)) within 30 % of a second, whatever the cam: the scenes' stated design."""
     for name in shipped_scenes():
         scene = load_scene(name)
+        if scene.trochlea is None:
+            continue
         cam, power = scene.trochlea.cam, scene.trochlea.power
         rate = {'involute': 'base_radius', 'hole': 'lever_rate', 'circular_arc': 'root_depth'}
         lever = getattr(cam, rate[cam.kind])

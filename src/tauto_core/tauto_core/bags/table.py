@@ -190,7 +190,8 @@ TOPICS: dict[str, Topic] = {
             JOINT_STATE,
             'trochlea',
             'the wheel in its case, name `wheel`: angle [rad], angular velocity [rad/s], '
-            'torque [N m]',
+            'torque [N m]; in a fluid the body, name `body`: arc [m], speed [m/s], force along '
+            'the curve [N]',
         ),
         Topic(
             s.PHASE,

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from tauto_core.machines import FluidPendulum, Machine
+    from tauto_core.scene import Scene
+
 
 def shipped_summary(name: str) -> str:
     """Return what a shipped scene is: the comment at its top, up to the first colon."""
@@ -53,7 +56,6 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     expected = forecast(scene, machine, motion)
     stepping = expected.steps_a_swing is not None
-    edge = machine.cam.range_rad
     return {
         'scene': scene.name,
         'duration_s': scene.duration,
@@ -73,10 +75,27 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'log_interval_s': scene.log_interval_ns * 1e-9,
         'small_period_s': machine.small_period,
         'nominal_period_s': scene.clock.nominal_period or machine.small_period,
-        'cam': scene.trochlea.cam.kind,
+        **_regulator_facts(scene, machine),
+        **({'warnings': list(motion.warnings)} if motion.warnings else {}),
+    }
+
+
+def _regulator_facts(scene: Scene, machine: Machine | FluidPendulum) -> dict[str, Any]:
+    """Return curve, range and release of the regulator; a range is None where there is no end."""
+    from tauto_core.machines import FluidPendulum
+
+    if isinstance(machine, FluidPendulum):
+        ends = machine.curve.ascent_cusp, machine.curve.descent_cusp
+        return {
+            'curve': None if scene.regulator is None else scene.regulator.curve,
+            'curve_range_m': [None if math.isinf(end) else end for end in ends],
+            'release_arc_m': machine.release_arc,
+        }
+    edge = machine.cam.range_rad
+    return {
+        'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
         'cam_range_rad': None if math.isinf(edge) else edge,
         'release_angle_rad': machine.release_angle,
-        **({'warnings': list(motion.warnings)} if motion.warnings else {}),
     }
 
 
@@ -103,7 +122,6 @@ def facts_table(facts: dict[str, Any]) -> Table:
 def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     from tauto_core.cli.tables import span
 
-    edge = facts['cam_range_rad']
     kept = 'with' if facts['motion_kept'] else 'without'
     step, interval = facts['motion_step_s'], facts['log_interval_s']
     return [
@@ -118,6 +136,20 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ),
         ('period of small swings', f'{facts["small_period_s"]:.9f} s'),
         ('nominal period', f'{facts["nominal_period_s"]:.9f} s'),
+        *_regulator_rows(facts),
+    ]
+
+
+def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    if 'curve' in facts:
+        low, high = facts['curve_range_m']
+        span = f'{"no end" if low is None else f"{low:.6g} m"} to {high:.6g} m of arc'
+        return [
+            ('curve', f'{facts["curve"]}, {span}'),
+            ('released at', f'{facts["release_arc_m"]:g} m of arc'),
+        ]
+    edge = facts['cam_range_rad']
+    return [
         ('cam', f'{facts["cam"]}, ' + ('no end' if edge is None else f'±{edge:.6g} rad')),
         ('released at', f'{facts["release_angle_rad"]:g} rad in the case'),
     ]

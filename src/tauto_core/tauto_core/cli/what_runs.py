@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from tauto_core.machines import Machine
+from tauto_core.machines import FluidPendulum, Machine
 from tauto_core.scene import Drag, RecordedShip, Scene, StillShip, WeightPower
 
 
-def reason(scene: Scene, machine: Machine, propagator: str) -> str:
+def reason(scene: Scene, machine: Machine | FluidPendulum, propagator: str) -> str:
     """Return why a propagator was chosen.
 
     Args:
@@ -14,6 +14,12 @@ def reason(scene: Scene, machine: Machine, propagator: str) -> str:
         machine: of the scene.
         propagator: its name.
     """
+    if isinstance(machine, FluidPendulum):
+        how = 'in closed form' if machine.is_euler else 'by quadrature'
+        return (
+            'the fluid takes a known part of the arc from each half swing: one after the other, '
+            f'any instant in them {how}'
+        )
     still = isinstance(scene.ship, StillShip)
     uneven = _uneven(machine)
     if propagator == 'harmonic':
@@ -62,16 +68,18 @@ def _and(names: list[str]) -> str:
     return ' and '.join(names)
 
 
-def left_out(scene: Scene, machine: Machine) -> list[str]:
+def left_out(scene: Scene, machine: Machine | FluidPendulum) -> list[str]:
     """Return the terms that a scene does not contain; they are not in the code that runs."""
-    ship, drag, power = scene.ship, scene.drag, scene.trochlea.power
+    ship, drag = scene.ship, scene.drag
+    power = None if scene.trochlea is None else scene.trochlea.power
     still = isinstance(ship, StillShip)
     if isinstance(ship, RecordedShip):
         heave = ship.recorded.heave_column is not None or ship.recorded.topic is not None
     else:
         heave = bool(getattr(ship, 'heave', None))
     absent = {
-        'drag': drag is None,
+        'added mass': scene.regulator is not None and not scene.regulator.added_mass,
+        'drag': drag is None and scene.regulator is None,
         'viscous drag': drag is not None and not drag.viscous,
         'quadratic drag': drag is not None and not drag.quadratic,
         'friction': drag is not None and not drag.coulomb,

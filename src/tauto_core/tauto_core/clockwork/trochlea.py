@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from tauto_core.clockwork.reading import dial_ns
-from tauto_core.machines import Machine, compile_machine
+from tauto_core.machines import FluidPendulum, Machine, compile_machine
 from tauto_core.motion import Motion, make_propagator
 from tauto_core.samples import (
     JOINT_STATES,
@@ -30,6 +30,7 @@ from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
 from tauto_core.ship.imu import screen
 
 WHEEL_NAMES = ('wheel',)
+BODY_NAMES = ('body',)
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
 WHEEL_FRAME = 'clock_case'
 DIAL = 'dial'
@@ -61,7 +62,7 @@ class TrochleaStage:
         self._scene = scene
         self._anchor = anchor
         self._still = isinstance(scene.ship, StillShip)
-        self._machine: Machine = compile_machine(scene)
+        self._machine: Machine | FluidPendulum = compile_machine(scene)
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = scene.clock.nominal_period or self._machine.small_period
@@ -146,7 +147,7 @@ class TrochleaStage:
             JOINT_STATES: JointSamples(
                 stamps,
                 WHEEL_FRAME,
-                WHEEL_NAMES,
+                BODY_NAMES if isinstance(self._machine, FluidPendulum) else WHEEL_NAMES,
                 column('angle')[:, None],
                 column('rate')[:, None],
                 column('torque')[:, None],

@@ -2,7 +2,10 @@
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
+from tauto_core.curves.descent_curve import Cycloid, DescentCurve, SymmetricCurve
 from tauto_core.curves.drawing import outline
+from tauto_core.curves.fluid_outline import fluid_outline
+from tauto_core.curves.fluid_tautochrone import FluidTautochrone
 from tauto_core.curves.levers import ArcLever, Lever, LinearLever, TableLever
 from tauto_core.curves.making import make_cam
 from tauto_core.curves.table import Table, load_table
@@ -11,12 +14,17 @@ __all__ = [
     'ArcLever',
     'Cam',
     'CircularArc',
+    'Cycloid',
+    'DescentCurve',
+    'FluidTautochrone',
     'Hole',
     'Involute',
     'Lever',
     'LinearLever',
+    'SymmetricCurve',
     'Table',
     'TableLever',
+    'fluid_outline',
     'load_table',
     'make_cam',
     'outline',

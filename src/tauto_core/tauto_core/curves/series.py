@@ -35,3 +35,25 @@ def arctangent_defect(x: FloatArray) -> FloatArray:
     for k in range(26, 0, -1):
         series = 1.0 / (2 * k + 1) - square * series
     return np.where(np.abs(x) < 0.5, small * square * series, x - np.arctan(x))
+
+
+def exponential_mean(z: FloatArray) -> FloatArray:
+    """Return (eᶻ − 1)/z, the mean of the exponential from 0 to z; 1 at 0."""
+    apart = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.expm1(apart) / apart)
+
+
+def exponential_defect(z: FloatArray) -> FloatArray:
+    """Return 2 (eᶻ − 1 − z)/z², 1 at 0, by its power series where |z| < 1."""
+    series = np.ones_like(z)
+    small = np.where(np.abs(z) < 1.0, z, 0.0)
+    for k in range(20, 2, -1):
+        series = 1.0 + small / k * series
+    large = np.where(np.abs(z) < 1.0, 1.0, z)
+    return np.where(np.abs(z) < 1.0, series, 2.0 * (np.expm1(large) - large) / large**2)
+
+
+def logarithmic_mean(z: FloatArray) -> FloatArray:
+    """Return ln(1 + z)/z, 1 at 0, for z > −1."""
+    apart = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.log1p(apart) / apart)

@@ -1,6 +1,7 @@
 """Mechanics: the trochlea as a mechanism, its period, its design."""
 
 from tauto_core.machines.compiling import compile_machine
+from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 from tauto_core.machines.isochronism import (
     Isochronism,
     IsochronismRow,
@@ -11,12 +12,14 @@ from tauto_core.machines.quadrature import QuadratureError
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 
 __all__ = [
+    'FluidPendulum',
     'Isochronism',
     'IsochronismRow',
     'Machine',
     'QuadratureError',
     'SlackThreadError',
     'compile_machine',
+    'descent_isochronism',
     'isochronism',
     'rate_s_per_day',
 ]

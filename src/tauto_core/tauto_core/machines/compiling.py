@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 from tauto_core.curves import make_cam
+from tauto_core.machines.fluid_pendulum import FluidPendulum, compile_fluid_pendulum
 from tauto_core.machines.trochlea import Machine
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene.errors import ABSENT, SceneError
 from tauto_core.scene.models import (
     ForcePower,
     Scene,
     SpringPower,
     StillShip,
+    Trochlea,
     VerticalThread,
     WeightPower,
 )
 
 
-def compile_machine(scene: Scene) -> Machine:
+def compile_machine(scene: Scene) -> Machine | FluidPendulum:
+    """Return the regulator of a scene in numbers: its trochlea, or the body in its fluid.
+
+    Raises:
+        SceneError: a machine that cannot be built, or a release beyond its range.
+    """
+    if scene.regulator is not None:
+        return compile_fluid_pendulum(scene, scene.regulator)
+    if scene.trochlea is not None:
+        return _compile_trochlea(scene, scene.trochlea)
+    raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give trochlea or regulator.')
+
+
+def _compile_trochlea(scene: Scene, trochlea: Trochlea) -> Machine:
     """Return the trochlea of a scene in numbers.
 
     The release is checked here where it fixes the angle at the cam: on a still ship, and at sea
@@ -25,7 +40,6 @@ def compile_machine(scene: Scene) -> Machine:
     Raises:
         SceneError: a cam, thread or table that can't be used, or a release beyond the cam.
     """
-    trochlea = scene.trochlea
     carried = pulling = force = stiffness = 0.0
     match trochlea.power:
         case ForcePower():

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import FluidPendulum, Machine, SlackThreadError
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.samples import State
 
@@ -37,8 +37,10 @@ class Propagator(Protocol):
         ...
 
 
-def propagator_name(machine: Machine, *, still: bool) -> str:
+def propagator_name(machine: Machine | FluidPendulum, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
+    if isinstance(machine, FluidPendulum):
+        return 'half_swings'
     if _stays_linear(machine):
         if still and machine.drag is None:
             return 'harmonic'
@@ -69,7 +71,7 @@ def _swings_freely(machine: Machine) -> bool:
 
 
 def make_propagator(
-    machine: Machine, *, still: bool, tolerance: float | None = None
+    machine: Machine | FluidPendulum, *, still: bool, tolerance: float | None = None
 ) -> Propagator:
     """Return the propagator for a machine on a platform that lies still or moves.
 
@@ -79,6 +81,10 @@ def make_propagator(
         tolerance: error allowed a step, relative to the state, where steps are needed; None: the
             propagator's default.
     """
+    if isinstance(machine, FluidPendulum):
+        from tauto_core.motion.half_swings import HalfSwings
+
+        return HalfSwings(machine)
     match propagator_name(machine, still=still):
         case 'harmonic':
             from tauto_core.motion.harmonic import Harmonic

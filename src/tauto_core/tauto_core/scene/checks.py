@@ -14,7 +14,15 @@ from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.times import exact_nanoseconds, exact_step
 
 if TYPE_CHECKING:
-    from tauto_core.scene.models import ComponentsShip, Recorded, RecordedShip, Scene, SeaShip
+    from tauto_core.scene.models import (
+        ComponentsShip,
+        FluidTautochroneRegulator,
+        Recorded,
+        RecordedShip,
+        Scene,
+        SeaShip,
+        Trochlea,
+    )
 
 # builtin_interfaces/Time holds whole seconds in 32 bits, the sign among them.
 LAST_STAMP_S = 2**31 - 1
@@ -34,7 +42,18 @@ THREADS_OF_CAM = {
 
 def problems(scene: Scene) -> Iterator[Problem]:
     """Yield everything that is wrong between the keys of a scene of valid sections."""
-    yield from _machine(scene)
+    if scene.regulator is not None:
+        yield from _in_fluid(scene, scene.regulator)
+    if scene.trochlea is not None:
+        yield from _machine(scene, scene.trochlea)
+    if scene.trochlea is None and scene.regulator is None:
+        yield Problem(
+            'trochlea',
+            ABSENT,
+            'is missing, and there is no regulator in its place',
+            'Write `trochlea: …`, mapping: inertia, cam, thread, power, release_angle; or '
+            '`regulator: …`, mapping with `kind`.',
+        )
     grid = list(_whole_nanoseconds(scene))
     yield from grid
     if not grid:
@@ -44,8 +63,43 @@ def problems(scene: Scene) -> Iterator[Problem]:
     yield from _solver(scene)
 
 
-def _machine(scene: Scene) -> Iterator[Problem]:
-    cam, thread = scene.trochlea.cam.kind, scene.trochlea.thread.kind
+def _in_fluid(scene: Scene, regulator: FluidTautochroneRegulator) -> Iterator[Problem]:
+    given = {
+        'trochlea': 'a scene has one regulator',
+        'drag': 'the fluid is the drag',
+        'escapement': 'nothing drives a body in a fluid',
+        'suspension': "in Euler's equations curve and fluid are at rest",
+    }
+    for key, why in given.items():
+        if getattr(scene, key, None) is not None:
+            remedy = f'Leave out {key}, or take a trochlea instead of the regulator.'
+            yield Problem(key, ABSENT, f'does not go with regulator: {why}', remedy)
+    if scene.ship.kind != 'still':
+        yield Problem(
+            'ship.kind',
+            scene.ship.kind,
+            "does not go with regulator: in Euler's equations curve and fluid are at rest",
+            'Use ship kind still.',
+        )
+    if regulator.fluid_density >= regulator.body_density:
+        yield Problem(
+            'regulator.fluid_density',
+            regulator.fluid_density,
+            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
+            f'{regulator.body} does not sink',
+            'Take a denser body or a lighter fluid.',
+        )
+    if regulator.release_arc == 0.0:
+        yield Problem(
+            'regulator.release_arc',
+            0.0,
+            'leaves the body at rest for ever',
+            'Release it at an arc other than 0 m.',
+        )
+
+
+def _machine(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
+    cam, thread = trochlea.cam.kind, trochlea.thread.kind
     fitting = THREADS_OF_CAM[cam]
     if thread not in fitting:
         cams = ', '.join(kind for kind, threads in THREADS_OF_CAM.items() if thread in threads)
@@ -55,7 +109,7 @@ def _machine(scene: Scene) -> Iterator[Problem]:
             f'does not go with trochlea.cam.kind {cam}',
             f'Use thread kind {" or ".join(fitting)}, or a cam of kind {cams}.',
         )
-    if scene.ship.kind == 'still' and scene.trochlea.release_angle == 0.0:
+    if scene.ship.kind == 'still' and trochlea.release_angle == 0.0:
         yield Problem(
             'trochlea.release_angle',
             0.0,

@@ -118,6 +118,10 @@ class CamRangeError(TautoError):
     """An angle beyond the range of a cam."""
 
 
+class DescentError(TautoError):
+    """A body, fluid, curve or start that makes no descent: names value, limit and remedy."""
+
+
 class MotionDataError(TautoError):
     """Measured motion that cannot be used: names file, line, value, limit, remedy.
 

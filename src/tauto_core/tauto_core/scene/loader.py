@@ -149,7 +149,7 @@ def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
 
 def _missing_files(scene: Scene) -> list[Problem]:
     found = []
-    if isinstance(scene.trochlea.cam, TableCam):
+    if scene.trochlea is not None and isinstance(scene.trochlea.cam, TableCam):
         found += _missing_file('trochlea.cam.path', scene.trochlea.cam.path, folders=False)
     if isinstance(scene.ship, RecordedShip):
         recorded = scene.ship.recorded

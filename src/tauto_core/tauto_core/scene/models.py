@@ -129,6 +129,32 @@ class Trochlea(Section):
     )
 
 
+class FluidTautochroneRegulator(Section):
+    """A globe or cylinder that swings on a curve in a fluid (Euler 1729); no trochlea."""
+
+    kind: Literal['fluid_tautochrone'] = Field(description='fluid_tautochrone')
+    curve: Literal['euler', 'cycloid', 'symmetric'] = Field(
+        default='euler', description='euler, cycloid or symmetric (theory B)'
+    )
+    body: Literal['globe', 'cylinder'] = Field(description='globe or cylinder')
+    diameter: Positive = Field(
+        description='diameter of the globe, or height of the cylinder along its motion [m]'
+    )
+    body_density: Positive = Field(description='density of the body [kg/m3]')
+    fluid_density: NonNegative = Field(description='density of the fluid, below the body [kg/m3]')
+    pendulum_length: Positive = Field(
+        description='length f of the simple pendulum that keeps time with small swings [m]'
+    )
+    release_arc: Number = Field(
+        description='arc from the lowest point at which it is released at rest [m], negative on '
+        'the branch of ascent'
+    )
+    added_mass: NonNegative = Field(
+        default=0.0,
+        description='fluid carried along, by the fluid displaced; Euler: 0, globe: 0.5',
+    )
+
+
 class Drag(Section):
     """Torque against the motion in the case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇."""
 
@@ -302,7 +328,7 @@ class Solver(Section):
 
 
 class Scene(Section):
-    """A whole scene. Only `trochlea` and `duration` must be given."""
+    """A whole scene. Only `duration` and one of `trochlea` and `regulator` must be given."""
 
     name: Text = Field(default='unnamed', description='name of the scene')
     duration: Positive = Field(description='length of the scene [s]')
@@ -313,8 +339,12 @@ class Scene(Section):
     gravity: Positive = Field(
         default=STANDARD_GRAVITY, description='acceleration of gravity [m/s2]'
     )
-    trochlea: Trochlea = Field(
-        description='mapping: inertia, cam, thread, power, release_angle of the regulator'
+    trochlea: Trochlea | None = Field(
+        default=None,
+        description='mapping: inertia, cam, thread, power, release_angle of the regulator',
+    )
+    regulator: FluidTautochroneRegulator | None = Field(
+        default=None, description='mapping with `kind`: what swings in place of a trochlea'
     )
     drag: Drag | None = Field(default=None, description='mapping: viscous, quadratic, coulomb')
     escapement: Escapement | None = Field(default=None, description='mapping: kind, energy, angle')

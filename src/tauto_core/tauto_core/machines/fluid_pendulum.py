@@ -1,0 +1,222 @@
+"""A globe that swings to and fro on a curve in a fluid: paper B's body as a regulator.
+
+Euler, *Curva tautochrona in fluido* (1729). On his curve the half swing forward takes π√(f/g)
+whatever its arc, the one backward more; on a symmetric curve both go alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TypeAlias, TypedDict
+
+from tauto_core.curves.descent_curve import Cycloid, DescentCurve, Mirrored, SymmetricCurve
+from tauto_core.curves.fluid_tautochrone import FluidTautochrone
+from tauto_core.machines.descent import arc_of_harmonic, harmonic_of_arc
+from tauto_core.machines.half_swing import descent_time, half_swing
+from tauto_core.machines.immersed_body import ImmersedBody
+from tauto_core.machines.isochronism import rate_s_per_day
+from tauto_core.machines.reverse_swing import duration_excess, end_arc
+from tauto_core.scene.errors import DescentError, SceneError, UsageError
+from tauto_core.scene.models import FluidTautochroneRegulator, Scene
+
+Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve
+
+_CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]] = {
+    'euler': FluidTautochrone,
+    'cycloid': Cycloid,
+    'symmetric': SymmetricCurve,
+}
+
+
+class DescentRow(TypedDict):
+    """Descent, period and rate at one amplitude.
+
+    Keys:
+        amplitude_m: arc of the release on the branch of descent [m].
+        descent_s: from there to A [s].
+        period_s: to and back from where it gets to [s].
+        rate_s_per_day: what the clock gains a day (fast is positive).
+    """
+
+    amplitude_m: float
+    descent_s: float
+    period_s: float
+    rate_s_per_day: float
+
+
+class DescentIsochronism(TypedDict):
+    """The JSON object of `tauto isochronism` for a curve in a fluid.
+
+    Keys:
+        nominal_period_s: what the dial gains in a full swing [s].
+        rows: one per amplitude, in the order asked for.
+    """
+
+    nominal_period_s: float
+    rows: list[DescentRow]
+
+
+@dataclass(frozen=True)
+class FluidPendulum:
+    """A body on a curve in a fluid, in numbers.
+
+    Attributes:
+        curve: with κ and γ of the body in the fluid, and the pendulum length f.
+        weight: of the body less that of the fluid displaced, in vacuum's gravity [N].
+        gravity: g [m/s2].
+        release_arc: where it is released at rest [m], < 0 on the branch of ascent.
+    """
+
+    curve: Curve
+    weight: float
+    gravity: float
+    release_arc: float
+
+    # what the clockwork asks of every machine: nothing of this is in the fluid
+    follows_apparent_vertical = False
+    pulling_mass = 0.0
+    drag = None
+    escapement = None
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of small swings, ω = √(g/f) [rad/s]."""
+        return math.sqrt(self.gravity / self.curve.pendulum_length)
+
+    @property
+    def small_period(self) -> float:
+        """Period of small swings, 2π/ω [s]."""
+        return math.tau / self.frequency
+
+    @property
+    def is_euler(self) -> bool:
+        """Whether the curve is Euler's, on which half swings have closed forms."""
+        return isinstance(self.curve, FluidTautochrone)
+
+    def branch(self, start: float) -> DescentCurve:
+        """Return the curve as it lies for a half swing from an arc of this sign."""
+        return self.curve if start > 0.0 else Mirrored(self.curve)
+
+    def swing(self, start: float) -> tuple[float, float]:
+        """Return duration by π/ω, less 1, and end [m] of the half swing from rest at an arc [m].
+
+        Raises:
+            DescentError: a start beyond the cusp.
+            QuadratureError: resistance too strong for the series.
+        """
+        kappa = self.curve.kappa
+        if not self.is_euler:
+            found = half_swing(self.branch(start), self.gravity, abs(start))
+            return found.duration * self.frequency / math.pi - 1.0, -math.copysign(
+                found.arc, start
+            )
+        if start > 0.0:
+            return 0.0, float(arc_of_harmonic(kappa, -harmonic_of_arc(kappa, start)))
+        return float(duration_excess(kappa, -start)), float(end_arc(kappa, -start))
+
+    def period(self, amplitude: float) -> float:
+        """Return the time to and back from rest at an arc, back from where it gets to [s].
+
+        Args:
+            amplitude: arc of the release [m], its sign the branch; 0 gives the limit 2π/ω.
+
+        Raises:
+            DescentError: an amplitude beyond the cusp.
+        """
+        if amplitude == 0.0:
+            return self.small_period
+        there, end = self.swing(amplitude)
+        back, _ = self.swing(end)
+        return self.small_period * (1.0 + 0.5 * (there + back))
+
+
+def descent_isochronism(
+    machine: FluidPendulum, amplitudes: Iterable[float], nominal_period_s: float | None = None
+) -> DescentIsochronism:
+    """Return descent time, period and rate at several amplitudes.
+
+    The descent is integrated, also where Euler's curve makes it a constant.
+
+    Args:
+        machine: what swings.
+        amplitudes: arcs on the branch of descent [m], each > 0 and within the cusp.
+        nominal_period_s: what the dial gains in a full swing; the small-amplitude period when
+            left out.
+
+    Raises:
+        UsageError: no amplitude, or one out of range, before anything is computed.
+    """
+    asked, edge = tuple(amplitudes), machine.curve.descent_cusp
+    if not asked:
+        raise UsageError('amplitudes: none given; give at least one, in metres of arc')
+    for amplitude in asked:
+        if not 0.0 < amplitude <= edge:
+            raise UsageError(
+                f'amplitude {amplitude!r} m: must be > 0 and at most the arc of the cusp, '
+                f'{edge!r} m; give another'
+            )
+    nominal = machine.small_period if nominal_period_s is None else nominal_period_s
+    rows: list[DescentRow] = []
+    for amplitude in asked:
+        period = machine.period(amplitude)
+        rows.append(
+            {
+                'amplitude_m': amplitude,
+                'descent_s': descent_time(machine.curve, machine.gravity, amplitude),
+                'period_s': period,
+                'rate_s_per_day': rate_s_per_day(period, nominal),
+            }
+        )
+    return {'nominal_period_s': nominal, 'rows': rows}
+
+
+def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
+    """Return the curve of a regulator, made for its body and fluid.
+
+    Raises:
+        DescentError: a body that does not sink.
+    """
+    body = _body(regulator)
+    return _CURVES[regulator.curve](body.kappa, body.gamma, regulator.pendulum_length)
+
+
+def compile_fluid_pendulum(scene: Scene, regulator: FluidTautochroneRegulator) -> FluidPendulum:
+    """Return the regulator of a scene in numbers.
+
+    Raises:
+        SceneError: a body that does not sink, or a release beyond the cusp.
+    """
+    try:
+        curve = make_descent_curve(regulator)
+    except DescentError as error:
+        raise SceneError(
+            scene.name,
+            'regulator',
+            regulator.kind,
+            f'cannot be built: {error}',
+            'Change body or fluid.',
+        ) from None
+    start = regulator.release_arc
+    edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
+    if not abs(start) <= abs(edge):
+        raise SceneError(
+            scene.name,
+            'regulator.release_arc',
+            start,
+            f'beyond the cusp of the curve, at {edge!r} m',
+            'Release the body nearer to A, or give a longer pendulum_length.',
+        )
+    weight = _body(regulator).sunk_mass * scene.gravity
+    return FluidPendulum(curve, weight, scene.gravity, start)
+
+
+def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:
+    return ImmersedBody(
+        regulator.body,
+        regulator.diameter,
+        regulator.body_density,
+        regulator.fluid_density,
+        regulator.added_mass,
+    )

@@ -1,0 +1,130 @@
+"""Euler's open remark (1729, end of 22): the half swing backward on his curve, which errs.
+
+Down the branch of ascent and up that of descent, w = (e^{κs} − 1)/κ obeys ẅ = −(g/f)(w + κw²).
+With q = 1 − e^{−κs₁} of the start s₁ on the branch of ascent, W = κw runs from −q to the root W₂
+of
+
+    (W + q)(W − W₂)(W − W₃) = 0,     W₂, W₃ = ½[−(3/2 − q) ± √((3/2 − q)(3/2 + 3q))],
+
+as a Jacobian elliptic function of the parameter m = (W₂ + q)/(W₂ − W₃). All in forms without
+cancellation from κ = 0, the harmonic swing, to starts at which e^{−κs₁} is next to nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tauto_core.curves.series import exponential_mean, logarithmic_mean
+from tauto_core.machines.elliptic import amplitude, quarter_period
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import DescentError
+
+SERIES = (0.0, 0.0, 5 / 12, -5 / 18, 385 / 576, -385 / 432)
+"""Coefficients of the duration by π√(f/g) in powers of q, less the leading 1."""
+_SMALL_Q = 1e-3
+"""Below it the next term, 1.67 q⁶, is nothing beside 1."""
+
+
+class _Course(NamedTuple):
+    """The roots of the swing, arrays of one shape."""
+
+    fall: FloatArray
+    """q/κ, depth of the start in w [m]."""
+    rise: FloatArray
+    """W₂/κ, where it ends [m]."""
+    left: FloatArray
+    """1 − q = e^{−κs₁}."""
+    third: FloatArray
+    """−W₃ > 0."""
+    breadth: FloatArray
+    """W₂ − W₃."""
+    complement: FloatArray
+    """1 − m."""
+
+
+def _course(kappa: float, start: ArrayLike) -> _Course:
+    s = np.asarray(start, np.float64)
+    if not np.all((s > 0.0) & np.isfinite(s)):
+        raise DescentError(
+            f'start = {float(np.min(s))!r} m: a half swing backward starts on the branch of '
+            'ascent, at an arc from A above 0 m; give another'
+        )
+    fall, left = s * exponential_mean(-kappa * s), np.exp(-kappa * s)
+    q, most = kappa * fall, 0.5 + left
+    third = 0.5 * (most + np.sqrt(most * (1.5 + 3.0 * q)))
+    rise = fall * most / third
+    breadth = kappa * rise + third
+    complement = 3.0 * fall * left / ((rise + fall) * breadth)
+    return _Course(fall, rise, left, third, breadth, np.minimum(complement, 1.0))
+
+
+def duration_excess(kappa: float, start: ArrayLike) -> FloatArray:
+    """Return T/(π√(f/g)) − 1 of the half swing backward: 5q²/12 − 5q³/18 + ….
+
+    Args:
+        kappa: κ [1/m], ≥ 0.
+        start: arc from A on the branch of ascent [m], > 0.
+    """
+    course = _course(kappa, start)
+    q = kappa * course.fall
+    series = np.polynomial.polynomial.polyval(np.minimum(q, _SMALL_Q), SERIES)
+    scale = 2.0 / math.pi * np.sqrt(1.5 / course.breadth)
+    exact = scale * quarter_period(course.complement) - 1.0
+    return np.where(q < _SMALL_Q, series, exact)
+
+
+def end_arc(kappa: float, start: ArrayLike) -> FloatArray:
+    """Return how far the body comes on the branch of descent [m]; less than ln(3/2)/κ."""
+    rise = _course(kappa, start).rise
+    return rise * logarithmic_mean(kappa * rise)
+
+
+def quarter_ratios(kappa: float, start: float) -> tuple[float, float]:
+    """Return the times down to A and up from it, by (π/2)√(f/g).
+
+    The quarters err by ±4q/(3π) or so, and cancel to first order.
+    """
+    from scipy.special import elliprf
+
+    course = _course(kappa, start)
+    scale = 4.0 / math.pi * math.sqrt(1.5 / float(course.breadth))
+    span = course.rise + course.fall
+    sine = math.sqrt(float(course.rise / span))
+    up = sine * float(elliprf(course.fall / span, course.third / course.breadth, 1.0))
+    return scale * (float(quarter_period(course.complement)) - up), scale * up
+
+
+def reverse_half_swing(
+    kappa: float, frequency: float, start: ArrayLike, time: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    """Return arc [m] and ds/dt [m/s] at times since the release at rest at −start.
+
+    The arc is rounded by e^{κs₁/2}, which counts from starts of 15/κ on: so close to balance is
+    the body then.
+
+    Args:
+        kappa: κ [1/m], ≥ 0.
+        frequency: √(g/f) [rad/s].
+        start: arc from A on the branch of ascent [m], > 0, any shape.
+        time: 0 to the whole half swing [s], of the same shape.
+    """
+    course = _course(kappa, start)
+    span, m1 = course.rise + course.fall, course.complement
+    pace = 0.5 * frequency * np.sqrt(course.breadth / 1.5)
+    whole = quarter_period(m1)
+    turned = np.clip(pace * np.asarray(time, np.float64), 0.0, whole)
+    phi = amplitude(turned, m1)
+    sine, cosine = np.sin(phi), np.cos(phi)
+    delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
+    # from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
+    gained = span * m1 * (sine / delta) ** 2
+    rate = 2.0 * span * pace * m1 * sine * cosine / delta**3
+    w, above = gained - course.fall, course.left + kappa * gained
+    deep = kappa * w < -0.5
+    near = w * logarithmic_mean(np.where(deep, 0.0, kappa * w))
+    arc = np.where(deep, np.log(above) / (kappa or 1.0), near)
+    return arc, rate / above

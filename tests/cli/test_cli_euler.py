@@ -1,0 +1,56 @@
+"""`tauto euler`: the claims as a table, as JSON, and as an exit code."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from io import StringIO
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.cli.euler import claims_table
+from tauto_core.euler import fluid_1729
+from tauto_core.euler.papers import all_claims
+
+VERDICTS = ('holds', 'misprint', 'fails')
+
+
+def test_json_holds_every_claim_in_order() -> None:
+    result = CliRunner().invoke(app, ['euler', '--json'])
+    assert result.exit_code == 0, result.stderr
+    printed = json.loads(result.stdout)['claims']
+    claims = all_claims()
+    assert [each['claim'] for each in printed] == [claim.claim for claim in claims]
+    assert [each['paper'] for each in printed] == sorted(each['paper'] for each in printed)
+    for each, claim in zip(printed, claims, strict=True):
+        assert each['verdict'] == claim.expected
+        assert each['computed'] == claim.computed
+        assert (each['printed_value'] is None) == (claim.printed_value != claim.printed_value)
+        assert bool(each['because']) == (claim.verdict != 'holds')
+
+
+def test_the_table_keeps_corrections_and_reasons() -> None:
+    out = StringIO()
+    Console(file=out, width=200).print(claims_table(all_claims()))
+    text = ' '.join(out.getvalue().split())
+    count = {verdict: sum(c.verdict == verdict for c in all_claims()) for verdict in VERDICTS}
+    said = 'hold, {misprint} are misprinted, {fails} fail'.format(**count)
+    assert f'claims: {count["holds"]} {said}' in text
+    assert '[m²nas' in text
+    assert 'does not hold' in text
+    assert 'misprint for' in text
+    assert 'B 33-34' in text
+
+
+def test_a_claim_with_another_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    good = fluid_1729.claims()
+    spoilt = [replace(good[0], computed=good[0].computed * 1.01), *good[1:]]
+    monkeypatch.setattr(fluid_1729, 'claims', lambda: spoilt)
+    result = CliRunner().invoke(app, ['euler', '--json'])
+    assert result.exit_code == 1
+    assert len(json.loads(result.stdout)['claims']) == len(good)
+    assert 'tauto: B §2-5' in result.stderr
+    assert 'should be holds' in result.stderr

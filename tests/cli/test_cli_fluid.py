@@ -1,0 +1,96 @@
+"""The commands on a scene whose regulator swings in a fluid."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.curves import FluidTautochrone
+from tauto_core.machines import compile_machine
+from tauto_core.scene import load_scene
+
+OIL = 'globe_in_oil'
+
+
+def run(*arguments: str | Path) -> str:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def curve() -> FluidTautochrone:
+    found = compile_machine(load_scene(OIL)).curve  # type: ignore[union-attr]
+    assert isinstance(found, FluidTautochrone)
+    return found
+
+
+def test_the_curve_is_written_in_millimetres_from_cusp_to_cusp(tmp_path: Path) -> None:
+    run('cam', OIL, '--csv', tmp_path / 'c.csv', '--svg', tmp_path / 'c.svg', '--points', '300')
+    rows = list(csv.DictReader((tmp_path / 'c.csv').read_text(encoding='utf-8').splitlines()))
+    x, y = (np.array([float(row[key]) for row in rows]) for key in ('x_mm', 'y_mm'))
+    assert len(x) == 599
+    assert y[-1] == pytest.approx(1e3 * float(curve().height(curve().descent_cusp)), rel=1e-15)
+    # the polyline is shorter than the arc by the square of its spacing
+    length = np.sum(np.hypot(np.diff(x), np.diff(y))[299:])
+    assert length == pytest.approx(1e3 * curve().descent_cusp, rel=1e-5)
+    assert (tmp_path / 'c.svg').read_text(encoding='utf-8').startswith('<?xml')
+
+
+def test_the_printed_rows_end_at_the_cusp() -> None:
+    header, *rows = run('cam', OIL).splitlines()
+    assert header.split() == ['arc_mm', 'slope', 'x_mm', 'y_mm', 'radius_of_curvature_mm']
+    arc, slope, _, _, radius = (float(word) for word in rows[-1].split())
+    assert arc == pytest.approx(1e3 * curve().descent_cusp, abs=1e-6)
+    assert (slope, radius) == (1.0, 0.0)
+
+
+def test_a_reach_is_an_angle_of_a_cam() -> None:
+    result = CliRunner().invoke(app, ['cam', OIL, '--reach', '1'])
+    assert result.exit_code == 2
+    assert '--reach = 1.0 rad' in result.stderr
+
+
+def test_isochronism_tells_descents_and_periods_by_metres() -> None:
+    found = json.loads(run('isochronism', OIL, '--amplitudes', '0.01,0.4', '--json'))
+    assert found['nominal_period_s'] == pytest.approx(2.0, rel=2e-6)
+    first, second = found['rows']
+    assert (first['amplitude_m'], second['amplitude_m']) == (0.01, 0.4)
+    assert second['descent_s'] == pytest.approx(first['descent_s'], rel=1e-13)
+    assert second['period_s'] > first['period_s'] > 2.0
+    lines = run('isochronism', OIL, '--amplitudes', '0.01,0.4').splitlines()
+    assert lines[1].split()[:2] == ['amplitude', 'm']
+    assert [float(line.split()[0]) for line in lines[2:]] == [0.01, 0.4]
+    result = CliRunner().invoke(app, ['isochronism', OIL, '--amplitudes', '0.7'])
+    assert result.exit_code == 2
+    assert '0.653' in result.stderr
+
+
+def test_check_names_curve_range_and_what_runs() -> None:
+    facts = json.loads(run('scene', 'check', OIL, '--json'))
+    assert facts['propagator'] == 'half_swings'
+    assert 'in closed form' in facts['reason']
+    assert facts['curve'] == 'euler'
+    assert facts['curve_range_m'] == [curve().ascent_cusp, curve().descent_cusp]
+    assert facts['release_arc_m'] == 0.4
+    assert 'drag' not in facts['left_out']
+    assert 'added mass' in facts['left_out']
+    assert facts['expected']['steps_a_swing'] is None
+    low, high = facts['curve_range_m']
+    assert f'{low:.6g} m to {high:.6g} m of arc' in run('scene', 'check', OIL)
+
+
+def test_sail_reports_metres_and_its_bag_replays_to_the_same(tmp_path: Path) -> None:
+    found = json.loads(run('sail', OIL, '--duration', '60', '--out', tmp_path / 'bag', '--json'))
+    assert found['propagator'] == 'half_swings'
+    assert set(found['trochlea']) == {'period_s', 'arc_m', 'speed_m_s', 'phase_rad', 'beats'}
+    assert 0.0 < abs(found['trochlea']['arc_m']) < 0.05
+    # swings to and fro lose
+    assert -0.1 < found['clock']['error_s'] < -0.02
+    again = json.loads(run('replay', tmp_path / 'bag', '--json'))
+    assert again['clock'] == found['clock']

@@ -1,0 +1,222 @@
+"""Curves in a fluid: other forms of the same curve, limits, and what is refused."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve, fluid_outline
+from tauto_core.curves.descent_curve import ActaCurve, Mirrored
+from tauto_core.curves.fluid_outline import abscissa, chained, coordinates, radius_of_curvature
+from tauto_core.scene.errors import DescentError
+
+OIL = FluidTautochrone(0.75, 0.9, 1.0)
+THICK = FluidTautochrone(22.5, 0.1, 1.0)
+CURVES = [
+    OIL,
+    THICK,
+    FluidTautochrone(0.75, 0.9, 1.0, 0.03),
+    FluidTautochrone(0.0, 1.0, 1.0),
+    Cycloid(0.75, 0.9, 1.0),
+    SymmetricCurve(0.75, 0.9, 1.0),
+    ActaCurve(0.4, 0.9, 0.6, 0.3),
+    Mirrored(OIL),
+]
+# few roundings of what is printed in each form
+ROUNDING = 4e-15
+
+
+def points(curve):
+    low = max(curve.ascent_cusp, -curve.descent_cusp)
+    return np.linspace(0.999 * low, 0.999 * curve.descent_cusp, 13)
+
+
+@pytest.mark.parametrize('curve', CURVES, ids=repr)
+def test_slope_and_its_rate_are_derivatives_of_the_height(curve):
+    """By central differences: error h² x'''/6, rounding eps/h."""
+    s, h = points(curve), 1e-5 * curve.descent_cusp
+    rise = (curve.height(s + h) - curve.height(s - h)) / (2.0 * h)
+    np.testing.assert_allclose(rise, curve.slope(s), atol=1e-9)
+    bend = (curve.slope(s + h) - curve.slope(s - h)) / (2.0 * h)
+    np.testing.assert_allclose(bend, curve.slope_rate(s), rtol=1e-8)
+
+
+@pytest.mark.parametrize('curve', CURVES, ids=repr)
+def test_the_cusps_are_where_the_curve_is_upright(curve):
+    assert float(curve.slope(curve.descent_cusp)) == pytest.approx(1.0, rel=ROUNDING)
+    if not math.isinf(curve.ascent_cusp):
+        assert float(curve.slope(curve.ascent_cusp)) == pytest.approx(-1.0, rel=ROUNDING)
+
+
+@pytest.mark.parametrize('curve', CURVES, ids=repr)
+def test_the_abscissa_is_that_of_another_quadrature(curve):
+    for s in points(curve)[::3].tolist():
+
+        def level(t):
+            return mpmath.sqrt(1 - mpmath.mpf(float(curve.slope(float(t)))) ** 2)
+
+        assert float(abscissa(curve, s)) == pytest.approx(float(mpmath.quad(level, [0, s])), 1e-13)
+
+
+@pytest.mark.parametrize('curve', [OIL, THICK])
+def test_differential_and_logarithmic_form(curve):
+    """dx/ds = s/γf + κx;  κs = ln(1 + κs + γκ²f x) (16, 23)."""
+    s = points(curve)
+    kappa, scale = curve.kappa, curve.gamma * curve.pendulum_length
+    np.testing.assert_allclose(curve.slope(s), s / scale + kappa * curve.height(s), rtol=1e-13)
+    inner = 1.0 + kappa * s + kappa * kappa * scale * curve.height(s)
+    np.testing.assert_allclose(kappa * s, np.log(inner), rtol=1e-12, atol=1e-15)
+
+
+def closed_form(curve, s):
+    """y of the papers' 29, in 40 digits, which its 1/β² costs at small β."""
+    with mpmath.workdps(40):
+        kappa, gamma, f = (
+            mpmath.mpf(v) for v in (curve.kappa, curve.gamma, curve.pendulum_length)
+        )
+        beta = gamma * kappa * f
+        tau = mpmath.asin(mpmath.expm1(kappa * mpmath.mpf(s)) / beta)
+        t = mpmath.tan(tau / 2)
+        if beta < 1:
+            w = mpmath.sqrt(1 - beta**2)
+            rest = -2 * w * (mpmath.atan((t + beta) / w) - mpmath.atan(beta / w))
+        else:
+            w = mpmath.sqrt(beta**2 - 1)
+            rest = w * (
+                mpmath.log((t + beta - w) / (t + beta + w)) - mpmath.log((beta - w) / (beta + w))
+            )
+        y = (mpmath.cos(tau) - 1) / beta + tau / beta**2 + rest / beta**2
+        return float(gamma * f * y)
+
+
+@pytest.mark.parametrize('kappa', [1e-12, 1e-6, 0.1, 0.99, 1.01, 10.0, 1e4])
+def test_the_abscissa_is_the_closed_form_from_thin_to_thick(kappa):
+    curve = FluidTautochrone(kappa, 0.999, 1.0)
+    for s in (0.9 * curve.descent_cusp, -0.5 * curve.descent_cusp, -3.0 / max(kappa, 4.0)):
+        assert float(abscissa(curve, s)) == pytest.approx(closed_form(curve, s), rel=2e-15)
+
+
+def test_the_abscissa_of_a_cusp_that_is_nearly_out_of_reach():
+    """β = 1 − 1e-9: the cusp of ascent is at κs = −20.7; 1 − p² is left to 7 digits before it."""
+    curve = FluidTautochrone(1.0 - 1e-9, 1.0, 1.0)
+    for part in (0.3, 0.7, 0.9):
+        s = part * curve.ascent_cusp
+        assert float(abscissa(curve, s)) == pytest.approx(closed_form(curve, s), rel=1e-12)
+
+
+def test_friction_takes_the_cusp_of_ascent_away_sooner():
+    """β = 0.9: with μ = 0.1 the branch of ascent ends in a cusp, with 0.12 it does not."""
+    near = FluidTautochrone(0.9, 1.0, 1.0, 0.1)
+    assert float(near.slope(near.ascent_cusp)) == pytest.approx(-1.0, rel=ROUNDING)
+    assert FluidTautochrone(0.9, 1.0, 1.0, 0.12).ascent_cusp == -math.inf
+
+
+def test_a_long_ascent_is_straight_in_the_end():
+    """At κs = −1e4 only 1/β is left of the slope: y = const + s √(1 − 1/β²)."""
+    far, farther = -1e4 / THICK.kappa, -2e4 / THICK.kappa
+    step = float(abscissa(THICK, farther) - abscissa(THICK, far))
+    assert step == pytest.approx((farther - far) * math.sqrt(1.0 - THICK.beta**-2), rel=1e-13)
+
+
+def exact_height(curve, s):
+    with mpmath.workdps(60):
+        kappa, gamma, f, s = (
+            mpmath.mpf(v) for v in (curve.kappa, curve.gamma, curve.pendulum_length, s)
+        )
+        z = kappa * s
+        return float((mpmath.exp(z) - 1 - z) / (gamma * kappa**2 * f))
+
+
+@given(st.floats(-14.0, 3.0), st.floats(-6.0, 0.0), st.booleans())
+def test_height_and_its_inverse_keep_all_digits_from_vacuum_to_long_arcs(power, part, descent):
+    curve = FluidTautochrone(10.0**power, 0.9, 1.0)
+    s = 10.0**part * (curve.descent_cusp if descent else -5.0 / max(curve.kappa, 1.0))
+    height = float(curve.height(s))
+    assert height == pytest.approx(exact_height(curve, s), rel=1e-15)
+    back = curve.arc_of_height(height, 'descent' if descent else 'ascent')
+    assert float(back) == pytest.approx(s, rel=2e-15)
+
+
+def test_without_a_fluid_it_is_the_cycloid():
+    free, cycloid = FluidTautochrone(0.0, 1.0, 2.0), Cycloid(0.0, 1.0, 2.0)
+    s = points(cycloid)
+    for name in ('slope', 'slope_rate', 'height'):
+        np.testing.assert_array_equal(getattr(free, name)(s), getattr(cycloid, name)(s))
+    assert free.descent_cusp == -free.ascent_cusp == 2.0
+    # a cycloid of f = 2 m is a circle's of 0.5 m: width to the cusp π/2, height 1
+    assert float(abscissa(free, 2.0)) == pytest.approx(0.5 * math.pi, rel=1e-15)
+    assert float(free.arc_of_height(1.0, 'ascent')) == pytest.approx(-2.0, rel=1e-15)
+
+
+def test_the_series_closes_in_on_the_height_term_by_term():
+    """§24: each term is κs/(n + 3) of the one before; what is left is as large as the next."""
+    s = np.array([0.3, -0.3])
+    for terms in (1, 2, 4, 8):
+        left = np.abs(OIL.series_of_height(s, terms) - OIL.height(s))
+        added = np.abs(OIL.series_of_height(s, terms + 1) - OIL.series_of_height(s, terms))
+        np.testing.assert_allclose(left, added, rtol=0.2)
+    np.testing.assert_allclose(OIL.series_of_height(s, 20), OIL.height(s), rtol=1e-15)
+
+
+def test_beyond_each_cusp_the_curve_goes_on_as_its_mirror_image():
+    top = chained(OIL, OIL.descent_cusp, 0)
+    np.testing.assert_allclose(chained(OIL, OIL.descent_cusp, 1), top, rtol=1e-15)
+    low = chained(OIL, OIL.ascent_cusp, 1)
+    np.testing.assert_allclose(chained(OIL, OIL.ascent_cusp, 2), low, rtol=1e-15)
+    width = abscissa(OIL, OIL.descent_cusp) - abscissa(OIL, OIL.ascent_cusp)
+    moved = np.subtract(chained(OIL, 0.2, 2), chained(OIL, 0.2, 0))
+    np.testing.assert_allclose(moved, [0.0, 2.0 * width], atol=1e-15)
+    x, y = coordinates(OIL, 0.2)
+    assert chained(OIL, 0.2, 1) == (x, pytest.approx(2.0 * top[1] - float(y), rel=1e-15))
+    with pytest.raises(DescentError, match='not there'):
+        chained(THICK, 0.01, 1)
+
+
+@pytest.mark.parametrize('curve', [OIL, THICK, Cycloid(0.75, 0.9, 1.0)], ids=repr)
+def test_the_outline_runs_over_both_branches_no_higher_than_the_descent(curve):
+    level, height = fluid_outline(curve, 41)
+    assert level.shape == height.shape == (81,)
+    assert (level[40], height[40]) == (0.0, 0.0)
+    assert np.all(np.diff(level) > 0.0)
+    top = float(curve.height(curve.descent_cusp))
+    assert height[-1] == top
+    assert height.max() <= top * (1.0 + 1e-12)
+    with pytest.raises(DescentError, match='points = 1'):
+        fluid_outline(curve, 1)
+
+
+def test_the_circle_of_curvature_touches():
+    """R from three points of the outline; its error is of second order in the arc."""
+    for s in (0.3, -0.3):
+        x, y = coordinates(OIL, np.array([s - 1e-4, s, s + 1e-4]))
+        sides = [math.dist((x[i], y[i]), (x[j], y[j])) for i, j in ((0, 1), (1, 2), (0, 2))]
+        cross = (y[1] - y[0]) * (x[2] - x[0]) - (x[1] - x[0]) * (y[2] - y[0])
+        assert math.prod(sides) / (2.0 * abs(cross)) == pytest.approx(
+            float(radius_of_curvature(OIL, s)), rel=1e-6
+        )
+
+
+@pytest.mark.parametrize(
+    ('make', 'named'),
+    [
+        (lambda: FluidTautochrone(-0.1, 0.9, 1.0), 'kappa = -0.1'),
+        (lambda: FluidTautochrone(math.nan, 0.9, 1.0), 'kappa = nan'),
+        (lambda: FluidTautochrone(0.1, 0.0, 1.0), 'gamma = 0.0'),
+        (lambda: Cycloid(0.1, 1.1, 1.0), 'gamma = 1.1'),
+        (lambda: SymmetricCurve(0.1, 0.9, 0.0), 'pendulum_length = 0.0'),
+        (lambda: FluidTautochrone(0.75, 0.9, 1.0, 1.0), 'friction = 1.0'),
+        (lambda: FluidTautochrone(22.5, 0.1, 1.0, 0.45), 'less than 0.444'),
+        (lambda: ActaCurve(0.4, 0.9, 1.0, 0.95), 'start = 0.95'),
+        (lambda: ActaCurve(4.0, 0.9, 1.0, 0.5), 'its slope at 0.125 m'),
+        (lambda: OIL.arc_of_height(-1e-9, 'descent'), 'height -1e-09 m'),
+        (lambda: abscissa(OIL, 0.7), '0.687'),
+        (lambda: radius_of_curvature(OIL, math.nan), 'arc nan m'),
+        (lambda: abscissa(THICK, -math.inf), 'arc -inf m'),
+    ],
+)
+def test_what_makes_no_curve_is_refused_with_its_limit(make, named):
+    with pytest.raises(DescentError, match=named):
+        make()

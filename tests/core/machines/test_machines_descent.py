@@ -1,0 +1,263 @@
+"""Motion along Euler's curve in closed form, against golden numbers and integrated motion."""
+
+import json
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+from tauto_core.curves import FluidTautochrone
+from tauto_core.curves.descent_curve import ActaCurve, Mirrored
+from tauto_core.machines.descent import (
+    arcs,
+    composed_length,
+    descent_time,
+    greatest_velocity_height,
+    half_swing,
+    height_at_lowest,
+    velocity_height,
+)
+from tauto_core.machines.design import half_period
+from tauto_core.machines.half_swing import descent_time as integrated_descent
+from tauto_core.machines.immersed_body import ImmersedBody
+from tauto_core.machines.reverse_swing import (
+    SERIES,
+    duration_excess,
+    end_arc,
+    quarter_ratios,
+    reverse_half_swing,
+)
+from tauto_core.scene.errors import DescentError
+
+GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+G = 9.81
+TIGHT = 1e-15
+OIL = FluidTautochrone(0.75, 0.9, 1.0)
+
+
+def entries(prefix):
+    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
+    assert chosen
+    return [pytest.param(entry, id=entry['id']) for entry in chosen]
+
+
+def close(actual, expected, tolerance=TIGHT):
+    np.testing.assert_allclose(actual, float(expected), rtol=tolerance)
+
+
+@pytest.mark.parametrize('entry', entries('B31-34'))
+def test_golden_arcs_and_speeds(entry):
+    given, expected = {k: v['value'] for k, v in entry['params'].items()}, entry['expected']
+    body = ImmersedBody(given['shape'], float(given['a']), 1.0, float(given['n_over_m']))
+    curve, b = FluidTautochrone(body.kappa, body.gamma, float(given['f'])), float(given['b'])
+    found, time = arcs(curve, b), descent_time(curve, G)
+    close(found.descent, expected['arc_descent'])
+    close(found.ascent, expected['arc_ascent'])
+    close(found.loss, expected['difference'])
+    close(found.loss, expected['s_max_velocity'])
+    close(greatest_velocity_height(curve, b), expected['v_max'])
+    close(velocity_height(curve, found.loss, b), expected['v_max'])
+    close(velocity_height(curve, 0.5 * found.descent, b), expected['v_at_half_descent'])
+    close(height_at_lowest(curve, found.descent), b)
+    close(time, expected['descent_time_s'])
+    arc, rate = half_swing(curve, G, found.descent, time)
+    close(-rate, expected['V_A_m_s'])
+    assert abs(float(arc)) < 2e-16 * found.descent
+    end, _ = half_swing(curve, G, found.descent, 2.0 * time)
+    close(-end, expected['arc_ascent'])
+    # another way to the same time: the integral of ds/V
+    close(integrated_descent(curve, G, found.descent), expected['descent_time_s'])
+
+
+@pytest.mark.parametrize('entry', entries('B21'))
+def test_golden_composed_oscillation(entry):
+    given, expected = {k: float(v['value']) for k, v in entry['params'].items()}, entry['expected']
+    length = composed_length(given['f'], given['h'])
+    close(length, expected['L'])
+    close(half_period(length, given['g']), expected['T_oscillation_s'])
+
+
+@pytest.mark.parametrize('entry', entries('B22-reverse'))
+@pytest.mark.parametrize('kappa', [1.0, 1e-3])
+def test_golden_half_swings_backward(entry, kappa):
+    q, expected = float(entry['params']['q']['value']), entry['expected']
+    start = -math.log1p(-q) / kappa
+    close(kappa * start, expected['start_arc_times_kappa'])
+    close(1.0 + float(duration_excess(kappa, start)), expected['T_ratio'])
+    down, up = quarter_ratios(kappa, start)
+    close(down, expected['descent_quarter_ratio'], 1e-12 if q >= 0.9 else TIGHT)
+    close(up, expected['ascent_quarter_ratio'], 1e-12 if q >= 0.9 else TIGHT)
+    close(kappa * end_arc(kappa, start), expected['end_arc_times_kappa'])
+    close(math.expm1(kappa * float(end_arc(kappa, start))), expected['end_w_times_kappa'])
+
+
+@pytest.mark.parametrize('entry', entries('B22-series'))
+def test_golden_series_of_the_half_swing_backward(entry):
+    """The last coefficient is not used: it bounds what is left out."""
+    expected = [float(entry['expected'][f'c{n}']) for n in range(7)]
+    np.testing.assert_allclose(SERIES, [0.0, *expected[1:6]], rtol=1e-15)
+    for q in (0.003, 0.01):
+        excess = float(duration_excess(1.0, -math.log1p(-q)))
+        left = excess - np.polynomial.polynomial.polyval(q, SERIES)
+        assert left == pytest.approx(expected[6] * q**6, rel=20.0 * q, abs=1e-15)
+
+
+def test_the_small_series_and_the_elliptic_integral_meet():
+    """At q = 1e-3 the two agree to the integral's rounding."""
+    below, above = (float(duration_excess(1.0, s)) for s in (1.0004e-3, 1.0006e-3))
+    slope = (above - below) / 2e-7
+    assert slope == pytest.approx(5.0 / 6.0 * 1e-3, rel=1e-2)
+
+
+def motion(curve, start, times, *, direction, friction=0.0):
+    """s and ds/dt by DOP853 of s̈ = −γg p(s) ∓ (κṡ² + γgμ), in the direction of the motion."""
+
+    def law(_, y):
+        drag = curve.kappa * y[1] ** 2 + curve.gamma * G * friction
+        return [y[1], -curve.gamma * G * float(curve.slope(y[0])) - direction * drag]
+
+    found = solve_ivp(law, (0.0, times[-1]), [start, 0.0], 'DOP853', times, rtol=1e-13, atol=1e-16)
+    return found.y
+
+
+@pytest.mark.parametrize('friction', [0.0, 0.03])
+@pytest.mark.parametrize('start', [0.01, 0.3, 0.66])
+def test_a_half_swing_forward_is_that_of_the_integrated_motion(start, friction):
+    """With constant friction too: the motion stays, the curve is another (35)."""
+    curve = FluidTautochrone(0.75, 0.9, 1.0, friction)
+    times = np.linspace(0.0, 2.0 * descent_time(curve, G), 41)
+    arc, rate = half_swing(curve, G, start, times)
+    expected = motion(curve, start, times, direction=-1.0, friction=friction)
+    np.testing.assert_allclose(arc, expected[0], atol=2e-12 * start)
+    np.testing.assert_allclose(rate, expected[1], atol=1e-11 * start)
+
+
+@pytest.mark.parametrize('start', [1e-6, 0.05, 0.5, 2.0, 20.0])
+def test_a_half_swing_backward_is_that_of_the_integrated_motion(start):
+    curve = FluidTautochrone(1.0, 0.9, 1.5)
+    omega = math.sqrt(G / 1.5)
+    whole = math.pi / omega * (1.0 + float(duration_excess(1.0, start)))
+    times = np.linspace(0.0, whole, 41)
+    arc, rate = reverse_half_swing(1.0, omega, np.full(41, start), times)
+    # next to the standstill at w = −1 an error grows as e^{ωt}, here to e^{12} of the tolerance
+    loose = 1e-11 if start < 10.0 else 1e-6
+    expected = motion(curve, -start, times, direction=1.0)
+    np.testing.assert_allclose(arc, expected[0], atol=loose * start)
+    np.testing.assert_allclose(rate, expected[1], atol=loose * max(start, 1.0))
+    assert float(arc[-1]) == pytest.approx(float(end_arc(1.0, start)), rel=1e-14)
+    assert float(end_arc(1.0, start)) < math.log(1.5)
+
+
+@pytest.mark.parametrize('start', [1e-9, 0.5, 8.0, 30.0])
+def test_a_half_swing_backward_keeps_its_digits_however_far_it_starts(start):
+    """W = W₂ − (W₂ + q) sn²(K − u) in 60 digits; the rounding grows as e^{κs₁/2}."""
+    with mpmath.workdps(60):
+        s = mpmath.mpf(start)
+        q, left = -mpmath.expm1(-s), mpmath.exp(-s)
+        third = (0.5 + left + mpmath.sqrt((0.5 + left) * (1.5 + 3 * q))) / 2
+        second = q * (0.5 + left) / third
+        m = (second + q) / (second + third)
+        pace, whole = mpmath.sqrt((second + third) / 6), mpmath.ellipk(m)
+        times = [float(part * whole / pace) for part in (0.001, 0.1, 0.3, 0.49, 0.51, 0.8, 0.99)]
+        expected = [
+            mpmath.log1p(second - (second + q) * mpmath.ellipfun('sn', whole - pace * t, m=m) ** 2)
+            for t in times
+        ]
+    arc, _ = reverse_half_swing(1.0, 1.0, np.full(7, start), np.array(times))
+    np.testing.assert_allclose(
+        arc,
+        [float(each) for each in expected],
+        atol=2e-15 * min(start, 1.0) * math.exp(0.5 * start),
+    )
+
+
+def test_without_a_fluid_both_ways_are_harmonic():
+    free, times = FluidTautochrone(0.0, 1.0, 1.0), np.linspace(0.0, 1.0, 7)
+    omega = math.sqrt(G)
+    forward = half_swing(free, G, 0.3, times)
+    backward = reverse_half_swing(0.0, omega, np.full(7, 0.3), times)
+    for found, sign in ((forward, 1.0), (backward, -1.0)):
+        np.testing.assert_allclose(found[0], sign * 0.3 * np.cos(omega * times), atol=1e-15)
+        np.testing.assert_allclose(
+            found[1], -sign * 0.3 * omega * np.sin(omega * times), atol=2e-15
+        )
+    assert float(duration_excess(0.0, 0.3)) == 0.0
+    assert quarter_ratios(0.0, 0.3) == pytest.approx((1.0, 1.0), rel=1e-15)
+    assert arcs(free, 0.02).loss == 0.0
+
+
+def test_the_body_is_fastest_at_the_loss_before_the_lowest_point():
+    b = 0.05
+    fastest = minimize_scalar(
+        lambda s: -float(velocity_height(OIL, s, b)), bounds=(0.0, 0.3), options={'xatol': 1e-10}
+    )
+    found = arcs(OIL, b)
+    assert fastest.x == pytest.approx(found.loss, abs=1e-7)
+    assert found.descent - found.ascent == pytest.approx(found.loss, rel=1e-14)
+
+
+def test_each_start_of_the_acta_needs_its_own_curve():
+    """Physics' table: κ = 0.4, f = 1, S = 0.5."""
+    curve = ActaCurve(0.4, 1.0, 1.0, 0.5)
+    quarter = 0.5 * math.pi / math.sqrt(G)
+    ratios = [integrated_descent(curve, G, s) / quarter for s in (0.1, 0.25, 0.4, 0.5)]
+    np.testing.assert_allclose(ratios, [0.6769, 0.8563, 0.9504, 1.0], atol=5e-5)
+    assert ratios[-1] == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.parametrize('ratio', [1e-12, 1e-9, 1e-3, 0.1, 0.5, 0.9])
+@pytest.mark.parametrize('shape', ['globe', 'cylinder'])
+def test_descents_take_the_same_time_from_anywhere_in_any_medium(ratio, shape):
+    body = ImmersedBody(shape, 0.02, 8000.0, 8000.0 * ratio)
+    curve = FluidTautochrone(body.kappa, body.gamma, 1.0)
+    starts = np.array([1e-3, 0.1, 0.5, 0.99, 1.0]) * curve.descent_cusp
+    times = [integrated_descent(curve, G, start) for start in starts.tolist()]
+    np.testing.assert_allclose(times, descent_time(curve, G), rtol=1e-14)
+
+
+def test_a_body_in_its_fluid():
+    globe = ImmersedBody('globe', 0.05, 2.0, 0.2)
+    assert (globe.kappa, globe.gamma) == (pytest.approx(0.75), pytest.approx(0.9))
+    assert globe.sunk_mass == pytest.approx(1.8 * math.pi * 0.05**3 / 6.0)
+    cylinder = ImmersedBody('cylinder', 0.05, 2.0, 0.2)
+    assert cylinder.kappa == pytest.approx(1.0)
+    assert cylinder.sunk_mass == pytest.approx(1.8 * math.pi * 0.025**2 * 0.05)
+    # half of the fluid displaced goes along: inertia 2.1 in place of 2
+    heavier = ImmersedBody('globe', 0.05, 2.0, 0.2, 0.5)
+    assert heavier.kappa / globe.kappa == pytest.approx(2.0 / 2.1)
+    assert heavier.gamma / globe.gamma == pytest.approx(2.0 / 2.1)
+
+
+@pytest.mark.parametrize(
+    ('make', 'named'),
+    [
+        (lambda: ImmersedBody('cube', 0.05, 2.0, 0.2), "shape = 'cube'"),
+        (lambda: ImmersedBody('globe', 0.0, 2.0, 0.2), 'size = 0.0'),
+        (lambda: ImmersedBody('globe', 0.05, math.nan, 0.2), 'density = nan'),
+        (lambda: ImmersedBody('globe', 0.05, 2.0, 2.0), 'fluid_density = 2.0 .* 2.0 kg/m3'),
+        (lambda: ImmersedBody('globe', 0.05, 2.0, 0.2, -0.5), 'added_mass = -0.5'),
+        (lambda: arcs(OIL, 0.9), 'at_lowest = 0.9 m: .* less than 0.888'),
+        (lambda: arcs(OIL, 0.2), 'beyond the cusp at 0.687'),
+        (lambda: velocity_height(OIL, 0.1, -1.0), 'at_lowest = -1.0'),
+        (lambda: half_swing(OIL, G, -0.1, 0.0), 'start = -0.1 m'),
+        (lambda: half_swing(OIL, G, 0.7, 0.0), 'arc 0.7 m'),
+        (lambda: end_arc(1.0, 0.0), 'start = 0.0 m'),
+        (lambda: integrated_descent(OIL, G, 0.7), 'start = 0.7 m'),
+        (lambda: integrated_descent(Mirrored(OIL), G, -0.1), 'start = -0.1 m'),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_limit(make, named):
+    with pytest.raises(DescentError, match=named):
+        make()
+
+
+def test_the_speed_limits_meet():
+    """The b at which the descent is as long as the curve is allowed, a rounding more is not."""
+    edge = height_at_lowest(OIL, OIL.descent_cusp)
+    assert arcs(OIL, edge * (1.0 - 1e-14)).descent == pytest.approx(OIL.descent_cusp, rel=1e-12)
+    with pytest.raises(DescentError, match='give at most'):
+        arcs(OIL, edge * (1.0 + 1e-14))

@@ -1,0 +1,101 @@
+"""A body on a curve in a fluid as the regulator of a scene."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+
+from tauto_core.machines import compile_machine, descent_isochronism
+from tauto_core.machines.fluid_pendulum import FluidPendulum
+from tauto_core.readiness import check_scene
+from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import UsageError
+
+OIL = yaml.safe_load(scene_yaml(load_scene('globe_in_oil')))
+
+
+def machine(**changes):
+    content = OIL | {'regulator': OIL['regulator'] | changes}
+    return compile_machine(parse_scene(yaml.safe_dump(content), 'oil'))
+
+
+def test_the_shipped_globe_falls_in_the_same_time_from_anywhere_where_a_cycloid_errs():
+    euler, cycloid = machine(), machine(curve='cycloid')
+    arcs = [1e-6, 0.01, 0.1, 0.2, 0.4, 0.6]
+    times = [row['descent_s'] for row in descent_isochronism(euler, arcs)['rows']]
+    assert max(times) / min(times) - 1.0 < 1e-12
+    assert times[0] == pytest.approx(0.25 * euler.small_period, rel=1e-14)
+    times = [row['descent_s'] for row in descent_isochronism(cycloid, arcs)['rows']]
+    assert np.all(np.diff(times) > 0.0)
+    # 8 per cent from 40 cm, as the scene says
+    assert times[4] / times[0] - 1.0 == pytest.approx(0.08, abs=0.005)
+
+
+def test_half_swings_of_a_second():
+    assert machine().small_period == pytest.approx(2.0, rel=2e-6)
+
+
+@pytest.mark.parametrize('curve', ['euler', 'cycloid', 'symmetric'])
+def test_period_and_rate_of_swings_to_and_fro(curve):
+    """Small swings by their coefficients of (κS)²: 5/24, 1/6, 0; the next order is (κS)³."""
+    found = machine(curve=curve)
+    kappa = found.curve.kappa
+    coefficient = {'euler': 5 / 24, 'cycloid': 1 / 6, 'symmetric': 0.0}[curve]
+    amplitude = 0.01 / kappa
+    rows = descent_isochronism(found, [amplitude])['rows']
+    excess = rows[0]['period_s'] / found.small_period - 1.0
+    assert excess == pytest.approx(coefficient * 1e-4, abs=2e-6)
+    assert rows[0]['rate_s_per_day'] == pytest.approx(
+        -86_400.0 * excess / (1.0 + excess), rel=1e-9, abs=1e-9
+    )
+    assert found.period(0.0) == found.small_period
+    back = found.period(-amplitude)
+    assert back / found.small_period - 1.0 == pytest.approx(coefficient * 1e-4, abs=2e-6)
+
+
+def test_added_mass_and_shape_reach_the_curve():
+    assert machine(added_mass=0.5).curve.kappa < machine().curve.kappa
+    assert machine(body='cylinder').curve.kappa == pytest.approx(machine().curve.kappa * 4.0 / 3.0)
+
+
+@pytest.mark.parametrize(
+    ('amplitudes', 'said'),
+    [([], 'none given'), ([0.0], '> 0'), ([0.7], '0.65'), ([math.nan], 'nan')],
+)
+def test_amplitudes_out_of_range_are_refused(amplitudes, said):
+    with pytest.raises(UsageError, match=said):
+        descent_isochronism(machine(), amplitudes)
+
+
+@pytest.mark.parametrize('arc', [0.66, -1.7])
+def test_a_release_beyond_a_cusp_is_refused(arc):
+    with pytest.raises(SceneError, match='beyond the cusp') as refused:
+        machine(release_arc=arc)
+    assert refused.value.key == 'regulator.release_arc'
+    assert refused.value.value == arc
+
+
+def test_a_fluid_that_resists_too_strongly_is_refused_before_anything_starts():
+    content = OIL | {
+        'regulator': OIL['regulator']
+        | {'curve': 'cycloid', 'diameter': 1e-4, 'release_arc': 0.5, 'fluid_density': 3000.0}
+    }
+    scene = parse_scene(yaml.safe_dump(content), 'oil')
+    with pytest.raises(SceneError, match='resists too strongly') as refused:
+        check_scene(scene)
+    assert refused.value.key == 'regulator.release_arc'
+
+
+def test_a_dial_out_of_range_names_the_regulator():
+    content = OIL | {'regulator': OIL['regulator'] | {'pendulum_length': 1e20}}
+    scene = parse_scene(yaml.safe_dump(content), 'oil')
+    with pytest.raises(SceneError, match='Check the units in regulator') as refused:
+        check_scene(scene)
+    assert refused.value.key == 'regulator'
+
+
+def test_the_machine_of_a_scene_with_a_regulator_is_the_body():
+    assert isinstance(machine(), FluidPendulum)
+    weight = 6900.0 * math.pi / 6.0 * 0.05**3 * 9.80665
+    assert machine().weight == pytest.approx(weight, rel=1e-14)

@@ -1,0 +1,83 @@
+"""The regulator in a fluid: what goes with it and what does not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import yaml
+
+from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
+
+OIL: dict[str, Any] = yaml.safe_load(scene_yaml(load_scene('globe_in_oil')))
+TROCHLEA = yaml.safe_load(scene_yaml(load_scene('ideal')))['trochlea']
+
+
+def refusal(regulator: dict[str, Any] | None = None, **changes: Any) -> SceneError:
+    content = OIL | {'regulator': OIL['regulator'] | (regulator or {})} | changes
+    with pytest.raises(SceneError) as refused:
+        parse_scene(yaml.safe_dump(content), 'oil')
+    return refused.value
+
+
+def test_the_shipped_scene_is_still_and_has_no_trochlea() -> None:
+    scene = load_scene('globe_in_oil')
+    assert scene.trochlea is None
+    assert scene.regulator is not None
+    assert scene.regulator.added_mass == 0.0
+    assert 'trochlea' not in OIL
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+
+
+@pytest.mark.parametrize(
+    ('key', 'section'),
+    [
+        ('trochlea', TROCHLEA),
+        ('drag', {'viscous': 1e-6}),
+        ('escapement', {'kind': 'impulse', 'energy': 1e-6}),
+    ],
+)
+def test_what_does_not_go_with_a_fluid_is_refused(key: str, section: dict[str, Any]) -> None:
+    error = refusal(**{key: section})
+    assert error.key == key
+    assert 'does not go with regulator' in str(error)
+    assert f'Leave out {key}' in error.remedy
+
+
+def test_a_ship_that_moves_is_refused() -> None:
+    ship = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+    error = refusal(ship=ship)
+    assert (error.key, error.value) == ('ship.kind', 'components')
+    assert error.remedy == 'Use ship kind still.'
+
+
+@pytest.mark.parametrize(
+    ('regulator', 'key', 'said'),
+    [
+        ({'fluid_density': 7800.0}, 'fluid_density', '7800.0 kg/m3, or the globe does not sink'),
+        ({'fluid_density': -1.0}, 'fluid_density', 'at least 0'),
+        ({'release_arc': 0.0}, 'release_arc', 'at rest for ever'),
+        ({'diameter': 0.0}, 'diameter', 'greater than 0'),
+        ({'curve': 'circle'}, 'curve', 'cycloid'),
+        ({'body': 'cube'}, 'body', 'globe'),
+        ({'kind': 'pendulum'}, 'kind', 'fluid_tautochrone'),
+        ({'lenght': 1.0}, 'lenght', 'is no key'),
+        ({'added_mass': -0.1}, 'added_mass', 'at least 0'),
+        ({'pendulum_length': float('nan')}, 'pendulum_length', 'finite'),
+    ],
+)
+def test_what_makes_no_regulator_is_refused(
+    regulator: dict[str, Any], key: str, said: str
+) -> None:
+    error = refusal(regulator)
+    assert error.key == f'regulator.{key}'
+    assert said in str(error)
+
+
+def test_one_of_the_two_is_needed() -> None:
+    content = {key: value for key, value in OIL.items() if key != 'regulator'}
+    with pytest.raises(SceneError) as refused:
+        parse_scene(yaml.safe_dump(content), 'oil')
+    assert refused.value.key == 'trochlea'
+    assert 'is missing' in str(refused.value)
+    assert '`regulator: …`' in refused.value.remedy
