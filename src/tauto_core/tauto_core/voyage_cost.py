@@ -17,6 +17,7 @@ from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
 from tauto_core.ship.interpolation import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE
 
 # Least of four runs of 10 h at sea or 100 days on land, each stage timed by itself, of the shipped
@@ -27,6 +28,7 @@ MEASURED_ON = 'a core at 2.5 GHz'
 START_S = {'harmonic': 0.5, 'action_angle': 0.5, 'forced_harmonic': 1.7, 'collocation': 1.7}
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
 FORCED_NS_A_SAMPLE = 560.0
+SUSPENDED_NS_A_SAMPLE = 1100.0
 NS_A_STEP, NS_AN_IMPULSE = 1000.0, 5000.0
 NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0}
 NAVIGATION_NS_A_LOG = 1200.0
@@ -50,8 +52,9 @@ class Forecast:
             truth between the samples nobody knows. A well whose rate depends on the amplitude
             makes a drift of what is wrong with the amplitude; that is not in it.
         growing_error_s_per_day: most that the error of the reading can grow [s/day].
-        shortest_wave_s: least period in the ship's motion [s]; None where it lies still or its
-            motion was measured.
+        shortest_wave_s: least period in the motion that the clock feels, the swings of a
+            suspended case included [s]; None on a ship that lies still or whose motion was
+            measured, without a suspension.
     """
 
     run_s: float
@@ -73,10 +76,12 @@ def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
     swing_s = _swing_s(machine)
     steps = _steps(scene, machine, swing_s) if name == 'collocation' else None
     waves = _waves(scene)
+    if scene.suspension is not None:
+        waves = _in_the_case(scene, waves)
     steady = None
     if not isinstance(scene.ship, RecordedShip):
         samples = 1 if steps is None else steps.samples
-        sampled = sampling_error_s(waves, machine, samples, scene.step_ns / NS_PER_S)
+        sampled = sampling_error_s(waves, machine, samples, felt_step_ns(scene) / NS_PER_S)
         steady = sampled + 0.5 * swing_s * UNIT_ROUNDING
     return Forecast(
         run_s=_run_s(scene, name, motion, scene.duration / swing_s, steps),
@@ -101,7 +106,7 @@ def _steps(scene: Scene, machine: Machine, swing_s: float) -> _Steps:
     still = isinstance(scene.ship, StillShip)
     longest_s = make_propagator(machine, still=still, tolerance=allowed).longest_step_s
     samples = samples_a_piece(scene, longest_s)
-    piece_s = samples * scene.step_ns / NS_PER_S
+    piece_s = samples * felt_step_ns(scene) / NS_PER_S
     step_s = piece_s / math.ceil(piece_s / longest_s)
     return _Steps(samples, swing_s / step_s, step_s / longest_s)
 
@@ -122,8 +127,9 @@ def samples_a_piece(scene: Scene, longest_step_s: float) -> int:
         scene: its rate and log.
         longest_step_s: of the propagator [s]; where a sample is longer, it is cut into steps.
     """
-    logs = scene.log_interval_ns // scene.step_ns
-    most = min(MAX_STRIDE, int(longest_step_s * NS_PER_S) // scene.step_ns)
+    step_ns = felt_step_ns(scene)
+    logs = scene.log_interval_ns // step_ns
+    most = min(MAX_STRIDE, int(longest_step_s * NS_PER_S) // step_ns)
     return next(n for n in range(max(most, 1), 0, -1) if logs % n == 0)
 
 
@@ -165,6 +171,38 @@ def _waves(scene: Scene) -> Waves:
         np.concatenate([roll[0], none]),
         np.concatenate([abs(ship.height) * roll[0] * rolls**2 / scene.gravity, none]),
         np.concatenate([0.0 * rolls, heave[0] * heaves**2 / scene.gravity]),
+    )
+
+
+def _in_the_case(scene: Scene, waves: Waves) -> Waves:
+    """Return what a suspended case makes of the ship's waves, and its own two swings.
+
+    Each mode answers a wave of the apparent vertical by ω²/(ω² − Ω²), in resonance by what the
+    scene's length lets it grow to (theory E3). Its own swings are as large as the release from
+    the apparent vertical makes them.
+    """
+    assert scene.suspension is not None
+    own, c = case_modes(scene.suspension), scene.suspension.depth
+    released = float(np.linalg.norm(waves.sway)) / math.sqrt(2.0)
+    theta, phi = np.zeros((2, len(waves.frequency)))
+    frequency, swings = [], []
+    ratios = (own.B, own.B_prime, own.b), (own.B_prime, own.B, own.b_prime)
+    for ratio, other, length in ratios:
+        square = scene.gravity / length
+        apart = square - waves.frequency**2
+        least = 2.0 * math.sqrt(square) / scene.duration
+        apart = np.where(np.abs(apart) < least, least, apart)
+        share = length * c / (ratio * (ratio - other))
+        theta += waves.sway * (share * square / apart)
+        phi += waves.sway * (share * ratio / c * square / apart)
+        frequency.append(math.sqrt(square))
+        swings.append((released * share, released * share * ratio / c))
+    free = np.abs(np.array(swings))
+    return Waves(
+        np.concatenate([waves.frequency, frequency]),
+        np.concatenate([np.abs(phi), free[:, 1]]),
+        np.concatenate([np.abs(theta), free[:, 0]]),
+        np.concatenate([waves.heave, free[:, 0] ** 2]),
     )
 
 
@@ -228,8 +266,11 @@ def _run_s(
     waves = channels * int(motion.metadata.get('components', 0))
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
+    felt = motion.total * felt_parts(scene)
+    if scene.suspension is not None:
+        work_ns += felt * SUSPENDED_NS_A_SAMPLE
     if name == 'forced_harmonic':
-        work_ns += motion.total * FORCED_NS_A_SAMPLE
+        work_ns += felt * FORCED_NS_A_SAMPLE
     if steps is not None:
         impulses = 0 if scene.escapement is None else 2
         work_ns += swings * (steps.a_swing * NS_A_STEP + impulses * NS_AN_IMPULSE)
@@ -244,7 +285,7 @@ def _growth(
     A step's error is the tolerance where the step is the longest, and goes with its 16th power
     in a smooth well. All steps are taken to err alike; rounding errs at random.
     """
-    step_s = scene.step_ns / NS_PER_S if steps is None else swing_s / steps.a_swing
+    step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
         smooth = machine.cam.linear_rate is not None or machine.cam.kinked

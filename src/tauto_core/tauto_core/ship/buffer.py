@@ -96,6 +96,11 @@ class MotionBuffer:
             for name, known in self._data.items():
                 self._data[name] = np.concatenate([known, new[name]])
 
+    @property
+    def has_samples(self) -> bool:
+        """Whether any sample is at hand."""
+        return len(self._times) > 0
+
     def _channels(self) -> tuple[str, ...]:
         """Return the names of what is kept: `line` is the neutral line's direction."""
         if self._still:
