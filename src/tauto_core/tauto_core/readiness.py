@@ -29,7 +29,7 @@ def check_scene(scene: Scene) -> None:
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     if scene.suspension is not None:
-        tilt = 0.0  # the case begins at rest along the apparent vertical
+        tilt = 0.0  # the case begins at rest, θ = φ
     angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
     if not abs(angle) <= machine.cam.range_rad:
         raise SceneError(

@@ -64,16 +64,23 @@ class AxleModes:
 
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
         self._modes = _both(e, c, k, gravity)
-        self._c = c
+        self._c, self._gravity = c, gravity
         self._y = np.zeros((2, 2))
 
-    def release(self, tilt: float) -> None:
-        """Start at rest, at the time 0, with θ = φ = tilt [rad]."""
+    def release(self, sway: float, lift: float) -> float:  # noqa: ARG002
+        """Start at rest, at the time 0, with θ = φ = −ÿ/g [rad], and return that.
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2]; of no consequence at small angles.
+        """
+        tilt = -sway / self._gravity
         slow, fast = self._modes
         c, apart = self._c, slow.tilt - fast.tilt
         q = tilt * (c - fast.tilt) / (c * apart)
         q_fast = tilt * (slow.tilt - c) / (c * apart)
         self._y = np.array([[0.0, slow.omega * q], [0.0, fast.omega * q_fast]])
+        return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tauto_core.machines.modes import modes
@@ -34,12 +36,19 @@ class AxleSwing:
         self._state = np.zeros(4 * axle.PLANES)
         self._memory = make_memory(axle.PLANES, axle.MORE_ROWS)
 
-    def release(self, tilt: float) -> None:
-        """Start at rest, at the time 0, with θ = φ = tilt [rad]."""
+    def release(self, sway: float, lift: float) -> float:
+        """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2], > 0.
+        """
+        tilt = math.atan2(-sway, lift)
         _, c, _, slow, fast = self._system
         self._state[:] = 0.0
         self._state[0] = tilt * (c - fast) / (c * (slow - fast))
         self._state[4] = tilt * (slow - c) / (c * (slow - fast))
+        return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts.

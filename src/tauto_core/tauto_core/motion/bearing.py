@@ -80,8 +80,13 @@ class CaseMotion:
 class CaseSwing(Protocol):
     """Moves the case; the same whatever batches the pieces come in, and resumable."""
 
-    def release(self, tilt: float) -> None:
-        """Start at rest, at the time 0, with θ = φ = tilt [rad]."""
+    def release(self, sway: float, lift: float) -> float:
+        """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2], > 0.
+        """
         ...
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:

@@ -51,13 +51,9 @@ class _BearingBuffer(MotionBuffer):
             'lift': read.force_y * s + read.force_z * c,
         }
 
-    def apparent_vertical(self) -> float:
-        """Return the direction of the apparent vertical at the first sample [rad]."""
-        return math.atan2(-float(self._data['sway'][0]), float(self._data['lift'][0]))
-
-    def first_force(self) -> float:
-        """Return the specific force at the first sample [m/s2]."""
-        return math.hypot(float(self._data['sway'][0]), float(self._data['lift'][0]))
+    def first(self) -> tuple[float, float]:
+        """Return ÿ and g + z̈ at the first sample at hand [m/s2]."""
+        return float(self._data['sway'][0]), float(self._data['lift'][0])
 
     def motion(self, *, final: bool) -> BearingMotion | None:
         """Return the motion over the pieces that are complete, None where there is none."""
@@ -81,7 +77,8 @@ class _BearingBuffer(MotionBuffer):
 class Suspension:
     """Samples of ship/imu in, samples of a sensor in the case out, up to four samples later.
 
-    At the start the case hangs at rest along the apparent vertical: θ = φ = β(0), both rates 0.
+    At the start the case hangs at rest in equilibrium: θ = φ, along the apparent vertical – at
+    small angles −ÿ/g –, both rates 0.
 
     Args:
         scene: one with a suspension.
@@ -119,6 +116,8 @@ class Suspension:
         Raises:
             PropagationError: the axle lifts off, the swing is too large, a gap in the motion.
         """
+        if not len(imu.stamp_ns):
+            return None
         self._buffer.add(imu, origin_ns)
         return self._advance(origin_ns, final=False)
 
@@ -152,12 +151,14 @@ class Suspension:
         return imu_from_roll(stamps + origin_ns, *columns)
 
     def _release(self) -> tuple[float, float, float, float] | None:
-        """Let the case hang along the apparent vertical; return φ, φ̇ and the force in it."""
+        """Let the case hang in equilibrium; return φ, φ̇ and the force in it."""
         if not self._buffer.has_samples:
             return None
-        tilt = self._buffer.apparent_vertical()
-        self._swing.release(tilt)
-        return tilt, 0.0, 0.0, self._buffer.first_force()
+        sway, lift = self._buffer.first()
+        if not lift > 0.0:
+            raise lifted_off(0.0)
+        tilt = self._swing.release(sway, lift)
+        return tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
 
     def _contact(self, case: CaseMotion, sway: FloatArray, lift: FloatArray) -> FloatArray:
         """Return N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ)."""
