@@ -75,14 +75,15 @@ def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     swing_s = _swing_s(machine)
     steps = _steps(scene, machine, swing_s) if name == 'collocation' else None
-    waves = _waves(scene)
+    waves, bearing = _waves(scene), 0.0
     if scene.suspension is not None:
-        waves = _in_the_case(scene, waves)
+        waves, seas = _in_the_case(scene, waves), waves
+        bearing = _bearing_error_s(seas, waves, machine, scene.step_ns / NS_PER_S)
     steady = None
     if not isinstance(scene.ship, RecordedShip):
         samples = 1 if steps is None else steps.samples
         sampled = sampling_error_s(waves, machine, samples, felt_step_ns(scene) / NS_PER_S)
-        steady = sampled + 0.5 * swing_s * UNIT_ROUNDING
+        steady = sampled + bearing + 0.5 * swing_s * UNIT_ROUNDING
     return Forecast(
         run_s=_run_s(scene, name, motion, scene.duration / swing_s, steps),
         steps_a_swing=None if steps is None else steps.a_swing,
@@ -247,6 +248,28 @@ def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float
     else:
         line = remainder(turn, samples, slopes=True) * waves.roll / swing
     pull = value * waves.heave * machine.frequency / (2.0 * waves.frequency)
+    parts = [line, pull] if machine.pulling_mass else [line]
+    return float(np.linalg.norm(parts)) / machine.frequency
+
+
+def _bearing_error_s(seas: Waves, case: Waves, machine: Machine, step_s: float) -> float:
+    """Return about how far the reading is off because the bearing's motion is sampled [s].
+
+    The case answers an error of the sway as it answers the sway.
+
+    Args:
+        seas: waves of the ship's motion.
+        case: what the case makes of them, first, and its own swings.
+        machine: what feels the case.
+        step_s: between samples of the ship's motion [s].
+    """
+    turn, count = seas.frequency * step_s, len(seas.frequency)
+    steepness = float(np.linalg.norm([seas.sway, seas.heave])) / math.sqrt(2.0)
+    value = remainder(turn, 1, slopes=False)
+    value += steepness * remainder(2.0 * turn, 1, slopes=False)
+    tilt = case.sway if machine.follows_apparent_vertical else case.roll
+    line = value * tilt[:count] / (abs(machine.release_angle) or 1.0)
+    pull = value * seas.heave * machine.frequency / (2.0 * seas.frequency)
     parts = [line, pull] if machine.pulling_mass else [line]
     return float(np.linalg.norm(parts)) / machine.frequency
 
