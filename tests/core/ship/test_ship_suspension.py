@@ -418,7 +418,7 @@ def replace_suspension(scene):
     return scene.model_copy(update={'suspension': None})
 
 
-@pytest.mark.parametrize('rate', [5.0, 8.0])
+@pytest.mark.parametrize('rate', [4.0, 5.0])
 def test_the_forecast_is_the_error_between_coarse_and_fine_samples(rate):
     """Where the bearing's sampling rules; a factor of ten either way, as for the ship itself."""
     readings = []

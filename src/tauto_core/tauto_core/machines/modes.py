@@ -17,16 +17,15 @@ too: e its free length, c the cam's base radius, k² = I/m.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from decimal import Decimal, localcontext
+from typing import NamedTuple
 
 DIGITS = 60
 HUGE = 1e100
 """Lengths [m] from which on the squares of a formula would overflow."""
 
 
-@dataclass(frozen=True)
-class Modes:
+class Modes(NamedTuple):
     """The slow and the fast mode; of a convex support the stable one and the one that falls.
 
     Attributes:
