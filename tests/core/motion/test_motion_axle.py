@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -96,6 +98,19 @@ def test_both_follow_dop853_over_rough_pieces(swing, slope):
     wanted = simulated(slope, pieces, 0.02)
     assert np.max(np.abs(wanted[:2])) > 0.05
     np.testing.assert_allclose(found / SIZES, wanted / SIZES, rtol=0, atol=5e-13)
+
+
+def test_the_golden_large_swing_to_rounding():
+    """From rest at θ = φ = 0.5 rad, against 20 digits of an independent program."""
+    entries = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+    (entry,) = [e for e in entries if e['id'] == 'C10-nonlinear-e0.1-th0.5-ph0.5-t1']
+    e, c, k, g = (float(entry['params'][key]['value']) for key in 'eckG')
+    swing = AxleSwing(e, c, k, g)
+    assert swing.release(-g * math.tan(0.5), g) == pytest.approx(0.5, rel=1e-15)
+    pieces = bearing(np.zeros((20, 1)), np.full((20, 1), g - G))
+    found = columns(swing.advance(pieces))[:, -1]
+    wanted = [float(entry['expected'][key]) for key in ('theta', 'phi', 'thetadot', 'phidot')]
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-13)
 
 
 @pytest.mark.parametrize('swing', [AxleModes, AxleSwing])
