@@ -123,3 +123,20 @@ def test_the_table_says_which_error_there_is() -> None:
         ('involute_weight_at_sea', 'from sampling waves down to 2.28 s'),
     ):
         assert any(said in line for line in printed(scene_facts(name), 80)), name
+
+
+def test_a_suspension_is_named_with_its_periods(tmp_path: Path) -> None:
+    """b + b' = (k² + c² + ce)/c = 0.14 m, b b' = ek²/c = 3.75e-4 m²; T = 2π√(b/g)."""
+    assert facts(tmp_path)['suspension'] is None
+    hung = {'support_radius': 0.02, 'axle_radius': 0.005, 'depth': 0.1, 'gyration_radius': 0.05}
+    found = facts(tmp_path, ship=ROLL, suspension=hung)
+    slow, fast = found['suspension']['lengths_m']
+    assert (slow + fast, slow * fast) == pytest.approx((0.14, 3.75e-4), rel=1e-12)
+    assert found['suspension']['periods_s'] == pytest.approx([0.74337, 0.10487], rel=1e-4)
+    assert found['suspension']['step_s'] == 0.00625
+    assert 'suspension' not in found['left_out']
+    assert 'the swing of the case in a harmonic well' in found['reason']
+    text = ' '.join(printed(found, 160))
+    assert 'axle, small angles: the case swings in 0.743369 s and 0.10487 s' in text
+    large = facts(tmp_path, ship=ROLL, suspension=hung | {'large_angles': True})
+    assert 'axle, any angles' in ' '.join(printed(large, 160))

@@ -25,10 +25,16 @@ def assert_equal_bags(one: Path, other: Path) -> None:
 
 
 # Ten minutes of measured motion flat out, one process a node; then the still ship, whose motion
-# is one sample a log interval; then a scene that keeps no motion in its bag, all in one process.
+# is one sample a log interval; then a scene that keeps no motion in its bag, all in one process;
+# then a suspended clock, for which the ship must look further ahead.
 @pytest.mark.parametrize(
     ('scene', 'duration_s', 'compose'),
-    [('measured', 600.0, False), ('ideal', 3600.0, True), ('portsmouth_jamaica', 600.0, True)],
+    [
+        ('measured', 600.0, False),
+        ('ideal', 3600.0, True),
+        ('portsmouth_jamaica', 600.0, True),
+        ('suspended_weight_at_sea', 60.0, True),
+    ],
 )
 def test_bag_of_the_graph_is_the_bag_of_sail(
     scene: str, duration_s: float, compose: bool, tmp_path: Path

@@ -11,6 +11,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.checks import LAST_STAMP_S
 from tauto_core.scene.errors import ABSENT, DescentError, SceneError
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
 
@@ -18,8 +19,8 @@ def check_scene(scene: Scene) -> None:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
 
     Raises:
-        SceneError: the machine cannot be built, or the release and the ship's motion at the start
-            put the cam angle beyond the cam (theory E4).
+        SceneError: the machine or its suspension cannot be built, or the release and the ship's
+            motion at the start put the cam angle beyond the cam (theory E4).
         MotionDataError: measured motion that cannot be used.
     """
     machine = compile_machine(scene)
@@ -27,8 +28,11 @@ def check_scene(scene: Scene) -> None:
     if isinstance(machine, FluidPendulum):
         _check_swing(scene, machine)
         return
+    felt_parts(scene)
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
+    if scene.suspension is not None:
+        tilt = 0.0  # the case begins at rest, θ = φ
     angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
     if not abs(angle) <= machine.cam.range_rad:
         raise SceneError(

@@ -18,6 +18,7 @@ from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, Still
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
+from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
 from tauto_core.ship.interpolation import FORCE_BEFORE, ROLL_BEFORE
 
 # Least of four runs of 10 h at sea or 100 days on land, each stage timed by itself, of the shipped
@@ -35,6 +36,7 @@ START_S = {
 }
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
 FORCED_NS_A_SAMPLE = 560.0
+SUSPENDED_NS_A_SAMPLE = 1100.0
 NS_A_STEP, NS_AN_IMPULSE = 1000.0, 5000.0
 NS_A_HALF_SWING = 8000.0
 NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0}
@@ -59,8 +61,9 @@ class Forecast:
             truth between the samples nobody knows. A well whose rate depends on the amplitude
             makes a drift of what is wrong with the amplitude; that is not in it.
         growing_error_s_per_day: most that the error of the reading can grow [s/day].
-        shortest_wave_s: least period in the ship's motion [s]; None where it lies still or its
-            motion was measured.
+        shortest_wave_s: least period in the motion that the clock feels, the swings of a
+            suspended case included [s]; None on a ship that lies still or whose motion was
+            measured, without a suspension.
     """
 
     run_s: float
@@ -83,12 +86,15 @@ def forecast(scene: Scene, machine: Machine | FluidPendulum, motion: ShipMotion)
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     swing_s = _swing_s(machine)
     steps = _steps(scene, machine, swing_s) if name == 'collocation' else None
-    waves = _waves(scene)
+    waves, bearing = _waves(scene), 0.0
+    if scene.suspension is not None:
+        waves, seas = _in_the_case(scene, waves), waves
+        bearing = _bearing_error_s(seas, waves, machine, scene.step_ns / NS_PER_S)
     steady = None
     if not isinstance(scene.ship, RecordedShip):
-        step_s = scene.step_ns / NS_PER_S
+        step_s = felt_step_ns(scene) / NS_PER_S
         sampled = sampling_error_s(waves, machine, samples_a_piece(scene), step_s)
-        steady = sampled + 0.5 * swing_s * UNIT_ROUNDING
+        steady = sampled + bearing + 0.5 * swing_s * UNIT_ROUNDING
     return Forecast(
         run_s=_run_s(scene, name, motion, scene.duration / swing_s, steps),
         steps_a_swing=None if steps is None else steps.a_swing,
@@ -123,7 +129,7 @@ def _steps(scene: Scene, machine: Machine, swing_s: float) -> _Steps:
 
     allowed = None if scene.solver is None else scene.solver.tolerance
     longest_s = Collocation(machine, allowed).longest_step_s
-    piece_s = samples_a_piece(scene) * scene.step_ns / NS_PER_S
+    piece_s = samples_a_piece(scene) * felt_step_ns(scene) / NS_PER_S
     step_s = piece_s / math.ceil(piece_s / longest_s)
     return _Steps(swing_s / step_s, step_s / longest_s)
 
@@ -178,6 +184,38 @@ def _waves(scene: Scene) -> Waves:
     )
 
 
+def _in_the_case(scene: Scene, waves: Waves) -> Waves:
+    """Return what a suspended case makes of the ship's waves, and its own two swings.
+
+    Each mode answers a wave of the apparent vertical by ω²/(ω² − Ω²), in resonance by what the
+    scene's length lets it grow to (theory E3). Its own swings are as large as the release from
+    the apparent vertical makes them.
+    """
+    assert scene.suspension is not None
+    own, c = case_modes(scene.suspension), scene.suspension.depth
+    released = float(np.linalg.norm(waves.sway)) / math.sqrt(2.0)
+    theta, phi = np.zeros((2, len(waves.frequency)))
+    frequency, swings = [], []
+    ratios = (own.B, own.B_prime, own.b), (own.B_prime, own.B, own.b_prime)
+    for ratio, other, length in ratios:
+        square = scene.gravity / length
+        apart = square - waves.frequency**2
+        least = 2.0 * math.sqrt(square) / scene.duration
+        apart = np.where(np.abs(apart) < least, least, apart)
+        share = length * c / (ratio * (ratio - other))
+        theta += waves.sway * (share * square / apart)
+        phi += waves.sway * (share * ratio / c * square / apart)
+        frequency.append(math.sqrt(square))
+        swings.append((released * share, released * share * ratio / c))
+    free = np.abs(np.array(swings))
+    return Waves(
+        np.concatenate([waves.frequency, frequency]),
+        np.concatenate([np.abs(phi), free[:, 1]]),
+        np.concatenate([np.abs(theta), free[:, 0]]),
+        np.concatenate([waves.heave, free[:, 0] ** 2]),
+    )
+
+
 def remainder(turn: FloatArray, samples: int, *, slopes: bool) -> FloatArray:
     """Return the most that interpolation is off for waves of unit amplitude.
 
@@ -223,6 +261,28 @@ def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float
     return float(np.linalg.norm(parts)) / machine.frequency
 
 
+def _bearing_error_s(seas: Waves, case: Waves, machine: Machine, step_s: float) -> float:
+    """Return about how far the reading is off because the bearing's motion is sampled [s].
+
+    The case answers an error of the sway as it answers the sway.
+
+    Args:
+        seas: waves of the ship's motion.
+        case: what the case makes of them, first, and its own swings.
+        machine: what feels the case.
+        step_s: between samples of the ship's motion [s].
+    """
+    turn, count = seas.frequency * step_s, len(seas.frequency)
+    steepness = float(np.linalg.norm([seas.sway, seas.heave])) / math.sqrt(2.0)
+    value = remainder(turn, 1, slopes=False)
+    value += steepness * remainder(2.0 * turn, 1, slopes=False)
+    tilt = case.sway if machine.follows_apparent_vertical else case.roll
+    line = value * tilt[:count] / (abs(machine.release_angle) or 1.0)
+    pull = value * seas.heave * machine.frequency / (2.0 * seas.frequency)
+    parts = [line, pull] if machine.pulling_mass else [line]
+    return float(np.linalg.norm(parts)) / machine.frequency
+
+
 def _swing_s(machine: Machine) -> float:
     """Return the period of the swing released, or of small swings where it cannot swing freely."""
     try:
@@ -238,8 +298,11 @@ def _run_s(
     waves = channels * int(motion.metadata.get('components', 0))
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
+    felt = motion.total * felt_parts(scene)
+    if scene.suspension is not None:
+        work_ns += felt * SUSPENDED_NS_A_SAMPLE
     if name == 'forced_harmonic':
-        work_ns += motion.total * FORCED_NS_A_SAMPLE
+        work_ns += felt * FORCED_NS_A_SAMPLE
     if steps is not None:
         impulses = 0 if scene.escapement is None else 2
         work_ns += swings * (steps.a_swing * NS_A_STEP + impulses * NS_AN_IMPULSE)
@@ -254,7 +317,7 @@ def _growth(
     A step's error is the tolerance where the step is the longest, and goes with its 16th power
     in a smooth well. All steps are taken to err alike; rounding errs at random.
     """
-    step_s = scene.step_ns / NS_PER_S if steps is None else swing_s / steps.a_swing
+    step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
         smooth = machine.cam.linear_rate is not None or machine.cam.kinked

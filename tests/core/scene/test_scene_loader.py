@@ -37,6 +37,7 @@ def test_the_scenes_that_ship() -> None:
         'measured',
         'portsmouth_jamaica',
         'second_cam_at_sea',
+        'suspended_weight_at_sea',
     ]
     assert DEFAULT_SCENE == 'measured'
 

@@ -40,7 +40,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
-    from tauto_core.cli.what_runs import left_out, reason
+    from tauto_core.cli.what_runs import hangs, left_out, reason
     from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
@@ -70,6 +70,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'ship': scene.ship.kind,
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
+        'suspension': hangs(scene),
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,
@@ -130,6 +131,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             'ship',
             f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s',
         ),
+        *_suspension_row(facts['suspension']),
         (
             'log',
             f'{facts["logged_samples"]:,} samples, one every {interval:g} s, {kept} the motion',
@@ -152,6 +154,20 @@ def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ('cam', f'{facts["cam"]}, ' + ('no end' if edge is None else f'±{edge:.6g} rad')),
         ('released at', f'{facts["release_angle_rad"]:g} rad in the case'),
+    ]
+
+
+def _suspension_row(hung: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if hung is None:
+        return []
+    slow, fast = hung['periods_s']
+    angles = 'any angles' if hung['large_angles'] else 'small angles'
+    return [
+        (
+            'suspension',
+            f'{hung["kind"]}, {angles}: the case swings in {slow:.6g} s and {fast:.6g} s, '
+            f'sampled every {hung["step_s"]:g} s',
+        )
     ]
 
 

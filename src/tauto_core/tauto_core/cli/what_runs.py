@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 from tauto_core.machines import FluidPendulum, Machine
 from tauto_core.scene import Drag, RecordedShip, Scene, StillShip, WeightPower
 
@@ -29,10 +32,11 @@ def reason(scene: Scene, machine: Machine | FluidPendulum, propagator: str) -> s
             f'a well that is not harmonic ({uneven}), but undisturbed: any instant from its '
             'period, in closed form'
         )
+    tilts = 'the roll' if scene.suspension is None else 'the swing of the case'
     if propagator == 'forced_harmonic':
-        shakers = _and(['the roll'] * (not still) + ['viscous drag'] * (machine.drag is not None))
+        shakers = _and([tilts] * (not still) + ['viscous drag'] * (machine.drag is not None))
         return f'{shakers} in a harmonic well: linear, so a sample is one exact step'
-    return '; '.join(_disturbances(machine, uneven, still=still))
+    return '; '.join(_disturbances(machine, uneven, '' if still else tilts))
 
 
 def _uneven(machine: Machine) -> str:
@@ -45,12 +49,12 @@ def _uneven(machine: Machine) -> str:
     return _and([name for name, present in parts.items() if present])
 
 
-def _disturbances(machine: Machine, uneven: str, *, still: bool) -> list[str]:
+def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
     drag = machine.drag or Drag()
     overdamped = drag.viscous >= 2.0 * machine.inertia * machine.frequency
-    shakers = _and(['the roll'] * (not still) + ['viscous drag'] * (drag.viscous > 0.0))
+    shakers = _and([tilts] * bool(tilts) + ['viscous drag'] * (drag.viscous > 0.0))
     found = {
-        'the apparent gravity moves the weight': not still and machine.pulling_mass > 0.0,
+        'the apparent gravity moves the weight': bool(tilts) and machine.pulling_mass > 0.0,
         f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
         'viscous drag stops the wheel before it swings': overdamped and not uneven,
         'quadratic drag is not linear': drag.quadratic > 0.0,
@@ -66,6 +70,28 @@ def _disturbances(machine: Machine, uneven: str, *, still: bool) -> list[str]:
 
 def _and(names: list[str]) -> str:
     return ' and '.join(names)
+
+
+def hangs(scene: Scene) -> dict[str, Any] | None:
+    """Return how the case hangs and swings, None where it is fixed to the ship.
+
+    Returns:
+        The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, and
+        the step of the motion that the clock feels [s].
+    """
+    if scene.suspension is None:
+        return None
+    from tauto_core.ship.felt_step import case_modes, felt_step_ns
+
+    own = case_modes(scene.suspension)
+    slow, fast = own.squared_frequencies(scene.gravity)
+    return {
+        'kind': scene.suspension.kind,
+        'lengths_m': [own.b, own.b_prime],
+        'periods_s': [math.tau / math.sqrt(slow), math.tau / math.sqrt(fast)],
+        'large_angles': scene.suspension.large_angles,
+        'step_s': felt_step_ns(scene) * 1e-9,
+    }
 
 
 def left_out(scene: Scene, machine: Machine | FluidPendulum) -> list[str]:
@@ -87,7 +113,7 @@ def left_out(scene: Scene, machine: Machine | FluidPendulum) -> list[str]:
         'roll': still,
         'heave': not heave,
         'apparent gravity': not still and machine.pulling_mass == 0.0,
-        'suspension': getattr(scene, 'suspension', None) is None,
+        'suspension': scene.suspension is None,
         "the weight's inertia": isinstance(power, WeightPower) and power.massless,
         'voyage': scene.voyage is None,
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -27,7 +27,11 @@ from tauto_core.samples import (
 from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
+from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import screen
+
+if TYPE_CHECKING:
+    from tauto_core.ship.suspension import Suspension
 
 WHEEL_NAMES = ('wheel',)
 BODY_NAMES = ('body',)
@@ -44,7 +48,8 @@ class TrochleaStage:
 
     Steps begin at samples, span several where these are evenly spaced, wait for the neighbours
     that interpolation needs (up to four samples) and end at samples and logged instants. Bad
-    samples are counted and left out (`screen`).
+    samples are counted and left out (`screen`). Where the scene has a suspension, the clock
+    feels the motion of its case, four samples later.
 
     Args:
         scene: what to simulate; its motion comes through `feed`.
@@ -52,7 +57,7 @@ class TrochleaStage:
             'first': time starts at the first stamp, whatever it is, and runs on.
 
     Raises:
-        SceneError: the machine cannot be built.
+        SceneError: the machine cannot be built, or its suspension.
     """
 
     inputs: ClassVar[tuple[str, ...]] = (SHIP_IMU,)
@@ -70,12 +75,17 @@ class TrochleaStage:
             apparent_vertical=self._machine.follows_apparent_vertical,
             apparent_gravity=self._machine.pulling_mass > 0.0,
             still=self._still,
-            step_ns=scene.step_ns,
+            step_ns=felt_step_ns(scene),
             max_gap_s=None if self._still else MAX_GAP_S,
             stride=samples_a_piece(scene),
             smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
             tilt_inside=not (self._machine.drag is None and self._machine.escapement is None),
         )
+        self._suspension: Suspension | None = None
+        if scene.suspension is not None:
+            from tauto_core.ship.suspension import Suspension
+
+            self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
@@ -87,8 +97,8 @@ class TrochleaStage:
         """Take motion samples; return what is known by now.
 
         Raises:
-            PropagationError: slack thread, edge of the cam, a gap in the motion, a start that
-                is not the scene's.
+            PropagationError: slack thread, edge of the cam, a case that leaves its bearing, a
+                gap in the motion, a start that is not the scene's.
         """
         imu = batches.get(SHIP_IMU)
         if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
@@ -101,12 +111,23 @@ class TrochleaStage:
         if self._origin_ns is None:
             self._begin(int(imu.stamp_ns[0]))
         self._last_stamp = int(imu.stamp_ns[-1])
-        self._buffer.add(imu, self._origin_ns or 0)
+        origin_ns = self._origin_ns or 0
+        if self._suspension is None:
+            self._buffer.add(imu, origin_ns)
+        else:
+            self._feel(self._suspension.feed(imu, origin_ns))
         return self._advance(final=False)
 
     def finish(self) -> Batches:
         """Use one-sided neighbours for what is left, up to the last sample."""
+        if self._suspension is not None:
+            self._feel(self._suspension.finish(self._origin_ns or 0))
         return self._advance(final=True)
+
+    def _feel(self, case: ImuSamples | None) -> None:
+        """Take what a sensor in the suspended case reads."""
+        if case is not None:
+            self._buffer.add(case, self._origin_ns or 0)
 
     def _begin(self, first_ns: int) -> None:
         starts_at = self._scene.starts_at_ns
@@ -169,6 +190,7 @@ class TrochleaStage:
             'refused': dict(self._refused),
             'buffer': self._buffer.state(),
             'propagator': self._propagator.state(),
+            **({'suspension': self._suspension.state()} if self._suspension else {}),
         }
 
     def restore(self, state: State) -> None:
@@ -179,11 +201,10 @@ class TrochleaStage:
         self._refused = dict(state['refused'])
         self._buffer.restore(state['buffer'])
         self._propagator.restore(state['propagator'])
+        if self._suspension is not None:
+            self._suspension.restore(state['suspension'])
 
     def health(self) -> dict[str, int]:
         """Return how many samples were refused, by reason, or crowded, and the gaps bridged."""
-        return {
-            **self._refused,
-            'crowded': self._buffer.crowded,
-            'bridged_gaps': self._buffer.bridged,
-        }
+        first = self._suspension or self._buffer
+        return {**self._refused, 'crowded': first.crowded, 'bridged_gaps': first.bridged}

@@ -20,6 +20,7 @@ _INTERNAL: dict[str, Any] = {**_OPTIONS, 'no_cpython_wrapper': True, 'no_cfunc_w
 # Constants and lever laws of these are compiled into the kernels.
 _KERNELS = (
     'arc_length',
+    'axle',
     'compiled',
     'events',
     'gauss',

@@ -33,3 +33,32 @@ def thread_slack(time_s: float) -> PropagationError:
         'accelerations of a noisy sensor',
         time_s,
     )
+
+
+def lifted_off(time_s: float) -> PropagationError:
+    """Return the error of a case whose axle would have to be held down."""
+    return PropagationError(
+        'the axle of the suspension lifted off its bearing (the contact force fell to 0 N). Keep '
+        "its period away from the sea's, hang the case nearer to the roll axis (ship.height), or "
+        'choose a calmer sea',
+        time_s,
+    )
+
+
+def turned_over(time_s: float) -> PropagationError:
+    """Return the error of a case that swings all the way round."""
+    return PropagationError(
+        'the suspended case turned over (more than 3 rad from the contact or from the vertical). '
+        "Keep its period away from the sea's, or hang it nearer to the roll axis (ship.height)",
+        time_s,
+    )
+
+
+def beyond_small_angles(tilt: float, limit: float, time_s: float) -> PropagationError:
+    """Return the error of a suspended case that swings wider than its equations hold."""
+    return PropagationError(
+        f'the suspended case swings {tilt:.3g} rad from the vertical; the equations of small '
+        f'angles are taken up to {limit:g} rad. Set suspension.large_angles to true, or keep the '
+        "case's periods away from the sea's",
+        time_s,
+    )

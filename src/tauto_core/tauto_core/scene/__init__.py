@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         shipped_scenes,
     )
     from tauto_core.scene.models import (
+        AxleSuspension,
         CircularArcCam,
         Clock,
         Component,
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     'DEFAULT_SCENE',
+    'AxleSuspension',
     'CircularArcCam',
     'Clock',
     'Component',

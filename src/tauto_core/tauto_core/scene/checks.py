@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 # builtin_interfaces/Time holds whole seconds in 32 bits, the sign among them.
 LAST_STAMP_S = 2**31 - 1
-# The ship sends up to four samples beyond the end.
-SAMPLES_BEYOND_END = 4
+# Interpolation of the motion reaches so many samples beyond its end.
+LOOKAHEAD = 4
 # Half a rounding is 1.1e-16, and a step makes several; 1e-3 of a swing is minutes a day.
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
@@ -38,6 +38,14 @@ THREADS_OF_CAM = {
     # A lever law makes a cam for either thread; a hole only turns the normal by arcsin(t/a).
     'table': ('vertical', 'hole'),
 }
+
+
+def samples_beyond_end(scene: Scene) -> int:
+    """Return how many samples beyond the end a ship that moves sends.
+
+    A suspension looks ahead itself, and the clock in it looks ahead in what it says.
+    """
+    return LOOKAHEAD if scene.suspension is None else 2 * LOOKAHEAD
 
 
 def problems(scene: Scene) -> Iterator[Problem]:
@@ -59,6 +67,7 @@ def problems(scene: Scene) -> Iterator[Problem]:
     if not grid:
         yield from _grids(scene)
     yield from _ship(scene)
+    yield from _suspension(scene)
     yield from _voyage(scene)
     yield from _solver(scene)
 
@@ -180,12 +189,13 @@ def _grids(scene: Scene) -> Iterator[Problem]:
                 f'is not a whole number of log intervals (log.interval {interval!r} s)',
                 f'Use {_multiple(value_ns, interval_ns)}, or change log.interval.',
             )
-    end_ns = scene.starts_at_ns + scene.duration_ns + SAMPLES_BEYOND_END * step_ns
+    beyond = samples_beyond_end(scene)
+    end_ns = scene.starts_at_ns + scene.duration_ns + beyond * step_ns
     if end_ns > LAST_STAMP_S * 10**9:
         yield Problem(
             'duration',
             scene.duration,
-            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {SAMPLES_BEYOND_END} steps beyond '
+            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {beyond} steps beyond '
             f'the end; ROS stamps end at {LAST_STAMP_S} s',
             'Shorten it, or let starts_at be earlier.',
         )
@@ -313,6 +323,43 @@ def _source(recorded: Recorded) -> Iterator[Problem]:
                 'Name the column with its unit, for example t_s and roll_deg; '
                 'for a bag give topic instead.',
             )
+
+
+def _suspension(scene: Scene) -> Iterator[Problem]:
+    hung = scene.suspension
+    if hung is None:
+        return
+    if scene.ship.kind == 'still':
+        yield Problem(
+            'suspension',
+            hung.kind,
+            'has nothing to do on a ship that lies still: the case hangs at rest',
+            'Leave it out, or let the ship move.',
+        )
+    if hung.support_radius <= hung.axle_radius:
+        yield Problem(
+            'suspension.support_radius',
+            hung.support_radius,
+            f'must be larger than suspension.axle_radius, {hung.axle_radius!r} m: on a bearing '
+            'that is no hollow b′ is negative, and the case falls from it',
+            f'Use for example {2.0 * hung.axle_radius!r}, or a thinner axle.',
+        )
+    if hung.depth <= 0.0:
+        below = -hung.depth or hung.gyration_radius
+        yield Problem(
+            'suspension.depth',
+            hung.depth,
+            'must be greater than 0: a case whose centre of gravity does not hang below its axle '
+            'topples',
+            f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
+        )
+    if hung.gyration_radius <= 0.0:
+        yield Problem(
+            'suspension.gyration_radius',
+            hung.gyration_radius,
+            'must be greater than 0: a case without extent turns in no time (b′ = 0)',
+            f'Use for example {0.5 * abs(hung.depth) or 0.05!r}.',
+        )
 
 
 def _voyage(scene: Scene) -> Iterator[Problem]:

@@ -20,7 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from tauto_core.scene.checks import problems
+from tauto_core.scene.checks import problems, samples_beyond_end
 from tauto_core.scene.times import nanoseconds, step_of_rate
 
 STANDARD_GRAVITY = 9.80665
@@ -275,6 +275,17 @@ Ship: TypeAlias = Annotated[
 ]
 
 
+class AxleSuspension(Section):
+    """The clock's case hung on a cylindrical axle in a bearing of the ship (theory E3)."""
+
+    kind: Literal['axle'] = 'axle'
+    support_radius: Positive = Field(description='radius of the hollow bearing [m]')
+    axle_radius: Positive = Field(description='radius of the axle that lies in it [m]')
+    depth: Number = Field(description='depth of the clock, the centre of gravity, under it [m]')
+    gyration_radius: Number = Field(description='radius of gyration about that centre [m]')
+    large_angles: Flag = Field(default=False, description='true: equations of any angles')
+
+
 class Clock(Section):
     """The dial. Without a nominal period it is the regulator's small-amplitude period."""
 
@@ -349,6 +360,10 @@ class Scene(Section):
     drag: Drag | None = Field(default=None, description='mapping: viscous, quadratic, coulomb')
     escapement: Escapement | None = Field(default=None, description='mapping: kind, energy, angle')
     ship: Ship = Field(default=StillShip(), description='mapping with `kind` and how it moves')
+    suspension: AxleSuspension | None = Field(
+        default=None,
+        description='mapping: kind, support_radius, axle_radius, depth, gyration_radius, …',
+    )
     clock: Clock = Field(default=Clock(), description='mapping: nominal_period')
     voyage: Voyage | None = Field(
         default=None, description='mapping: departure, arrival, sails_at, arrives_at'
@@ -394,6 +409,11 @@ class Scene(Section):
     def samples(self) -> int:
         """Number of samples of ship/imu within the duration, both ends counted."""
         return self.duration_ns // self.step_ns + 1
+
+    @property
+    def samples_beyond_end(self) -> int:
+        """Samples of ship/imu that the stages need beyond the end: none of a still ship."""
+        return 0 if isinstance(self.ship, StillShip) else samples_beyond_end(self)
 
     @property
     def log_count(self) -> int:

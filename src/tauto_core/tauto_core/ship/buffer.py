@@ -17,6 +17,7 @@ from tauto_core.motion.forcing import Forcing
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
 from tauto_core.scene import Scene, StillShip
 from tauto_core.scene.errors import PropagationError
+from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import plain
 from tauto_core.ship.interpolation import (
     FORCE_BEFORE,
@@ -43,7 +44,7 @@ def samples_a_piece(scene: Scene) -> int:
     """
     if isinstance(scene.ship, StillShip):
         return 1
-    logs = scene.log_interval_ns // scene.step_ns
+    logs = scene.log_interval_ns // felt_step_ns(scene)
     return next(n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
 
 
@@ -112,6 +113,11 @@ class MotionBuffer:
             new = self._channel_values(imu)
             for name, known in self._data.items():
                 self._data[name] = np.concatenate([known, new[name]])
+
+    @property
+    def has_samples(self) -> bool:
+        """Whether any sample is at hand."""
+        return len(self._times) > 0
 
     def _channels(self) -> tuple[str, ...]:
         """Return the names of what is kept: `line` is the neutral line's direction."""

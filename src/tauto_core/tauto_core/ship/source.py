@@ -14,8 +14,6 @@ from tauto_core.ship.recorded import recorded_metadata, recorded_motion
 from tauto_core.ship.sea import sea_metadata, sea_motion
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
-LOOKAHEAD = 4
-
 
 @dataclass(frozen=True)
 class _Channels:
@@ -30,7 +28,7 @@ class _Channels:
 
 
 class ShipMotion:
-    """IMU samples k = 0 ... scene.samples - 1, and `LOOKAHEAD` more from a ship that moves.
+    """IMU samples k = 0 ... scene.samples - 1, and what the stages need beyond the end.
 
     Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
     still sends one constant sample per log interval.
@@ -51,8 +49,7 @@ class ShipMotion:
         self._starts_at_ns, self._step_ns = scene.starts_at_ns, scene.step_ns
         self._next = 0
         channels = _channels(scene)
-        still = channels.roll is None
-        self.total = scene.samples + (0 if still else LOOKAHEAD)
+        self.total = scene.samples + scene.samples_beyond_end
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
         self.warnings = channels.warnings
         measured = channels.force_y is not None

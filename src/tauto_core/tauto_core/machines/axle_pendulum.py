@@ -1,0 +1,332 @@
+"""A body on a cylindrical axle that rests without friction in, on or over a curved support.
+
+Euler 1780 (theory C). x is down, y lateral; θ the tilt of the contact's normal, from the
+support's centre O to the axle's centre C; φ the tilt of the body, from C to its centre of gravity.
+The axle's centre runs along an arc of radius e about O, s = eθ. Formulas take the curvature 1/e,
+so that a plane (0) and a convex support (negative) are no exceptions. A cradle is the same body:
+C is then the centre of curvature of its rockers (§48–53).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tauto_core.machines.modes import Modes, modes
+from tauto_core.machines.quadrature import integrate
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import TautoError
+
+
+class UnsteadyAxleError(TautoError):
+    """An axle and support that cannot be, or on which the body does not swing."""
+
+
+@dataclass(frozen=True)
+class AxlePendulum:
+    """The body, its support and gravity.
+
+    Attributes:
+        curvature: 1/e of the path of the axle's centre [1/m]: positive in a hollow, 0 on a plane,
+            negative on a convex support.
+        depth: c of the centre of gravity below the axle's centre [m], not 0; negative: above it.
+        gyration_radius: k about the centre of gravity [m], > 0.
+        gravity: g [m/s2], > 0.
+
+    Raises:
+        UnsteadyAxleError: a depth or radius of gyration that no modes belong to.
+    """
+
+    curvature: float
+    depth: float
+    gyration_radius: float
+    gravity: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.depth) and self.depth != 0.0):
+            raise UnsteadyAxleError(
+                f'depth = {self.depth!r} m: must be a finite number other than 0, or the body '
+                'rests at any tilt. Let the centre of gravity hang below the axle'
+            )
+        if not 0.0 < self.gyration_radius < math.inf:
+            raise UnsteadyAxleError(
+                f'gyration_radius = {self.gyration_radius!r} m: must be greater than 0, since '
+                'without extent the fast mode has no period. Give the body extent'
+            )
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Both normal modes (§12–28, 42)."""
+        e = 1.0 / self.curvature if self.curvature else math.inf
+        return modes(e, self.depth, self.gyration_radius**2)
+
+    @property
+    def growth_rate(self) -> float:
+        """Rate at which the body falls from its rest [1/s], √(g/|b′|) or √(g/|b|); 0: it swings.
+
+        b b′ = e k²/c: one of them is negative on every convex support (§45–47), and wherever
+        the centre of gravity lies above the axle's centre (§49).
+        """
+        return math.sqrt(max(0.0, *(-w for w in self.modes.squared_frequencies(self.gravity))))
+
+    def require_swing(self) -> None:
+        """Refuse a body that falls.
+
+        Raises:
+            UnsteadyAxleError: with the length that is negative and the nearest body that swings.
+        """
+        if self.growth_rate == 0.0:
+            return
+        lengths = self.modes
+        name, length = ('b′', lengths.b_prime) if lengths.b > 0.0 else ('b', lengths.b)
+        remedies = []
+        if self.curvature < 0.0:
+            remedies.append('rest the axle in a hollow of larger radius, or on a plane')
+        if self.depth < 0.0:
+            remedies.append(f'hang the centre of gravity {-self.depth:.6g} m below the axle')
+        raise UnsteadyAxleError(
+            f'{name} = {length:.6g} m is negative: the body falls from its support, '
+            f'{self.growth_rate:.6g}-fold e a second; to swing, both lengths must be positive. '
+            + ' and '.join(remedies).capitalize()
+        )
+
+
+def axle_on(support_radius: float, axle_radius: float) -> float:
+    """Return the curvature 1/e = 1/(a − b₀) of the path of an axle's centre [1/m].
+
+    Args:
+        support_radius: a, of the hollow [m]; ±inf: a plane; negative: of a convex support.
+        axle_radius: b₀ of the axle, or of a cradle's rockers [m], ≥ 0.
+
+    Raises:
+        UnsteadyAxleError: an axle that does not fit into its hollow.
+    """
+    if 0.0 < support_radius <= axle_radius:
+        raise UnsteadyAxleError(
+            f'support_radius = {support_radius!r} m: must be larger than the axle that lies in '
+            f'it, {axle_radius!r} m. Widen the hollow or turn the axle thinner'
+        )
+    return 0.0 if math.isinf(support_radius) else 1.0 / (support_radius - axle_radius)
+
+
+@dataclass(frozen=True)
+class AxleState:
+    """Where the body is, arrays of one shape or floats.
+
+    Attributes:
+        arc: s of the axle's centre along its path [m]; of a support that moves: in its frame.
+        tilt: φ of the body from the vertical [rad].
+        arc_rate: ds/dt [m/s].
+        tilt_rate: dφ/dt [rad/s].
+    """
+
+    arc: ArrayLike
+    tilt: ArrayLike
+    arc_rate: ArrayLike
+    tilt_rate: ArrayLike
+
+
+REST = AxleState(0.0, 0.0, 0.0, 0.0)
+
+
+def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> AxleState:
+    """Return the small motion from any state, as the sum of both modes (§29–36, 43–47).
+
+    With r = φ/s of the modes, q = (φ − r′s)/(r − r′) and q′ = (rs − φ)/(r − r′) each obey
+    q̈ = −(g/b) q: a sine, on a plane a steady drift, of a mode that falls the sinh.
+
+    Args:
+        body: what swings.
+        start: floats, at t = 0.
+        times_s: t [s], any shape.
+    """
+    slow, fast = body.modes.tilt_per_arc
+    times, apart = np.asarray(times_s, np.float64), slow - fast
+    s, phi = float(np.asarray(start.arc)), float(np.asarray(start.tilt))
+    s1, phi1 = float(np.asarray(start.arc_rate)), float(np.asarray(start.tilt_rate))
+    squares = body.modes.squared_frequencies(body.gravity)
+    first, first_rate = _swing(
+        (phi - fast * s) / apart, (phi1 - fast * s1) / apart, squares[0], times
+    )
+    other, other_rate = _swing(
+        (slow * s - phi) / apart, (slow * s1 - phi1) / apart, squares[1], times
+    )
+    return AxleState(
+        first + other,
+        slow * first + fast * other,
+        first_rate + other_rate,
+        slow * first_rate + fast * other_rate,
+    )
+
+
+def _swing(
+    value: float, rate: float, squared: float, times: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return q and its rate at the times, q̈ = −ω²q."""
+    w = math.sqrt(abs(squared))
+    if w == 0.0:
+        return value + rate * times, np.full(times.shape, rate)
+    wave, half = (np.cos, np.sin) if squared > 0.0 else (np.cosh, np.sinh)
+    c, s = wave(w * times), half(w * times)
+    return value * c + rate / w * s, rate * c - math.copysign(w, squared) * value * s
+
+
+def amplitudes_from_rest(body: AxlePendulum, speed: float, spin: float) -> tuple[float, float]:
+    """Return α and α′ of a motion that begins in equilibrium (§30–32), θ = Σ αc sin ωt.
+
+        α √(g/b) = (c ν b′ − n B′)/(eD),   α′ √(g/b′) = (n B − c ν b)/(eD),   D/c = B − B′
+
+    Args:
+        body: one that swings on a hollow support.
+        speed: n of the centre of gravity [m/s].
+        spin: ν of the body [rad/s].
+
+    Raises:
+        UnsteadyAxleError: a body that falls, or a plane, where θ stays 0.
+    """
+    body.require_swing()
+    if not body.curvature > 0.0:
+        raise UnsteadyAxleError(
+            'curvature = 0: on a plane θ stays 0 and has no amplitude. Ask for small_motion'
+        )
+    own, c = body.modes, body.depth
+    slow, fast = (math.sqrt(w) for w in own.squared_frequencies(body.gravity))
+    per = body.curvature / (c * (own.B - own.B_prime))
+    return (
+        per * (c * spin * own.b_prime - speed * own.B_prime) / slow,
+        per * (speed * own.B - c * spin * own.b) / fast,
+    )
+
+
+@dataclass(frozen=True)
+class SupportMotion:
+    """How the support moves: it turns by ρ about an axis that is itself accelerated.
+
+    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (lateral).
+
+    Attributes:
+        turn, turn_rate, turn_acceleration: ρ [rad], ρ̇ [rad/s], ρ̈ [rad/s2].
+        down, lateral: acceleration of the axis [m/s2].
+        depth, aside: X₀, Y₀ of the axle's centre at s = 0 below and beside the axis, at ρ = 0 [m].
+    """
+
+    turn: ArrayLike = 0.0
+    turn_rate: ArrayLike = 0.0
+    turn_acceleration: ArrayLike = 0.0
+    down: ArrayLike = 0.0
+    lateral: ArrayLike = 0.0
+    depth: float = 0.0
+    aside: float = 0.0
+
+
+STILL = SupportMotion()
+
+
+@dataclass(frozen=True)
+class AxleForces:
+    """What moves the body at an instant, arrays.
+
+    Attributes:
+        contact: N/M, what the support presses with, by the mass [m/s2]; at 0 and below, the axle
+            would have to be held down: it lifts off.
+        arc_acceleration: d²s/dt² in the support's frame [m/s2].
+        tilt_acceleration: d²φ/dt² [rad/s2].
+    """
+
+    contact: FloatArray
+    arc_acceleration: FloatArray
+    tilt_acceleration: FloatArray
+
+
+def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL) -> AxleForces:
+    """Return contact force and accelerations at any angles (§8–10; theory C, moving support).
+
+    With δ = φ − θ and A, A⊥ the acceleration of the point of the support's frame where C is, along
+    the normal and across it,
+
+        N/M = (g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
+        φ̈ = −(N/M) c sin δ/k²,    s̈ = −g sin θ − A⊥ − c φ̈ cos δ + c φ̇² sin δ.
+
+    Args:
+        body: what swings.
+        state: floats or arrays.
+        support: likewise; at rest when left out.
+    """
+    s, phi, s1, phi1 = (
+        np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
+    )
+    sigma = body.curvature * s
+    theta = np.asarray(support.turn) + sigma
+    along, across = _carried(support, s, sigma, theta)
+    turning = np.asarray(support.turn_rate)
+    g, c, per_k = body.gravity, body.depth, body.depth / body.gyration_radius
+    sine, cosine = np.sin(phi - theta), np.cos(phi - theta)
+    pressed = g * np.cos(theta) - along + 2.0 * turning * s1 + body.curvature * s1 * s1
+    contact = (pressed + c * cosine * phi1 * phi1) / (1.0 + (per_k * sine) ** 2)
+    bend = -contact * sine * per_k / body.gyration_radius
+    pull = g * np.sin(theta) + across
+    return AxleForces(contact, c * (sine * phi1 * phi1 - cosine * bend) - pull, bend)
+
+
+def _carried(
+    support: SupportMotion,
+    s: FloatArray,
+    sigma: FloatArray,
+    theta: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the acceleration of the place of C in the support's frame, along and across."""
+    half = 0.5 * sigma
+    chord = s * np.sinc(half / np.pi)
+    x, y = support.depth - chord * np.sin(half), support.aside + chord * np.cos(half)
+    rho = np.asarray(support.turn)
+    down, lateral = x * np.cos(rho) - y * np.sin(rho), x * np.sin(rho) + y * np.cos(rho)
+    rate, bend = np.asarray(support.turn_rate), np.asarray(support.turn_acceleration)
+    a = np.asarray(support.down) - bend * lateral - rate * rate * down
+    b = np.asarray(support.lateral) + bend * down - rate * rate * lateral
+    cosine, sine = np.cos(theta), np.sin(theta)
+    return a * cosine + b * sine, b * cosine - a * sine
+
+
+def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
+    """Return the energy by the mass on a support at rest, 0 in equilibrium [m2/s2]."""
+    s, phi, s1, phi1 = (
+        np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
+    )
+    c, k, theta = body.depth, body.gyration_radius, body.curvature * s
+    moving = s1 * s1 + 2.0 * c * np.cos(phi - theta) * s1 * phi1 + (c * c + k * k) * phi1 * phi1
+    raised = 0.5 * s * theta * np.sinc(0.5 * theta / np.pi) ** 2
+    return np.asarray(0.5 * moving + body.gravity * (raised + 2.0 * c * np.sin(0.5 * phi) ** 2))
+
+
+def plane_period(body: AxlePendulum, amplitude: float) -> float:
+    """Return the period of swings of any size on a plane, T = 4 ∫ dφ/φ̇ [s] (theory C).
+
+    The centre of gravity keeps to its vertical: (k² + c² sin²φ) φ̇² = 2gc (cos φ − cos A). With
+    sin(φ/2) = sin(A/2) sin u the integrand is smooth.
+
+    Args:
+        body: on a plane, curvature 0.
+        amplitude: A [rad], 0 < A < π.
+
+    Raises:
+        UnsteadyAxleError: another support, a body that falls, an amplitude that is no swing.
+    """
+    body.require_swing()
+    if body.curvature != 0.0 or not 0.0 < amplitude < math.pi:
+        raise UnsteadyAxleError(
+            f'curvature = {body.curvature!r}, amplitude = {amplitude!r}: the period at any size '
+            'is that on a plane, of swings below π rad. Give curvature 0 and an amplitude below π'
+        )
+    c, k, top = body.depth, body.gyration_radius, math.sin(0.5 * amplitude)
+
+    def integrand(u: FloatArray) -> FloatArray:
+        half = top * np.sin(u)
+        cosine = np.sqrt((1.0 - half) * (1.0 + half))
+        return np.hypot(k, 2.0 * c * half * cosine) / cosine
+
+    whole = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
+    return 4.0 * float(whole[0]) / math.sqrt(body.gravity * c)

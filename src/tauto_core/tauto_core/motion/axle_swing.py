@@ -1,0 +1,98 @@
+"""The suspended case at any angles, as what moves over pieces of the bearing's motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tauto_core.machines.modes import modes
+from tauto_core.motion import axle
+from tauto_core.motion.bearing import BearingMotion, CaseMotion
+from tauto_core.motion.limits import lifted_off, turned_over
+from tauto_core.motion.turning import make_memory
+from tauto_core.samples import State
+from tauto_core.scene.errors import PropagationError
+
+TOLERANCE = 2e-12
+"""Error allowed a step, relative to the state."""
+
+
+class AxleSwing:
+    """The case under the full equations, a step or more for each part of a piece.
+
+    Args:
+        e: support's radius less the axle's [m], > 0.
+        c: depth of the centre of gravity below the axle's centre [m], > 0.
+        k: radius of gyration [m], > 0.
+        gravity: g [m/s2]; it sets the frame, what acts is g + z̈ of the pieces.
+    """
+
+    def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
+        own = modes(e, c, k * k)
+        slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
+        self._omega = slow, fast
+        self._system = axle.SuspendedCase(e, c, k, own.B, own.B_prime)
+        self._state = np.zeros(4 * axle.PLANES)
+        self._memory = make_memory(axle.PLANES, axle.MORE_ROWS)
+
+    def release(self, sway: float, lift: float) -> float:
+        """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2], > 0.
+        """
+        tilt = math.atan2(-sway, lift)
+        _, c, _, slow, fast = self._system
+        self._state[:] = 0.0
+        self._state[0] = tilt * (c - fast) / (c * (slow - fast))
+        self._state[4] = tilt * (slow - c) / (c * (slow - fast))
+        return tilt
+
+    def advance(self, bearing: BearingMotion) -> CaseMotion:
+        """Return the motion at the ends of the parts.
+
+        Raises:
+            PropagationError: the axle lifts off, the case turns over, or no convergence.
+        """
+        piece, end_ns = bearing.piece, bearing.end_ns
+        first = np.concatenate([[True], piece[1:] != piece[:-1]])
+        begin = np.where(first, 0.0, np.roll(bearing.end, 1))
+        begin_ns = np.where(first, bearing.begin_ns[piece], np.roll(end_ns, 1))
+        length = (end_ns - begin_ns) * 1e-9
+        rows = np.empty((len(piece), 4))
+        code, part, fraction = axle.advance(
+            self._system,
+            self._omega,
+            TOLERANCE,
+            (bearing.sway, bearing.lift),
+            (piece, begin, bearing.end, length),
+            self._state,
+            self._memory,
+            rows,
+        )
+        if code != axle.OK:
+            raise _failure(code, float(begin_ns[part] * 1e-9 + fraction * length[part]))
+        theta, phi, theta_rate, phi_rate = np.ascontiguousarray(rows.T)
+        return CaseMotion(theta, phi, theta_rate, phi_rate)
+
+    def state(self) -> State:
+        """Return X and Y of both planes."""
+        return {'state': self._state.copy()}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._state = np.array(state['state'])
+
+
+def _failure(code: int, time_s: float) -> PropagationError:
+    if code == axle.LIFTED_OFF:
+        return lifted_off(time_s)
+    if code == axle.TURNED_OVER:
+        return turned_over(time_s)
+    return PropagationError(
+        f'no convergence to the tolerance {TOLERANCE:g} of the suspended case. Raise '
+        'ship.rate, or give the case a larger gyration_radius',
+        time_s,
+    )

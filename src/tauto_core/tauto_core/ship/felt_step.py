@@ -1,0 +1,75 @@
+"""How finely the motion that the clock feels is sampled: what a suspended case adds is faster."""
+
+from __future__ import annotations
+
+import math
+
+from tauto_core.machines.modes import Modes, modes
+from tauto_core.samples import NS_PER_S
+from tauto_core.scene import AxleSuspension, Scene
+from tauto_core.scene.errors import SceneError
+
+LARGEST_TURN = 0.4
+"""Most that the fast mode turns between two samples [rad]: interpolation then loses less than
+3e-8 of what is left of that mode."""
+
+MOST_PARTS = 64
+"""Parts of a sample of the ship's motion, at most."""
+
+
+def case_modes(hung: AxleSuspension) -> Modes:
+    """Return both modes of a suspended case."""
+    e = hung.support_radius - hung.axle_radius
+    return modes(e, hung.depth, hung.gyration_radius**2)
+
+
+def felt_parts(scene: Scene) -> int:
+    """Return in how many equal parts each sample of ship/imu is divided for the clock.
+
+    1 without a suspension; with one the least that divides the step into whole nanoseconds and
+    keeps the fast mode's turn within LARGEST_TURN.
+
+    Raises:
+        SceneError: the fast mode is too fast for that.
+    """
+    if scene.suspension is None:
+        return 1
+    step_s = scene.step_ns / NS_PER_S
+    fast = math.sqrt(case_modes(scene.suspension).squared_frequencies(scene.gravity)[1])
+    least = math.ceil(fast * step_s / LARGEST_TURN)
+    for parts in range(max(least, 1), MOST_PARTS + 1):
+        if scene.step_ns % parts == 0:
+            return parts
+    raise _too_fast(scene, scene.suspension, fast, step_s)
+
+
+def felt_step_ns(scene: Scene) -> int:
+    """Return the time between samples of the motion that the clock feels [ns]."""
+    return scene.step_ns // felt_parts(scene)
+
+
+def _too_fast(scene: Scene, hung: AxleSuspension, fast: float, step_s: float) -> SceneError:
+    limit = LARGEST_TURN * MOST_PARTS / step_s
+    if fast <= limit:
+        return SceneError(
+            scene.name,
+            'ship.rate',
+            scene.ship.rate,
+            f'cannot be divided finely enough for the fast mode of the suspension, {fast:.6g} '
+            f'rad/s: a step of {scene.step_ns} ns has no divisor that fits',
+            'Use a rate whose step is a round number of nanoseconds, for example 20.0 Hz.',
+        )
+    e, c = hung.support_radius - hung.axle_radius, hung.depth
+    b = scene.gravity / limit**2
+    wider = math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
+    remedy = (
+        f'Use a gyration_radius of at least {wider:.6g} m, or ' if wider < math.inf else 'Use '
+    )
+    return SceneError(
+        scene.name,
+        'suspension.gyration_radius',
+        hung.gyration_radius,
+        f'makes the fast mode of the case turn {fast:.6g} rad/s (b′ = '
+        f'{case_modes(hung).b_prime:.6g} m); at {scene.ship.rate!r} Hz the limit is {limit:.6g}',
+        f'{remedy}a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
+    )

@@ -1,0 +1,205 @@
+"""The clock's case hung on a cylindrical axle in a bearing of the ship (Euler 1780; theory E3).
+
+Ship's motion in, out what a sensor fixed in the case at the clock would read. The bearing's
+centre is where the ship's sensor is; of the ship's motion only its acceleration reaches the case,
+since the axle lies in the bearing without friction. Contact pushes along the normal alone, so that
+the specific force at the centre of gravity of the case, where the clock is, points along θ and
+has the size N/M: θ is the apparent vertical, N/M the apparent gravity. In the case it reads
+(N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tauto_core.motion.bearing import BearingMotion, CaseMotion, CaseSwing
+from tauto_core.motion.limits import beyond_small_angles, lifted_off
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, State
+from tauto_core.scene import AxleSuspension, Scene
+from tauto_core.ship.buffer import MotionBuffer
+from tauto_core.ship.felt_step import felt_step_ns
+from tauto_core.ship.imu import attitude, imu_from_roll
+
+SMALL_ANGLE = 0.5
+"""Largest tilt [rad] that the equations of small angles are taken for: sin differs by 4 %."""
+
+
+class _BearingBuffer(MotionBuffer):
+    """Turns samples into polynomials of the specific force at the bearing, pieces of a sample."""
+
+    def __init__(self, *, step_ns: int, felt_ns: int, max_gap_s: float) -> None:
+        super().__init__(
+            apparent_vertical=True,
+            apparent_gravity=True,
+            still=False,
+            step_ns=step_ns,
+            max_gap_s=max_gap_s,
+        )
+        self._felt_ns = felt_ns
+
+    def _channels(self) -> tuple[str, ...]:
+        return ('sway', 'lift')
+
+    def _channel_values(self, imu: ImuSamples) -> dict[str, FloatArray]:
+        """Return ÿ and g + z̈: the specific force turned by the roll (theory E1)."""
+        read = attitude(imu)
+        c, s = np.cos(read.roll), np.sin(read.roll)
+        return {
+            'sway': read.force_y * c - read.force_z * s,
+            'lift': read.force_y * s + read.force_z * c,
+        }
+
+    def first(self) -> tuple[float, float]:
+        """Return ÿ and g + z̈ at the first sample at hand [m/s2]."""
+        return float(self._data['sway'][0]), float(self._data['lift'][0])
+
+    def motion(self, *, final: bool) -> BearingMotion | None:
+        """Return the motion over the pieces that are complete, None where there is none."""
+        latest = 2**63 - 1
+        pieces = self._ready(latest, latest, final=final)
+        if not len(pieces.begin):
+            return None
+        begin, end = self._times[pieces.begin], self._times[pieces.end]
+        found = BearingMotion(
+            begin_ns=begin,
+            length_ns=end - begin,
+            parts=-(-(end - begin) // self._felt_ns),
+            sway=self._channel('sway', None, pieces),
+            lift=self._channel('lift', None, pieces),
+        )
+        self._next = self._first + int(pieces.end[-1])
+        self._forget()
+        return found
+
+
+class Suspension:
+    """Samples of ship/imu in, samples of a sensor in the case out, up to four samples later.
+
+    At the start the case hangs at rest in equilibrium: θ = φ, along the apparent vertical – at
+    small angles −ÿ/g –, both rates 0.
+
+    Args:
+        scene: one with a suspension.
+        max_gap_s: longest time between samples that is interpolated [s].
+
+    Raises:
+        SceneError: a fast mode that no sampling of the ship's motion resolves.
+    """
+
+    def __init__(self, scene: Scene, *, max_gap_s: float) -> None:
+        assert scene.suspension is not None
+        hung = scene.suspension
+        self._large = hung.large_angles
+        self._e = hung.support_radius - hung.axle_radius
+        self._c, self._k = hung.depth, hung.gyration_radius
+        self._swing = _swing_of(hung, self._e, scene.gravity)
+        self._buffer = _BearingBuffer(
+            step_ns=scene.step_ns, felt_ns=felt_step_ns(scene), max_gap_s=max_gap_s
+        )
+        self._released = False
+
+    @property
+    def bridged(self) -> int:
+        """Gaps in the ship's motion that were interpolated."""
+        return self._buffer.bridged
+
+    @property
+    def crowded(self) -> int:
+        """Samples of the ship that were left out because they crowd."""
+        return self._buffer.crowded
+
+    def feed(self, imu: ImuSamples, origin_ns: int) -> ImuSamples | None:
+        """Take screened samples; return those of the case that are known by now, if any.
+
+        Raises:
+            PropagationError: the axle lifts off, the swing is too large, a gap in the motion.
+        """
+        if not len(imu.stamp_ns):
+            return None
+        self._buffer.add(imu, origin_ns)
+        return self._advance(origin_ns, final=False)
+
+    def finish(self, origin_ns: int) -> ImuSamples | None:
+        """Use one-sided neighbours for what is left."""
+        return self._advance(origin_ns, final=True)
+
+    def _advance(self, origin_ns: int, *, final: bool) -> ImuSamples | None:
+        first = None if self._released else self._release()
+        bearing = self._buffer.motion(final=final)
+        if bearing is None:
+            return None
+        case = self._swing.advance(bearing)
+        contact = self._contact(case, *bearing.at_ends())
+        self._check(case, contact, bearing.end_ns)
+        delta = case.phi - case.theta
+        columns = [
+            case.phi,
+            case.phi_rate,
+            contact * np.sin(delta),
+            contact * np.cos(delta),
+        ]
+        stamps: IntArray = bearing.end_ns
+        if first is not None:
+            self._released = True
+            stamps = np.concatenate([bearing.begin_ns[:1], stamps])
+            columns = [
+                np.concatenate([[at_start], column])
+                for at_start, column in zip(first, columns, strict=True)
+            ]
+        return imu_from_roll(stamps + origin_ns, *columns)
+
+    def _release(self) -> tuple[float, float, float, float] | None:
+        """Let the case hang in equilibrium; return φ, φ̇ and the force in it."""
+        if not self._buffer.has_samples:
+            return None
+        sway, lift = self._buffer.first()
+        if not lift > 0.0:
+            raise lifted_off(0.0)
+        tilt = self._swing.release(sway, lift)
+        return tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
+
+    def _contact(self, case: CaseMotion, sway: FloatArray, lift: FloatArray) -> FloatArray:
+        """Return N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ)."""
+        delta = case.phi - case.theta
+        wide = (self._c / self._k) * np.sin(delta)
+        pressed = lift * np.cos(case.theta) - sway * np.sin(case.theta)
+        pressed += self._e * case.theta_rate**2
+        pressed += self._c * np.cos(delta) * case.phi_rate**2
+        return np.asarray(pressed / (1.0 + wide * wide))
+
+    def _check(self, case: CaseMotion, contact: FloatArray, end_ns: IntArray) -> None:
+        lost = contact <= 0.0
+        if not self._large:
+            size = np.maximum(np.abs(case.theta), np.abs(case.phi))
+            beyond = size > SMALL_ANGLE
+            if np.any(beyond) and not np.any(lost[: np.argmax(beyond)]):
+                at = int(np.argmax(beyond))
+                raise beyond_small_angles(float(size[at]), SMALL_ANGLE, float(end_ns[at] * 1e-9))
+        if np.any(lost):
+            raise lifted_off(float(end_ns[np.argmax(lost)] * 1e-9))
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        return {
+            'released': self._released,
+            'buffer': self._buffer.state(),
+            'swing': self._swing.state(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._released = state['released']
+        self._buffer.restore(state['buffer'])
+        self._swing.restore(state['swing'])
+
+
+def _swing_of(hung: AxleSuspension, e: float, gravity: float) -> CaseSwing:
+    if hung.large_angles:
+        from tauto_core.motion.axle_swing import AxleSwing  # imports numba
+
+        return AxleSwing(e, hung.depth, hung.gyration_radius, gravity)
+    from tauto_core.motion.axle_modes import AxleModes
+
+    return AxleModes(e, hung.depth, hung.gyration_radius, gravity)

@@ -1,0 +1,260 @@
+"""The pendulum on a cylindrical axle against golden numbers, DOP853, energy and closed forms."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tauto_core.machines.axle_pendulum import (
+    AxlePendulum,
+    AxleState,
+    SupportMotion,
+    UnsteadyAxleError,
+    amplitudes_from_rest,
+    axle_on,
+    energy,
+    forces,
+    plane_period,
+    small_motion,
+)
+
+GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+TIGHT = 1e-13
+BY_ODE = 2e-12
+"""DOP853 at its tightest over a second or so, against 20 digits."""
+
+
+def entries(prefix):
+    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
+    assert chosen
+    return [pytest.param(entry, id=entry['id']) for entry in chosen]
+
+
+def numbers(entry):
+    def value(text):
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    given = {key: value(item['value']) for key, item in entry['params'].items()}
+    return given, {key: float(each) for key, each in entry['expected'].items()}
+
+
+def close(actual, expected, rtol=TIGHT, atol=1e-300):
+    np.testing.assert_allclose(actual, expected, rtol=rtol, atol=atol)
+
+
+def body_of(given):
+    curvature = given['one_over_e'] if 'one_over_e' in given else 1.0 / given['e']
+    return AxlePendulum(curvature, given['c'], given['k'], given['G'])
+
+
+def simulate(body, start, time_s, support=lambda _: SupportMotion()):
+    def slope(t, y):
+        now = forces(body, AxleState(*y), support(t))
+        return [y[2], y[3], float(now.arc_acceleration), float(now.tilt_acceleration)]
+
+    found = solve_ivp(slope, (0.0, time_s), start, method='DOP853', rtol=3e-14, atol=1e-15)
+    return found.y[:, -1]
+
+
+@pytest.mark.parametrize('entry', entries('C32'))
+def test_golden_motion_from_equilibrium(entry):
+    given, expected = numbers(entry)
+    body = body_of(given)
+    start = AxleState(0.0, 0.0, given['n'] - given['c'] * given['nu'], given['nu'])
+    found = small_motion(body, start, given['t'])
+    close(
+        amplitudes_from_rest(body, given['n'], given['nu']),
+        [expected['alpha'], expected['alpha_prime']],
+    )
+    close(found.arc, expected['s_arc'])
+    close(found.tilt, expected['phi'])
+    close(found.arc * body.curvature, expected['theta'])
+    close(found.arc_rate * body.curvature, expected['thetadot'])
+    close(found.tilt_rate, expected['phidot'])
+
+
+@pytest.mark.parametrize('entry', entries('C10'))
+def test_golden_large_angles(entry):
+    """With 1/e = 1e-9 the golden θ is s/e, and both are good to the ODE's digits of s."""
+    given, expected = numbers(entry)
+    body = body_of(given)
+    y = simulate(body, [given['theta0'] * given['e'], given['phi0'], 0.0, 0.0], given['t'])
+    # the small s of a hanging body carries the error of a large swing
+    s_size = max(given['theta0'] * given['e'], 0.1)
+    close(y[0], expected['s_arc'], 0.0, 1e-12 * s_size)
+    close(y[0] / given['e'], expected['theta'], 0.0, 1e-12 * s_size / given['e'])
+    close(y[1], expected['phi'], BY_ODE)
+    close(y[2] / given['e'], expected['thetadot'], 0.0, 2e-11 * s_size / given['e'])
+    close(y[3], expected['phidot'], 0.0, 2e-11)
+    end = AxleState(
+        expected['s_arc'], expected['phi'], expected['thetadot'] * given['e'], expected['phidot']
+    )
+    close(forces(body, end).contact, expected['contact_force_over_M'])
+
+
+@pytest.mark.parametrize('entry', entries('C-moving'))
+def test_golden_moving_support(entry):
+    given, expected = numbers(entry)
+    assert given['rho'] == '0.1*sin(1.3 t)'
+    assert given['a_lateral'] == '0.4*cos(2.1 t)'
+
+    def support(t):
+        sine, cosine = math.sin(1.3 * t), math.cos(1.3 * t)
+        return SupportMotion(
+            0.1 * sine,
+            0.13 * cosine,
+            -0.169 * sine,
+            lateral=0.4 * math.cos(2.1 * t),
+            depth=given['X0'],
+            aside=given['Y0'],
+        )
+
+    y = simulate(body_of(given), [given['s0'], given['phi0'], 0.0, 0.0], given['t'], support)
+    close(y, [expected[key] for key in ('s', 'phi', 'sdot', 'phidot')], 0.0, BY_ODE)
+
+
+@pytest.mark.parametrize('entry', entries('C38-plane-large'))
+def test_golden_large_swings_on_a_plane(entry):
+    """The contact's minimum is of a grid, three digits; half a swing by ODE comes back at −A."""
+    given, expected = numbers(entry)
+    body = AxlePendulum(0.0, given['c'], given['k'], given['G'])
+    period = plane_period(body, given['A'])
+    close(period, expected['T_s'])
+    grid = np.linspace(-given['A'], given['A'], 401)
+    speed = np.sqrt(
+        2
+        * given['G']
+        * given['c']
+        * np.clip(np.cos(grid) - math.cos(given['A']), 0, None)
+        / (given['k'] ** 2 + (given['c'] * np.sin(grid)) ** 2)
+    )
+    state = AxleState(0.0, grid, -given['c'] * np.cos(grid) * speed, speed)
+    close(np.min(forces(body, state).contact) / given['G'], expected['min_contact_over_MG'], 1e-3)
+    start = [0.1, given['A'], 0.0, 0.0]
+    end = simulate(body, start, 0.5 * period)
+    close(end[1], -given['A'], 1e-11)
+    centre = end[0] + given['c'] * math.sin(end[1])
+    close(centre, start[0] + given['c'] * math.sin(start[1]), 1e-12)
+
+
+BODIES = {
+    'hollow': AxlePendulum(10.0, 0.3, 0.15, 9.81),
+    'wide': AxlePendulum(0.01, 0.3, 0.15, 9.81),
+    'plane': AxlePendulum(0.0, 0.3, 0.15, 9.81),
+    'convex': AxlePendulum(-2.0, 0.3, 0.15, 9.81),
+    'top-heavy': AxlePendulum(0.8, -0.3, 0.4, 9.81),
+}
+
+
+@pytest.mark.parametrize('name', BODIES)
+def test_large_equations_become_the_small_motion_with_the_square_of_the_swing(name):
+    """Tenth of the swing: a hundredth of the relative difference."""
+    body, shape, time_s = BODIES[name], np.array([0.03, -0.5, 0.05, 1.0]), 0.4
+    apart = []
+    for size in (1e-2, 1e-3):
+        start = size * shape
+        small = small_motion(body, AxleState(*start), time_s)
+        found = simulate(body, start, time_s)
+        exact = np.array([small.arc, small.tilt, small.arc_rate, small.tilt_rate])
+        apart.append(np.max(np.abs(found - exact)) / size)
+    assert 1e-6 < apart[0] < 1e-2
+    assert apart[1] == pytest.approx(apart[0] / 100.0, rel=0.1)
+
+
+@pytest.mark.parametrize('name', BODIES)
+def test_energy_is_kept_at_large_angles(name):
+    body, start = BODIES[name], np.array([0.02, 0.8, 0.1, -0.5])
+    end = simulate(body, start, 0.5)
+    before = energy(body, AxleState(*start))
+    assert np.max(np.abs(end - start)) > 0.05
+    close(energy(body, AxleState(*end)), before, 1e-12)
+
+
+def test_regular_motions_stay_in_their_mode():
+    """§33–36: released in the shape of one mode, the body swings with that period alone."""
+    body = BODIES['hollow']
+    for ratio, squared in zip(
+        body.modes.tilt_per_arc, body.modes.squared_frequencies(body.gravity), strict=True
+    ):
+        times = np.linspace(0.0, 1.0, 7)
+        found = small_motion(body, AxleState(0.01, 0.01 * ratio, 0.0, 0.0), times)
+        close(found.arc, 0.01 * np.cos(math.sqrt(squared) * times), 0.0, 1e-16)
+        close(found.tilt, ratio * found.arc, 0.0, 1e-15)
+
+
+def test_plane_drifts_and_a_convex_support_throws_the_body_off():
+    """§38: the centre of gravity goes on as it was pushed; §46: what grows is a sinh."""
+    plane, times = BODIES['plane'], np.array([0.0, 1.0, 1000.0])
+    pushed = small_motion(plane, AxleState(0.0, 0.01, 0.2, 0.0), times)
+    close(pushed.arc + 0.3 * pushed.tilt, 0.003 + 0.2 * times, 1e-14)
+    convex = BODIES['convex']
+    rate = convex.growth_rate
+    shape = convex.modes.tilt_per_arc[1]
+    falling = small_motion(convex, AxleState(1e-9, 1e-9 * shape, 0.0, 0.0), 2.0)
+    close(falling.arc, 1e-9 * math.cosh(2.0 * rate), 1e-6)
+    assert falling.arc > 1e-5
+
+
+@pytest.mark.parametrize('turn', [0.0, 0.4])
+def test_turning_the_support_about_its_own_centre_does_nothing(turn):
+    """Large angles, a hollow: the normal alone pushes, whichever way the support turns."""
+    body, start = BODIES['hollow'], [0.03, -0.6, 0.1, 0.2]
+
+    def support(t):
+        # the lowest point of the path lies e below the centre, about which it turns
+        return SupportMotion(
+            turn * math.sin(3 * t),
+            3 * turn * math.cos(3 * t),
+            -9 * turn * math.sin(3 * t),
+            depth=0.1,
+        )
+
+    y = simulate(body, [start[0], start[1], start[2] - 0.3 * turn, start[3]], 1.0, support)
+    still = simulate(body, start, 1.0)
+    rolled = 0.1 * turn * math.sin(3.0)
+    close([y[0] + rolled, y[1]], still[:2], 0.0, 1e-11)
+
+
+def test_an_accelerated_bearing_hangs_the_body_along_the_apparent_gravity():
+    body, lateral = BODIES['hollow'], 2.0
+    tilt = math.atan2(-lateral, body.gravity - 1.0)
+    hanging = AxleState(tilt / body.curvature, tilt, 0.0, 0.0)
+    found = forces(body, hanging, SupportMotion(down=1.0, lateral=lateral))
+    close(found.contact, math.hypot(lateral, body.gravity - 1.0), 1e-15)
+    close([found.arc_acceleration, found.tilt_acceleration], 0.0, 0.0, 1e-14)
+
+
+def test_fast_swings_lift_off():
+    """Half a turn the wrong way up with speed: the support would have to pull."""
+    body = BODIES['hollow']
+    assert forces(body, AxleState(0.0, 0.0, 0.0, 0.0)).contact == body.gravity
+    assert forces(body, AxleState(0.0, math.pi, 0.0, 10.0)).contact < 0.0
+
+
+def test_what_falls_says_how_fast_and_what_would_swing():
+    for name in ('hollow', 'wide', 'plane'):
+        BODIES[name].require_swing()
+        assert BODIES[name].growth_rate == 0.0
+    with pytest.raises(UnsteadyAxleError, match=r'b′ = .*hollow of larger radius'):
+        BODIES['convex'].require_swing()
+    with pytest.raises(UnsteadyAxleError, match=r'0\.3 m below the axle'):
+        BODIES['top-heavy'].require_swing()
+    assert axle_on(0.02, 0.005) == pytest.approx(1 / 0.015, rel=1e-15)
+    assert axle_on(math.inf, 0.005) == 0.0
+    assert axle_on(-0.5, 0.1) == pytest.approx(-1 / 0.6, rel=1e-15)
+    with pytest.raises(UnsteadyAxleError, match='Widen the hollow'):
+        axle_on(0.005, 0.005)
+    with pytest.raises(UnsteadyAxleError, match='other than 0'):
+        AxlePendulum(1.0, 0.0, 0.1, 9.81)
+    with pytest.raises(UnsteadyAxleError, match='no period'):
+        AxlePendulum(1.0, 0.1, 0.0, 9.81)
+    with pytest.raises(UnsteadyAxleError, match='on a plane'):
+        amplitudes_from_rest(BODIES['plane'], 0.1, 0.1)
+    with pytest.raises(UnsteadyAxleError, match='swings below'):
+        plane_period(BODIES['plane'], math.pi)

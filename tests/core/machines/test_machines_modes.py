@@ -1,0 +1,150 @@
+"""The two modes against 50-digit numbers of an independent program, and at the edges.
+
+Tolerance: 1e-14 relative, a tenth of what the golden numbers ask for.
+"""
+
+import json
+import math
+from decimal import Decimal
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tauto_core.machines.modes import exact_lengths, modes
+
+GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+TIGHT = 1e-14
+
+
+def entries(*prefixes):
+    # large swings are those of the axle pendulum
+    chosen = [e for e in GOLDEN if e['id'].startswith(prefixes) and 'large' not in e['id']]
+    assert len(chosen) >= len(prefixes)
+    return [pytest.param(entry, id=entry['id']) for entry in chosen]
+
+
+def numbers(entry):
+    given_ = {key: float(item['value']) for key, item in entry['params'].items()}
+    return given_, {key: float(value) for key, value in entry['expected'].items()}
+
+
+def close(actual, expected):
+    np.testing.assert_allclose(actual, expected, rtol=TIGHT, atol=1e-300)
+
+
+def link(given_):
+    return (
+        given_['e_or_minus_i']
+        if 'e_or_minus_i' in given_
+        else given_.get('e', -given_.get('i', 0.0))
+    )
+
+
+@pytest.mark.parametrize('entry', entries('C42', 'C45', 'C53', 'C38'))
+def test_golden_modes(entry):
+    given_, expected = numbers(entry)
+    found = modes(link(given_), given_['c'], given_['k'] ** 2)
+    gravity = given_.get('G', 1.0)
+    slow, fast = found.squared_frequencies(gravity)
+    ratios = found.tilt_per_arc
+    said = {
+        'b': found.b,
+        'b_prime': found.b_prime,
+        'B': found.B,
+        'B_prime': found.B_prime,
+        'T_b_s': math.tau / math.sqrt(slow) if slow > 0.0 else math.inf,
+        'T_bprime_s': math.tau / math.sqrt(fast) if fast > 0.0 else math.nan,
+        'T_small_s': math.tau / math.sqrt(fast) if fast > 0.0 else math.nan,
+        'growth_rate_per_s': math.sqrt(-fast) if fast < 0.0 else math.nan,
+        's_over_phi': 1.0 / ratios[1],
+        'phi_over_s_b': ratios[0],
+        'phi_over_s_bprime': ratios[1],
+    }
+    if given_['k'] > 0.0 and 'product_over_ek2c' in expected:
+        said['product_over_ek2c'] = (
+            found.b * found.b_prime * given_['c'] / (link(given_) * given_['k'] ** 2)
+        )
+    elif given_['k'] == 0.0:
+        assert expected.pop('product_over_ek2c') == 1.0
+    close([said[key] for key in expected], list(expected.values()))
+
+
+def exact(e, c, k_squared):
+    """b, b′, B, B′ by the plain formulas in 120 digits."""
+    e, c, k_squared = mpmath.mpf(e), mpmath.mpf(c), mpmath.mpf(k_squared)
+    total, rest = k_squared + c * c + c * e, k_squared + c * c - c * e
+    root = mpmath.sqrt(total * total - 4 * c * e * k_squared)
+    return [
+        (total + root) / (2 * c),
+        (total - root) / (2 * c),
+        (rest + root) / (2 * c),
+        (rest - root) / (2 * c),
+    ]
+
+
+@given(
+    st.floats(-9, 12),
+    st.sampled_from([-1.0, 1.0]),
+    st.floats(-6, 2),
+    st.sampled_from([-1.0, 1.0]),
+    st.floats(-9, 2),
+)
+def test_no_machine_cancels(e, e_sign, c, c_sign, k):
+    """Where both lengths are nearly equal they change much with the machine's own numbers.
+
+    1/(1 − (2√(bb′)/(b+b′))²) measures that: it is the square of the gap between the lengths.
+    """
+    e, c, k_squared = e_sign * 10.0**e, c_sign * 10.0**c, 10.0 ** (2 * k)
+    found = modes(e, c, k_squared)
+    with mpmath.workdps(120):
+        b, b_prime, tilt, tilt_prime = exact(e, c, k_squared)
+        gap = abs((b - b_prime) / (abs(b) + abs(b_prime)))
+        limit = 1e-15 * (4.0 + float(1 / gap))
+        wanted = [b, b_prime, tilt, tilt_prime]
+        for value, length in zip(
+            [found.b, found.b_prime, found.B, found.B_prime], wanted, strict=True
+        ):
+            assert abs(value / length - 1) < limit
+    assert found.swings == (e > 0.0 and c > 0.0)
+
+
+def test_plane_is_between_hollow_and_convex():
+    """1/e passes through zero: b grows beyond bounds and comes back as the length that falls."""
+    plane, back = modes(math.inf, 0.3, 0.0225), modes(-math.inf, 0.3, 0.0225)
+    assert (plane.b, plane.b_prime, plane.B, plane.B_prime) == (math.inf, 0.075, 0.3, -math.inf)
+    assert (back.b, back.b_prime, back.B, back.B_prime) == (0.075, -math.inf, math.inf, 0.3)
+    assert plane.squared_frequencies(9.81)[0] == 0.0
+    hollow, convex = modes(1e15, 0.3, 0.0225), modes(-1e15, 0.3, 0.0225)
+    close([hollow.b_prime, hollow.B, convex.b, convex.B_prime], [0.075, 0.3, 0.075, 0.3])
+    assert hollow.b > 1e14
+    assert convex.b_prime < -1e14
+    assert modes(math.inf, -0.3, 0.0225).b_prime == math.inf
+
+
+def test_knife_edge_and_point_mass():
+    edge = modes(0.0, 0.3, 0.0225)
+    close([edge.b, edge.b_prime, edge.B], [(0.0225 + 0.09) / 0.3, 0.0, 0.375])
+    point = modes(0.2, 0.3, 0.0)
+    close([point.b, point.b_prime, point.B, point.B_prime], [0.5, 0.0, 0.3, -0.2])
+    assert point.squared_frequencies(9.81)[1] == math.inf
+
+
+def test_exact_lengths_are_those_of_120_digits():
+    b, b_prime = exact_lengths(Decimal('0.015'), Decimal('0.1'), Decimal('0.0025'))
+    with mpmath.workdps(120):
+        wanted = exact('0.015', '0.1', '0.0025')
+        assert abs(mpmath.mpf(str(b)) / wanted[0] - 1) < mpmath.mpf(10) ** -50
+        assert abs(mpmath.mpf(str(b_prime)) / wanted[1] - 1) < mpmath.mpf(10) ** -50
+
+
+@pytest.mark.parametrize(
+    ('e', 'c', 'k_squared'),
+    [(math.nan, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, math.inf, 1.0), (1.0, 1.0, -1.0)],
+)
+def test_what_has_no_modes_is_refused(e, c, k_squared):
+    with pytest.raises(ValueError, match='must be finite'):
+        modes(e, c, k_squared)

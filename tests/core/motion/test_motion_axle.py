@@ -1,0 +1,257 @@
+"""The suspended case over polynomial pieces: both modes exactly, and the full equations."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
+from tauto_core.machines.modes import modes
+from tauto_core.motion.axle_modes import AxleModes
+from tauto_core.motion.axle_swing import AxleSwing
+from tauto_core.motion.bearing import BearingMotion, CaseMotion
+from tauto_core.scene.errors import PropagationError
+
+E, C, K, G = 0.015, 0.1, 0.05, 9.80665
+BODY = AxlePendulum(1.0 / E, C, K, G)
+STEP_NS = 50_000_000
+SEED = 1780
+SIZES = np.array([[1.0, 1.0, 60.0, 60.0]]).T
+"""Rates of the fast mode by its angles."""
+
+
+def bearing(sway, lift=None, parts=8, lengths_ns=None, start_ns=0):
+    """Pieces with coefficients of ÿ and of z̈ in rows."""
+    n = len(sway)
+    lengths = np.full(n, STEP_NS) if lengths_ns is None else np.asarray(lengths_ns)
+    begin = start_ns + np.concatenate([[0], np.cumsum(lengths)[:-1]])
+    heave = np.zeros((n, 1)) if lift is None else np.array(lift, float)
+    heave[:, 0] += G
+    return BearingMotion(begin, lengths, np.full(n, parts), np.array(sway, float), heave)
+
+
+def rough(n, size, seed=SEED):
+    """Pieces that have nothing to do with each other: jumps of the acceleration between them."""
+    rng = np.random.default_rng(seed)
+    return size * rng.normal(size=(n, 10)) / np.arange(1, 11) ** 2
+
+
+def columns(motion: CaseMotion):
+    return np.array([motion.theta, motion.phi, motion.theta_rate, motion.phi_rate])
+
+
+def polynomial(coefficients, x):
+    return float(np.polynomial.polynomial.polyval(x, coefficients))
+
+
+def small_slope(y, sway, _lift):
+    phi_bend = -G * C / K**2 * (y[1] - y[0])
+    return [y[2], y[3], (-sway - G * y[0] - C * phi_bend) / E, phi_bend]
+
+
+def full_slope(y, sway, lift):
+    state = AxleState(E * y[0], y[1], E * y[2], y[3])
+    now = forces(BODY, state, SupportMotion(turn=0.0, down=G - lift, lateral=sway))
+    return [y[2], y[3], float(now.arc_acceleration) / E, float(now.tilt_acceleration)]
+
+
+def simulated(slope, pieces: BearingMotion, tilt):
+    """The state at the ends of the pieces by DOP853."""
+    y, found = np.array([tilt, tilt, 0.0, 0.0]), []
+    for n in range(len(pieces.length_ns)):
+        length = pieces.length_ns[n] * 1e-9
+
+        def right(t, y, n=n, length=length):
+            x = t / length
+            return slope(y, polynomial(pieces.sway[n], x), polynomial(pieces.lift[n], x))
+
+        y = solve_ivp(right, (0.0, length), y, method='DOP853', rtol=3e-14, atol=1e-16).y[:, -1]
+        found.append(y)
+    return np.array(found).T
+
+
+def released(swing, tilt):
+    """Let the case hang at a tilt, as under an acceleration that begins before the run."""
+    small = isinstance(swing, AxleModes)
+    assert swing.release(-G * (tilt if small else math.tan(tilt)), G) == pytest.approx(tilt)
+
+
+def run(swing, pieces, tilt):
+    released(swing, tilt)
+    return columns(swing.advance(pieces))
+
+
+@pytest.mark.parametrize(
+    ('swing', 'slope'), [(AxleModes, small_slope), (AxleSwing, full_slope)], ids=['small', 'full']
+)
+def test_both_follow_dop853_over_rough_pieces(swing, slope):
+    """Two seconds, twenty swings of the fast mode."""
+    pieces = bearing(rough(40, 0.3), rough(40, 0.3, SEED + 1))
+    found = run(swing(E, C, K, G), pieces, 0.02)[:, 7::8]
+    wanted = simulated(slope, pieces, 0.02)
+    assert np.max(np.abs(wanted[:2])) > 0.05
+    np.testing.assert_allclose(found / SIZES, wanted / SIZES, rtol=0, atol=5e-13)
+
+
+def test_the_golden_large_swing_to_rounding():
+    """From rest at θ = φ = 0.5 rad, against 20 digits of an independent program."""
+    entries = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
+    (entry,) = [e for e in entries if e['id'] == 'C10-nonlinear-e0.1-th0.5-ph0.5-t1']
+    e, c, k, g = (float(entry['params'][key]['value']) for key in 'eckG')
+    swing = AxleSwing(e, c, k, g)
+    assert swing.release(-g * math.tan(0.5), g) == pytest.approx(0.5, rel=1e-15)
+    pieces = bearing(np.zeros((20, 1)), np.full((20, 1), g - G))
+    found = columns(swing.advance(pieces))[:, -1]
+    wanted = [float(entry['expected'][key]) for key in ('theta', 'phi', 'thetadot', 'phidot')]
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-13)
+
+
+@pytest.mark.parametrize('swing', [AxleModes, AxleSwing])
+def test_parts_and_uneven_pieces_do_not_matter(swing):
+    """The same polynomials in one part or 64, and cut where they change nothing."""
+    sway = rough(40, 0.3)
+    whole = run(swing(E, C, K, G), bearing(sway), 0.02)[:, 7::8]
+    fine = run(swing(E, C, K, G), bearing(sway, parts=64), 0.02)[:, 63::64]
+    np.testing.assert_allclose(fine / SIZES, whole / SIZES, rtol=0, atol=1e-13)
+    first, second = 17_000_001, STEP_NS - 17_000_001
+    x = first / STEP_NS
+    cut = []
+    for row in sway:
+        p = np.polynomial.Polynomial(row)
+        early, late = p(np.polynomial.Polynomial([0, x])), p(np.polynomial.Polynomial([x, 1 - x]))
+        cut += [early.coef, late.coef]
+    pieces = bearing(cut, parts=3, lengths_ns=[first, second] * 40)
+    found = run(swing(E, C, K, G), pieces, 0.02)[:, 5::6]
+    np.testing.assert_allclose(found / SIZES, whole / SIZES, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize('swing', [AxleModes, AxleSwing])
+def test_any_split_and_any_resumption_give_the_same_bits(swing):
+    sway, cuts = rough(50, 0.3), [0, 1, 2, 19, 50]
+    whole = run(swing(E, C, K, G), bearing(sway), 0.02)
+    now, parts = swing(E, C, K, G), []
+    released(now, 0.02)
+    for begin, end in pairwise(cuts):
+        parts.append(columns(now.advance(bearing(sway[begin:end], start_ns=begin * STEP_NS))))
+        state = now.state()
+        now = swing(E, C, K, G)
+        now.restore(state)
+    assert np.concatenate(parts, axis=1).tobytes() == whole.tobytes()
+
+
+def exactly(time_s, tilt, sway):
+    """θ and φ under a constant ÿ, from rest, in 40 digits of the machine's own numbers."""
+    with mpmath.workdps(40):
+        e, c, k2, g = mpmath.mpf(E), mpmath.mpf(C), mpmath.mpf(K) ** 2, mpmath.mpf(G)
+        total, rest = k2 + c * c + c * e, k2 + c * c - c * e
+        root = mpmath.sqrt(total**2 - 4 * c * e * k2)
+        hanging = -mpmath.mpf(sway) / g
+        off, theta, phi = mpmath.mpf(tilt) - hanging, hanging, hanging
+        ratios = [(rest + root) / (2 * c), (rest - root) / (2 * c)]
+        for ratio, other in (ratios, ratios[::-1]):
+            q = off * (c - other) / (c * (ratio - other))
+            swing = q * mpmath.cos(mpmath.sqrt(g / (e + ratio)) * mpmath.mpf(time_s))
+            theta, phi = theta + c * swing, phi + ratio * swing
+        return float(theta), float(phi)
+
+
+def test_a_day_at_small_angles_costs_no_digit():
+    """864 000 steps, 116 000 slow swings and 820 000 fast ones: 1e-12 of the swing is promised."""
+    swing, chunk = AxleModes(E, C, K, G), 86_400
+    released(swing, 0.02)
+    for begin in range(0, 864_000, chunk):
+        pieces = bearing(
+            np.full((chunk, 1), 0.15),
+            parts=1,
+            lengths_ns=np.full(chunk, 2 * STEP_NS),
+            start_ns=2 * begin * STEP_NS,
+        )
+        found = swing.advance(pieces)
+        time_s = (begin + chunk) // 10
+        wanted = exactly(time_s, 0.02, 0.15)
+        np.testing.assert_allclose([found.theta[-1], found.phi[-1]], wanted, rtol=0, atol=4e-14)
+
+
+def test_large_angles_become_small_with_the_square_of_the_swing():
+    sway = rough(40, 1.0)
+    apart = []
+    for size in (0.1, 0.01):
+        small = run(AxleModes(E, C, K, G), bearing(size * sway), 0.1 * size)
+        full = run(AxleSwing(E, C, K, G), bearing(size * sway), 0.1 * size)
+        apart.append(np.max(np.abs(full - small)[:2]) / size)
+    assert 1e-6 < apart[0] < 0.05
+    assert apart[1] == pytest.approx(0.01 * apart[0], rel=0.05)
+
+
+def test_energy_is_kept_for_an_hour_of_large_swings():
+    """72 000 pieces at rest: V + T by the mass as at the release, to what the steps allow."""
+    swing = AxleSwing(E, C, K, G)
+    found = run(swing, bearing(np.zeros((72_000, 1))), 0.9)
+    theta, phi, theta_rate, phi_rate = found[:, -20:]
+    moving = (E * theta_rate) ** 2 + 2 * E * C * np.cos(phi - theta) * theta_rate * phi_rate
+    moving += (C * C + K * K) * phi_rate**2
+    energy = 0.5 * moving + G * (E * (1 - np.cos(theta)) + C * (1 - np.cos(phi)))
+    np.testing.assert_allclose(energy, G * (E + C) * (1 - math.cos(0.9)), rtol=1e-12)
+
+
+def test_lifting_off_is_found_in_time():
+    """The bearing falls away faster and faster: N = 0 where DOP853 finds it, to 1e-9 s."""
+    lift = np.zeros((40, 2))
+    lift[:, 0], lift[:, 1] = -0.5 * np.arange(40), -0.5
+    pieces = bearing(np.zeros((40, 1)), lift, parts=8)
+
+    def right(t, y):
+        return full_slope(y, 0.0, G - 10.0 * t)
+
+    def contact(t, y):
+        state = AxleState(E * y[0], y[1], E * y[2], y[3])
+        return float(forces(BODY, state, SupportMotion(down=10.0 * t)).contact)
+
+    contact.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(
+        right, (0, 2), [0.1, 0.1, 0, 0], method='DOP853', rtol=1e-12, atol=1e-14, events=contact
+    )
+    (time_s,) = found.t_events[0]
+    swing = AxleSwing(E, C, K, G)
+    released(swing, 0.1)
+    with pytest.raises(PropagationError, match='lifted off its bearing') as caught:
+        swing.advance(pieces)
+    assert 0.5 < time_s < 1.5
+    assert caught.value.time_s == pytest.approx(time_s, abs=1e-9)
+
+
+def test_a_case_that_turns_over_is_said():
+    """A bearing thrown sideways at 30 g: from below the case swings up on the other side."""
+    swing = AxleSwing(E, C, K, G)
+    released(swing, 0.0)
+    with pytest.raises(PropagationError, match='turned over'):
+        swing.advance(bearing(np.full((200, 1), 300.0)))
+
+
+def test_two_modes_of_nearly_one_length_stay_apart():
+    """e c = k² + c²: the lengths are as near as they get; DOP853 agrees."""
+    e, c, k = 0.2, 0.1, 0.1
+    own = modes(e, c, k * k)
+    assert own.b / own.b_prime < 6.0
+    swing = AxleModes(e, c, k, G)
+    released(swing, 0.02)
+    pieces = bearing(rough(40, 0.1))
+
+    def right(t, y, n):
+        sway = polynomial(pieces.sway[n], t * 20)
+        bend = -G * c / k**2 * (y[1] - y[0])
+        return [y[2], y[3], (-sway - G * y[0] - c * bend) / e, bend]
+
+    y = np.array([0.02, 0.02, 0, 0])
+    for n in range(40):
+        y = solve_ivp(right, (0, 0.05), y, method='DOP853', rtol=3e-14, atol=1e-16, args=(n,)).y[
+            :, -1
+        ]
+    np.testing.assert_allclose(columns(swing.advance(pieces))[:, -1], y, rtol=0, atol=1e-13)

@@ -1,0 +1,455 @@
+"""The suspension of the case: ship's motion in, what a sensor in the case reads out."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import subprocess
+import sys
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import compile_machine
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
+from tauto_core.machines.modes import modes
+from tauto_core.readiness import check_scene
+from tauto_core.samples import PHASE, READING, SHIP_IMU, ImuSamples, join, take
+from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship import ShipMotion, attitude
+from tauto_core.ship.felt_step import felt_parts, felt_step_ns
+from tauto_core.ship.imu import imu_from_roll
+from tauto_core.ship.suspension import Suspension
+from tauto_core.voyage import sail
+from tauto_core.voyage_cost import forecast
+
+NAME = 'suspended_weight_at_sea'
+CONTENT = yaml.safe_load(scene_yaml(load_scene(NAME)))
+HUNG = CONTENT['suspension']
+E = HUNG['support_radius'] - HUNG['axle_radius']
+C, K, G = HUNG['depth'], HUNG['gyration_radius'], CONTENT['gravity']
+OWN = modes(E, C, K * K)
+SLOW, FAST = (math.sqrt(square) for square in OWN.squared_frequencies(G))
+
+
+def scene_of(**changes):
+    """The shipped scene with changes of suspension, ship and the whole."""
+    content = copy.deepcopy(CONTENT) | {'duration': 60.0}
+    for key, value in changes.items():
+        section, _, name = key.partition('__')
+        if name:
+            content[section][name] = value
+        else:
+            content[section] = value
+    return parse_scene(yaml.safe_dump(content), NAME)
+
+
+def rolling(components, *, rate=20.0, height=3.0, heave=None, **changes):
+    ship = {'kind': 'components', 'components': components, 'rate': rate, 'height': height}
+    return scene_of(ship=ship | ({'heave': heave} if heave else {}), **changes)
+
+
+def motion_of(scene) -> ImuSamples:
+    ship = ShipMotion(scene)
+    return ship.produce(ship.total)
+
+
+def in_the_case(scene, imu=None):
+    """Times [s] and what the case does: φ, φ̇, θ, N/M."""
+    hung = Suspension(scene, max_gap_s=1.0)
+    imu = motion_of(scene) if imu is None else imu
+    said = [hung.feed(imu, scene.starts_at_ns), hung.finish(scene.starts_at_ns)]
+    case = join([part for part in said if part is not None])
+    read = attitude(case)
+    theta = read.roll - np.arctan2(read.force_y, read.force_z)
+    contact = np.hypot(read.force_y, read.force_z)
+    return (case.stamp_ns - scene.starts_at_ns) * 1e-9, read.roll, read.roll_rate, theta, contact
+
+
+def shaken(frequency, size, *, rate, seconds):
+    """A ship that does not roll and is moved to port and back: ÿ = size · cos Ωt."""
+    times = np.arange(round(seconds * rate) + 9) / rate
+    stamps = CONTENT_START + np.round(times * 1e9).astype(np.int64)
+    zero = np.zeros(len(times))
+    return imu_from_roll(stamps, zero, zero, size * np.cos(frequency * times), zero + G)
+
+
+CONTENT_START = round(CONTENT['starts_at'] * 1e9)
+
+
+def response(frequency, size, times):
+    """θ and φ of the case at rest at first, in 40 digits, each mode away from resonance."""
+    with mpmath.workdps(40):
+        c, frequency, size = mpmath.mpf(C), mpmath.mpf(frequency), mpmath.mpf(size)
+        e, k2, g = mpmath.mpf(HUNG['support_radius']) - mpmath.mpf(HUNG['axle_radius']), 0, 0
+        k2, g = mpmath.mpf(K) ** 2, mpmath.mpf(G)
+        total, rest = k2 + c * c + c * e, k2 + c * c - c * e
+        root = mpmath.sqrt(total**2 - 4 * c * e * k2)
+        ratios = [(rest + root) / (2 * c), (rest - root) / (2 * c)]
+        tilt = -size / g
+        theta, phi = [], []
+        for t in times:
+            sums = [mpmath.mpf(0), mpmath.mpf(0)]
+            for ratio, other in (ratios, ratios[::-1]):
+                square, start = g / (e + ratio), tilt * (c - other) / (c * (ratio - other))
+                forced = -size / (ratio * (ratio - other)) / (square - frequency**2)
+                free = mpmath.cos(mpmath.sqrt(square) * t)
+                q = forced * mpmath.cos(frequency * t) + (start - forced) * free
+                sums = [sums[0] + c * q, sums[1] + ratio * q]
+            theta.append(float(sums[0]))
+            phi.append(float(sums[1]))
+        return np.array(theta), np.array(phi)
+
+
+@pytest.mark.parametrize(
+    ('frequency', 'size', 'rate', 'seconds', 'close'),
+    [
+        (0.7, 0.4, 20.0, 60.0, 1e-13),
+        (2.5, 0.4, 20.0, 60.0, 2e-13),
+        # a millionth from the slow mode: the swing grows for a minute to 0.3 rad
+        (SLOW * (1 + 1e-6), 0.03, 200.0, 30.0, 2e-13),
+        # and from the fast one, whose share of the bearing is small
+        (FAST * (1 - 1e-6), 0.02, 1000.0, 10.0, 2e-13),
+    ],
+)
+def test_harmonic_sway_is_answered_in_closed_form(frequency, size, rate, seconds, close):
+    """Interpolation of the sway errs by 2.4e-4 (Ωh)¹⁰ of it at the most: below 1e-13 here."""
+    scene = scene_of(ship__rate=rate)
+    times, phi, _, theta, _ = in_the_case(
+        scene, shaken(frequency, size, rate=rate, seconds=seconds)
+    )
+    some = np.unique(np.linspace(0, len(times) - 40, 60).astype(int))
+    wanted = response(frequency, size, times[some])
+    assert 1e-3 < np.max(np.abs(wanted)) < 0.5
+    np.testing.assert_allclose([theta[some], phi[some]], wanted, rtol=0, atol=close)
+
+
+@pytest.mark.parametrize('height', [3.0, -4.0])
+def test_full_equations_follow_dop853_on_a_rolling_support(height):
+    """The whole roll is given to the reference, turning the support too: only its centre counts.
+
+    Against the exact motion: at 50 Hz sampling and interpolation leave some 1e-11 rad.
+    """
+    rolls, heaves = [(0.25, 6.1, 0.4), (0.1, 3.3, 1.0)], [(0.4, 5.3, 0.2)]
+    names = 'amplitude', 'period', 'phase'
+    scene = rolling(
+        [dict(zip(names, wave, strict=True)) for wave in rolls],
+        heave=[dict(zip(names, wave, strict=True)) for wave in heaves],
+        rate=50.0,
+        height=height,
+        duration=8.0,
+        suspension__large_angles=True,
+    )
+
+    def waves(components, t):
+        found = np.zeros(3)
+        for size, period, phase in components:
+            w = math.tau / period
+            x = w * t + phase
+            found += [size * math.cos(x), -size * w * math.sin(x), -size * w * w * math.cos(x)]
+        return found
+
+    body = AxlePendulum(1.0 / E, C, K, G)
+
+    def support(t):
+        rho, rate, bend = waves(rolls, t)
+        down = -waves(heaves, t)[2]
+        return SupportMotion(rho, rate, bend, down=down, depth=E - height)
+
+    def right(t, y):
+        now = forces(body, AxleState(*y), support(t))
+        return [y[2], y[3], float(now.arc_acceleration), float(now.tilt_acceleration)]
+
+    times, phi, phi_rate, theta, contact = in_the_case(scene)
+    rho, rate, _ = waves(rolls, 0.0)
+    start = [E * (theta[0] - rho), phi[0], -E * rate, 0.0]
+    at = np.searchsorted(times, [2.0, 4.0, 8.0])
+    found = solve_ivp(
+        right, (0, 8), start, method='DOP853', rtol=1e-13, atol=1e-15, t_eval=times[at]
+    )
+    for n, y in zip(at, found.y.T, strict=True):
+        assert abs(phi[n]) > 1e-4
+        assert phi[n] == pytest.approx(y[1], abs=2e-10)
+        assert phi_rate[n] == pytest.approx(y[3], abs=2e-9)
+        assert theta[n] == pytest.approx(waves(rolls, times[n])[0] + y[0] / E, abs=2e-10)
+        pressed = float(forces(body, AxleState(*y), support(times[n])).contact)
+        assert contact[n] == pytest.approx(pressed, abs=1e-8)
+
+
+@pytest.mark.parametrize('large', [False, True])
+def test_a_bearing_at_the_roll_axis_leaves_the_case_alone(large):
+    """Without friction the axle does not feel the ship turn about it; E1 then has no force."""
+    waves = [{'amplitude': 0.5, 'period': 7.0, 'phase': 0.4}]
+    scene = rolling(waves, height=0.0, suspension__large_angles=large)
+    _, phi, phi_rate, theta, contact = in_the_case(scene)
+    np.testing.assert_allclose([phi, theta], 0.0, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(phi_rate, 0.0, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(contact, G, rtol=1e-14)
+
+
+@pytest.mark.parametrize(('large', 'close'), [(False, 2e-2), (True, 5e-3)])
+def test_slow_motion_lets_the_case_hang_along_the_apparent_vertical(large, close):
+    """E1 from the ship's own sensor: β and g_eff, to (Ω/ω)², here a thousandth.
+
+    Small angles leave the changes of gravity out of θ: another hundredth here.
+    """
+    waves = [{'amplitude': 0.3, 'period': 25.0}]
+    scene = rolling(waves, height=20.0, suspension__large_angles=large)
+    ship = attitude(motion_of(scene))
+    beta = ship.roll + np.arctan2(-ship.force_y, ship.force_z)
+    g_eff = np.hypot(ship.force_y, ship.force_z)
+    _, phi, _, theta, contact = in_the_case(scene)
+    parts = felt_parts(scene)
+    n = len(phi[::parts])
+    size = np.max(np.abs(beta))
+    assert size > 0.03
+    np.testing.assert_allclose(phi[::parts], beta[:n], rtol=0, atol=close * size)
+    np.testing.assert_allclose(theta[::parts], beta[:n], rtol=0, atol=close * size)
+    np.testing.assert_allclose(contact[::parts], g_eff[:n], rtol=1e-4)
+
+
+def test_signs_of_a_heel_and_of_a_push_to_port():
+    """Heeled and at rest, the case hangs upright; pushed to port, it lags to starboard."""
+    times = np.arange(40)
+    stamps = CONTENT_START + times * 50_000_000
+    heel, zero = np.full(40, 0.3), np.zeros(40)
+    heeled = imu_from_roll(stamps, heel, zero, G * np.sin(heel), G * np.cos(heel))
+    _, phi, _, theta, contact = in_the_case(scene_of(), heeled)
+    np.testing.assert_allclose([phi, theta, contact - G], 0.0, rtol=0, atol=1e-13)
+    pushed = imu_from_roll(stamps, zero, zero, zero + 0.5, zero + G)
+    _, phi, phi_rate, theta, contact = in_the_case(scene_of(suspension__large_angles=True), pushed)
+    hanging = -math.atan2(0.5, G)
+    np.testing.assert_allclose([phi, theta], hanging, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(phi_rate, 0.0, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(contact, math.hypot(0.5, G), rtol=1e-14)
+
+
+def test_large_and_small_angles_part_with_the_square_of_the_sea():
+    """Sway alone: heave would shake the full equations in the first order."""
+    apart = []
+    for size in (0.3, 0.03):
+        found = [
+            in_the_case(scene_of(suspension__large_angles=large), imu)[1]
+            for large in (False, True)
+            for imu in [shaken(1.1, size, rate=20.0, seconds=10.0)]
+        ]
+        apart.append(np.max(np.abs(found[1] - found[0])) / size)
+    assert apart[1] == pytest.approx(0.01 * apart[0], rel=0.05)
+
+
+def same_bits(one, other):
+    for name, value in vars(one).items():
+        if isinstance(value, np.ndarray):
+            assert value.tobytes() == getattr(other, name).tobytes(), name
+
+
+@pytest.mark.parametrize('large', [False, True])
+@given(data=st.data())
+@settings(max_examples=20, deadline=None)
+def test_any_split_and_any_resumption_give_the_same_bits(large, data):
+    scene = scene_of(duration=10.0, suspension__large_angles=large)
+    imu = motion_of(scene)
+    hung, origin = Suspension(scene, max_gap_s=1.0), scene.starts_at_ns
+    whole = join([hung.feed(imu, origin), hung.finish(origin)])
+    n = len(imu.stamp_ns)
+    cuts = sorted(data.draw(st.lists(st.integers(0, n), max_size=6)))
+    hung, parts = Suspension(scene, max_gap_s=1.0), []
+    for begin, end in zip([0, *cuts], [*cuts, n], strict=True):
+        parts.append(hung.feed(take(imu, slice(begin, end)), origin))
+        if data.draw(st.booleans()):
+            state = pickle.loads(pickle.dumps(hung.state()))
+            hung = Suspension(scene, max_gap_s=1.0)
+            hung.restore(state)
+    parts.append(hung.finish(origin))
+    same_bits(whole, join([part for part in parts if part is not None]))
+
+
+@pytest.mark.parametrize('large', [False, True])
+def test_the_clock_in_the_case_is_told_all_before_the_end_and_resumes(large):
+    """The samples beyond the end suffice, so that the graph and the run offline say the same."""
+    scene = scene_of(duration=20.0, suspension__large_angles=large)
+    imu = motion_of(scene)
+    whole = TrochleaStage(scene)
+    wanted = whole.feed({SHIP_IMU: imu})
+    assert whole.finish() == {}
+    assert len(wanted[READING].stamp_ns) == scene.log_count
+    stage, parts = TrochleaStage(scene), []
+    for begin, end in ((0, 7), (7, 190), (190, 191), (191, len(imu.stamp_ns))):
+        parts.append(stage.feed({SHIP_IMU: take(imu, slice(begin, end))}))
+        state = pickle.loads(pickle.dumps(stage.state()))
+        if begin == 190:
+            stage = TrochleaStage(scene)
+        stage.restore(state)
+    for topic, samples in wanted.items():
+        same_bits(samples, join([part[topic] for part in parts if topic in part]))
+
+
+def test_jitter_and_lost_samples_hardly_matter():
+    """Half a second lost and stamps off the grid: other windows, the same case.
+
+    Waves of 3 s and more at 20 Hz: windows of 10 samples with a gap of 0.5 s err by 1e-7.
+    """
+    waves = [{'amplitude': 0.2, 'period': 6.0, 'phase': 0.4}]
+    scene = rolling(waves, duration=20.0)
+    dense = motion_of(rolling(waves, duration=21.0, rate=1000.0))
+    rng = np.random.default_rng(3)
+    keep = np.arange(0, 20_500, 50)
+    keep[1:] += rng.integers(-5, 6, len(keep) - 1)
+    keep = np.delete(keep, slice(200, 210))
+    hung = Suspension(scene, max_gap_s=1.0)
+    case = hung.feed(take(dense, keep), scene.starts_at_ns)
+    times, phi, *_ = in_the_case(scene)
+    found = np.interp(
+        times[50:2500], (case.stamp_ns - scene.starts_at_ns) * 1e-9, attitude(case).roll
+    )
+    # linear interpolation between samples of 6 ms errs by (Ωh)²/8
+    np.testing.assert_allclose(found, phi[50:2500], rtol=0, atol=1e-4 * np.max(np.abs(phi)))
+    assert hung.bridged == 1
+    lost = Suspension(scene, max_gap_s=0.4)
+    lost.feed(take(dense, keep), scene.starts_at_ns)
+    with pytest.raises(PropagationError, match='no ship motion for'):
+        lost.feed(take(dense, slice(20_600, 20_900)), scene.starts_at_ns)
+
+
+def test_the_clock_feels_the_case_as_often_as_its_fast_swing_needs():
+    scene = load_scene(NAME)
+    assert (felt_parts(scene), felt_step_ns(scene)) == (8, 6_250_000)
+    assert FAST * felt_step_ns(scene) * 1e-9 < 0.4
+    assert felt_parts(load_scene('involute_weight_at_sea')) == 1
+    assert scene.samples_beyond_end == 8
+    assert load_scene('involute_weight_at_sea').samples_beyond_end == 4
+    assert load_scene('ideal').samples_beyond_end == 0
+    slow = scene_of(
+        suspension__support_radius=3.0, suspension__gyration_radius=0.5, ship__rate=1000.0
+    )
+    assert felt_parts(slow) == 1
+
+
+def test_a_fast_mode_that_cannot_be_sampled_is_refused_before_anything_starts():
+    scene = scene_of(suspension__gyration_radius=1e-4)
+    for start in (check_scene, TrochleaStage):
+        with pytest.raises(SceneError, match='at least') as caught:
+            start(scene)
+        assert caught.value.key == 'suspension.gyration_radius'
+    # 15 625 000 ns has 50 and 100 among its divisors, nothing in between
+    odd = scene_of(ship__rate=64.0, suspension__gyration_radius=1.785e-3)
+    with pytest.raises(SceneError, match='no divisor') as caught:
+        check_scene(odd)
+    assert caught.value.key == 'ship.rate'
+
+
+def test_the_remedy_for_a_fast_mode_works():
+    with pytest.raises(SceneError) as caught:
+        felt_parts(scene_of(suspension__gyration_radius=1e-4))
+    words = caught.value.remedy.split()
+    radius = float(words[words.index('least') + 1])
+    check_scene(scene_of(suspension__gyration_radius=radius * 1.00001))
+    with pytest.raises(SceneError):
+        check_scene(scene_of(suspension__gyration_radius=radius * 0.99))
+
+
+@pytest.mark.parametrize(
+    ('changes', 'key', 'said'),
+    [
+        ({'ship': {'kind': 'still'}}, 'suspension', 'lies still'),
+        ({'suspension__support_radius': 0.005}, 'suspension.support_radius', 'falls from it'),
+        ({'suspension__support_radius': 0.004}, 'suspension.support_radius', '0.01'),
+        ({'suspension__depth': 0.0}, 'suspension.depth', 'topples'),
+        ({'suspension__depth': -0.1}, 'suspension.depth', '0.1'),
+        ({'suspension__gyration_radius': 0.0}, 'suspension.gyration_radius', 'no time'),
+        ({'suspension__gyration_radius': -1.0}, 'suspension.gyration_radius', 'no time'),
+        ({'suspension__axle_radius': 0.0}, 'suspension.axle_radius', 'greater than'),
+        ({'suspension__kind': 'gimbal'}, 'suspension.kind', "must be 'axle'"),
+        ({'suspension__dept': 1.0}, 'suspension.dept', 'Did you mean'),
+    ],
+)
+def test_cases_that_cannot_hang_are_refused(changes, key, said):
+    with pytest.raises(SceneError) as caught:
+        scene_of(**changes)
+    assert caught.value.key == key
+    assert said in str(caught.value)
+
+
+def test_a_swing_too_wide_for_small_angles_is_said_with_its_time():
+    imu = shaken(SLOW, 0.3, rate=200.0, seconds=20.0)
+    with pytest.raises(PropagationError, match='large_angles') as caught:
+        in_the_case(scene_of(ship__rate=200.0), imu)
+    share = OWN.b * C / (OWN.B * (OWN.B - OWN.B_prime))
+    # in resonance the swing grows by share · Ω/2 of the static tilt a second
+    assert caught.value.time_s == pytest.approx(0.5 * G / 0.3 / (share * SLOW / 2), rel=0.2)
+
+
+def test_lifting_off_is_said_at_small_angles_too():
+    w, size = math.tau / 1.2, 0.5
+    heave = {'amplitude': size, 'period': 1.2}
+    with pytest.raises(PropagationError, match='lifted off') as caught:
+        in_the_case(rolling([], heave=[heave | {'phase': math.pi}], duration=5.0))
+    # g + aω² cos ωt = 0, on the grid of samples
+    lost = math.acos(-G / (size * w * w)) / w
+    assert lost < caught.value.time_s < lost + 0.00625
+    with pytest.raises(PropagationError, match='lifted off') as caught:
+        in_the_case(rolling([], heave=[heave], duration=5.0))
+    assert caught.value.time_s == 0.0
+
+
+def test_the_bag_of_a_suspended_clock_and_its_forecast():
+    scene = load_scene(NAME, duration=120.0)
+    report = sail(scene)
+    assert report['propagator'] == 'collocation'
+    assert abs(report['clock']['rate_s_per_day']) < 600.0
+    free = replace_suspension(scene)
+    told = forecast(scene, compile_machine(scene), ShipMotion(scene))
+    before = forecast(free, compile_machine(free), ShipMotion(free))
+    assert told.shortest_wave_s == pytest.approx(math.tau / FAST, rel=1e-12)
+    assert told.run_s > before.run_s
+    assert before.steady_error_s < told.steady_error_s < 1e-6
+
+
+def replace_suspension(scene):
+    return scene.model_copy(update={'suspension': None})
+
+
+@pytest.mark.parametrize('rate', [4.0, 5.0])
+def test_the_forecast_is_the_error_between_coarse_and_fine_samples(rate):
+    """Where the bearing's sampling rules; a factor of ten either way, as for the ship itself."""
+    readings = []
+    for each in (rate, 100.0):
+        scene = scene_of(ship__rate=each, solver={'tolerance': 1e-15})
+        position = TrochleaStage(scene).feed({SHIP_IMU: motion_of(scene)})[PHASE].position
+        readings.append(0.5 * (position[:, 1] + position[:, 2]))
+    scene = scene_of(ship__rate=rate)
+    told = forecast(scene, compile_machine(scene), ShipMotion(scene)).steady_error_s
+    assert 0.1 < np.std(readings[0] - readings[1]) / told < 10.0
+
+
+def test_scenes_without_a_suspension_import_nothing_of_it():
+    code = (
+        'import sys\n'
+        'from tauto_core.voyage import sail\n'
+        'from tauto_core.scene import load_scene\n'
+        "sail(load_scene('second_cam_at_sea', duration=5.0))\n"
+        "names = ('ship.suspension', 'motion.axle', 'motion.axle_modes', 'motion.bearing')\n"
+        "assert not {f'tauto_core.{name}' for name in names} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, '-c', code], check=True)
+
+
+def test_replaced_samples_are_screened_before_they_reach_the_case():
+    """A sample that is not finite is counted and left out; the case swings on."""
+    scene = scene_of(duration=10.0)
+    imu = motion_of(scene)
+    force = imu.linear_acceleration.copy()
+    force[100, 1] = np.nan
+    stage = TrochleaStage(scene)
+    stage.feed({SHIP_IMU: replace(imu, linear_acceleration=force)})
+    counts = {name: number for name, number in stage.health().items() if number}
+    assert counts == {'not_finite': 1, 'bridged_gaps': 1}
