@@ -57,7 +57,8 @@ def cam(
             'another, or leave it out'
         )
     loaded = load_scene(scene)
-    curve = make_cam(loaded.trochlea)
+    with naming(scene, 'trochlea'):
+        curve = make_cam(loaded.trochlea, loaded.gravity)
     if reach is not None and not 0.0 < reach <= curve.range_rad:
         raise UsageError(
             f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, '

@@ -2,8 +2,16 @@
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
+from tauto_core.curves.corrected import SpringCorrected, WeightCorrected
 from tauto_core.curves.drawing import outline
-from tauto_core.curves.levers import ArcLever, Lever, LinearLever, TableLever
+from tauto_core.curves.levers import (
+    ArcLever,
+    Lever,
+    LinearLever,
+    SmoothLever,
+    SpringLever,
+    TableLever,
+)
 from tauto_core.curves.making import make_cam
 from tauto_core.curves.table import Table, load_table
 
@@ -15,8 +23,12 @@ __all__ = [
     'Involute',
     'Lever',
     'LinearLever',
+    'SmoothLever',
+    'SpringCorrected',
+    'SpringLever',
     'Table',
     'TableLever',
+    'WeightCorrected',
     'load_table',
     'make_cam',
     'outline',

@@ -60,6 +60,11 @@ class Cam(ABC):
         return None
 
     @property
+    def suits(self) -> tuple[float, float] | None:
+        """(m/I [1/m²], κ/P [1/m]) of the power with which every swing takes the same time."""
+        return None
+
+    @property
     def kinked(self) -> bool:
         """Whether t has a |ϑ|ϑ term at ϑ = 0, so that t'' jumps there."""
         return False
