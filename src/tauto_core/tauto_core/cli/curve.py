@@ -3,37 +3,34 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tauto_core.cli.options import AsJson, SceneName
-from tauto_core.scene.errors import TautoError, UsageError, naming
+from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
     from tauto_core.curves import Cam
-    from tauto_core.samples import FloatArray
 
 MM_PER_M = 1000.0
-MM_PER_INCH = 25.4
-MARGIN_MM = 2.0
+THICKEST_MM = 100.0
 FEWEST_POINTS, MOST_POINTS = 2, 1_000_000
 HEADER = ('angle_rad', 'lever_arm_mm', 'x_mm', 'y_mm', 'radius_of_curvature_mm')
-
-
-class OutputError(TautoError):
-    """A file that cannot be written."""
 
 
 def cam(
     scene: SceneName,
     csv: Annotated[
-        Path | None, typer.Option(help='Write the outline as x_mm,y_mm; replaces the file.')
+        Path | None,
+        typer.Option(help='Write both cheeks as x_mm,y_mm,angle_rad; replaces the file.'),
     ] = None,
     svg: Annotated[
-        Path | None, typer.Option(help='Draw the outline to scale; replaces the file.')
+        Path | None, typer.Option(help='Draw them to scale, with dimensions; replaces the file.')
+    ] = None,
+    dxf: Annotated[
+        Path | None, typer.Option(help='Draw them for a machine tool [mm]; replaces the file.')
     ] = None,
     reach: Annotated[
         float | None,
@@ -42,13 +39,17 @@ def cam(
         ),
     ] = None,
     points: Annotated[int, typer.Option(metavar='N', help='Points on each cheek.')] = 200,
+    thread: Annotated[
+        float,
+        typer.Option(metavar='MM', help='Thickness of the thread; cheeks are cut back by half.'),
+    ] = 0.0,
 ) -> None:
     """Give the curve of a cam, to look at and to cut.
 
     The frame turns with the wheel, its origin is the axle, +y points along the thread at rest.
-    Without --csv and --svg, a few points of one cheek are printed.
+    Without --csv, --svg and --dxf, a few points of one cheek are printed.
     """
-    from tauto_core.curves import make_cam, outline
+    from tauto_core.curves import make_cam
     from tauto_core.scene import load_scene
 
     if not FEWEST_POINTS <= points <= MOST_POINTS:
@@ -64,14 +65,37 @@ def cam(
             f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, '
             f'{curve.range_rad!r} rad. Give another, or leave it out'
         )
-    if csv is None and svg is None:
+    if csv is None and svg is None and dxf is None:
         _print_rows(curve, reach)
         return
-    x, y = (MM_PER_M * part for part in outline(curve, points, reach))
-    if csv is not None:
-        _write_csv(csv, ('x_mm', 'y_mm'), zip(x.tolist(), y.tolist(), strict=True))
-    if svg is not None:
-        _draw(svg, x, y, loaded.name)
+    _write_files(curve, loaded.name, {'csv': csv, 'svg': svg, 'dxf': dxf}, reach, points, thread)
+
+
+def _write_files(
+    curve: Cam,
+    title: str,
+    files: dict[str, Path | None],
+    reach: float | None,
+    points: int,
+    thread_mm: float,
+) -> None:
+    from tauto_core.cli import cam_files
+    from tauto_core.curves import cheeks
+    from tauto_core.curves.workshop import draw
+
+    if not 0.0 <= thread_mm <= THICKEST_MM:
+        raise UsageError(
+            f'--thread = {thread_mm}: must be 0 to {THICKEST_MM:g} mm. Give the thickness of the '
+            'thread, or leave it out'
+        )
+    cut = cheeks(curve, points, reach, thread_mm / cam_files.MM_PER_M)
+    if (csv := files['csv']) is not None:
+        cam_files.write_points(csv, cut)
+    drawing = draw(curve, cut, title)
+    if (svg := files['svg']) is not None:
+        cam_files.write_svg(svg, drawing)
+    if (dxf := files['dxf']) is not None:
+        cam_files.write_dxf(dxf, drawing)
 
 
 def isochronism(
@@ -110,11 +134,9 @@ def _numbers(text: str) -> list[float]:
 
 
 def _print_rows(curve: Cam, reach: float | None) -> None:
-    from math import tau
-
     import numpy as np
 
-    angle = np.linspace(0.0, min(curve.range_rad, tau) if reach is None else reach, 11)
+    angle = np.linspace(0.0, curve.drawn_rad if reach is None else reach, 11)
     columns = (
         angle,
         *(
@@ -133,36 +155,3 @@ def _print_rows(curve: Cam, reach: float | None) -> None:
                 f'{value:{max(len(name), 12)}.6f}' for name, value in zip(HEADER, row, strict=True)
             )
         )
-
-
-def _write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]]) -> None:
-    lines = [','.join(header), *(','.join(map(repr, row)) for row in rows)]
-    try:
-        path.write_text('\n'.join(lines) + '\n', encoding='utf-8')
-    except OSError as error:
-        raise _refused(path, error) from None
-
-
-def _draw(path: Path, x: FloatArray, y: FloatArray, title: str) -> None:
-    """Draw a polyline [mm] so that a millimetre is a millimetre on paper; a cross is the axle."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    left, right = min(0.0, x.min()) - MARGIN_MM, max(0.0, x.max()) + MARGIN_MM
-    low, high = min(0.0, y.min()) - MARGIN_MM, max(0.0, y.max()) + MARGIN_MM
-    figure = Figure(figsize=((right - left) / MM_PER_INCH, (high - low) / MM_PER_INCH))
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set(xlim=(left, right), ylim=(low, high))
-    axes.set_axis_off()
-    axes.plot(x, y, color='black', linewidth=0.3)
-    axes.plot([0.0], [0.0], '+', color='black', markersize=6.0, markeredgewidth=0.3)
-    # the same scene must give the same file
-    with mpl.rc_context({'svg.hashsalt': title}):
-        try:
-            figure.savefig(path, format='svg', metadata={'Title': title, 'Date': None})
-        except OSError as error:
-            raise _refused(path, error) from None
-
-
-def _refused(path: Path, error: OSError) -> OutputError:
-    return OutputError(f'{path}: cannot be written: {error.strerror}. Name another file')

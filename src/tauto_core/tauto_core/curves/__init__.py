@@ -3,7 +3,7 @@
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
 from tauto_core.curves.corrected import SpringCorrected, WeightCorrected
-from tauto_core.curves.drawing import outline
+from tauto_core.curves.drawing import Cheeks, cheeks, outline
 from tauto_core.curves.levers import (
     ArcLever,
     Lever,
@@ -18,6 +18,7 @@ from tauto_core.curves.table import Table, load_table
 __all__ = [
     'ArcLever',
     'Cam',
+    'Cheeks',
     'CircularArc',
     'Hole',
     'Involute',
@@ -29,6 +30,7 @@ __all__ = [
     'Table',
     'TableLever',
     'WeightCorrected',
+    'cheeks',
     'load_table',
     'make_cam',
     'outline',

@@ -55,6 +55,11 @@ class Cam(ABC):
         """Largest |ϑ| at which the thread lies on the cheek [rad]; inf where there is none."""
 
     @property
+    def drawn_rad(self) -> float:
+        """Up to which angle the cheek is drawn unless asked otherwise [rad]: at most a turn."""
+        return min(self.range_rad, math.tau)
+
+    @property
     def linear_rate(self) -> float | None:
         """dt/dϑ [m/rad] where the lever arm is exactly linear, else None."""
         return None

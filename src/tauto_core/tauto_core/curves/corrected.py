@@ -82,6 +82,12 @@ class WeightCorrected(CorrectedCam):
         return float(self.angle_of_slope(min(self.distance / self.gyration, STEEPEST)))
 
     @property
+    def drawn_rad(self) -> float:
+        """At most a turn, and on a vertical thread up to t = λ [rad]: beyond, it sweeps away."""
+        steepest = STEEPEST if math.isfinite(self.distance) else 1.0
+        return min(self.range_rad, math.tau, float(self.angle_of_slope(steepest)))
+
+    @property
     def hole_distance(self) -> float:
         """Distance a of the hole [m]; inf for a vertical thread."""
         return self.distance
@@ -107,14 +113,17 @@ class WeightCorrected(CorrectedCam):
         """Return tan χ = t/λ, odd in ϑ; Kepler's equation χ + sin χ cos χ = 2rϑ/λ."""
         angle = self.within(angle)
         per_rad = 2.0 * self.rate / self.gyration
-        size = np.abs(angle)
-        mean = per_rad * size
-        # near the edge the angle that is left counts
-        left = np.maximum(per_rad * (0.25 * math.pi * self.gyration / self.rate - size), 0.0)
-        near = np.tan(_rising(np.minimum(mean, 1.2)))
-        with np.errstate(divide='ignore'):
-            far = 1.0 / np.tan(_falling(np.minimum(left, 0.5)))
-        return np.copysign(np.where(mean < 1.2, near, far), angle)
+        mean = np.atleast_1d(per_rad * np.abs(angle))
+        found = np.empty_like(mean)
+        near = mean < 1.2
+        if near.any():
+            found[near] = np.tan(_rising(mean[near]))
+        if not near.all():
+            # near the edge the angle that is left counts
+            edge = 0.25 * math.pi * self.gyration / self.rate
+            left = per_rad * (edge - np.abs(np.atleast_1d(angle)[~near]))
+            found[~near] = 1.0 / np.tan(_falling(left))
+        return np.copysign(found.reshape(angle.shape), angle)
 
     def lever_arm(self, angle: ArrayLike) -> FloatArray:
         """Return t = λ tan χ [m]."""
@@ -261,12 +270,12 @@ def _rising(mean: FloatArray) -> FloatArray:
 
 
 def _falling(left: FloatArray) -> FloatArray:
-    """Return w of w − sin w cos w = left, 0 ≤ left ≤ 0.5: Newton's method, from above."""
+    """Return w of w − sin w cos w = left, 0 < left ≤ 0.4: Newton's method, from above."""
     w = np.cbrt(1.5 * left)
     for _ in range(_STEPS):
         sine = np.sin(w)
         wrong = 0.5 * sine_defect(2.0 * w) - left
-        step = np.divide(0.5 * wrong, sine * sine, np.zeros_like(w), where=sine > 0.0)
+        step = 0.5 * wrong / (sine * sine)
         w = w - step
         if np.all(np.abs(step) <= _ROUNDING * w):
             break

@@ -25,9 +25,9 @@ def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | No
 
     Args:
         cam: the cam.
-        reach_rad: up to which angle; the range or one turn, whichever is less, when left out.
+        reach_rad: up to which angle; `cam.drawn_rad` when left out.
     """
-    return _below(cam, 0.0, _default_reach(cam, reach_rad))
+    return _below(cam, 0.0, cam.drawn_rad if reach_rad is None else reach_rad)
 
 
 def too_sharp(
@@ -37,18 +37,16 @@ def too_sharp(
 
     Args:
         cam: the cam.
-        radius: half the thickness of the thread [m], > 0.
+        radius: half the thickness of the thread [m]; 0 asks for hollows.
         reach_rad: as for `hollow`.
     """
-    edge, found, start = _default_reach(cam, reach_rad), [], 0.0
+    edge = cam.drawn_rad if reach_rad is None else reach_rad
+    found: list[tuple[float, float]] = []
+    start = 0.0
     while start < edge and (stretch := _below(cam, radius, edge, start)) is not None:
         found.append(stretch)
         start = stretch[1]
     return found
-
-
-def _default_reach(cam: Cam, reach_rad: float | None) -> float:
-    return min(cam.range_rad, math.tau) if reach_rad is None else reach_rad
 
 
 def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[float, float] | None:
