@@ -13,13 +13,14 @@ from tauto_core.curves.levers import (
     TableLever,
 )
 from tauto_core.curves.making import make_cam
-from tauto_core.curves.table import Table, load_table
+from tauto_core.curves.table import Fitted, Table, load_table
 
 __all__ = [
     'ArcLever',
     'Cam',
     'Cheeks',
     'CircularArc',
+    'Fitted',
     'Hole',
     'Involute',
     'Lever',
