@@ -31,6 +31,7 @@ THREADS_OF_CAM = {
     'table': ('vertical', 'hole'),
     'weight_corrected': ('vertical', 'hole'),
     'spring_corrected': ('vertical', 'hole'),
+    'lever_corrected': ('lever',),
 }
 # What a corrected cam corrects.
 POWER_OF_CAM = {'weight_corrected': 'weight', 'spring_corrected': 'spring'}

@@ -73,6 +73,13 @@ class SpringCorrectedCam(Section):
     period: Positive = Field(description='period of every swing on land [s]')
 
 
+class LeverCorrectedCam(Section):
+    """The tautochrone for Sully's lever machine, made for one period (theory A)."""
+
+    kind: Literal['lever_corrected'] = 'lever_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+
 class CircularArcCam(Section):
     """Cheek of a circular arc, the cam before Euler (theory E2)."""
 
@@ -125,7 +132,13 @@ class SpringPower(Section):
 
 
 Cam: TypeAlias = Annotated[
-    InvoluteCam | HoleCam | CircularArcCam | TableCam | WeightCorrectedCam | SpringCorrectedCam,
+    InvoluteCam
+    | HoleCam
+    | CircularArcCam
+    | TableCam
+    | WeightCorrectedCam
+    | SpringCorrectedCam
+    | LeverCorrectedCam,
     Field(discriminator='kind'),
 ]
 Thread: TypeAlias = Annotated[VerticalThread | HoleThread, Field(discriminator='kind')]
