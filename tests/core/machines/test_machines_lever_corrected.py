@@ -126,7 +126,7 @@ def quarter(cam, amplitude):
     return float(run.t_events[0][0] - run.y_events[0][0][0] / run.y_events[0][0][1])
 
 
-@pytest.mark.parametrize('amplitude', [0.05, 1.0, -1.0])
+@pytest.mark.parametrize('amplitude', [1.0, -1.2])
 def test_it_keeps_time(amplitude):
     """Where the involute is 1.03 times as slow at 1 rad (theory A)."""
     expected = math.tau / OMEGA / 4

@@ -1,9 +1,9 @@
 """The cam that makes Sully's lever machine a tautochrone: beyond Euler (1727, V).
 
-The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam on
-the wheel's axle C. At rest the lever is level and B, at the depth D, under C. With W = m g AD,
-J = m AD² + J_lever and the lever's angle β: V = W sin β = ½ω²s², ds² = I dθ² + J dβ². Along
-τ = ±√tan(β/2), which has the sign of θ and is smooth through rest,
+The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam
+on the wheel's axle C. At rest the lever is level and B, at the depth D, under C. With
+W = m g AD, J = m AD² + J_lever and the lever's angle β: V = W sin β = ½ω²s², and
+ds² = I dθ² + J dβ². Along τ = ±√tan(β/2), which has the sign of θ and is smooth through rest,
 
     dθ/dτ = 2 √(W cos²β − 2Jω² sin β)/(ω √I √(1 + τ⁴)),    dβ/dτ = 4τ/(1 + τ⁴),
 
@@ -138,11 +138,11 @@ class CorrectedLeverGeometry:
         """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
         theta = np.asarray(theta, np.float64)
         low, high = (np.full_like(theta, edge) for edge in self.edges())
-        tau = np.clip(theta / self._theta_rate(np.zeros(1))[0], low, high)
+        tau: FloatArray = np.clip(theta / self._theta_rate(np.zeros(1))[0], low, high)
         for _ in range(_HALVINGS):
             beyond = self.theta(tau) - theta
             low, high = np.where(beyond < 0.0, tau, low), np.where(beyond > 0.0, tau, high)
-            new: FloatArray = tau - beyond / self._theta_rate(tau)
+            new = tau - beyond / self._theta_rate(tau)
             new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
             done = np.abs(new - tau) <= 2e-16 * np.abs(new)
             tau = new
