@@ -1,8 +1,8 @@
 """Units of the papers' time, in SI.
 
 All are rounded: the Rhenish foot is the 139.13 Paris lines, 313.85 mm, that Prussia fixed in 1816,
-and older standards differ in the fourth digit; the Paris foot is that of 1766, 324.84 mm; the Paris
-pound (poids de marc) is 489.5 g.
+and older standards differ in the fourth digit; the Paris foot is that of 1766, 324.84 mm; the
+pound of Paris (poids de marc) is 489.5 g.
 """
 
 from __future__ import annotations
