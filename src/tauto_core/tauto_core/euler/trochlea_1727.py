@@ -322,14 +322,6 @@ def _hole() -> list[Claim]:
             envelope_distance(TURNED, HOLE),
             QUADRATURE,
         ),
-        _claim(
-            'XXIX',
-            'for a hole far away the curve becomes the involute; here at a = 10⁸ b',
-            'p = b',
-            RATE,
-            envelope_distance(TURNED, 1e8),
-            2e-8,
-        ),
     ]
 
 
@@ -381,6 +373,14 @@ def _hole_proportions() -> list[Claim]:
 def _last_remarks() -> list[Claim]:
     carried = 1e-4 / G
     return [
+        _claim(
+            'XXIX',
+            'for a hole far away the curve becomes the involute; here at a = 10⁸ b',
+            'p = b',
+            RATE,
+            envelope_distance(TURNED, 1e8),
+            2e-8,
+        ),
         _claim(
             'XXX',
             'a weight must be small: with Q = 10⁶ P it is as good as a spring, to a tenth of a '
