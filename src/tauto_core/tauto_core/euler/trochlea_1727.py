@@ -213,7 +213,7 @@ def _pendulum() -> list[Claim]:
     height = rim_height(arc, weight, pull)
     return [
         _claim(
-            'XV-XIX',
+            'XVIII-XIX',
             'growth of the height that belongs to the velocity of the rim, along its arc s',
             'dv/ds = 2 P s/(Q r)',
             2.0 * pull * arc / (weight * BASE_RADIUS),
