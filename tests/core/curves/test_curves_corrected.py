@@ -91,6 +91,21 @@ def test_golden_points_from_the_angle(entry):
     assert float(cam.angle_of_lift(cam.lift(angle))) == pytest.approx(angle, rel=4e-15)
 
 
+@pytest.mark.parametrize('name', ['0.001', '0.3', '0.5', '0.95', '0.999'])
+def test_golden_periods(name):
+    entry = next(entry for entry in GOLDEN if entry['id'] == f'D-period-amp{name}')
+    p = {key: float(item['value']) for key, item in entry['params'].items()}
+    amplitude = float(entry['expected']['amplitude_rad'])
+    rate = p['I'] * p['omega'] ** 2 / (p['m'] * p['g'])
+    cam = WeightCorrected(rate, p['m'] / p['I'])
+    machine = Machine(p['I'], p['m'], p['m'], 0.0, 0.0, p['g'], cam, False, None, None, 0.1)
+    ratio = machine.period(amplitude) * p['omega'] / math.tau
+    assert ratio == pytest.approx(1.0, rel=2e-15)
+    chi = math.atan(float(cam.slope(amplitude)))
+    # χ feels the rounding of an amplitude near the edge of the range
+    assert chi == pytest.approx(float(entry['expected']['chi_A']), rel=5e-14)
+
+
 def test_small_angles_are_the_involute():
     angle = np.array([1e-12, 1e-8, 1e-5])
     for cam in (WeightCorrected(0.01, 100.0), SpringCorrected(0.01, 10.0)):

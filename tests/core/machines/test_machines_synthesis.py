@@ -85,7 +85,7 @@ def quarter(well, amplitude, period):
         events=middle,
         rtol=1e-13,
         atol=1e-16,
-        max_step=period / 200,
+        max_step=period / 60,
     )
     # one Newton step from the event of the dense output
     t, (angle, momentum) = run.t_events[0][0], run.y_events[0][0]
@@ -95,7 +95,7 @@ def quarter(well, amplitude, period):
 log = st.floats(-1.0, 1.0)
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=15, deadline=None, derandomize=True)
 @given(log, log, st.floats(0.0, 0.3), st.floats(-3.0, 0.5), st.floats(0.02, 0.98))
 def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
     """Random wheel, spring, carried mass: the synthesised cam's period by quadrature, 1e-11.
@@ -111,9 +111,10 @@ def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
     well = Machine(i, m, 0.0, p, kappa, 9.81, cam, False, None, None, 0.1)
     periods = [well.period(a) for a in (1e-3 * edge, part * edge, 0.999 * edge)]
     np.testing.assert_allclose(periods, math.tau / OMEGA, rtol=1e-11)
+    assert 4 * quarter(well, part * edge, 2.0) == pytest.approx(2.0, rel=1e-11)
 
 
-@pytest.mark.parametrize(('kappa', 'm'), [(0.0, 0.05), (40.0, 0.0), (40.0, 0.2)])
+@pytest.mark.parametrize(('kappa', 'm'), [(0.0, 0.05), (40.0, 0.2)])
 def test_integrated_motion_keeps_the_period(kappa, m):
     found = synthesise(INERTIA, OMEGA, train(1.0, kappa, m))
     edge = 0.9 * min(found.angle_range, 6.0)
@@ -132,9 +133,8 @@ def test_integrated_motion_keeps_the_period(kappa, m):
         None,
         0.1,
     )
-    for part in (0.1, 0.9):
-        # 200 steps a quarter at DOP853's own rounding
-        assert 4 * quarter(well, part * edge, 2.0) == pytest.approx(2.0, rel=2e-12)
+    # some 30 steps a quarter, each to DOP853's own rounding
+    assert 4 * quarter(well, 0.9 * edge, 2.0) == pytest.approx(2.0, rel=2e-12)
     assert abs(involute.period(0.9 * edge) - 2.0) * 43200 > 100.0  # s/day
 
 
@@ -157,5 +157,5 @@ def test_refusals():
         synthesised_cam(weight, edge=20.0)
     with pytest.raises(SynthesisError, match='finite'):
         synthesised_cam(stiff)
-    with pytest.raises(SynthesisError, match='distance of the hole'):
+    with pytest.raises(SynthesisError, match='longer than the hole is away'):
         synthesised_cam(weight, 0.01, 3.0)

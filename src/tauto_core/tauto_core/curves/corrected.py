@@ -258,8 +258,8 @@ class SpringCorrected(CorrectedCam):
 
 
 def _rising(mean: FloatArray) -> FloatArray:
-    """Return χ of χ + sin χ cos χ = mean, 0 ≤ mean ≤ 1.2: Newton's method, from below."""
-    chi = 0.5 * mean
+    """Return χ of χ + sin χ cos χ = mean, 0 ≤ mean ≤ 1.2: Newton's method."""
+    chi = 0.5 * mean * (1.0 + mean * mean / 12.0)
     for _ in range(_STEPS):
         cosine = np.cos(chi)
         step = 0.5 * (mean - chi - np.sin(chi) * cosine) / (cosine * cosine)
@@ -270,8 +270,9 @@ def _rising(mean: FloatArray) -> FloatArray:
 
 
 def _falling(left: FloatArray) -> FloatArray:
-    """Return w of w − sin w cos w = left, 0 < left ≤ 0.4: Newton's method, from above."""
+    """Return w of w − sin w cos w = left, 0 < left ≤ 0.4: Newton's method."""
     w = np.cbrt(1.5 * left)
+    w = w * (1.0 + w * w / 15.0)
     for _ in range(_STEPS):
         sine = np.sin(w)
         wrong = 0.5 * sine_defect(2.0 * w) - left

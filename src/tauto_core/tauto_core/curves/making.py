@@ -54,7 +54,7 @@ def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
             VerticalThread() | HoleThread(),
             WeightPower(mass=mass, massless=False),
         ):
-            rate = trochlea.inertia * (math.tau / period) ** 2 / (mass * gravity)
+            rate = _lever_rate(trochlea, period, mass * gravity)
             return WeightCorrected(rate, mass / trochlea.inertia, distance)
         case SpringCorrectedCam(), VerticalThread() | HoleThread(), SpringPower():
             return _spring_corrected(trochlea, trochlea.cam, trochlea.power, distance)
@@ -70,11 +70,26 @@ def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
             )
 
 
+def _lever_rate(trochlea: Trochlea, period: float, pull: float) -> float:
+    """Return t'(0) = I ω²/P [m/rad]."""
+    omega = math.tau / period
+    rate = trochlea.inertia * omega * omega / pull
+    if not 0.0 < rate < math.inf:
+        raise SceneError(
+            'trochlea',
+            'trochlea.cam.period',
+            period,
+            f'asks for a lever arm of {rate!r} m a radian at rest',
+            'Give a period in seconds that wheel and power can keep, for example 1.0.',
+        )
+    return rate
+
+
 def _spring_corrected(
     trochlea: Trochlea, wanted: SpringCorrectedCam, power: SpringPower, distance: float
 ) -> SpringCorrected:
     def cam(period: float, stiffness: float) -> SpringCorrected:
-        rate = trochlea.inertia * (math.tau / period) ** 2 / power.force
+        rate = _lever_rate(trochlea, period, power.force)
         return SpringCorrected(rate, stiffness / power.force, distance)
 
     made = cam(wanted.period, power.stiffness)

@@ -79,7 +79,8 @@ def _corrected(scene: Scene) -> Iterator[Problem]:
     if power.kind == POWER_OF_CAM[cam.kind] and not weightless:
         return
     pull = power.mass * scene.gravity if power.kind == 'weight' else power.force
-    rate = scene.trochlea.inertia * (math.tau / cam.period) ** 2 / pull
+    omega = math.tau / cam.period
+    rate = scene.trochlea.inertia * omega * omega / pull
     plain = (
         f'cam {{kind: involute, base_radius: {rate:.6g}}}'
         if scene.trochlea.thread.kind == 'vertical'
