@@ -23,7 +23,7 @@ def fit(function, edges, terms=80):
     return Chebyshev.interpolate(function, terms, domain=edges)
 
 
-EDGES = [0.85 * edge for edge in CAM.edges()]
+EDGES = [0.85 * edge for edge in CAM.edges]
 TAU = np.linspace(*EDGES, 12)
 
 
@@ -144,7 +144,7 @@ def test_any_lever_keeps_its_period(inertia, arm, torque, turned, part):
     cam = CorrectedLeverGeometry(
         inertia * INERTIA, 0.7 * OMEGA, torque * TORQUE, turned * TURNED, 0.1 * arm, 0.3
     )
-    top = part * cam.edges()[1]
+    top = part * cam.edges[1]
     energy = cam.weight_torque * 2 * top**2 / (1 + top**4)
     nodes, weights = np.polynomial.legendre.leggauss(60)
     angle = 0.25 * math.pi * (nodes + 1)
@@ -160,13 +160,13 @@ def test_any_lever_keeps_its_period(inertia, arm, torque, turned, part):
 
 
 def test_edges():
-    low, high = CAM.edges()
+    low, high = CAM.edges
     beyond = CAM.pose(np.array([low - 1e-3, high + 1e-3]))
     # here the thread is nearly used up
     np.testing.assert_allclose(CAM.pose(np.array([low, high])).free, 0.03, rtol=1e-9)
     assert np.all(beyond.free < 0.03)
     # a heavy lever cannot swing so fast: the range ends where ρ grows without bounds
     heavy = replace(CAM, turned_inertia=40 * TURNED)
-    assert heavy.edges()[1] < 0.2 * high
+    assert heavy.edges[1] < 0.2 * high
     assert np.isnan(heavy.theta(np.array([0.9])))[0]
     assert np.isnan(heavy.pose(np.array([0.9])).free)[0]

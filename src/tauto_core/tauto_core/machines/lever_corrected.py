@@ -137,7 +137,7 @@ class CorrectedLeverGeometry:
     def tau_of(self, theta: FloatArray) -> FloatArray:
         """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
         theta = np.asarray(theta, np.float64)
-        low, high = (np.full_like(theta, edge) for edge in self.edges())
+        low, high = (np.full_like(theta, edge) for edge in self.edges)
         tau: FloatArray = np.clip(theta / self._theta_rate(np.zeros(1))[0], low, high)
         for _ in range(_HALVINGS):
             beyond = self.theta(tau) - theta
@@ -150,9 +150,10 @@ class CorrectedLeverGeometry:
                 break
         return tau
 
+    @cached_property
     def edges(self) -> tuple[float, float]:
-        """Return least and largest τ up to which thread, lever and a convex cam go together."""
-        return self._edges
+        """Least and largest τ up to which thread, lever and a convex cam go together."""
+        return -self._edge(-1.0), self._edge(1.0)
 
     def lever_arm(self, tau: FloatArray) -> FloatArray:
         """Return t, the distance of the thread from the axle, with the sign of θ [m]."""
@@ -219,10 +220,6 @@ class CorrectedLeverGeometry:
         per_tau = np.imag(step.p) / _COMPLEX_STEP
         radius: FloatArray = line.arm + per_tau / (self._theta_rate(tau) * (1.0 - line.turns))
         return radius
-
-    @cached_property
-    def _edges(self) -> tuple[float, float]:
-        return -self._edge(-1.0), self._edge(1.0)
 
     def _edge(self, upright: float) -> float:
         """Return |τ| at the edge on the side of `upright`, ±1: β is a right angle there."""
