@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 import math
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +13,6 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.scene import load_scene
-
-NAMES = ('involute_weight_at_sea', 'ideal', 'cheek_before_euler')
 
 
 def run(*arguments: str | Path) -> str:
@@ -47,21 +44,8 @@ def test_the_printed_rows_hold_the_lever_arm_in_millimetres() -> None:
     assert (angle, lever) == (1.0, 5.0)
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_svg_is_to_scale_and_the_same_each_time(name: str, tmp_path: Path) -> None:
-    files = [tmp_path / f'{i}.svg' for i in range(2)]
-    for file in files:
-        run('cam', name, '--svg', file, '--csv', tmp_path / 'cam.csv', '--reach', '1')
-    assert files[0].read_bytes() == files[1].read_bytes()
-    x, _ = outline_mm(tmp_path / 'cam.csv')
-    width = ET.parse(files[0]).getroot().attrib['width']
-    assert width.endswith('pt')
-    # 2 mm of margin on both sides; 72 points an inch; the file holds six decimals
-    assert float(width[:-2]) == pytest.approx((x.max() - x.min() + 4.0) / 25.4 * 72.0, abs=1e-5)
-
-
 def test_a_file_that_cannot_be_written_is_an_error_not_a_traceback(tmp_path: Path) -> None:
-    for option in ('--svg', '--csv'):
+    for option in ('--svg', '--csv', '--dxf'):
         result = CliRunner().invoke(app, ['cam', 'ideal', option, str(tmp_path / 'no' / 'f')])
         assert result.exit_code == 1
         assert result.stderr.startswith('tauto: ')

@@ -320,7 +320,7 @@ def _growth(
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
-        smooth = machine.cam.linear_rate is not None or machine.cam.kinked
+        smooth = not machine.cam.joints.size
         error = tolerance(scene) * (steps.shorter**ORDER if smooth else 1.0)
         return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
     if name == 'forced_harmonic':

@@ -161,12 +161,12 @@ def trochlea(cam, thread):
 def test_cams_of_a_scene(tmp_path):
     vertical, hole = VerticalThread(), HoleThread(distance=0.08)
     arc = CircularArcCam(radius=0.02, root_depth=0.01)
-    assert make_cam(trochlea(InvoluteCam(base_radius=0.01), vertical)) == Involute(0.01)
-    assert make_cam(trochlea(HoleCam(lever_rate=0.01), hole)) == Hole(0.01, 0.08)
-    assert make_cam(trochlea(arc, vertical)) == CircularArc(0.02, 0.01)
+    assert make_cam(trochlea(InvoluteCam(base_radius=0.01), vertical), 9.81) == Involute(0.01)
+    assert make_cam(trochlea(HoleCam(lever_rate=0.01), hole), 9.81) == Hole(0.01, 0.08)
+    assert make_cam(trochlea(arc, vertical), 9.81) == CircularArc(0.02, 0.01)
     table = TableCam(path=str(write(tmp_path / 'cam.csv', range(7), [k / 100 for k in range(7)])))
     for thread, distance in ((vertical, math.inf), (hole, 0.08)):
-        cam = make_cam(trochlea(table, thread))
+        cam = make_cam(trochlea(table, thread), 9.81)
         assert isinstance(cam, Table)
         assert (cam.range_rad, cam.hole_distance) == (6.0, distance)
 
@@ -181,5 +181,5 @@ def test_cams_of_a_scene(tmp_path):
 )
 def test_cam_and_thread_that_do_not_go_together(cam, thread):
     with pytest.raises(SceneError, match='not made for this thread') as caught:
-        make_cam(trochlea(cam, thread))
+        make_cam(trochlea(cam, thread), 9.81)
     assert caught.value.value == thread.kind

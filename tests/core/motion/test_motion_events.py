@@ -205,6 +205,32 @@ def test_long_steps_pass_over_no_kink_after_a_turning_point():
     np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-8)
 
 
+def test_a_wheel_that_turns_back_and_on_again_within_a_step_is_seen():
+    """At 17.1 s it turns back for 0.03 s: friction acts the other way that long."""
+    trochlea = {
+        'cam': {'kind': 'involute', 'base_radius': 0.01},
+        'thread': {'kind': 'vertical'},
+        'power': {'kind': 'weight', 'mass': 1.4190675485932571},
+        'release_angle': 9.442460478089428e-06,
+    }
+    roll = [
+        {'amplitude': 0.15337679494556075, 'period': 14.858798127060915},
+        {'amplitude': 0.1231910558421026, 'period': 3.0},
+    ]
+    drag = {'viscous': 8.8e-7, 'quadratic': 5.4e-5, 'coulomb': 5.42e-5}
+    scene = scene_of(
+        trochlea=trochlea,
+        drag=drag,
+        ship={'kind': 'components', 'components': roll, 'height': 0.0},
+        log={'interval': 1.0},
+        duration=25.0,
+    )
+    coarse = angles(scene.model_copy(update={'solver': Solver(tolerance=1e-9)}))[1]
+    fine = angles(scene.model_copy(update={'solver': Solver(tolerance=1e-15)}))[1]
+    # 1e-3 rad where the two turning points are missed
+    np.testing.assert_allclose(coarse, fine, rtol=0, atol=1e-9)
+
+
 def test_a_swing_that_misses_the_angle_gets_no_impulse():
     scene = scene_of(escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 1.1}, duration=30.0)
     times, angle, _ = angles(scene)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tauto_core.cli import bench, curve, euler, plugins
+from tauto_core.cli import bench, curve, design, euler, isochronism, plugins
 from tauto_core.cli.options import AsJson, SceneName
 from tauto_core.scene.errors import TautoError, UsageError
 
@@ -189,7 +189,8 @@ def check(scene: SceneName, as_json: AsJson = False) -> None:
 
 
 app.command()(curve.cam)
-app.command()(curve.isochronism)
+app.command()(isochronism.isochronism)
+app.command()(design.design)
 app.command()(euler.euler)
 app.command()(bench.bench)
 plugins.add_to(app)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from shutil import get_terminal_size
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -12,9 +14,10 @@ import typer
 from tauto_core.cli.options import AsJson
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from tauto_core.euler import Claim
+
+_NARROWEST = 60
+_INDENT = ' ' * 23
 
 
 def euler(as_json: AsJson = False) -> None:
@@ -28,9 +31,10 @@ def euler(as_json: AsJson = False) -> None:
     if as_json:
         typer.echo(json.dumps({'claims': [_object(claim) for claim in claims]}, allow_nan=False))
     else:
-        from rich.console import Console
-
-        Console().print(claims_table(claims))
+        width = max(get_terminal_size().columns, _NARROWEST)
+        for claim in claims:
+            typer.echo('\n'.join(claim_lines(claim, width)))
+        typer.echo(_summary(claims))
     wrong = [claim for claim in claims if claim.verdict != claim.expected]
     for claim in wrong:
         typer.echo(
@@ -66,49 +70,24 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def claims_table(claims: Sequence[Claim]) -> Table:
-    """Return the claims as a table, a section for each paper."""
-    from rich.table import Table
-    from rich.text import Text
-
-    count = dict.fromkeys(('holds', 'misprint', 'fails'), 0)
-    for claim in claims:
-        count[claim.verdict] += 1
-    table = Table(
-        title=f'{len(claims)} claims: {count["holds"]} hold, {count["misprint"]} are misprinted, '
-        f'{count["fails"]} fail',
-        title_justify='left',
-    )
-    table.add_column('§', no_wrap=True)
-    table.add_column('claim', overflow='fold', ratio=3)
-    table.add_column('printed', overflow='fold', ratio=3)
-    for name in ('value', 'computed', 'off by'):
-        table.add_column(name, justify='right', no_wrap=True)
-    table.add_column('verdict', overflow='fold', ratio=4)
-    for number, claim in enumerate(claims):
-        if number and claims[number - 1].paper != claim.paper:
-            table.add_section()
-        # as it is: brackets of formulas are no markup
-        table.add_row(*map(Text, _row(claim)))
-    return table
+def claim_lines(claim: Claim, width: int) -> list[str]:
+    """Return a claim in lines: what it says and the verdict, the print, and why it fails."""
+    head = f'{claim.paper} §{claim.paragraph}'
+    lines = wrap(f'{head:<12} {claim.verdict:<9} {claim.claim}', width, subsequent_indent=_INDENT)
+    said = f'printed: {claim.printed}'
+    if math.isfinite(claim.printed_value):
+        said += f' = {claim.printed_value:.9g}'
+    said += f'; computed: {claim.computed:.9g}'
+    if math.isfinite(claim.difference):
+        said += f'; off by {claim.difference:.1e}'
+    lines += wrap(said, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    because = claim.because
+    if claim.corrected:
+        because = f'read {claim.corrected}' + (f': {because}' if because else '')
+    return lines + wrap(because, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
 
 
-def _row(claim: Claim) -> tuple[str, ...]:
-    said: str = claim.verdict
-    if claim.verdict == 'misprint':
-        said = f'misprint for {claim.corrected}: {claim.because}'
-    elif claim.verdict == 'fails':
-        said = f'does not hold: {claim.because}'
-    return (
-        f'{claim.paper} {claim.paragraph}',
-        claim.claim,
-        claim.printed,
-        _figure(claim.printed_value, '.9g'),
-        _figure(claim.computed, '.9g'),
-        _figure(claim.difference, '.1e'),
-        said,
-    )
-
-
-def _figure(value: float, form: str) -> str:
-    return f'{value:{form}}' if math.isfinite(value) else '–'
+def _summary(claims: Sequence[Claim]) -> str:
+    found = [claim.verdict for claim in claims]
+    hold, misprinted, fail = (found.count(name) for name in ('holds', 'misprint', 'fails'))
+    return f'{len(claims)} claims: {hold} hold, {misprinted} are misprinted, {fail} do not hold'

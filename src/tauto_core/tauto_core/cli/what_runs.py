@@ -41,6 +41,8 @@ def reason(scene: Scene, machine: Machine | FluidPendulum, propagator: str) -> s
 
 def _uneven(machine: Machine) -> str:
     """Return what makes a well other than harmonic; empty if nothing does."""
+    if machine.is_linear:
+        return ''
     parts = {
         "the weight's inertia": machine.carried_mass > 0.0,
         "the spring's stiffness": machine.stiffness > 0.0,

@@ -55,8 +55,18 @@ class Cam(ABC):
         """Largest |ϑ| at which the thread lies on the cheek [rad]; inf where there is none."""
 
     @property
+    def drawn_rad(self) -> float:
+        """Up to which angle the cheek is drawn unless asked otherwise [rad]: at most a turn."""
+        return min(self.range_rad, math.tau)
+
+    @property
     def linear_rate(self) -> float | None:
         """dt/dϑ [m/rad] where the lever arm is exactly linear, else None."""
+        return None
+
+    @property
+    def suits(self) -> tuple[float, float] | None:
+        """(m/I [1/m²], κ/P [1/m]) of the power with which every swing takes the same time."""
         return None
 
     @property

@@ -29,6 +29,11 @@ class LinearCam(Cam):
         """The law of the lever arm as plain numbers."""
         return LinearLever(self.linear_rate)
 
+    @property
+    def suits(self) -> tuple[float, float]:
+        """(0, 0): a constant pull without inertia."""
+        return 0.0, 0.0
+
     def lever_arm(self, angle: ArrayLike) -> FloatArray:
         """Return t = b·ϑ [m]."""
         return self.linear_rate * self.within(angle)

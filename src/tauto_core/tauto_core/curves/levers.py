@@ -51,4 +51,35 @@ class TableLever(NamedTuple):
     lifts: FloatArray
 
 
-Lever: TypeAlias = LinearLever | ArcLever | TableLever
+class SpringLever(NamedTuple):
+    """t = rate·ϑ/√(1 + bend·ϑ²), h = rate·ϑ²/(1 + √(1 + bend·ϑ²)): a spring's own cam.
+
+    Attributes:
+        rate: t'(0) [m/rad], > 0.
+        bend: rate · stiffness/force of the spring [1/rad²], ≥ 0.
+    """
+
+    rate: float
+    bend: float
+
+
+class SmoothLever(NamedTuple):
+    """An analytic law as polynomials in |ϑ|, to rounding: no joint can be told from the law.
+
+    On n pieces as TableLever, of any degree. Up to knots[1], with u = (ϑ/knots[1])²,
+    t = ϑ Σ_j middle[0, j]·u^j, t' = Σ_j middle[1, j]·u^j and h = ϑ² Σ_j middle[2, j]·u^j.
+
+    Attributes:
+        knots: shape (n + 1,) [rad], strictly increasing from 0 to the cam's range.
+        coefficients: shape (n, d), C order, [m/rad^j].
+        lifts: shape (n,) [m], the lift at knots[k]; lifts[0] = 0.
+        middle: shape (3, (d + 1)/2), C order [m/rad], [m/rad], [m/rad²].
+    """
+
+    knots: FloatArray
+    coefficients: FloatArray
+    lifts: FloatArray
+    middle: FloatArray
+
+
+Lever: TypeAlias = LinearLever | ArcLever | TableLever | SpringLever | SmoothLever

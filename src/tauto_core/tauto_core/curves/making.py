@@ -6,6 +6,9 @@ import math
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
+from tauto_core.curves.corrected import SpringCorrected, WeightCorrected
+from tauto_core.curves.curvature import hollow
+from tauto_core.curves.nearest import nearest
 from tauto_core.curves.table import load_table
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
@@ -14,34 +17,98 @@ from tauto_core.scene.models import (
     HoleCam,
     HoleThread,
     InvoluteCam,
+    SpringCorrectedCam,
+    SpringPower,
     TableCam,
     Trochlea,
     VerticalThread,
+    WeightCorrectedCam,
+    WeightPower,
 )
 
 
-def make_cam(trochlea: Trochlea) -> Cam:
+def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
     """Return the cam of a trochlea with the thread it is made for.
 
+    Args:
+        trochlea: of the scene; inertia and power count for the cams that are made for them.
+        gravity: of the scene [m/s2].
+
     Raises:
-        SceneError: a cam and a thread that don't go together, or a table that can't be used.
+        SceneError: a cam, a thread and a power that don't go together, a cheek that no thread
+            can wrap, or a table that can't be used.
     """
-    match trochlea.cam, trochlea.thread:
-        case InvoluteCam(base_radius=radius), VerticalThread():
+    thread = trochlea.thread
+    distance = thread.distance if isinstance(thread, HoleThread) else math.inf
+    match trochlea.cam, thread, trochlea.power:
+        case InvoluteCam(base_radius=radius), VerticalThread(), _:
             return Involute(radius)
-        case HoleCam(lever_rate=rate), HoleThread(distance=distance):
+        case HoleCam(lever_rate=rate), HoleThread(), _:
             return Hole(rate, distance)
-        case CircularArcCam(radius=radius, root_depth=depth), VerticalThread():
+        case CircularArcCam(radius=radius, root_depth=depth), VerticalThread(), _:
             return CircularArc(radius, depth)
-        case TableCam(path=path), VerticalThread():
-            return load_table(data_path(path), math.inf)
-        case TableCam(path=path), HoleThread(distance=distance):
+        case TableCam(path=path), VerticalThread() | HoleThread(), _:
             return load_table(data_path(path), distance)
-        case cam, thread:
+        case (
+            WeightCorrectedCam(period=period),
+            VerticalThread() | HoleThread(),
+            WeightPower(mass=mass, massless=False),
+        ):
+            rate = _lever_rate(trochlea, period, mass * gravity)
+            return WeightCorrected(rate, mass / trochlea.inertia, distance)
+        case SpringCorrectedCam(), VerticalThread() | HoleThread(), SpringPower():
+            return _spring_corrected(trochlea, trochlea.cam, trochlea.power, distance)
+        case cam, thread, power:
             raise SceneError(
                 'trochlea',
                 'thread.kind',
                 thread.kind,
-                f'a cam of kind {cam.kind!r} is not made for this thread',
-                'Put hole with hole, involute and circular_arc with vertical, table with either.',
+                f'a cam of kind {cam.kind!r} is not made for this thread and power {power.kind!r}',
+                'Put hole with hole, involute and circular_arc with vertical, table, '
+                'weight_corrected and spring_corrected with either; weight_corrected goes with a '
+                'weight that has inertia, spring_corrected with a spring.',
             )
+
+
+def _lever_rate(trochlea: Trochlea, period: float, pull: float) -> float:
+    """Return t'(0) = I ω²/P [m/rad]."""
+    omega = math.tau / period
+    rate = trochlea.inertia * omega * omega / pull
+    if not 0.0 < rate < math.inf:
+        raise SceneError(
+            'trochlea',
+            'trochlea.cam.period',
+            period,
+            f'asks for a lever arm of {rate!r} m a radian at rest',
+            'Give a period in seconds that wheel and power can keep, for example 1.0.',
+        )
+    return rate
+
+
+def _spring_corrected(
+    trochlea: Trochlea, wanted: SpringCorrectedCam, power: SpringPower, distance: float
+) -> SpringCorrected:
+    def cam(period: float, stiffness: float) -> SpringCorrected:
+        rate = _lever_rate(trochlea, period, power.force)
+        return SpringCorrected(rate, stiffness / power.force, distance)
+
+    made = cam(wanted.period, power.stiffness)
+    stretch = hollow(made)
+    if stretch is None:
+        return made
+    softest = nearest(
+        power.stiffness, 0.5, lambda value: hollow(cam(wanted.period, value)) is None
+    )
+    slowest = nearest(
+        wanted.period, 2.0, lambda value: hollow(cam(value, power.stiffness)) is None
+    )
+    nearer = '' if math.isinf(distance) else ', or bring the hole nearer'
+    raise SceneError(
+        'trochlea',
+        'trochlea.power.stiffness',
+        power.stiffness,
+        f'the cheek of spring_corrected would be hollow from {stretch[0]:.6g} to '
+        f'{stretch[1]:.6g} rad, and a thread bridges a hollow',
+        f'Use a stiffness of at most {softest:.4g} N/m, or a period of at least {slowest:.4g} '
+        f's{nearer}.',
+    )

@@ -1,4 +1,4 @@
-"""A cam by measurement: its lever arm tabulated against the angle, in a CSV file."""
+"""A cam by its numbers: a lever arm tabulated in a CSV file, or computed to rounding."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.inversion import invert_lift
-from tauto_core.curves.levers import TableLever
+from tauto_core.curves.levers import SmoothLever, TableLever
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 
@@ -42,11 +42,11 @@ class Table(Cam):
     """
 
     source: str
-    law: TableLever = field(repr=False)
+    law: TableLever | SmoothLever = field(repr=False)
     distance: float = math.inf
 
     @property
-    def lever(self) -> TableLever:
+    def lever(self) -> TableLever | SmoothLever:
         """The law of the lever arm as plain numbers."""
         return self.law
 
@@ -119,6 +119,15 @@ class Table(Cam):
     @cached_property
     def _gain(self) -> PPoly:
         return self._curvature.antiderivative()
+
+
+class Fitted(Table):
+    """A cam whose lever arm is an analytic law, as polynomials to rounding."""
+
+    @property
+    def joints(self) -> FloatArray:
+        """None: where its polynomials join cannot be told from the law."""
+        return np.empty(0)
 
 
 def load_table(path: Path, distance: float = math.inf) -> Table:

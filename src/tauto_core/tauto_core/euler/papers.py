@@ -1,18 +1,11 @@
-"""The papers, in their order, and all their claims."""
+"""The claims of all three papers, in their order."""
 
 from __future__ import annotations
 
-from importlib import import_module
-
+from tauto_core.euler import axle_1780, fluid_1729, trochlea_1727
 from tauto_core.euler.claim import Claim
-
-PAPERS = ('tauto_core.euler.fluid_1729',)
-"""Modules with a function `claims() -> list[Claim]`, in the order of the papers."""
 
 
 def all_claims() -> list[Claim]:
-    """Return the claims of all papers, in the order of paper and paragraph."""
-    found: list[Claim] = []
-    for name in PAPERS:
-        found += import_module(name).claims()
-    return found
+    """Return the claims in the order of paper and paragraph."""
+    return [*trochlea_1727.claims(), *fluid_1729.claims(), *axle_1780.claims()]

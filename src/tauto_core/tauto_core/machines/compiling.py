@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from tauto_core.curves import make_cam
 from tauto_core.machines.fluid_pendulum import FluidPendulum, compile_fluid_pendulum
+from tauto_core.machines.remedies import wider_range
 from tauto_core.machines.trochlea import Machine
-from tauto_core.scene.errors import ABSENT, SceneError
+from tauto_core.scene.errors import ABSENT, SceneError, naming
 from tauto_core.scene.models import (
     ForcePower,
     Scene,
@@ -49,6 +50,8 @@ def _compile_trochlea(scene: Scene, trochlea: Trochlea) -> Machine:
         case WeightPower():
             pulling = trochlea.power.mass
             carried = 0.0 if trochlea.power.massless else pulling
+    with naming(scene.name, 'trochlea'):
+        cam = make_cam(trochlea, scene.gravity)
     machine = Machine(
         inertia=trochlea.inertia,
         carried_mass=carried,
@@ -56,7 +59,7 @@ def _compile_trochlea(scene: Scene, trochlea: Trochlea) -> Machine:
         force=force,
         stiffness=stiffness,
         gravity=scene.gravity,
-        cam=make_cam(trochlea),
+        cam=cam,
         follows_apparent_vertical=pulling > 0.0 and isinstance(trochlea.thread, VerticalThread),
         drag=scene.drag,
         escapement=scene.escapement,
@@ -75,5 +78,5 @@ def _check_release(scene: Scene, machine: Machine) -> None:
             'trochlea.release_angle',
             machine.release_angle,
             f'beyond the cam, whose range is ±{edge!r} rad',
-            'Release the wheel nearer to rest or give the cam a wider range.',
+            f'Release the wheel nearer to rest{wider_range(machine)}.',
         )

@@ -1,11 +1,76 @@
-"""Closed forms for choosing a regulator (Euler 1727, XIX–XXI, XXIX).
+"""Euler's rules for choosing a regulator, both ways (1727, XIX–XXI, XXIX).
 
-A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b).
+A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b), so
+I ω² = P b: of period, wheel, pull and lever rate three give the fourth.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+
+from tauto_core.scene.errors import UsageError
+
+
+@dataclass(frozen=True)
+class Design:
+    """A regulator with a linear lever arm under a pull without inertia.
+
+    Attributes:
+        period: of a full swing [s].
+        inertia: I of the wheel [kg m2].
+        pull: P in the thread [N].
+        lever_rate: b, the base radius of an involute [m/rad].
+    """
+
+    period: float
+    inertia: float
+    pull: float
+    lever_rate: float
+
+    def pendulum_length(self, gravity: float) -> float:
+        """Return L of the isochronous simple pendulum [m]."""
+        return equivalent_pendulum_length(self.inertia, self.pull, self.lever_rate, gravity)
+
+
+def complete(
+    *,
+    period: float | None = None,
+    inertia: float | None = None,
+    pull: float | None = None,
+    lever_rate: float | None = None,
+) -> Design:
+    """Return the design that three of its four numbers determine: I (2π/T)² = P b.
+
+    Args:
+        period: T of a full swing [s], > 0.
+        inertia: I of the wheel [kg m2], > 0.
+        pull: P in the thread [N], > 0.
+        lever_rate: b, the base radius of an involute [m/rad], > 0.
+
+    Raises:
+        UsageError: not exactly one is left out, or one is not positive and finite.
+    """
+    given = {'period': period, 'inertia': inertia, 'pull': pull, 'lever_rate': lever_rate}
+    missing = [name for name, value in given.items() if value is None]
+    if len(missing) != 1:
+        raise UsageError(
+            f'a design has four numbers, {", ".join(given)}, of which three give the fourth; '
+            f'left out: {", ".join(missing) or "none"}. Leave out exactly one'
+        )
+    for name, value in given.items():
+        if value is not None and not 0.0 < value < math.inf:
+            raise UsageError(f'{name} = {value!r}: must be > 0 and finite. Give another')
+    if period is None:
+        period = math.tau * math.sqrt((inertia or 0.0) / ((pull or 0.0) * (lever_rate or 0.0)))
+    stiffness = (math.tau / period) ** 2
+    if inertia is None:
+        inertia = (pull or 0.0) * (lever_rate or 0.0) / stiffness
+    if pull is None:
+        pull = inertia * stiffness / (lever_rate or 0.0)
+    if lever_rate is None:
+        lever_rate = inertia * stiffness / pull
+    return Design(period, inertia, pull, lever_rate)
 
 
 def disc_inertia(weight: float, radius: float, gravity: float) -> float:
@@ -17,6 +82,28 @@ def disc_inertia(weight: float, radius: float, gravity: float) -> float:
         gravity: g [m/s2], > 0.
     """
     return weight * radius * radius / (2.0 * gravity)
+
+
+def disc_weight(inertia: float, radius: float, gravity: float) -> float:
+    """Return Q = 2 g I/a² of a homogeneous disc [N].
+
+    Args:
+        inertia: I [kg m2].
+        radius: a of the disc [m], > 0.
+        gravity: g [m/s2].
+    """
+    return 2.0 * gravity * inertia / (radius * radius)
+
+
+def disc_radius(inertia: float, weight: float, gravity: float) -> float:
+    """Return a = √(2 g I/Q) of a homogeneous disc [m].
+
+    Args:
+        inertia: I [kg m2].
+        weight: Q of the disc [N], > 0.
+        gravity: g [m/s2].
+    """
+    return math.sqrt(2.0 * gravity * inertia / weight)
 
 
 def equivalent_pendulum_length(
@@ -57,6 +144,30 @@ def base_radius_of_disc(weight: float, pull: float, length: float) -> float:
         length: L of the isochronous simple pendulum [m].
     """
     return 2.0 * pull * length / weight
+
+
+def length_of_thick_disc(weight: float, radius: float, pull: float, base_radius: float) -> float:
+    """Return L = Q a⁴ r/(2 P) with a in units of r [m]: §XXI as printed.
+
+    Q is then the weight of a disc of radius r and of the thickness of the larger one.
+
+    Args:
+        weight: Q of the small disc [N].
+        radius: of the large disc [m].
+        pull: P in the thread [N], > 0.
+        base_radius: r [m], > 0.
+    """
+    return weight * (radius / base_radius) ** 4 * base_radius / (2.0 * pull)
+
+
+def length_of_period(period: float, gravity: float) -> float:
+    """Return L = g (T/2π)² [m] of the simple pendulum with this full period.
+
+    Args:
+        period: T [s].
+        gravity: g [m/s2].
+    """
+    return gravity * (period / math.tau) ** 2
 
 
 def half_period(length: float, gravity: float) -> float:

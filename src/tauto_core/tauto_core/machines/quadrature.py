@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -60,6 +61,11 @@ def integrate(
     )
 
 
+@lru_cache(maxsize=1)
+def _rule() -> tuple[FloatArray, FloatArray]:
+    return np.polynomial.legendre.leggauss(_NODES)
+
+
 def gauss(
     function: Callable[[FloatArray], FloatArray], left: FloatArray, width: FloatArray
 ) -> FloatArray:
@@ -70,7 +76,7 @@ def gauss(
         left: where the intervals begin, shape (n,).
         width: of the intervals, shape (n,).
     """
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = _rule()
     values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
     # along the last axis, so that the order of summation does not depend on the shape
     total: FloatArray = np.sum(values * weights, axis=-1)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves import Cam
+from tauto_core.curves.corrected import CorrectedCam
 from tauto_core.machines.quadrature import gauss, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
@@ -68,9 +69,14 @@ class Machine:
 
     @property
     def is_harmonic(self) -> bool:
-        """Whether the well is exactly harmonic: linear lever arm, constant pull, no mass."""
-        linear = self.cam.linear_rate is not None
-        return linear and self.carried_mass == 0.0 and self.stiffness == 0.0
+        """Whether the well is exactly harmonic in the arc: the cam is the power's tautochrone."""
+        stiffness = self.stiffness / self.force if self.stiffness else 0.0
+        return self.cam.suits == (self.carried_mass / self.inertia, stiffness)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the torque on land is −I ω²ϑ exactly: a harmonic well that carries no mass."""
+        return self.is_harmonic and self.carried_mass == 0.0
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
         """Return F = P + κh + m g_eff [N].
@@ -100,17 +106,27 @@ class Machine:
     def arc(self, angle: ArrayLike) -> FloatArray:
         """Return s(ϑ) = ∫ √M dϑ from 0 [√kg m], odd in ϑ.
 
-        With a linear lever arm and k = b√(m/I): s = √I/2 · (ϑ√(1 + k²ϑ²) + asinh(kϑ)/k).
+        With a linear lever arm and k = b√(m/I): s = √I/2 · (ϑ√(1 + k²ϑ²) + asinh(kϑ)/k). In a
+        harmonic well s = √(2V)/ω.
         """
         angle = self.cam.within(angle)
         root = math.sqrt(self.inertia)
         if self.carried_mass == 0.0:
             return root * angle
+        if self.is_harmonic:
+            arc: FloatArray = np.sqrt(2.0 * self.potential(angle)) / self.frequency
+            return np.copysign(arc, angle)
         rate = self.cam.linear_rate
         if rate is None:
             return np.copysign(self._arc_by_quadrature(np.abs(angle)), angle)
         k = rate * math.sqrt(self.carried_mass) / root
         return 0.5 * root * (angle * np.hypot(1.0, k * angle) + np.arcsinh(k * angle) / k)
+
+    def angle_of_arc(self, arc: ArrayLike) -> FloatArray:
+        """Return ϑ where the arc of a harmonic well is s [√kg m], odd in s; V = ½ω²s²."""
+        along: FloatArray = self.frequency * np.asarray(arc, dtype=np.float64)
+        lift = self.lift_of_potential(0.5 * along * along)
+        return np.copysign(self.cam.angle_of_lift(lift), along)
 
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s].
@@ -131,12 +147,14 @@ class Machine:
         if top == 0.0:
             return self.small_period
         joints = cam.joints[cam.joints < amplitude]
+        # a corrected cam knows the angle of a lift in closed form
+        falls = not isinstance(cam, CorrectedCam)
 
         def integrand(u: FloatArray) -> FloatArray:
             sine, kinetic = np.sin(u), top * np.cos(u) ** 2
             lift = self.lift_of_potential(top * sine * sine)
             angle = cam.angle_of_lift(lift)
-            near = (sine * sine > 0.5) & (angle > joints.max(initial=0.0))
+            near = falls & (sine * sine > 0.5) & (angle > joints.max(initial=0.0))
             angle[near] = self._angle_at(kinetic[near], angle[near], amplitude)
             mass = self.mass(angle)
             self._check_taut(angle, lift, mass, kinetic)

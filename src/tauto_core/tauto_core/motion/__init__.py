@@ -41,11 +41,11 @@ def propagator_name(machine: Machine | FluidPendulum, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
     if isinstance(machine, FluidPendulum):
         return 'half_swings'
-    if _stays_linear(machine):
-        if still and machine.drag is None:
-            return 'harmonic'
-        if still or not machine.pulling_mass:
-            return 'forced_harmonic'
+    undriven = machine.drag is None and machine.escapement is None
+    if still and machine.is_harmonic and undriven:
+        return 'harmonic'
+    if _stays_linear(machine) and (still or not machine.pulling_mass):
+        return 'forced_harmonic'
     if not still or machine.drag is not None or machine.escapement is not None:
         return 'collocation'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
@@ -53,7 +53,7 @@ def propagator_name(machine: Machine | FluidPendulum, *, still: bool) -> str:
 
 def _stays_linear(machine: Machine) -> bool:
     """Return whether nothing but an underdamped linear well acts on a platform at rest."""
-    if not machine.is_harmonic or machine.escapement is not None:
+    if not machine.is_linear or machine.escapement is not None:
         return False
     drag = machine.drag
     if drag is None:

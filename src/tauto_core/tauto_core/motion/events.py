@@ -48,8 +48,8 @@ from tauto_core.motion.wells import (
     term,
 )
 
-NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, VALLEY = range(7)
-"""VALLEY is no event: where the cam angle is nearest to the kink without a change of side."""
+NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = range(6)
+"""The negative of a kind is no event, but where the value of that kind stops falling."""
 
 STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
 DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
@@ -106,8 +106,6 @@ def _value(kind: int, limits: Any, mode: Any, state: Any) -> float:
         return limits[0] - d * state[0]
     if kind == AT_EDGE:
         return limits[1] - abs(state[4])
-    if kind == VALLEY:
-        return -side * state[2]
     return state[5]
 
 
@@ -154,6 +152,8 @@ def _within(
         return limits[0] - mode[1] * (angle_at(well, x) + tilt)
     at = forcing_at(forcing, k, x0 + xi * hx)
     state = acceleration(well, mode, x, omega[0] * y, at)
+    if kind < 0:
+        return -slope(-kind, mode, state, at)
     return _value(kind, limits, mode, state)
 
 
@@ -263,18 +263,18 @@ def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work:
 
 @compiled
 def _dip(
-    limits: Any, well: Any, mode: Any, omega: Any, floats: Any, end: Any, place: Any, work: Any
+    kind: int, limits: Any, well: Any, mode: Any, omega: Any, floats: Any, place: Any, work: Any
 ) -> tuple[float, float]:
-    """Return where in the step the cam angle is furthest beyond a kink it comes back over.
+    """Return where in the step an event's value is lowest between two passages, and the value.
 
-    Also the value of KINK there; (2, 0) where it does not come back.
+    (2, 0) where it is not: only a value that falls at first and rises at last passes zero twice.
     """
-    before = _within(VALLEY, limits, well, mode, omega, floats, place, 0.0, work)
-    after = _value(VALLEY, limits, mode, end)
+    before = _within(-kind, limits, well, mode, omega, floats, place, 0.0, work)
+    after = _within(-kind, limits, well, mode, omega, floats, place, 1.0, work)
     if not (before > 0.0 and after < 0.0):
         return 2.0, 0.0
-    xi = _locate(VALLEY, limits, well, mode, omega, floats, place, 1.0, after, 1e-3, work)
-    value = _within(KINK, limits, well, mode, omega, floats, place, xi, work)
+    xi = _locate(-kind, limits, well, mode, omega, floats, place, 1.0, after, 1e-3, work)
+    value = _within(kind, limits, well, mode, omega, floats, place, xi, work)
     return (xi, value) if value < 0.0 else (2.0, 0.0)
 
 
@@ -317,8 +317,8 @@ def first_event(
             continue
         if kind == AT_SLACK and not _has_weight_in(machine):
             continue
-        if kind == KINK and last > 1.0:
-            last, at_last = _dip(limits, well, mode, omega, floats, state, place, work)
+        if last > 1.0 and (kind == KINK or (kind == TURNING and turns_abruptly(machine))):
+            last, at_last = _dip(kind, limits, well, mode, omega, floats, place, work)
         if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
             last = passed[kind - AT_EDGE]
             at_last = _within(kind, limits, well, mode, omega, floats, place, last, work)

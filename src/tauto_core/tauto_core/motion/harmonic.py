@@ -1,8 +1,10 @@
 """The ideal cam on a steady platform: harmonic motion in closed form.
 
-θ = A cos ωt with ω² = F t'/I, exact at any time at no cost per swing (A §XV–XIX: isochronous with
-a simple pendulum of length I g/(P r)). The phase ωt is reduced as t · ω/π with ω/π carried to
-twice the working precision, so that a hundred days later only the rounding of the phase is left.
+s = s(A) cos ωt along the arc, with ω² = F t'(0)/I, exact at any time at no cost per swing
+(A §XV–XIX: isochronous with a simple pendulum of length I g/(P r)). Where nothing but the wheel
+has inertia the arc is the angle; with a weight's own cam it is not (theory D). The phase ωt is
+reduced as t · ω/π with ω/π carried to twice the working precision, so that a hundred days later
+only the rounding of the phase is left.
 """
 
 from __future__ import annotations
@@ -15,17 +17,17 @@ from tauto_core.machines import Machine
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
 from tauto_core.motion.phase import DIGITS, PI, half_turns, two_floats
-from tauto_core.samples import IntArray
+from tauto_core.samples import FloatArray, IntArray
 
 NAME = 'harmonic'
 
 
 def frequency(machine: Machine) -> Decimal:
-    """Return ω = √(F t'/I) of a harmonic well in 50 digits, the machine's numbers exact [1/s]."""
+    """Return ω = √(F t'(0)/I) of a well in 50 digits, the machine's numbers exact [1/s]."""
     with localcontext() as context:
         context.prec = DIGITS
         pull = Decimal(machine.force) + Decimal(machine.pulling_mass) * Decimal(machine.gravity)
-        rate = Decimal(machine.cam.linear_rate or 0.0)
+        rate = Decimal(float(machine.cam.lever_rate(0.0)))
         return (pull * rate / Decimal(machine.inertia)).sqrt()
 
 
@@ -50,14 +52,36 @@ class Harmonic(ClosedForm):
         machine = self._machine
         omega = machine.frequency
         half, fraction = half_turns(time_ns, self._half_turns_per_ns)
-        amplitude = np.where(half % 2 == 0, machine.release_angle, -machine.release_angle)
-        angle = amplitude * np.cos(np.pi * fraction)
+        sign = np.where(half % 2 == 0, 1.0, -1.0)
+        cosine, sine = sign * np.cos(np.pi * fraction), sign * np.sin(np.pi * fraction)
+        angle, rate, torque = self._swing(cosine, sine)
         return Motion(
             angle=angle,
-            rate=-amplitude * omega * np.sin(np.pi * fraction),
-            torque=-machine.inertia * omega * omega * angle,
+            rate=rate,
+            torque=torque,
             half_turns=half,
             fraction=fraction,
             phase_rate=np.full(len(time_ns), omega),
             beats=half + (fraction > 0.5),
         )
+
+    def _swing(
+        self, cosine: FloatArray, sine: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return ϑ, ϑ̇ and I ϑ̈ where the phase has this cosine and sine.
+
+        From ṡ = √M ϑ̇ and s̈ = −ω²s: ϑ̈ = −(ω²s + m t t' ϑ̇²/√M)/√M.
+        """
+        machine = self._machine
+        omega = machine.frequency
+        if machine.is_linear:
+            angle = machine.release_angle * cosine
+            rate = -machine.release_angle * omega * sine
+            return angle, rate, -machine.inertia * omega * omega * angle
+        top = float(machine.arc(machine.release_angle))
+        angle = machine.angle_of_arc(top * cosine)
+        root = np.sqrt(machine.mass(angle))
+        rate = -top * omega * sine / root
+        arm, slope = machine.cam.lever_arm(angle), machine.cam.lever_rate(angle)
+        ride = machine.carried_mass * arm * slope * rate * rate / root
+        return angle, rate, -machine.inertia * (omega * omega * top * cosine + ride) / root

@@ -187,6 +187,18 @@ def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
 
 
 @_built
+def root(_typing: Any, x: Any) -> Any:
+    """Return the square root, correctly rounded: lanes of lanes, a float of a float."""
+    kind = x if x is LANES else types.float64
+
+    def build(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
+        name, result = (f'v{SIZE}f64', _VECTOR) if kind is LANES else ('f64', _DOUBLE)
+        return _call(builder, f'llvm.sqrt.{name}', result, list(args))
+
+    return kind(kind), build
+
+
+@_built
 def largest(_typing: Any, lanes: Any) -> Any:
     """Return the largest magnitude of the lanes; NaNs may be passed over."""
 

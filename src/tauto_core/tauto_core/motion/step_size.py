@@ -46,9 +46,10 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
 
     A spline's joints break the law of the square: there the error is the coefficient itself.
     """
-    if machine.cam.linear_rate is None and not machine.cam.kinked:
+    if machine.cam.joints.size:
         return 0.0
-    weak = shape is not None or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
+    weak = shape is not None or machine.is_linear
+    weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
 
 

@@ -30,11 +30,11 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from tauto_core.curves.levers import ArcLever, LinearLever
+from tauto_core.curves.levers import ArcLever, LinearLever, SmoothLever, SpringLever
 from tauto_core.motion import arc_length
 from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.gauss import STAGES
-from tauto_core.motion.lanes import LANES, fma, lane, largest, splat, with_lane
+from tauto_core.motion.lanes import LANES, fma, lane, largest, root, splat, with_lane
 from tauto_core.motion.rotation import sine_versine
 
 SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
@@ -55,7 +55,7 @@ def horner(coefficients: Any, k: int, x: float) -> tuple[float, float, float]:
 
 @compiled
 def _spline(lever: Any, q: float) -> tuple[float, float, float]:
-    """Return t, t' and h of a table; odd, odd's derivative, even."""
+    """Return t, t' and h of pieces; odd, odd's derivative, even."""
     size = abs(q)
     knots = lever.knots
     k = min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
@@ -65,6 +65,45 @@ def _spline(lever: Any, q: float) -> tuple[float, float, float]:
     for j in range(lever.coefficients.shape[1] - 1, -1, -1):
         lift = lift * x + lever.coefficients[k, j] / (j + 1.0)
     return math.copysign(value, q), first, lever.lifts[k] + lift * x
+
+
+@compiled
+def _splines(lever: Any, q: Any) -> Any:
+    """Return t, t' and h of pieces at the stages."""
+    arm, rate, lift = splat(0.0), splat(0.0), splat(0.0)
+    for i in range(STAGES):
+        value, first, height = _spline(lever, lane(q, i))
+        arm = with_lane(arm, i, value)
+        rate = with_lane(rate, i, first)
+        lift = with_lane(lift, i, height)
+    return arm, rate, lift
+
+
+@inlined
+def _smooth(lever: Any, q: Any) -> Any:
+    """Return t, t' and h of an analytic law at the stages: mostly all in its first piece."""
+    if largest(q) > lever.knots[1]:
+        return _splines(lever, q)
+    middle = lever.middle
+    u = q * (1.0 / lever.knots[1])
+    u = u * u
+    last = middle.shape[1] - 1
+    arm, rate, lift = splat(middle[0, last]), splat(middle[1, last]), splat(middle[2, last])
+    for j in range(last - 1, -1, -1):
+        arm = fma(arm, u, middle[0, j])
+        rate = fma(rate, u, middle[1, j])
+        lift = fma(lift, u, middle[2, j])
+    return q * arm, rate, (q * q) * lift
+
+
+@inlined
+def _spring(lever: Any, q: Any) -> Any:
+    """Return t, t' and h of a spring's own cam."""
+    square = q * q
+    stretched = 1.0 + lever.bend * square
+    longer = root(stretched)
+    shorter = lever.rate / longer
+    return q * shorter, shorter / stretched, lever.rate * square / (1.0 + longer)
 
 
 def lever_arm(lever: Any, side: float, q: Any) -> Any:
@@ -88,19 +127,13 @@ def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
             )
 
         return arc
+    if lever.instance_class is SpringLever:
+        return lambda lever, side, q: _spring(lever, q)
     if q is not LANES:
         return lambda lever, side, q: _spline(lever, q)
-
-    def table(lever: Any, side: float, q: Any) -> Any:
-        arm, rate, lift = splat(0.0), splat(0.0), splat(0.0)
-        for i in range(STAGES):
-            value, first, height = _spline(lever, lane(q, i))
-            arm = with_lane(arm, i, value)
-            rate = with_lane(rate, i, first)
-            lift = with_lane(lift, i, height)
-        return arm, rate, lift
-
-    return table
+    if lever.instance_class is SmoothLever:
+        return lambda lever, side, q: _smooth(lever, q)
+    return lambda lever, side, q: _splines(lever, q)
 
 
 def excess(lever: Any, q: Any, t: Any, pull: Any, square: float) -> Any:

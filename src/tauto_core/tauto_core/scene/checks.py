@@ -37,7 +37,12 @@ THREADS_OF_CAM = {
     'circular_arc': ('vertical',),
     # A lever law makes a cam for either thread; a hole only turns the normal by arcsin(t/a).
     'table': ('vertical', 'hole'),
+    'weight_corrected': ('vertical', 'hole'),
+    'spring_corrected': ('vertical', 'hole'),
+    'lever_corrected': ('lever',),
 }
+# What a corrected cam corrects.
+POWER_OF_CAM = {'weight_corrected': 'weight', 'spring_corrected': 'spring'}
 
 
 def samples_beyond_end(scene: Scene) -> int:
@@ -118,6 +123,7 @@ def _machine(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
             f'does not go with trochlea.cam.kind {cam}',
             f'Use thread kind {" or ".join(fitting)}, or a cam of kind {cams}.',
         )
+    yield from _corrected(scene, trochlea)
     if scene.ship.kind == 'still' and trochlea.release_angle == 0.0:
         yield Problem(
             'trochlea.release_angle',
@@ -125,6 +131,36 @@ def _machine(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
             'leaves the wheel at rest for ever on a ship that lies still',
             'Release it at an angle other than 0 rad.',
         )
+
+
+def _corrected(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
+    """Yield what is wrong with the power of a cam that is made for one kind of it."""
+    cam, power = trochlea.cam, trochlea.power
+    if cam.kind not in POWER_OF_CAM or not hasattr(cam, 'period'):
+        return
+    weightless = power.kind == 'weight' and power.massless
+    if power.kind == POWER_OF_CAM[cam.kind] and not weightless:
+        return
+    pull = power.mass * scene.gravity if power.kind == 'weight' else power.force
+    omega = math.tau / cam.period
+    rate = trochlea.inertia * omega * omega / pull
+    plain = (
+        f'cam {{kind: involute, base_radius: {rate:.6g}}}'
+        if trochlea.thread.kind == 'vertical'
+        else f'cam {{kind: hole, lever_rate: {rate:.6g}}}'
+    )
+    others = {
+        'weight': 'a weight whose inertia counts needs cam kind weight_corrected',
+        'spring': 'a spring needs cam kind spring_corrected',
+        'force': f'a pull without inertia or stiffness needs {plain}',
+    }
+    yield Problem(
+        'trochlea.power.massless' if weightless else 'trochlea.power.kind',
+        True if weightless else power.kind,
+        f'does not go with trochlea.cam.kind {cam.kind}, which is made for power kind '
+        f'{POWER_OF_CAM[cam.kind]}',
+        f'For the period of {cam.period!r} s {others["force" if weightless else power.kind]}.',
+    )
 
 
 def _whole_nanoseconds(scene: Scene) -> Iterator[Problem]:

@@ -59,6 +59,27 @@ class HoleCam(Section):
     lever_rate: Positive = Field(description='lever arm per angle of the wheel [m/rad]')
 
 
+class WeightCorrectedCam(Section):
+    """The tautochrone for a weight that has inertia, made for one period (theory D)."""
+
+    kind: Literal['weight_corrected'] = 'weight_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+
+class SpringCorrectedCam(Section):
+    """The tautochrone for a spring with stiffness, made for one period (theory E2)."""
+
+    kind: Literal['spring_corrected'] = 'spring_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+
+class LeverCorrectedCam(Section):
+    """The tautochrone for Sully's lever machine, made for one period (theory A)."""
+
+    kind: Literal['lever_corrected'] = 'lever_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+
 class CircularArcCam(Section):
     """Cheek of a circular arc, the cam before Euler (theory E2)."""
 
@@ -111,7 +132,14 @@ class SpringPower(Section):
 
 
 Cam: TypeAlias = Annotated[
-    InvoluteCam | HoleCam | CircularArcCam | TableCam, Field(discriminator='kind')
+    InvoluteCam
+    | HoleCam
+    | CircularArcCam
+    | TableCam
+    | WeightCorrectedCam
+    | SpringCorrectedCam
+    | LeverCorrectedCam,
+    Field(discriminator='kind'),
 ]
 Thread: TypeAlias = Annotated[VerticalThread | HoleThread, Field(discriminator='kind')]
 Power: TypeAlias = Annotated[ForcePower | WeightPower | SpringPower, Field(discriminator='kind')]

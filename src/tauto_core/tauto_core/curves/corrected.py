@@ -1,0 +1,283 @@
+"""Cams that are tautochrones where Euler's two are not: beyond Euler, theory D and E2.
+
+The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
+mass m, V = m g h, the map (√(I/m) ϑ, h) makes a bead on a wire of the machine, and the wire must
+be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω².
+
+Both take a vertical thread or one through a hole. Only through a hole is the weight's motion
+strictly along the thread; a vertical thread is the limit of a long one (theory A).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tauto_core.curves.cam import Cam
+from tauto_core.curves.fitting import smooth_lever
+from tauto_core.curves.levers import SmoothLever, SpringLever
+from tauto_core.curves.series import arctangent_defect, involute_defect, sine_defect
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import CamRangeError
+
+STEEPEST = 1000.0
+"""tan χ at the edge of a weight's cam on a vertical thread, where t grows without bounds."""
+
+_STEPS = 60
+_ROUNDING = 4.0 * np.finfo(np.float64).eps
+
+
+class CorrectedCam(Cam):
+    """A cam whose lever arm departs from t'(0)·ϑ so that one power train is isochronous."""
+
+    @abstractmethod
+    def _arm_gain(self, angle: FloatArray) -> FloatArray:
+        """Return t(ϑ) − t'(0)·ϑ [m], without cancellation."""
+
+    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        rate = float(self.lever_rate(0.0))
+        sine, cosine = np.sin(angle), np.cos(angle)
+        arm, gain = self._arm_gain(angle), self._rate_gain(angle)
+        x = -rate * involute_defect(angle) + (arm * cosine - gain * sine)
+        return x, rate * (cosine + angle * sine) + (arm * sine + gain * cosine)
+
+
+@dataclass(frozen=True)
+class WeightCorrected(CorrectedCam):
+    """The tautochrone for a weight that has inertia (theory D).
+
+    With λ = √(I/m), L = λ²/r = g/ω² and the slope χ of the cycloid:
+    ϑ = (L/2λ)(χ + sin χ cos χ), h = (L/2) sin²χ, t = λ tan χ, t' = r sec⁴χ, t'' = 4(λ³/L²) tan χ
+    sec⁶χ. The arc is L√m sin χ. On a vertical thread the range is πλ/(4r), less 4e-10 of it: there
+    the lever arm is 1000 λ and grows without bounds. Through a hole at distance a, tan χ ≤ a/λ.
+
+    Attributes:
+        rate: r = t'(0) = I ω²/(m g) [m/rad], > 0.
+        mass_ratio: m/I [1/m²], > 0.
+        distance: of the hole from the axle, a [m]; inf for a vertical thread.
+    """
+
+    rate: float
+    mass_ratio: float
+    distance: float = math.inf
+
+    @cached_property
+    def lever(self) -> SmoothLever:
+        """The law of the lever arm as plain numbers."""
+        return smooth_lever(self.lever_arm, self.lift, self.range_rad)
+
+    @property
+    def suits(self) -> tuple[float, float]:
+        """(m/I, 0): a weight of this inertia, whatever gravity."""
+        return self.mass_ratio, 0.0
+
+    @property
+    def range_rad(self) -> float:
+        """Where t reaches the hole; on a vertical thread πλ/(4r), less 4e-10 of it [rad]."""
+        return float(self.angle_of_slope(min(self.distance / self.gyration, STEEPEST)))
+
+    @property
+    def drawn_rad(self) -> float:
+        """At most a turn, and on a vertical thread up to t = λ [rad]: beyond, it sweeps away."""
+        steepest = STEEPEST if math.isfinite(self.distance) else 1.0
+        return min(self.range_rad, math.tau, float(self.angle_of_slope(steepest)))
+
+    @property
+    def hole_distance(self) -> float:
+        """Distance a of the hole [m]; inf for a vertical thread."""
+        return self.distance
+
+    @property
+    def gyration(self) -> float:
+        """λ = √(I/m) [m]."""
+        return 1.0 / math.sqrt(self.mass_ratio)
+
+    @property
+    def length(self) -> float:
+        """L = λ²/r = g/ω² [m]: of the isochronous simple pendulum."""
+        return 1.0 / (self.mass_ratio * self.rate)
+
+    def angle_of_slope(self, slope: ArrayLike) -> FloatArray:
+        """Return ϑ ≥ 0 [rad] where tan χ = t/λ has the value ≥ 0."""
+        slope = np.asarray(slope, dtype=np.float64)
+        halved = np.arctan(slope) + slope / (1.0 + slope * slope)
+        angle: FloatArray = 0.5 * self.gyration / self.rate * halved
+        return angle
+
+    def slope(self, angle: ArrayLike) -> FloatArray:
+        """Return tan χ = t/λ, odd in ϑ; Kepler's equation χ + sin χ cos χ = 2rϑ/λ."""
+        angle = self.within(angle)
+        per_rad = 2.0 * self.rate / self.gyration
+        mean = np.atleast_1d(per_rad * np.abs(angle))
+        found = np.empty_like(mean)
+        near = mean < 1.2
+        if near.any():
+            found[near] = np.tan(_rising(mean[near]))
+        if not near.all():
+            # near the edge the angle that is left counts
+            edge = 0.25 * math.pi * self.gyration / self.rate
+            left = per_rad * (edge - np.abs(np.atleast_1d(angle)[~near]))
+            found[~near] = 1.0 / np.tan(_falling(left))
+        return np.copysign(found.reshape(angle.shape), angle)
+
+    def lever_arm(self, angle: ArrayLike) -> FloatArray:
+        """Return t = λ tan χ [m]."""
+        return self.gyration * self.slope(angle)
+
+    def lever_rate(self, angle: ArrayLike) -> FloatArray:
+        """Return t' = r sec⁴χ [m/rad]."""
+        square = self.slope(angle) ** 2
+        rate: FloatArray = self.rate * (1.0 + square) ** 2
+        return rate
+
+    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
+        """Return t'' = 4(λ³/L²) tan χ sec⁶χ [m/rad²]."""
+        slope = self.slope(angle)
+        factor = 4.0 * self.rate**2 / self.gyration
+        curvature: FloatArray = factor * slope * (1.0 + slope * slope) ** 3
+        return curvature
+
+    def lift(self, angle: ArrayLike) -> FloatArray:
+        """Return h = (L/2) sin²χ [m]."""
+        square = self.slope(angle) ** 2
+        lift: FloatArray = 0.5 * self.length * (square / (1.0 + square))
+        return lift
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return the ϑ ≥ 0 of a lift [rad], for 0 ≤ h ≤ h(range)."""
+        lift = np.asarray(lift, dtype=np.float64)
+        edge = self.range_rad
+        highest = float(self.lift(edge))
+        if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + _ROUNDING))):
+            raise CamRangeError(
+                f'lifts from {float(np.min(lift))!r} to {float(np.max(lift))!r} m: the cam '
+                f'{self!r} lifts by 0 to {highest!r} m and no more; use a smaller amplitude or a '
+                'cam with a wider range'
+            )
+        square = 2.0 * np.minimum(lift, highest) / self.length
+        return np.minimum(self.angle_of_slope(np.sqrt(square / (1.0 - square))), edge)
+
+    def _rate_gain(self, angle: FloatArray) -> FloatArray:
+        square = self.slope(angle) ** 2
+        gain: FloatArray = self.rate * square * (2.0 + square)
+        return gain
+
+    def _arm_gain(self, angle: FloatArray) -> FloatArray:
+        slope = self.slope(angle)
+        bent = arctangent_defect(slope) + slope**3 / (1.0 + slope * slope)
+        gain: FloatArray = 0.5 * self.gyration * bent
+        return gain
+
+
+@dataclass(frozen=True)
+class SpringCorrected(CorrectedCam):
+    """The tautochrone for a massless spring of any stiffness (theory E2).
+
+    With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), which becomes the
+    involute as κ → 0. The torque is −I ω²ϑ exactly. Through a hole at distance a the range is
+    a/√(b² − a²c²), none where a c ≥ b. The cheek may be hollow at its tip: see `curvature`.
+
+    Attributes:
+        rate: b = t'(0) [m/rad], > 0.
+        stiffness_ratio: κ/P [1/m], ≥ 0.
+        distance: of the hole from the axle, a [m]; inf for a vertical thread.
+    """
+
+    rate: float
+    stiffness_ratio: float
+    distance: float = math.inf
+
+    @property
+    def lever(self) -> SpringLever:
+        """The law of the lever arm as plain numbers."""
+        return SpringLever(self.rate, self.bend)
+
+    @property
+    def bend(self) -> float:
+        """c² = bκ/P [1/rad²]."""
+        return self.rate * self.stiffness_ratio
+
+    @property
+    def suits(self) -> tuple[float, float]:
+        """(0, κ/P): a spring of this stiffness for its pull, without inertia."""
+        return 0.0, self.stiffness_ratio
+
+    @property
+    def range_rad(self) -> float:
+        """Where t reaches the hole [rad]; inf where it never does."""
+        reached = self.distance * math.sqrt(self.bend)
+        if math.isinf(self.distance) or reached >= self.rate:
+            return math.inf
+        return self.distance / math.sqrt((self.rate - reached) * (self.rate + reached))
+
+    @property
+    def hole_distance(self) -> float:
+        """Distance a of the hole [m]; inf for a vertical thread."""
+        return self.distance
+
+    def lever_arm(self, angle: ArrayLike) -> FloatArray:
+        """Return t = bϑ/√(1 + c²ϑ²) [m]."""
+        angle = self.within(angle)
+        return self.rate * angle / np.sqrt(self._square(angle))
+
+    def lever_rate(self, angle: ArrayLike) -> FloatArray:
+        """Return t' = b (1 + c²ϑ²)^(−3/2) [m/rad]."""
+        rate: FloatArray = self.rate * self._square(self.within(angle)) ** -1.5
+        return rate
+
+    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
+        """Return t'' = −3bc²ϑ (1 + c²ϑ²)^(−5/2) [m/rad²]."""
+        angle = self.within(angle)
+        bent: FloatArray = -3.0 * self.rate * self.bend * angle * self._square(angle) ** -2.5
+        return bent
+
+    def lift(self, angle: ArrayLike) -> FloatArray:
+        """Return h = (√(P² + κkϑ²) − P)/κ = bϑ²/(1 + √(1 + c²ϑ²)) [m]."""
+        angle = self.within(angle)
+        return self.rate * angle * angle / (1.0 + np.sqrt(self._square(angle)))
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return ϑ = √(h (2 + hκ/P)/b) [rad], for 0 ≤ h ≤ h(range)."""
+        lift = np.asarray(lift, dtype=np.float64)
+        return self.within(np.sqrt(lift * (2.0 + self.stiffness_ratio * lift) / self.rate))
+
+    def _square(self, angle: FloatArray) -> FloatArray:
+        square: FloatArray = 1.0 + self.bend * angle * angle
+        return square
+
+    def _rate_gain(self, angle: FloatArray) -> FloatArray:
+        return self.rate * np.expm1(-1.5 * np.log1p(self.bend * angle * angle))
+
+    def _arm_gain(self, angle: FloatArray) -> FloatArray:
+        return self.rate * angle * np.expm1(-0.5 * np.log1p(self.bend * angle * angle))
+
+
+def _rising(mean: FloatArray) -> FloatArray:
+    """Return χ of χ + sin χ cos χ = mean, 0 ≤ mean ≤ 1.2: Newton's method."""
+    chi = 0.5 * mean * (1.0 + mean * mean / 12.0)
+    for _ in range(_STEPS):
+        cosine = np.cos(chi)
+        step = 0.5 * (mean - chi - np.sin(chi) * cosine) / (cosine * cosine)
+        chi = chi + step
+        if np.all(np.abs(step) <= 1e-17 + _ROUNDING * chi):
+            break
+    return chi
+
+
+def _falling(left: FloatArray) -> FloatArray:
+    """Return w of w − sin w cos w = left, 0 < left ≤ 0.4: Newton's method."""
+    w = np.cbrt(1.5 * left)
+    w = w * (1.0 + w * w / 15.0)
+    for _ in range(_STEPS):
+        sine = np.sin(w)
+        wrong = 0.5 * sine_defect(2.0 * w) - left
+        step = 0.5 * wrong / (sine * sine)
+        w = w - step
+        if np.all(np.abs(step) <= _ROUNDING * w):
+            break
+    return w

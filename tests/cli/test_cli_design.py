@@ -1,0 +1,109 @@
+"""`tauto design`."""
+
+import json
+import math
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+
+
+def run(*arguments):
+    result = CliRunner().invoke(app, ['design', *map(str, arguments)])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def facts(*arguments):
+    return json.loads(run(*arguments, '--json'))
+
+
+def test_paragraph_20_in_scruples():
+    """Q = 100 P and a pendulum of 3166 scruples: 63.32, printed 63."""
+    euler = ('--disc-is-base', '--disc-weight', 100, '--pull', 1, '--length-unit', 'scruple')
+    lines = run(*euler, '--pendulum', 3166, '--weight-unit', 'pound').splitlines()
+    table = {' '.join(line.split()[:-2]): line.split()[-2:] for line in lines}
+    assert table['base radius'] == ['63.32', 'scruple']
+    assert table['disc weight'] == ['100', 'pound']
+    # with 63 the pendulum would be 3150
+    back = facts(*euler, '--base-radius', 63)
+    assert back['pendulum_m'] == pytest.approx(3150 * 0.31385e-3, rel=1e-12)
+
+
+@pytest.mark.parametrize('left_out', ['period', 'inertia', 'pull', 'base-radius'])
+def test_three_of_four(left_out):
+    given = {'period': 1.0, 'inertia': 4e-4, 'pull': 2.0}
+    given['base-radius'] = 4e-4 * math.tau**2 / 2.0
+    keys = {'period': 'period_s', 'inertia': 'inertia_kg_m2', 'pull': 'pull_n'}
+    expected = given.pop(left_out)
+    options = [word for name, value in given.items() for word in (f'--{name}', repr(value))]
+    found = facts(*options)
+    assert found[keys.get(left_out, 'base_radius_m')] == pytest.approx(expected, rel=1e-14)
+
+
+def test_a_disc_and_what_it_lacks():
+    """L = Q a²/(2 P r) (XXI), solved for each of its letters."""
+    q, a, p, r, g = 3.0, 0.04, 0.2, 0.01, 9.81
+    whole = {'disc-weight': q, 'disc-radius': a, 'pull': p, 'base-radius': r}
+    length = q * a * a / (2 * p * r)
+    whole['period'] = math.tau * math.sqrt(length / g)
+    keys = {
+        'disc-weight': 'disc_weight_n',
+        'disc-radius': 'disc_radius_m',
+        'pull': 'pull_n',
+        'base-radius': 'base_radius_m',
+        'period': 'period_s',
+    }
+    for name, key in keys.items():
+        options = [
+            word
+            for other, value in whole.items()
+            if other != name
+            for word in (f'--{other}', value)
+        ]
+        found = facts(*options, '--gravity', g)
+        assert found[key] == pytest.approx(whole[name], rel=1e-14)
+        assert found['pendulum_m'] == pytest.approx(length, rel=1e-14)
+
+
+def test_the_disc_that_is_the_base_circle_lacks_one_of_four():
+    q, p, r, g = 3.0, 0.2, 0.01, 9.80665
+    whole = {'disc-weight': q, 'pull': p, 'base-radius': r, 'pendulum': q * r / (2 * p)}
+    keys = {
+        'disc-weight': 'disc_weight_n',
+        'pull': 'pull_n',
+        'base-radius': 'base_radius_m',
+        'pendulum': 'pendulum_m',
+    }
+    for name, key in keys.items():
+        options = [
+            word
+            for other, value in whole.items()
+            if other != name
+            for word in (f'--{other}', value)
+        ]
+        found = facts('--disc-is-base', *options)
+        assert found[key] == pytest.approx(whole[name], rel=1e-14)
+        assert found['disc_radius_m'] == found['base_radius_m']
+        assert found['inertia_kg_m2'] == pytest.approx(q * r * r / (2 * g), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'said'),
+    [
+        (['--period', '1'], 'left out: inertia, pull, lever_rate'),
+        (['--period', '1', '--pendulum', '1'], 'the same thing twice'),
+        (['--inertia', '1', '--disc-weight', '1'], 'the same thing twice'),
+        (['--period', '-1', '--inertia', '1', '--pull', '1'], '--period = -1.0'),
+        (['--disc-is-base', '--disc-radius', '1'], '--disc-is-base makes'),
+        (['--disc-is-base', '--period', '1'], 'Leave out exactly one'),
+        (['--gravity', '0'], '--gravity = 0'),
+        (['--length-unit', 'ell'], 'scruple'),
+        (['--weight-unit', 'stone'], 'pound'),
+    ],
+)
+def test_refused(arguments, said):
+    result = CliRunner().invoke(app, ['design', *arguments])
+    assert result.exit_code == 2
+    assert said in result.stderr

@@ -1,0 +1,74 @@
+"""The claims of the paper on the trochlea: each judged as it should be, none by itself."""
+
+import math
+import time
+
+import pytest
+
+from tauto_core.euler import trochlea_1727
+from tauto_core.euler.trochlea_1727 import claims
+
+CLAIMS = claims()
+NUMERALS = {'I': 1, 'V': 5, 'X': 10, 'L': 50}
+
+
+def number(numeral):
+    values = [NUMERALS[letter] for letter in numeral]
+    signs = [1 if a >= b else -1 for a, b in zip(values, [*values[1:], 0], strict=True)]
+    return sum(sign * value for sign, value in zip(signs, values, strict=True))
+
+
+@pytest.mark.parametrize('claim', CLAIMS, ids=lambda claim: f'{claim.paragraph} {claim.printed}')
+def test_verdict(claim):
+    assert claim.paper == 'A'
+    assert claim.verdict == claim.expected
+    if claim.expected == 'holds':
+        assert claim.because == ''
+        assert claim.corrected_value is None
+    else:
+        assert claim.because
+    if claim.expected == 'misprint':
+        assert claim.corrected
+        # the correction agrees far better than the print
+        assert abs(claim.corrected_value - claim.computed) < 1e-6 * abs(claim.computed)
+
+
+def test_paragraphs_in_order():
+    first = [number(claim.paragraph.split('-')[0]) for claim in CLAIMS]
+    assert first == sorted(first)
+    assert set(first) >= {
+        2,
+        7,
+        10,
+        12,
+        20,
+        21,
+        30,
+    }
+
+
+def test_every_correction_of_the_print_is_there():
+    """VII, XIII, XVIII twice, XIX, XXI, XXVI twice, XXVII."""
+    corrected = [claim.paragraph for claim in CLAIMS if claim.expected == 'misprint']
+    assert corrected == ['VII', 'XIII', 'XVIII', 'XVIII', 'XIX', 'XXI', 'XXVI', 'XXVI', 'XXVII']
+    lost = [claim for claim in CLAIMS if math.isnan(claim.printed_value)]
+    assert len(lost) == 6
+
+
+def test_figures_that_the_theory_tells():
+    (weight,) = (claim for claim in CLAIMS if claim.expected == 'fails')
+    # theory A: Q = 100 P loses 428.26 s/day at 1 rad
+    assert 86400 * (1 - 1 / weight.computed) == pytest.approx(428.26, abs=0.02)
+    radius = next(claim for claim in CLAIMS if claim.printed == '63 scruples')
+    assert radius.computed == pytest.approx(63.32, rel=1e-9)
+
+
+def test_a_changed_formula_is_noticed(monkeypatch):
+    monkeypatch.setattr(trochlea_1727, 'base_radius_of_disc', lambda q, p, length: p * length / q)
+    assert any(claim.verdict != claim.expected for claim in claims())
+
+
+def test_it_takes_less_than_three_seconds():
+    begun = time.process_time()
+    claims()
+    assert time.process_time() - begun < 3.0

@@ -1,0 +1,155 @@
+"""Machines that cannot be built: named with value and limit, and the remedy works."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+import yaml
+
+from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
+from tauto_core.machines import compile_machine
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.loader import parse_scene, scene_yaml
+
+HOLE, VERTICAL = {'kind': 'hole', 'distance': 0.08}, {'kind': 'vertical'}
+WEIGHT = {
+    'cam': {'kind': 'weight_corrected', 'period': 2.0},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+SPRING = {
+    'cam': {'kind': 'spring_corrected', 'period': 1.0},
+    'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0},
+}
+
+
+def scene(**trochlea):
+    base = {'inertia': 4e-4, 'thread': VERTICAL, 'release_angle': 1.0}
+    content = {'name': 'test', 'duration': 10.0, 'trochlea': {**base, **trochlea}}
+    return parse_scene(yaml.safe_dump(content), 'test')
+
+
+def refusal(**trochlea):
+    with pytest.raises(SceneError) as caught:
+        compile_machine(scene(**trochlea))
+    return str(caught.value)
+
+
+def numbers(message, pattern):
+    found = re.search(pattern, message)
+    assert found, message
+    return [float(each) for each in found.groups()]
+
+
+def test_corrected_cams_of_scenes():
+    weight = compile_machine(scene(**WEIGHT, thread=HOLE))
+    assert isinstance(weight.cam, WeightCorrected)
+    assert weight.small_period == pytest.approx(2.0, rel=1e-15)
+    assert weight.cam.hole_distance == 0.08
+    spring = compile_machine(scene(**SPRING))
+    assert isinstance(spring.cam, SpringCorrected)
+    assert spring.small_period == pytest.approx(1.0, rel=1e-15)
+    for each in (scene(**WEIGHT, thread=HOLE), scene(**SPRING)):
+        assert parse_scene(scene_yaml(each), 'again') == each
+
+
+@pytest.mark.parametrize('thread', [HOLE, VERTICAL], ids=lambda thread: thread['kind'])
+def test_too_light_a_weight(thread):
+    """The range on a vertical thread is πL/(4λ), which grows with the root of the mass."""
+    message = refusal(**WEIGHT, thread=thread, release_angle=9.0)
+    assert 'trochlea.release_angle = 9.0: beyond the cam' in message
+    mass, period = numbers(message, r'at least ([\d.]+) kg .* at least ([\d.]+) s')
+    better = [
+        {'power': {'kind': 'weight', 'mass': mass}},
+        {'cam': {'kind': 'weight_corrected', 'period': period}},
+    ]
+    for change in better:
+        machine = compile_machine(scene(**{**WEIGHT, **change}, thread=thread, release_angle=9.0))
+        # the nearest that works
+        assert 9.0 <= machine.cam.range_rad < 9.02
+    if thread is VERTICAL:
+        gravity, omega = 9.80665, math.pi
+        least = 16 * omega**4 * 4e-4 * 81 / (math.pi * gravity) ** 2
+        assert mass == pytest.approx(least, rel=1e-3)
+
+
+def test_a_hole_inside_the_swing():
+    message = refusal(**WEIGHT, thread=HOLE, release_angle=8.0)
+    (distance,) = numbers(message, r'hole to at least ([\d.]+) m')
+    farther = {'kind': 'hole', 'distance': distance}
+    machine = compile_machine(scene(**WEIGHT, thread=farther, release_angle=7.999))
+    assert machine.cam.range_rad == pytest.approx(8.0, rel=1e-5)
+    plain = {'cam': {'kind': 'hole', 'lever_rate': 0.01}, 'power': {'kind': 'force', 'force': 2.0}}
+    message = refusal(**plain, thread=HOLE, release_angle=9.0)
+    assert numbers(message, r'hole to at least ([\d.]+) m') == [0.09]
+    stiff = {**SPRING, 'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 1.0}}
+    message = refusal(**stiff, thread=HOLE, release_angle=30.0)
+    (distance,) = numbers(message, r'hole to at least ([\d.]+) m')
+    arm = float(compile_machine(scene(**stiff)).cam.lever_arm(30.0))
+    assert distance == pytest.approx(arm, rel=1e-5)
+
+
+@pytest.mark.parametrize('thread', [HOLE, VERTICAL], ids=lambda thread: thread['kind'])
+def test_a_spring_too_stiff_for_a_convex_cheek(thread):
+    power = {'kind': 'spring', 'force': 2.0, 'stiffness': 5000.0}
+    message = refusal(**{**SPRING, 'power': power}, thread=thread)
+    assert message.startswith('test: trochlea.power.stiffness = 5000.0: the cheek')
+    assert 'from 0 to 0.58' in message
+    stiffness, period = numbers(
+        message, r'at most ([\d.]+) N/m, or a period of at least ([\d.]+) s'
+    )
+    for change in (
+        {'power': {**power, 'stiffness': stiffness}},
+        {'power': power, 'cam': {'kind': 'spring_corrected', 'period': period}},
+    ):
+        machine = compile_machine(scene(**{**SPRING, **change}, thread=thread))
+        angle = np.linspace(1e-6, 3.0, 300)
+        assert np.all(machine.cam.radius_of_curvature(angle) > 0.0)
+    if thread is VERTICAL:
+        # κ < P²/(3 I ω²)
+        assert stiffness == pytest.approx(4.0 / (3 * 4e-4 * math.tau**2), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'key', 'said'),
+    [
+        ({'power': {'kind': 'force', 'force': 2.0}}, 'power.kind', 'base_radius: 0.00197392'),
+        (
+            {'power': {**WEIGHT['power'], 'massless': True}},
+            'power.massless',
+            'base_radius: 0.00805',
+        ),
+        ({'power': SPRING['power']}, 'power.kind', 'spring_corrected'),
+        ({'cam': SPRING['cam']}, 'power.kind', 'weight_corrected'),
+        (
+            {'power': {'kind': 'force', 'force': 2.0}, 'thread': HOLE},
+            'power.kind',
+            'lever_rate: 0.0019',
+        ),
+        ({'cam': {'kind': 'weight_corrected', 'period': 0.0}}, 'cam.period', 'greater than 0'),
+        ({'cam': {'kind': 'lever_corrected', 'period': 1.0}}, 'thread.kind', 'thread kind lever'),
+    ],
+)
+def test_a_cam_made_for_another_power(changes, key, said):
+    message = refusal(**{**WEIGHT, **changes})
+    assert f'trochlea.{key}' in message
+    assert said in message
+
+
+def test_the_plain_cam_that_is_named_keeps_the_period():
+    message = refusal(**{**WEIGHT, 'power': {'kind': 'force', 'force': 2.0}})
+    (radius,) = numbers(message, r'base_radius: ([\d.]+)')
+    machine = compile_machine(
+        scene(
+            cam={'kind': 'involute', 'base_radius': radius}, power={'kind': 'force', 'force': 2.0}
+        )
+    )
+    assert isinstance(machine.cam, Involute)
+    assert machine.period(3.0) == pytest.approx(2.0, rel=1e-5)
+
+
+@pytest.mark.parametrize('period', [1e-200, 1e200])
+@pytest.mark.parametrize('kind', [WEIGHT, SPRING], ids=['weight', 'spring'])
+def test_a_period_out_of_all_proportion(kind, period):
+    message = refusal(**{**kind, 'cam': {**kind['cam'], 'period': period}})
+    assert f'trochlea.cam.period = {period!r}' in message

@@ -1,0 +1,161 @@
+"""Cams made for any power train: against closed forms, and every amplitude keeps the period."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
+from tauto_core.machines import Machine
+from tauto_core.machines.synthesis import (
+    PowerTrain,
+    SynthesisError,
+    synthesise,
+    synthesised_cam,
+)
+
+INERTIA, OMEGA = 4e-4, math.pi
+
+
+def train(force, stiffness, mass):
+    """A spring of pull P + κy that carries a mass, which feels no gravity of its own."""
+    return PowerTrain(
+        pull=lambda y: force + stiffness * y,
+        place=lambda v: 2 * v / (force + np.sqrt(force**2 + 2 * stiffness * v)),
+        mass=lambda y: np.full_like(y, mass),
+    )
+
+
+def test_weight_against_its_closed_form():
+    found = synthesise(INERTIA, OMEGA, train(0.05 * 9.81, 0.0, 0.05))
+    cam = WeightCorrected(INERTIA * OMEGA**2 / (0.05 * 9.81), 0.05 / INERTIA)
+    assert found.angle_range == pytest.approx(float(cam.angle_of_slope(1e150)), rel=1e-14)
+    angle = np.array([1e-9, 1e-3, 0.1, 1.0, 4.0, 8.0, 8.7])
+    arc = found.arc(angle)
+    np.testing.assert_allclose(found.angle(arc), angle, rtol=1e-15)
+    np.testing.assert_allclose(found.place(arc), cam.lift(angle), rtol=2e-15)
+    np.testing.assert_allclose(found.ratio(arc), cam.lever_arm(angle), rtol=1e-14)
+
+
+def test_spring_against_its_closed_form():
+    found = synthesise(INERTIA, OMEGA, train(2.0, 50.0, 0.0))
+    cam = SpringCorrected(INERTIA * OMEGA**2 / 2.0, 25.0)
+    assert found.angle_range == math.inf
+    angle = np.array([1e-9, 0.1, 3.0, 50.0])
+    np.testing.assert_allclose(found.ratio(found.arc(angle)), cam.lever_arm(angle), rtol=2e-15)
+    made = synthesised_cam(found, edge=3.0)
+    assert made.joints.size == 0
+    angle = np.linspace(1e-6, 3.0, 40)
+    for name in ('lever_arm', 'lever_rate', 'lift', 'radius_of_curvature'):
+        expected = getattr(cam, name)(angle)
+        # two derivatives of a fit to rounding lose digits
+        np.testing.assert_allclose(getattr(made, name)(angle), expected, rtol=1e-10)
+
+
+def test_no_spring_and_no_mass_is_the_involute():
+    made = synthesised_cam(synthesise(INERTIA, OMEGA, train(2.0, 0.0, 0.0)), edge=5.0)
+    angle = np.linspace(0.0, 5.0, 9)
+    expected = Involute(INERTIA * OMEGA**2 / 2.0).lever_arm(angle)
+    np.testing.assert_allclose(made.lever_arm(angle), expected, rtol=1e-15)
+
+
+def quarter(well, amplitude, period):
+    """Time from rest at the amplitude to ϑ = 0, by DOP853, in the momentum (I + m t²) ϑ̇."""
+    cam, m = well.cam, well.carried_mass
+
+    def motion(_, state):
+        angle, momentum = state
+        arm, slope = float(cam.lever_arm(angle)), float(cam.lever_rate(angle))
+        rate = momentum / (well.inertia + m * arm * arm)
+        pull = well.force + well.stiffness * float(cam.lift(angle))
+        return [rate, m * arm * slope * rate * rate - pull * arm]
+
+    def middle(_, state):
+        return state[0]
+
+    middle.terminal = True
+    run = solve_ivp(
+        motion,
+        (0.0, period),
+        [amplitude, 0.0],
+        'DOP853',
+        events=middle,
+        rtol=1e-13,
+        atol=1e-16,
+        max_step=period / 60,
+    )
+    # one Newton step from the event of the dense output
+    t, (angle, momentum) = run.t_events[0][0], run.y_events[0][0]
+    return t - angle * well.inertia / momentum
+
+
+log = st.floats(-1.0, 1.0)
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(log, log, st.floats(0.0, 0.3), st.floats(-3.0, 0.5), st.floats(0.02, 0.98))
+def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
+    """Random wheel, spring, carried mass: the synthesised cam's period by quadrature, 1e-11.
+
+    In units in which ω and P set the scale: bκ/P < 1/3 keeps the cheek convex near the tip.
+    """
+    i, p = 4e-4 * 10**inertia, 2.0 * 10**force
+    rate = i * OMEGA**2 / p
+    kappa, m = softness * p / rate, 10**mass * i / rate**2 * 0.01
+    found = synthesise(i, OMEGA, train(p, kappa, m))
+    edge = 0.98 * min(found.angle_range, 6.0)
+    cam = synthesised_cam(found, edge=edge)
+    well = Machine(i, m, 0.0, p, kappa, 9.81, cam, False, None, None, 0.1)
+    periods = [well.period(a) for a in (1e-3 * edge, part * edge, 0.999 * edge)]
+    np.testing.assert_allclose(periods, math.tau / OMEGA, rtol=1e-11)
+    assert 4 * quarter(well, part * edge, 2.0) == pytest.approx(2.0, rel=1e-11)
+
+
+@pytest.mark.parametrize(('kappa', 'm'), [(0.0, 0.05), (40.0, 0.2)])
+def test_integrated_motion_keeps_the_period(kappa, m):
+    found = synthesise(INERTIA, OMEGA, train(1.0, kappa, m))
+    edge = 0.9 * min(found.angle_range, 6.0)
+    cam = synthesised_cam(found, 0.4, edge)
+    well = Machine(INERTIA, m, 0.0, 1.0, kappa, 9.81, cam, False, None, None, 0.1)
+    involute = Machine(
+        INERTIA,
+        m,
+        0.0,
+        1.0,
+        kappa,
+        9.81,
+        Involute(float(cam.lever_rate(0.0))),
+        False,
+        None,
+        None,
+        0.1,
+    )
+    # some 30 steps a quarter, each to DOP853's own rounding
+    assert 4 * quarter(well, 0.9 * edge, 2.0) == pytest.approx(2.0, rel=2e-12)
+    assert abs(involute.period(0.9 * edge) - 2.0) * 43200 > 100.0  # s/day
+
+
+def test_refusals():
+    with pytest.raises(SynthesisError, match='slower by itself'):
+        # a pull that starts from nothing: the train is a pendulum of its own, too slow
+        synthesise(
+            INERTIA,
+            OMEGA,
+            PowerTrain(
+                lambda y: 0.1 * y, lambda v: np.sqrt(20 * v), lambda y: np.full_like(y, 1.0)
+            ),
+        )
+    stiff = synthesise(INERTIA, OMEGA, train(0.2, 100.0, 0.0))
+    with pytest.raises(SynthesisError, match='hollow from 0 to') as caught:
+        synthesised_cam(stiff, edge=3.0)
+    assert 'longer period' in str(caught.value)
+    weight = synthesise(INERTIA, OMEGA, train(0.5, 0.0, 0.05))
+    with pytest.raises(SynthesisError, match='all of the speed'):
+        synthesised_cam(weight, edge=20.0)
+    with pytest.raises(SynthesisError, match='finite'):
+        synthesised_cam(stiff)
+    with pytest.raises(SynthesisError, match='longer than the hole is away'):
+        synthesised_cam(weight, 0.01, 3.0)

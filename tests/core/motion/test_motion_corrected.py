@@ -1,0 +1,195 @@
+"""The corrected cams keep time: in closed form, in steps, and by an independent integrator."""
+
+import math
+from dataclasses import replace
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from motion_cases import angles, phases, scene_of
+from scipy.integrate import solve_ivp
+
+from tauto_core.machines import compile_machine
+from tauto_core.motion import Forcing, make_propagator, propagator_name
+from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.reference import Reference
+
+VERTICAL = {'kind': 'vertical'}
+WEIGHT = {
+    'cam': {'kind': 'weight_corrected', 'period': 2.0},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+SPRING = {
+    'cam': {'kind': 'spring_corrected', 'period': 1.0},
+    'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0},
+}
+MACHINES = {
+    'weight, vertical': {**WEIGHT, 'thread': VERTICAL},
+    'weight, hole': {**WEIGHT, 'thread': {'kind': 'hole', 'distance': 0.2}},
+    'spring, vertical': {**SPRING, 'thread': VERTICAL},
+    'spring, hole': {**SPRING, 'thread': {'kind': 'hole', 'distance': 0.05}},
+}
+every_machine = pytest.mark.parametrize('trochlea', MACHINES.values(), ids=MACHINES.keys())
+
+
+def machine_of(trochlea, release):
+    return compile_machine(scene_of(trochlea={**trochlea, 'release_angle': release}))
+
+
+def largest(trochlea):
+    """0.999 of the range, of one without end six turns."""
+    edge = machine_of(trochlea, 0.1).cam.range_rad
+    return 0.999 * min(edge, 12 * math.pi)
+
+
+@every_machine
+@pytest.mark.parametrize('part', [1e-9, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999, 1.0])
+def test_period_is_the_wanted_one(trochlea, part):
+    """Quadrature of the mechanism, from next to rest to 0.999 of the range: all to rounding."""
+    machine = machine_of(trochlea, 0.1)
+    wanted = trochlea['cam']['period']
+    assert machine.small_period == pytest.approx(wanted, rel=1e-15)
+    assert machine.period(part * largest(trochlea)) == pytest.approx(wanted, rel=2e-15)
+
+
+def swing(machine, amplitude, seconds):
+    """ϑ and ϑ̇ at times by DOP853 on the equation of motion, the cam's t and t' by definition."""
+    cam, m, inertia = machine.cam, machine.carried_mass, machine.inertia
+
+    def motion(_, state):
+        angle, rate = state
+        arm, slope = float(cam.lever_arm(angle)), float(cam.lever_rate(angle))
+        pull = machine.force + machine.stiffness * float(cam.lift(angle))
+        pull += machine.pulling_mass * machine.gravity
+        force = -pull * arm - m * arm * slope * rate * rate
+        return [rate, force / (inertia + m * arm * arm)]
+
+    run = solve_ivp(
+        motion, (0.0, seconds[-1]), [amplitude, 0.0], 'DOP853', seconds, rtol=1e-13, atol=1e-14
+    )
+    return run.y
+
+
+@every_machine
+@pytest.mark.parametrize('part', [0.9])
+def test_closed_form_is_the_motion(trochlea, part):
+    amplitude = part * largest(trochlea)
+    machine = machine_of(trochlea, amplitude)
+    engine = make_propagator(machine, still=True)
+    assert engine.name == 'harmonic'
+    seconds = np.linspace(0.0, 0.7 * trochlea['cam']['period'], 9)[1:]
+    times = np.round(seconds * 1e9).astype(np.int64)
+    n = len(times)
+    spans = Forcing(
+        np.diff(times, prepend=0) * 1e-9, *np.zeros((1, n)), np.ones(n), times, times > 0
+    )
+    found = engine.advance(spans)
+    around = (times[:, None] * 1e-9 + [-1e-5, 0.0, 1e-5]).ravel()
+    angle, rate = swing(machine, amplitude, around).reshape(2, -1, 3)
+    np.testing.assert_allclose(found.angle, angle[:, 1], atol=1e-11 * amplitude)
+    np.testing.assert_allclose(found.rate, rate[:, 1], atol=1e-10 * amplitude)
+    # the phase is uniform, and the wheel's own torque is what turns it
+    turned = times * 1e-9 * 2.0 / trochlea['cam']['period']
+    np.testing.assert_allclose(found.half_turns + found.fraction, turned, atol=1e-14 * n)
+    bend = machine.inertia * (rate[:, 2] - rate[:, 0]) / 2e-5
+    np.testing.assert_allclose(found.torque, bend, atol=1e-6 * np.abs(bend).max())
+
+
+@every_machine
+def test_collocation_finds_the_same_period(trochlea):
+    """Five swings in steps, which know nothing of the closed form."""
+    period = trochlea['cam']['period']
+    times = np.round(np.arange(1, 101) * period / 20 * 1e9).astype(np.int64)
+    n = len(times)
+    spans = Forcing(
+        np.diff(times, prepend=0) * 1e-9, *np.zeros((1, n)), np.ones(n), times, times > 0
+    )
+    for part in (0.1, 0.8):
+        machine = machine_of(trochlea, part * largest(trochlea))
+        engine = Collocation(machine, 1e-14)
+        engine.release(spans)
+        found = engine.advance(spans)
+        phase = found.half_turns + found.fraction
+        # the weight's cam at 0.8 of its range bends the well most
+        np.testing.assert_allclose(phase[-1], 10.0, rtol=1e-12)
+
+
+ROLL = {
+    'ship': {
+        'kind': 'components',
+        'components': [{'amplitude': 0.1, 'period': 9.0, 'phase': 0.4}],
+        'heave': [{'amplitude': 0.4, 'period': 7.3}],
+    }
+}
+
+
+@pytest.mark.parametrize('name', ['weight, vertical', 'weight, hole'])
+def test_weight_at_sea_against_the_reference(name):
+    scene = scene_of(trochlea={**MACHINES[name], 'release_angle': 2.5}, duration=2.0, **ROLL)
+    assert propagator_name(compile_machine(scene), still=False) == 'collocation'
+    compare_with_reference(scene, 1e-9)
+
+
+def compare_with_reference(scene, tolerance):
+
+    _, angle, rate = angles(scene)
+    reference = 'tauto_core.clockwork.trochlea.make_propagator'
+    with patch(reference, lambda machine, **_: Reference(machine)):
+        _, expected, expected_rate = angles(scene)
+    np.testing.assert_allclose(angle, expected, atol=tolerance)
+    np.testing.assert_allclose(rate, expected_rate, atol=10 * tolerance)
+
+
+@pytest.mark.parametrize('name', ['spring, vertical', 'spring, hole'])
+def test_spring_at_sea_is_linear(name):
+    """I ψ̈ + k (ψ − α_c) = 0: the exact step of forced_harmonic, against another integrator."""
+    scene = scene_of(trochlea={**MACHINES[name], 'release_angle': 2.5}, duration=2.0, **ROLL)
+    machine = compile_machine(scene)
+    assert propagator_name(machine, still=False) == 'forced_harmonic'
+    compare_with_reference(scene, 1e-10)
+    # as Euler's second cam with a force of the same period: the same bits of phase
+    plain = {
+        'cam': {'kind': 'hole', 'lever_rate': machine.cam.rate},
+        'power': {'kind': 'force', 'force': 2.0},
+    }
+    other = scene_of(
+        trochlea={**plain, 'release_angle': 2.5, 'thread': {'kind': 'hole', 'distance': 0.05}},
+        duration=2.0,
+        **ROLL,
+    )
+    np.testing.assert_array_equal(phases(scene), phases(other))
+
+
+@pytest.mark.parametrize(
+    ('sections', 'still', 'name'),
+    [
+        ({}, True, 'harmonic'),
+        ({'drag': {'viscous': 1e-6}}, True, 'collocation'),
+        ({'escapement': {'kind': 'impulse', 'energy': 1e-6}}, True, 'collocation'),
+        ({}, False, 'collocation'),
+    ],
+)
+def test_propagator_of_the_weight(sections, still, name):
+    machine = compile_machine(scene_of(trochlea=MACHINES['weight, hole'], **sections))
+    assert propagator_name(machine, still=still) == name
+
+
+@pytest.mark.parametrize(('viscous', 'name'), [(1e-6, 'forced_harmonic'), (1.0, 'collocation')])
+def test_propagator_of_the_spring_with_drag(viscous, name):
+    machine = compile_machine(
+        scene_of(trochlea=MACHINES['spring, hole'], drag={'viscous': viscous})
+    )
+    for still in (True, False):
+        assert propagator_name(machine, still=still) == name
+
+
+def test_a_cam_made_for_another_weight_is_not_isochronous():
+
+    machine = machine_of(MACHINES['weight, vertical'], 3.0)
+    heavier = replace(machine, carried_mass=0.06)
+    assert not heavier.is_harmonic
+    assert heavier.period(3.0) != pytest.approx(heavier.small_period, rel=1e-3)
+    # whatever gravity: a bead on a cycloid
+    elsewhere = replace(machine, gravity=1.6)
+    assert elsewhere.is_harmonic
+    assert elsewhere.period(8.0) == pytest.approx(elsewhere.small_period, rel=2e-15)
