@@ -209,7 +209,7 @@ def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float
     else:
         line = remainder(turn, samples, slopes=True) * waves.roll / swing
     pull = value * waves.heave * machine.frequency / (2.0 * waves.frequency)
-    parts = [line, pull] if machine.pulling_mass else [line]
+    parts = [line, pull] if machine.feels_gravity else [line]
     return float(np.linalg.norm(parts)) / machine.frequency
 
 

@@ -53,7 +53,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     expected = forecast(scene, machine, motion)
     stepping = expected.steps_a_swing is not None
-    edge = machine.cam.range_rad
+    edge = machine.range_rad
     return {
         'scene': scene.name,
         'duration_s': scene.duration,

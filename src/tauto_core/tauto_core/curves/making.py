@@ -11,9 +11,11 @@ from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.models import (
     CircularArcCam,
+    HangingThread,
     HoleCam,
     HoleThread,
     InvoluteCam,
+    LeverThread,
     TableCam,
     Trochlea,
     VerticalThread,
@@ -27,7 +29,7 @@ def make_cam(trochlea: Trochlea) -> Cam:
         SceneError: a cam and a thread that don't go together, or a table that can't be used.
     """
     match trochlea.cam, trochlea.thread:
-        case InvoluteCam(base_radius=radius), VerticalThread():
+        case InvoluteCam(base_radius=radius), VerticalThread() | LeverThread() | HangingThread():
             return Involute(radius)
         case HoleCam(lever_rate=rate), HoleThread(distance=distance):
             return Hole(rate, distance)
@@ -43,5 +45,6 @@ def make_cam(trochlea: Trochlea) -> Cam:
                 'thread.kind',
                 thread.kind,
                 f'a cam of kind {cam.kind!r} is not made for this thread',
-                'Put hole with hole, involute and circular_arc with vertical, table with either.',
+                'Put hole with hole, involute and circular_arc with vertical, table with either; '
+                'lever and hanging take an involute.',
             )

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 from tauto_core.curves import make_cam
+from tauto_core.machines.hanging import HangingMachine
+from tauto_core.machines.lever import LeverMachine
+from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.trochlea import Machine
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.models import (
     ForcePower,
+    HangingThread,
+    InvoluteCam,
+    LeverThread,
     Scene,
     SpringPower,
     StillShip,
@@ -14,8 +22,10 @@ from tauto_core.scene.models import (
     WeightPower,
 )
 
+AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
-def compile_machine(scene: Scene) -> Machine:
+
+def compile_machine(scene: Scene) -> AnyMachine:
     """Return the trochlea of a scene in numbers.
 
     The release is checked here where it fixes the angle at the cam: on a still ship, and at sea
@@ -24,6 +34,49 @@ def compile_machine(scene: Scene) -> Machine:
 
     Raises:
         SceneError: a cam, thread or table that can't be used, or a release beyond the cam.
+    """
+    trochlea = scene.trochlea
+    machine: AnyMachine
+    match trochlea.thread, trochlea.cam, trochlea.power:
+        case LeverThread() as thread, InvoluteCam(base_radius=radius), WeightPower(mass=mass):
+            machine = LeverMachine(
+                inertia=trochlea.inertia,
+                mass=mass,
+                weight_arm=thread.weight_arm,
+                lever_inertia=thread.inertia,
+                geometry=LeverGeometry(radius, thread.arm, thread.length),
+                gravity=scene.gravity,
+                drag=scene.drag,
+                escapement=scene.escapement,
+                release_angle=trochlea.release_angle,
+            )
+        case HangingThread(length=length), InvoluteCam(base_radius=radius), WeightPower(mass=mass):
+            machine = HangingMachine(
+                inertia=trochlea.inertia,
+                mass=mass,
+                base_radius=radius,
+                length=length,
+                gravity=scene.gravity,
+                drag=scene.drag,
+                escapement=scene.escapement,
+                release_angle=trochlea.release_angle,
+            )
+        case _:
+            machine = compile_ideal(scene)
+    # an angle that the tilt of the apparent vertical does not change
+    fixed = machine.felt_angle(0.0, 1.0) == 0.0
+    if isinstance(scene.ship, StillShip) or fixed:
+        _check_release(scene, machine)
+    return machine
+
+
+def compile_ideal(scene: Scene) -> Machine:
+    """Return the trochlea of a scene whose thread is ideal, vertical or through a hole.
+
+    The release is not checked.
+
+    Raises:
+        SceneError: a cam, thread or table that can't be used.
     """
     trochlea = scene.trochlea
     carried = pulling = force = stiffness = 0.0
@@ -35,7 +88,7 @@ def compile_machine(scene: Scene) -> Machine:
         case WeightPower():
             pulling = trochlea.power.mass
             carried = 0.0 if trochlea.power.massless else pulling
-    machine = Machine(
+    return Machine(
         inertia=trochlea.inertia,
         carried_mass=carried,
         pulling_mass=pulling,
@@ -48,18 +101,20 @@ def compile_machine(scene: Scene) -> Machine:
         escapement=scene.escapement,
         release_angle=trochlea.release_angle,
     )
-    if isinstance(scene.ship, StillShip) or not machine.follows_apparent_vertical:
-        _check_release(scene, machine)
-    return machine
 
 
-def _check_release(scene: Scene, machine: Machine) -> None:
-    edge = machine.cam.range_rad
-    if not abs(machine.release_angle) <= edge:
-        raise SceneError(
-            scene.name,
-            'trochlea.release_angle',
-            machine.release_angle,
-            f'beyond the cam, whose range is ±{edge!r} rad',
-            'Release the wheel nearer to rest or give the cam a wider range.',
-        )
+def _check_release(scene: Scene, machine: AnyMachine) -> None:
+    edge = machine.range_rad
+    if abs(machine.release_angle) <= edge:
+        return
+    if isinstance(machine, Machine):
+        limit, remedy = 'the cam, whose range is', 'give the cam a wider range'
+    else:
+        limit, remedy = 'what the thread allows,', 'give it a longer thread'
+    raise SceneError(
+        scene.name,
+        'trochlea.release_angle',
+        machine.release_angle,
+        f'beyond {limit} ±{edge!r} rad',
+        f'Release the wheel nearer to rest or {remedy}.',
+    )

@@ -24,12 +24,16 @@ SAMPLES_BEYOND_END = 4
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
 THREADS_OF_CAM = {
-    'involute': ('vertical',),
+    'involute': ('vertical', 'lever', 'hanging'),
     'hole': ('hole',),
     'circular_arc': ('vertical',),
     # A lever law makes a cam for either thread; a hole only turns the normal by arcsin(t/a).
     'table': ('vertical', 'hole'),
 }
+
+
+# What lifts a weight whose inertia is part of the motion.
+REAL_THREADS = ('lever', 'hanging')
 
 
 def problems(scene: Scene) -> Iterator[Problem]:
@@ -55,12 +59,39 @@ def _machine(scene: Scene) -> Iterator[Problem]:
             f'does not go with trochlea.cam.kind {cam}',
             f'Use thread kind {" or ".join(fitting)}, or a cam of kind {cams}.',
         )
+    if thread in REAL_THREADS:
+        yield from _real_thread(scene, thread)
     if scene.ship.kind == 'still' and scene.trochlea.release_angle == 0.0:
         yield Problem(
             'trochlea.release_angle',
             0.0,
             'leaves the wheel at rest for ever on a ship that lies still',
             'Release it at an angle other than 0 rad.',
+        )
+
+
+def _real_thread(scene: Scene, thread: str) -> Iterator[Problem]:
+    power = scene.trochlea.power
+    if power.kind != 'weight':
+        yield Problem(
+            'trochlea.power.kind',
+            power.kind,
+            f'does not go with trochlea.thread.kind {thread}, which carries a weight',
+            'Use power kind weight, or thread kind vertical.',
+        )
+    elif power.massless:
+        yield Problem(
+            'trochlea.power.massless',
+            True,
+            f'does not go with trochlea.thread.kind {thread}, where the weight moves the thread',
+            'Leave it out, or use thread kind vertical.',
+        )
+    if scene.drag is not None and scene.drag.coulomb > 0.0:
+        yield Problem(
+            'drag.coulomb',
+            scene.drag.coulomb,
+            f'does not go with trochlea.thread.kind {thread}',
+            'Use viscous or quadratic drag, or thread kind vertical or hole.',
         )
 
 

@@ -87,6 +87,28 @@ class HoleThread(Section):
     distance: Positive = Field(description='distance of the hole from the axle [m]')
 
 
+class LeverThread(Section):
+    """Sully's own (Euler 1727, V): the thread draws on a lever that carries the weight.
+
+    The lever is level at rest, with the thread tied to it straight under the wheel's axle.
+    """
+
+    kind: Literal['lever'] = 'lever'
+    arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')
+    weight_arm: Positive = Field(description='from the fulcrum to the weight [m]')
+    length: Positive = Field(description='free length of the thread at rest [m]')
+    inertia: NonNegative = Field(
+        default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
+    )
+
+
+class HangingThread(Section):
+    """Thread that hangs free with its weight, and swings."""
+
+    kind: Literal['hanging'] = 'hanging'
+    length: Positive = Field(description='free length of the thread at rest [m]')
+
+
 class ForcePower(Section):
     """Constant pull without inertia."""
 
@@ -113,7 +135,9 @@ class SpringPower(Section):
 Cam: TypeAlias = Annotated[
     InvoluteCam | HoleCam | CircularArcCam | TableCam, Field(discriminator='kind')
 ]
-Thread: TypeAlias = Annotated[VerticalThread | HoleThread, Field(discriminator='kind')]
+Thread: TypeAlias = Annotated[
+    VerticalThread | HoleThread | LeverThread | HangingThread, Field(discriminator='kind')
+]
 Power: TypeAlias = Annotated[ForcePower | WeightPower | SpringPower, Field(discriminator='kind')]
 
 
