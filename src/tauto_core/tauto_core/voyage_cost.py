@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import AnyMachine, Machine, SlackThreadError
 from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
@@ -28,6 +28,7 @@ START_S = {'harmonic': 0.5, 'action_angle': 0.5, 'forced_harmonic': 1.7, 'colloc
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
 FORCED_NS_A_SAMPLE = 560.0
 NS_A_STEP, NS_AN_IMPULSE = 1000.0, 5000.0
+NS_A_STEP_OF_THREAD = {'lever': 5000.0, 'hanging': 2000.0}
 NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0}
 NAVIGATION_NS_A_LOG = 1200.0
 
@@ -61,7 +62,7 @@ class Forecast:
     shortest_wave_s: float | None
 
 
-def forecast(scene: Scene, machine: Machine, motion: ShipMotion) -> Forecast:
+def forecast(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> Forecast:
     """Return what a scene will cost and how exact it will be.
 
     Args:
@@ -96,7 +97,7 @@ class _Steps:
     shorter: float
 
 
-def _steps(scene: Scene, machine: Machine, swing_s: float) -> _Steps:
+def _steps(scene: Scene, machine: AnyMachine, swing_s: float) -> _Steps:
     allowed = None if scene.solver is None else scene.solver.tolerance
     still = isinstance(scene.ship, StillShip)
     longest_s = make_propagator(machine, still=still, tolerance=allowed).longest_step_s
@@ -187,7 +188,7 @@ def remainder(turn: FloatArray, samples: int, *, slopes: bool) -> FloatArray:
     return np.asarray(turn**conditions * distance / math.factorial(conditions))
 
 
-def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float) -> float:
+def sampling_error_s(waves: Waves, machine: AnyMachine, samples: int, step_s: float) -> float:
     """Return about how far the reading is off because the motion is sampled [s].
 
     An error of the neutral line turns the phase by as much, by the amplitude of the swing; one of
@@ -213,7 +214,7 @@ def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float
     return float(np.linalg.norm(parts)) / machine.frequency
 
 
-def _swing_s(machine: Machine) -> float:
+def _swing_s(machine: AnyMachine) -> float:
     """Return the period of the swing released, or of small swings where it cannot swing freely."""
     try:
         return machine.period(machine.release_angle)
@@ -232,12 +233,13 @@ def _run_s(
         work_ns += motion.total * FORCED_NS_A_SAMPLE
     if steps is not None:
         impulses = 0 if scene.escapement is None else 2
-        work_ns += swings * (steps.a_swing * NS_A_STEP + impulses * NS_AN_IMPULSE)
+        step_ns = NS_A_STEP_OF_THREAD.get(scene.trochlea.thread.kind, NS_A_STEP)
+        work_ns += swings * (steps.a_swing * step_ns + impulses * NS_AN_IMPULSE)
     return START_S[name] + work_ns / NS_PER_S
 
 
 def _growth(
-    scene: Scene, machine: Machine, name: str, swing_s: float, steps: _Steps | None
+    scene: Scene, machine: AnyMachine, name: str, swing_s: float, steps: _Steps | None
 ) -> float:
     """Return the most that the reading's error can grow in a day [s/day].
 
@@ -247,7 +249,8 @@ def _growth(
     step_s = scene.step_ns / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
-        smooth = machine.cam.linear_rate is not None or machine.cam.kinked
+        ideal = isinstance(machine, Machine)
+        smooth = not ideal or machine.cam.linear_rate is not None or machine.cam.kinked
         error = tolerance(scene) * (steps.shorter**ORDER if smooth else 1.0)
         return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
     if name == 'forced_harmonic':

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from tauto_core.clockwork.reading import dial_ns
-from tauto_core.machines import AnyMachine, compile_machine
+from tauto_core.machines import AnyMachine, Machine, compile_machine
 from tauto_core.motion import Motion, make_propagator
 from tauto_core.samples import (
     JOINT_STATES,
@@ -81,7 +81,8 @@ class TrochleaStage:
             step_ns=scene.step_ns,
             max_gap_s=None if self._still else MAX_GAP_S,
             stride=1 if self._still else _stride(scene, self._propagator.longest_step_s),
-            tilt_inside=not (self._machine.drag is None and self._machine.escapement is None),
+            tilt_inside=not isinstance(self._machine, Machine)
+            or not (self._machine.drag is None and self._machine.escapement is None),
         )
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None

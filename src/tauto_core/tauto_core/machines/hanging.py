@@ -157,6 +157,4 @@ class HangingMachine:
                 f'{self.range_rad:.6g} rad. Use a smaller amplitude or a longer thread'
             )
         share = self.modes.fast_share if self.wheel_is_fast else self.modes.slow_share
-        return mode_period(
-            self.accelerations, amplitude, self.frequency, self.base_radius / share
-        )
+        return mode_period(self.accelerations, amplitude, self.frequency, self.base_radius / share)

@@ -94,15 +94,15 @@ class LeverMachine:
 
     def beta(self, angle: ArrayLike) -> FloatArray:
         """Return β of the lever [rad]."""
-        return self.geometry.beta(self._u(angle))
+        return self.geometry.pose(self._tau(angle)).beta
 
     def ratio(self, angle: ArrayLike) -> FloatArray:
         """Return dβ/dθ."""
-        return self.geometry.slopes(self._u(angle))[0]
+        return self.geometry.slopes(self._tau(angle))[0]
 
     def ratio_rate(self, angle: ArrayLike) -> FloatArray:
         """Return d²β/dθ² [1/rad]."""
-        return self.geometry.slopes(self._u(angle))[1]
+        return self.geometry.slopes(self._tau(angle))[1]
 
     def mass_at(self, angle: ArrayLike) -> FloatArray:
         """Return M(θ) [kg m2]."""
@@ -116,21 +116,21 @@ class LeverMachine:
     def arc(self, angle: ArrayLike) -> FloatArray:
         """Return s(θ) = ∫√M dθ from 0 [√kg m], with the sign of θ.
 
-        In u the integrand √(I θ_u² + J β_u²) has no singularity at a dead point.
+        Along τ the integrand √(I θ_τ² + J β_τ²) has no singularity at a dead point.
         """
-        u = np.atleast_1d(self._u(angle))
-        return integrate(self.arc_slope, np.zeros(u.size), u.ravel()).reshape(np.shape(angle))
+        tau = np.atleast_1d(self._tau(angle))
+        return integrate(self.arc_slope, np.zeros(tau.size), tau.ravel()).reshape(np.shape(angle))
 
-    def arc_slope(self, u: FloatArray) -> FloatArray:
-        """Return ds/du [√kg m]."""
-        theta, beta = self.geometry.rates(u)
+    def arc_slope(self, tau: FloatArray) -> FloatArray:
+        """Return ds/dτ [√kg m]."""
+        theta, beta = self.geometry.rates(tau)
         return np.hypot(math.sqrt(self.inertia) * theta, math.sqrt(self.turned_inertia) * beta)
 
     def swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return u and dt/dW along a swing released at rest at an amplitude ≠ 0.
+        """Return τ and dt/dW along a swing released at rest at an amplitude ≠ 0.
 
         V = V(A) cos²W runs once through the swing as W from 0 to π. With Y = ±√V, of the sign of
-        θ, dt/dW = √(M/2)/(dY/dθ), and 2 Y/u and dV/(u dθ) do not vanish at rest.
+        θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
 
         Args:
             amplitude: A, where it is released [rad].
@@ -138,18 +138,18 @@ class LeverMachine:
         """
         shape, cosine = self.geometry, np.cos(w)
         top = float(np.sin(self.beta(amplitude)))
+        sine = top * cosine * cosine
         side = math.copysign(1.0, amplitude) * np.where(cosine < 0.0, -1.0, 1.0)
-        u = side * shape.u_of_sine(top * cosine * cosine)
-        beta = shape.beta(u)
-        level, thread = np.cos(beta), np.cos(beta - shape.delta(u, beta))
-        under = 4.0 * shape.arm * (shape.depth - shape.arm * np.tan(0.5 * beta))
-        per_u = np.sqrt(shape.base_radius * (shape.length + shape.free(u)) / under)
-        slope, bend = shape.slopes(u)
+        tau = side * np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine))))
+        _, beta, delta, _ = shape.pose(tau)
+        slope, bend = shape.slopes(tau)
         mass = self.inertia + self.turned_inertia * slope * slope
+        pushed = self.weight_torque * np.cos(beta)
         kinetic = self.weight_torque * top * np.sin(w) ** 2
-        self._check_taut(u, self.weight_torque * level, 2.0 * kinetic / mass * bend)
-        pushed = math.sqrt(self.weight_torque) * shape.base_radius * level
-        return u, np.sqrt(2.0 * mass) * per_u * shape.arm * thread / pushed
+        self._check_taut(tau, pushed + self.turned_inertia * bend * 2.0 * kinetic / mass)
+        root = np.sqrt(2.0 * self.weight_torque / (1.0 + tau**4))
+        per_tau = shape.base_radius * shape.u_per_tau(tau) / (shape.arm * np.cos(beta - delta))
+        return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
 
     def far_turning(self, amplitude: float) -> float:
         """Return θ at the other end of a free swing released at `amplitude` [rad]."""
@@ -180,8 +180,8 @@ class LeverMachine:
         halves = integrate(lambda w: self.swing(amplitude, w)[1], edges[:-1], edges[1:])
         return 2.0 * float(np.sum(halves))
 
-    def _u(self, angle: ArrayLike) -> FloatArray:
-        return self.geometry.u_of(self._within(np.asarray(angle, np.float64)))
+    def _tau(self, angle: ArrayLike) -> FloatArray:
+        return self.geometry.tau_of(self._within(np.asarray(angle, np.float64)))
 
     def _within(self, angle: FloatArray) -> FloatArray:
         low, high = self.sides
@@ -194,11 +194,11 @@ class LeverMachine:
             )
         return angle
 
-    def _check_taut(self, u: FloatArray, weight: FloatArray, swung: FloatArray) -> None:
-        """Refuse a tension of the sign of m g AD cos β + J β″ θ̇² that is not positive."""
-        slack = ~(weight + self.turned_inertia * swung > 0.0)
+    def _check_taut(self, tau: FloatArray, tension: FloatArray) -> None:
+        """Refuse a tension, of which m g AD cos β + J β″θ̇² has the sign, that is not positive."""
+        slack = ~(tension > 0.0)
         if slack.any():
-            where = float(self.geometry.theta(u[slack][:1])[0])
+            where = float(self.geometry.theta(tau[slack][:1])[0])
             raise SlackThreadError(
                 f'the thread goes slack at an angle of {where!r} rad: the lever cannot fall as '
                 'fast as the wheel lets it; use a smaller amplitude or a heavier wheel'

@@ -1,19 +1,20 @@
 """Sully's lever: where thread and lever are when the wheel has turned (Euler 1727, V).
 
 The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
-B to a lever AD that turns about A. At rest the lever is horizontal and B under C. With u = θ − δ,
+B to a lever AD that turns about A. At rest the lever is level and B under C. With u = θ − δ,
 n = (cos δ, sin δ) and d = (sin δ, −cos δ)
 
     B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
 
-B's distance from C knows u² only, and the lever's angle β only: given either of them, the other
-and θ follow without iteration. `u` is therefore what everything here is a function of. Forms are
-free of cancellation near rest, where β falls with u².
+B's distance from C is a function of u² and, on the lever, of its angle β. So all follows without
+iteration from τ = ±√tan(β/2), which has the sign of θ and is smooth through rest, where β falls
+with θ², and up to a dead point. Forms are free of cancellation.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,22 @@ LEAST_FREE = 0.1
 
 _SCAN = 4096
 _NEWTON = 60
+
+
+class Pose(NamedTuple):
+    """Where the parts are, arrays of any one shape.
+
+    Attributes:
+        u: θ − δ, what the thread has wound up [rad].
+        beta: β of the lever above the level [rad].
+        delta: δ of the thread from the plumb line [rad].
+        free: l of the thread [m].
+    """
+
+    u: FloatArray
+    beta: FloatArray
+    delta: FloatArray
+    free: FloatArray
 
 
 @dataclass(frozen=True)
@@ -49,93 +66,82 @@ class LeverGeometry:
         """Depth of B under C at rest, r + l₀ [m]."""
         return self.base_radius + self.length
 
-    def free(self, u: FloatArray) -> FloatArray:
-        """Return l, the thread's free length [m]."""
-        return self.length - 0.5 * self.base_radius * u * u
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return u/τ: l₀² − l² = 2 AB [(r + l₀) sin β − AB (1 − cos β)] = r u² (l₀ + l)/2."""
+        wound, free = self._wound(tau)
+        return np.asarray(np.sqrt(2.0 * wound / (self.base_radius * (self.length + free))))
 
-    def beta(self, u: FloatArray) -> FloatArray:
-        """Return β, the lever's angle above the horizontal [rad]; NaN where there is none.
-
-        (r + l₀) sin β − AB (1 − cos β) = K, a quadratic equation for tan β/2.
-        """
-        square = self.base_radius * u * u
-        k = square * (self.length - 0.25 * square) / (2.0 * self.arm)
-        rest = self.depth**2 - k * (k + 2.0 * self.arm)
-        root = np.sqrt(np.where(rest > 0.0, rest, np.nan))
-        return np.asarray(2.0 * np.arctan(k / (self.depth + root)))
-
-    def u_of_sine(self, sine: FloatArray) -> FloatArray:
-        """Return u ≥ 0 of sin β ≥ 0, β at most a right angle."""
-        half = sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))
-        q = 2.0 * self.arm * sine * (self.depth - self.arm * half)
-        free = np.sqrt(self.length * self.length - q)
-        return np.asarray(np.sqrt(2.0 * q / (self.base_radius * (self.length + free))))
-
-    def delta(self, u: FloatArray, beta: FloatArray) -> FloatArray:
-        """Return δ, the thread's inclination [rad]."""
-        half = np.sin(0.5 * beta)
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return where everything is; NaN where the thread is too short."""
+        tau = np.asarray(tau, np.float64)
+        u, beta = tau * self.u_per_tau(tau), 2.0 * np.arctan(tau * tau)
+        free, half = self._wound(tau)[1], np.sin(0.5 * beta)
         across, down = -2.0 * self.arm * half * half, self.depth - self.arm * np.sin(beta)
-        inner = np.arctan2(self.base_radius * u, self.base_radius + self.free(u))
-        return np.asarray(np.arctan2(across, down) - inner)
+        inner = np.arctan2(self.base_radius * u, self.base_radius + free)
+        return Pose(u, beta, np.arctan2(across, down) - inner, free)
 
-    def theta(self, u: FloatArray) -> FloatArray:
+    def theta(self, tau: FloatArray) -> FloatArray:
         """Return θ, the wheel's angle [rad]."""
-        return np.asarray(u + self.delta(u, self.beta(u)))
+        pose = self.pose(tau)
+        return np.asarray(pose.u + pose.delta)
 
-    def rates(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return dθ/du and dβ/du; the first vanishes at a dead point, neither is singular there."""
-        beta = self.beta(u)
-        fall = self.depth * np.cos(beta) - self.arm * np.sin(beta)
-        free = self.free(u)
-        cosine = np.cos(beta - self.delta(u, beta))
-        return free * cosine / fall, self.base_radius * u * free / (self.arm * fall)
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ; the first vanishes at a dead point, neither is singular."""
+        pose, beta = self.pose(tau), 4.0 / (1.0 + tau**4)
+        arm = self.arm * np.cos(pose.beta - pose.delta)
+        return beta * arm / (self.base_radius * self.u_per_tau(tau)), beta * tau
 
-    def slopes(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
-        beta = self.beta(u)
-        delta = self.delta(u, beta)
+        u, beta, delta, free = self.pose(tau)
         sine, cosine = np.sin(beta - delta), np.cos(beta - delta)
         arm = self.arm * cosine
         first = self.base_radius * u / arm
-        inclines = -(self.base_radius + self.arm * first * sine) / self.free(u)
+        inclines = -(self.base_radius + self.arm * first * sine) / free
         second = self.base_radius * (1.0 - inclines) / arm
         return first, second + first * sine / cosine * (first - inclines)
 
-    def u_of(self, theta: FloatArray) -> FloatArray:
-        """Return u of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
+    def tau_of(self, theta: FloatArray) -> FloatArray:
+        """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
+        theta = np.asarray(theta, np.float64)
         low, high = (np.full_like(theta, edge) for edge in self.edges())
-        u = np.clip(theta * (1.0 + self.base_radius / self.length), low, high)
+        tau = np.clip(theta / self.rates(np.zeros(1))[0][0], low, high)
         for _ in range(_NEWTON):
-            beyond = self.theta(u) - theta
-            low, high = np.where(beyond < 0.0, u, low), np.where(beyond > 0.0, u, high)
-            new = u - beyond / self.rates(u)[0]
+            beyond = self.theta(tau) - theta
+            low, high = np.where(beyond < 0.0, tau, low), np.where(beyond > 0.0, tau, high)
+            new = tau - beyond / self.rates(tau)[0]
             new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-            done = np.abs(new - u) <= 2e-16 * np.abs(new)
-            u = new
+            done = np.abs(new - tau) <= 2e-16 * np.abs(new)
+            tau = new
             if done.all():
                 break
-        return np.asarray(u)
+        return tau
 
     def edges(self) -> tuple[float, float]:
-        """Return the least and the largest u: where a dead point or the thread's end is near."""
-        longest = float(np.sqrt(2.0 * (1.0 - LEAST_FREE) * self.length / self.base_radius))
-        return -self._edge(-longest), self._edge(longest)
+        """Return least and largest τ: where a dead point or the end of the thread is near."""
+        return -self._edge(-1.0), self._edge(1.0)
 
-    def _edge(self, longest: float) -> float:
-        """Return the largest |u| of usable geometry on a side."""
-        grid = longest * np.arange(1, _SCAN + 1) / _SCAN
-        bad = np.flatnonzero(~self._usable(grid))
-        if not len(bad):
-            return abs(longest)
-        a, b = float(grid[bad[0]] - longest / _SCAN), float(grid[bad[0]])
+    def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (l₀² − l²)/τ² [m2] and l [m]."""
+        square = tau * tau
+        wound = 4.0 * self.arm * (self.depth - self.arm * square) / (1.0 + square * square)
+        rest = self.length * self.length - square * wound
+        # what is not there has no length
+        free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
+        return np.where(wound > 0.0, wound, np.nan), free
+
+    def _edge(self, upright: float) -> float:
+        """Return |τ| at the edge on the side of `upright`, ±1: β is a right angle there."""
+        grid = upright * np.arange(1, _SCAN + 1) / _SCAN
+        b = float(grid[np.argmin(self._usable(grid))])
+        a = b - upright / _SCAN
         for _ in range(60):
             middle = 0.5 * (a + b)
             good = bool(self._usable(np.array([middle]))[0])
             a, b = (middle, b) if good else (a, middle)
         return abs(a)
 
-    def _usable(self, u: FloatArray) -> np.ndarray:
-        beta = self.beta(u)
-        cosine = np.cos(beta - self.delta(u, beta))
-        fall = self.depth * np.cos(beta) - self.arm * np.sin(beta)
-        return np.asarray((np.minimum(cosine, np.cos(beta)) >= LEAST_COSINE) & (fall > 0.0))
+    def _usable(self, tau: FloatArray) -> np.ndarray:
+        _, beta, delta, free = self.pose(tau)
+        least = np.minimum(np.cos(beta), np.cos(beta - delta))
+        return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE * self.length))

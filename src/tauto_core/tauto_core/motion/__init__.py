@@ -8,9 +8,16 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import (
+    AnyMachine,
+    HangingMachine,
+    LeverMachine,
+    Machine,
+    SlackThreadError,
+)
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.samples import State
+from tauto_core.scene.errors import CamRangeError
 
 __all__ = ['Forcing', 'Motion', 'Propagator', 'make_propagator', 'propagator_name']
 
@@ -40,8 +47,12 @@ class Propagator(Protocol):
         ...
 
 
-def propagator_name(machine: Machine, *, still: bool) -> str:
+def propagator_name(machine: AnyMachine, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
+    if not isinstance(machine, Machine):
+        free = still and machine.drag is None and machine.escapement is None
+        well = free and isinstance(machine, LeverMachine) and _swings_freely(machine)
+        return 'action_angle' if well else 'collocation'
     if _stays_linear(machine):
         if still and machine.drag is None:
             return 'harmonic'
@@ -63,16 +74,16 @@ def _stays_linear(machine: Machine) -> bool:
     return underdamped and not drag.quadratic and not drag.coulomb
 
 
-def _swings_freely(machine: Machine) -> bool:
+def _swings_freely(machine: Machine | LeverMachine) -> bool:
     """Return whether the wheel is released away from rest into a swing with a taut thread."""
     try:
         return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
-    except SlackThreadError:
+    except (CamRangeError, SlackThreadError):
         return False
 
 
 def make_propagator(
-    machine: Machine, *, still: bool, tolerance: float | None = None
+    machine: AnyMachine, *, still: bool, tolerance: float | None = None
 ) -> Propagator:
     """Return the propagator for a machine on a platform that lies still or moves.
 
@@ -82,7 +93,10 @@ def make_propagator(
         tolerance: error allowed a step, relative to the state, where steps are needed; None: the
             propagator's default.
     """
-    match propagator_name(machine, still=still):
+    name = propagator_name(machine, still=still)
+    if not isinstance(machine, Machine):
+        return _of_real_thread(machine, name, tolerance)
+    match name:
         case 'harmonic':
             from tauto_core.motion.harmonic import Harmonic
 
@@ -99,3 +113,15 @@ def make_propagator(
             from tauto_core.motion.collocation import Collocation  # imports numba
 
             return Collocation(machine, tolerance)
+
+
+def _of_real_thread(
+    machine: LeverMachine | HangingMachine, name: str, tolerance: float | None
+) -> Propagator:
+    if name == 'action_angle' and isinstance(machine, LeverMachine):
+        from tauto_core.motion.uneven_well import UnevenWell
+
+        return UnevenWell(machine)
+    from tauto_core.motion.real_threads import RealThreads  # imports numba
+
+    return RealThreads(machine, tolerance)
