@@ -249,8 +249,8 @@ def _growth(
     step_s = scene.step_ns / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
-        ideal = isinstance(machine, Machine)
-        smooth = not ideal or machine.cam.linear_rate is not None or machine.cam.kinked
+        cam = machine.cam if isinstance(machine, Machine) else None
+        smooth = cam is None or cam.linear_rate is not None or cam.kinked
         error = tolerance(scene) * (steps.shorter**ORDER if smooth else 1.0)
         return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
     if name == 'forced_harmonic':

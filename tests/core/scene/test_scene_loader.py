@@ -31,11 +31,13 @@ REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))
 def test_the_scenes_that_ship() -> None:
     assert shipped_scenes() == [
         'cheek_before_euler',
+        'hanging_thread_at_sea',
         'ideal',
         'involute_weight_at_sea',
         'measured',
         'portsmouth_jamaica',
         'second_cam_at_sea',
+        'sully_lever_at_sea',
     ]
     assert DEFAULT_SCENE == 'measured'
 

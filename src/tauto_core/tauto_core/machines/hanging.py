@@ -19,13 +19,18 @@ from typing import TypeVar
 
 import numpy as np
 
-from tauto_core.machines.hanging_swing import mode_period
+from tauto_core.machines.hanging_swing import common_swing
 from tauto_core.machines.modes import Modes, modes
+from tauto_core.machines.trochlea import SlackThreadError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.scene.models import Drag, Escapement
 
 Angles = TypeVar('Angles', FloatArray, np.ndarray)
+
+
+LEAST_FREE = 0.01
+"""Part of the thread that must stay free: with none the thread swings infinitely fast."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +98,8 @@ class HangingMachine:
 
     @property
     def range_rad(self) -> float:
-        """Largest |u|: there the whole thread is wound up, √(2 l₀/r) [rad]."""
-        return math.sqrt(2.0 * self.length / self.base_radius)
+        """Largest |u|: all but a hundredth of the thread is wound up there [rad]."""
+        return math.sqrt(2.0 * (1.0 - LEAST_FREE) * self.length / self.base_radius)
 
     def felt_angle(self, angle: float, tilt: float) -> float:
         """Return u of a wheel at `angle` in its case, the thread plumb [rad]."""
@@ -112,6 +117,13 @@ class HangingMachine:
         carried = radius * u * delta_rate * (2.0 * psi_rate - delta_rate)
         delta_bend = (carried - self.gravity * np.sin(delta) - radius * psi_bend) / free
         return psi_bend, delta_bend
+
+    def tension(
+        self, psi: FloatArray, delta: FloatArray, psi_rate: FloatArray, delta_rate: FloatArray
+    ) -> FloatArray:
+        """Return the tension of the thread in free motion on land, u ≠ 0 [N]."""
+        bend, _ = self.accelerations(psi, delta, psi_rate, delta_rate)
+        return np.asarray(-self.inertia * bend / (self.base_radius * (psi - delta)))
 
     def energy(
         self, psi: float, delta: float, psi_rate: float, delta_rate: float, gravity: float
@@ -147,6 +159,7 @@ class HangingMachine:
         Raises:
             CamRangeError: an amplitude at which the thread would be wound up.
             SwingError: no such swing.
+            SlackThreadError: a swing in which the thread goes slack.
         """
         amplitude = abs(amplitude)
         if amplitude == 0.0:
@@ -157,4 +170,14 @@ class HangingMachine:
                 f'{self.range_rad:.6g} rad. Use a smaller amplitude or a longer thread'
             )
         share = self.modes.fast_share if self.wheel_is_fast else self.modes.slow_share
-        return mode_period(self.accelerations, amplitude, self.frequency, self.base_radius / share)
+        swing = common_swing(
+            self.accelerations, amplitude, self.frequency, self.base_radius / share
+        )
+        taut = self.tension(swing.psi, swing.delta, swing.psi_rate, swing.delta_rate) > 0.0
+        if not taut.all():
+            where = float(swing.psi[~taut][0])
+            raise SlackThreadError(
+                f'the thread goes slack at an angle of {where!r} rad of the wheel; use a smaller '
+                'amplitude or a lighter weight'
+            )
+        return swing.period

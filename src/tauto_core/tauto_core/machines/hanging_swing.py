@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,10 +35,28 @@ class SwingError(TautoError):
     """A swing in which wheel and thread do not stay together."""
 
 
-def mode_period(
+class CommonSwing(NamedTuple):
+    """A periodic swing, at instants of a quarter of it.
+
+    Attributes:
+        period: [s].
+        psi: ψ of the wheel [rad], (n,).
+        delta: δ of the thread [rad], (n,).
+        psi_rate: ψ̇ [rad/s], (n,).
+        delta_rate: δ̇ [rad/s], (n,).
+    """
+
+    period: float
+    psi: FloatArray
+    delta: FloatArray
+    psi_rate: FloatArray
+    delta_rate: FloatArray
+
+
+def common_swing(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float
-) -> float:
-    """Return the period of the swing with an amplitude that continues a mode of small swings [s].
+) -> CommonSwing:
+    """Return the swing of an amplitude that continues a mode of small swings.
 
     Args:
         accelerations: ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays.
@@ -54,7 +73,9 @@ def mode_period(
         if found is None:
             break
         if np.max(np.abs(found[[terms - 2, terms - 1, -3, -2]])) <= TAIL * amplitude:
-            return math.tau / float(found[-1])
+            angles, rates, _ = _along(found[None], terms)
+            parts = [part[0] for part in (*angles, *rates)]
+            return CommonSwing(math.tau / float(found[-1]), *parts)
         terms *= 2
     raise SwingError(
         f'at {amplitude:.6g} rad wheel and thread have no common swing that continues the mode of '
@@ -119,6 +140,18 @@ def _linearised(
 def _left(
     accelerations: Accelerations, amplitude: float, unknowns: np.ndarray, terms: int
 ) -> np.ndarray:
+    angles, rates, bends = _along(unknowns, terms)
+    pushed = accelerations(angles[0], angles[1], rates[0], rates[1])
+    omega = unknowns[:, -1:]
+    rest = [bend - push / omega**2 for bend, push in zip(bends, pushed, strict=True)]
+    size = np.sum(unknowns[:, :terms], axis=1, keepdims=True)
+    return np.hstack([*rest, size - amplitude])
+
+
+def _along(
+    unknowns: np.ndarray, terms: int
+) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
+    """Return ψ and δ, their rates and their second derivatives per ω², each (m, n)."""
     orders = 2.0 * np.arange(terms) + 1.0
     phases = 0.5 * math.pi * (np.arange(terms) + 0.5) / terms
     cosines, sines = np.cos(np.outer(orders, phases)), np.sin(np.outer(orders, phases))
@@ -127,6 +160,4 @@ def _left(
     angles = [part @ cosines for part in series]
     rates = [-omega * ((orders * part) @ sines) for part in series]
     bends = [-((orders * orders * part) @ cosines) for part in series]
-    pushed = accelerations(angles[0], angles[1], rates[0], rates[1])
-    rest = [bend - push / omega**2 for bend, push in zip(bends, pushed, strict=True)]
-    return np.hstack([*rest, np.sum(series[0], axis=1, keepdims=True) - amplitude])
+    return angles, rates, bends

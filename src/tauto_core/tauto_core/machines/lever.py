@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 
 from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.quadrature import integrate
-from tauto_core.machines.trochlea import SlackThreadError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.scene.models import Drag, Escapement
@@ -79,7 +78,7 @@ class LeverMachine:
     @cached_property
     def sides(self) -> tuple[float, float]:
         """Least and largest θ that the geometry allows [rad]."""
-        low, high = self.geometry.theta(np.array(self.geometry.edges())).tolist()
+        low, high = self.geometry.theta(np.array(self.geometry.edges)).tolist()
         return low, high
 
     @property
@@ -142,11 +141,9 @@ class LeverMachine:
         side = math.copysign(1.0, amplitude) * np.where(cosine < 0.0, -1.0, 1.0)
         tau = side * np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine))))
         _, beta, delta, _ = shape.pose(tau)
-        slope, bend = shape.slopes(tau)
+        slope, _ = shape.slopes(tau)
         mass = self.inertia + self.turned_inertia * slope * slope
         pushed = self.weight_torque * np.cos(beta)
-        kinetic = self.weight_torque * top * np.sin(w) ** 2
-        self._check_taut(tau, pushed + self.turned_inertia * bend * 2.0 * kinetic / mass)
         root = np.sqrt(2.0 * self.weight_torque / (1.0 + tau**4))
         per_tau = shape.base_radius * shape.u_per_tau(tau) / (shape.arm * np.cos(beta - delta))
         return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
@@ -158,23 +155,25 @@ class LeverMachine:
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s].
 
+        The thread stays taut, since m g AD cos β + J β″θ̇² > 0: within the geometry β″ > 0.
+
         Args:
             amplitude: where the wheel is released at rest [rad]; its sign matters, the well is
                 not even. 0 gives the limit 2π/ω.
 
         Raises:
             CamRangeError: an amplitude, or its far turning point, beyond the geometry.
-            SlackThreadError: a swing in which the thread goes slack.
         """
         if amplitude == 0.0:
             return self.small_period
         self._within(np.asarray(amplitude))
-        far = self.far_turning(amplitude)
-        if not self.sides[0] <= far <= self.sides[1]:
+        far = -float(self.geometry.tau_of(np.asarray(amplitude)))
+        low, high = self.geometry.edges
+        if not low <= far <= high:
             raise CamRangeError(
-                f'a swing from {amplitude!r} rad goes to {far:.6g} rad, beyond the lever '
-                f'geometry: from {self.sides[0]:.6g} to {self.sides[1]:.6g} rad. Use a smaller '
-                'amplitude or a longer lever'
+                f'a swing from {amplitude!r} rad goes beyond the lever geometry on the other '
+                f'side: it reaches from {self.sides[0]:.6g} to {self.sides[1]:.6g} rad. Use a '
+                'smaller amplitude or a longer lever'
             )
         edges = np.array([0.0, 0.5 * math.pi, math.pi])
         halves = integrate(lambda w: self.swing(amplitude, w)[1], edges[:-1], edges[1:])
@@ -193,13 +192,3 @@ class LeverMachine:
                 'thread, or the thread is wound up. Use a smaller angle or a longer lever'
             )
         return angle
-
-    def _check_taut(self, tau: FloatArray, tension: FloatArray) -> None:
-        """Refuse a tension, of which m g AD cos β + J β″θ̇² has the sign, that is not positive."""
-        slack = ~(tension > 0.0)
-        if slack.any():
-            where = float(self.geometry.theta(tau[slack][:1])[0])
-            raise SlackThreadError(
-                f'the thread goes slack at an angle of {where!r} rad: the lever cannot fall as '
-                'fast as the wheel lets it; use a smaller amplitude or a heavier wheel'
-            )

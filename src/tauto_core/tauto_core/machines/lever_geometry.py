@@ -14,6 +14,7 @@ with θ², and up to a dead point. Forms are free of cancellation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +22,8 @@ import numpy as np
 from tauto_core.samples import FloatArray
 
 LEAST_COSINE = 0.1
-"""cos(β − δ) or cos β at the edge: beyond, the lever is within six degrees of a dead point, in line
-with the thread, or of upright."""
+"""cos(β − δ) or cos β at the edge: beyond, the lever is within six degrees of a dead point (in
+line with the thread) or of upright."""
 
 LEAST_FREE = 0.1
 """Part of the thread that is still free at the edge."""
@@ -104,7 +105,7 @@ class LeverGeometry:
     def tau_of(self, theta: FloatArray) -> FloatArray:
         """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
         theta = np.asarray(theta, np.float64)
-        low, high = (np.full_like(theta, edge) for edge in self.edges())
+        low, high = (np.full_like(theta, edge) for edge in self.edges)
         tau = np.clip(theta / self.rates(np.zeros(1))[0][0], low, high)
         for _ in range(_NEWTON):
             beyond = self.theta(tau) - theta
@@ -115,10 +116,11 @@ class LeverGeometry:
             tau = new
             if done.all():
                 break
-        return tau
+        return np.asarray(tau)
 
+    @cached_property
     def edges(self) -> tuple[float, float]:
-        """Return least and largest τ: where a dead point or the end of the thread is near."""
+        """Least and largest τ: where a dead point or the end of the thread is near."""
         return -self._edge(-1.0), self._edge(1.0)
 
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:

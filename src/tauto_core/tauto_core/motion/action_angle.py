@@ -24,6 +24,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from tauto_core.machines import Machine
+from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
 from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, principal, two_floats
@@ -137,9 +138,8 @@ def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> 
     """
     degree = SMALLEST_DEGREE
     while degree <= LARGEST_DEGREE:
-        nodes = np.cos(math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-        w = a + 0.5 * (b - a) * (1.0 + nodes)
-        found = chebyshev.chebfit(nodes, slope(w), degree)
+        w = a + 0.5 * (b - a) * (1.0 + nodes(degree + 1))
+        found = coefficients(slope(w))
         if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
             kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
             return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))

@@ -30,6 +30,7 @@ _KERNELS = (
     'mechanism',
     'outside',
     'rotation',
+    'span_events',
     'spans',
     'step_size',
     'stepping',

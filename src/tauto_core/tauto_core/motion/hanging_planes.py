@@ -33,6 +33,7 @@ class Hanging(NamedTuple):
     Attributes:
         radius: r [m].
         length: l₀ [m].
+        least: free thread at the end of the range [m].
         ratio: m r/I [1/m].
         wheel: E_ψi, of the modes.
         thread: E_δi.
@@ -45,6 +46,7 @@ class Hanging(NamedTuple):
 
     radius: float
     length: float
+    least: float
     ratio: float
     wheel: tuple[float, float]
     thread: tuple[float, float]
@@ -146,7 +148,7 @@ def _margins(system: Any, d: Any, omega: Any, work: Any) -> Any:
 
     def margins(system: Any, d: float, omega: Any, work: Any) -> Any:
         _, _, tension, free = _at_stages(system, d, omega, work)
-        return tension, free
+        return tension, free - system.least
 
     return margins
 
@@ -171,7 +173,7 @@ def _instant(system: Any, d: Any, omega: Any, state: Any, at: Any) -> Any:
             rate,
             psi_bend - (line[2] - tilt[2]),
             tension,
-            free,
+            free - system.least,
             psi_bend + drag,
             psi - delta,
             rates[0] - rates[1],

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from tauto_core.machines import LeverMachine
+from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
@@ -56,7 +57,7 @@ class LeverShape(NamedTuple):
 
 def lever_shape(machine: LeverMachine) -> LeverShape:
     """Return the series of a machine, good to rounding."""
-    low, high = machine.geometry.edges()
+    low, high = machine.geometry.edges
     arc = _arc_of_tau(machine, low, high)
     reach = MARGIN * abs(machine.release_angle) + 0.1
     near = np.clip(np.array([-reach, reach]), *machine.sides)
@@ -121,15 +122,10 @@ def _complete(
     """Return Chebyshev coefficients on an interval, (m, n), good to rounding; None: too many."""
     terms = FEWEST_TERMS
     while terms <= most:
-        # the nodes make the cosines orthogonal; whole turns are taken off exactly
-        turns = np.outer(2 * np.arange(terms) + 1, np.arange(terms)) % (4 * terms)
-        cosines = np.cos(0.5 * math.pi / terms * turns)
-        nodes = np.cos(0.5 * math.pi / terms * (2 * np.arange(terms) + 1))
-        values = functions(0.5 * (low + high) + 0.5 * (high - low) * nodes)
-        found = values @ cosines * (2.0 / terms)
-        found[:, 0] *= 0.5
+        values = functions(0.5 * (low + high) + 0.5 * (high - low) * nodes(terms))
+        found = coefficients(values)
         size = np.max(np.abs(found), axis=1, keepdims=True)
         if np.max(np.abs(found[:, -4:]) / size) <= TAIL:
-            return np.ascontiguousarray(found)
+            return found
         terms += terms // 4
     return None

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tauto_core.machines import HangingMachine, LeverMachine, SlackThreadError
+from tauto_core.machines import HangingMachine, LeverMachine
+from tauto_core.machines.hanging import LEAST_FREE
 from tauto_core.motion import hanging_planes, lever_plane, spans
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.lever_plane import Lever
@@ -57,7 +58,7 @@ def _drag(machine: LeverMachine | HangingMachine) -> tuple[float, float, float]:
 def _lever(machine: LeverMachine) -> _Model:
     try:
         omega = math.tau / machine.period(machine.release_angle)
-    except (CamRangeError, SlackThreadError):
+    except CamRangeError:
         omega = machine.frequency
     carried = math.sqrt(machine.turned_inertia / machine.inertia)
     weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
@@ -77,6 +78,7 @@ def _hanging(machine: HangingMachine) -> _Model:
     system = hanging_planes.Hanging(
         machine.base_radius,
         machine.length,
+        LEAST_FREE * machine.length,
         machine.mass * machine.base_radius / machine.inertia,
         _pair(columns[0]),
         _pair(columns[1]),

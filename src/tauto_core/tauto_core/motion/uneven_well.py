@@ -28,7 +28,6 @@ class UnevenWell(ClosedForm):
 
     Raises:
         PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
-        SlackThreadError: a swing in which the thread goes slack.
     """
 
     name = NAME

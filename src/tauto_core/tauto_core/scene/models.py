@@ -88,10 +88,7 @@ class HoleThread(Section):
 
 
 class LeverThread(Section):
-    """Sully's own (Euler 1727, V): the thread draws on a lever that carries the weight.
-
-    The lever is level at rest, with the thread tied to it straight under the wheel's axle.
-    """
+    """Thread tied to a lever, level at rest, that carries the weight: Sully's own (1727, V)."""
 
     kind: Literal['lever'] = 'lever'
     arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')
