@@ -35,11 +35,19 @@ def compile_machine(scene: Scene) -> AnyMachine:
     Raises:
         SceneError: a cam, thread or table that can't be used, or a release beyond the cam.
     """
+    machine = _of_thread(scene)
+    # an angle that the tilt of the apparent vertical does not change
+    fixed = machine.felt_angle(0.0, 1.0) == 0.0
+    if isinstance(scene.ship, StillShip) or fixed:
+        _check_release(scene, machine)
+    return machine
+
+
+def _of_thread(scene: Scene) -> AnyMachine:
     trochlea = scene.trochlea
-    machine: AnyMachine
     match trochlea.thread, trochlea.cam, trochlea.power:
         case LeverThread() as thread, InvoluteCam(base_radius=radius), WeightPower(mass=mass):
-            machine = LeverMachine(
+            return LeverMachine(
                 inertia=trochlea.inertia,
                 mass=mass,
                 weight_arm=thread.weight_arm,
@@ -51,7 +59,7 @@ def compile_machine(scene: Scene) -> AnyMachine:
                 release_angle=trochlea.release_angle,
             )
         case HangingThread(length=length), InvoluteCam(base_radius=radius), WeightPower(mass=mass):
-            machine = HangingMachine(
+            return HangingMachine(
                 inertia=trochlea.inertia,
                 mass=mass,
                 base_radius=radius,
@@ -62,12 +70,7 @@ def compile_machine(scene: Scene) -> AnyMachine:
                 release_angle=trochlea.release_angle,
             )
         case _:
-            machine = compile_ideal(scene)
-    # an angle that the tilt of the apparent vertical does not change
-    fixed = machine.felt_angle(0.0, 1.0) == 0.0
-    if isinstance(scene.ship, StillShip) or fixed:
-        _check_release(scene, machine)
-    return machine
+            return compile_ideal(scene)
 
 
 def compile_ideal(scene: Scene) -> Machine:
