@@ -33,14 +33,14 @@ def check_scene(scene: Scene) -> None:
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     if scene.suspension is not None:
         tilt = 0.0  # the case begins at rest, θ = φ
-    angle = machine.release_angle - (tilt if machine.follows_apparent_vertical else 0.0)
-    if not abs(angle) <= machine.cam.range_rad:
+    angle = machine.felt_angle(machine.release_angle, tilt)
+    if not abs(angle) <= machine.range_rad:
         raise SceneError(
             scene.name,
             'trochlea.release_angle',
             machine.release_angle,
             f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
-            f'±{machine.cam.range_rad:.6g} rad',
+            f'±{machine.range_rad:.6g} rad',
             'Release at a smaller angle or give the cam a wider range.',
         )
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauto_core.machines import FluidPendulum, Machine, SlackThreadError
-from tauto_core.motion import propagator_name
+from tauto_core.machines import AnyMachine, FluidPendulum, Machine, SlackThreadError
+from tauto_core.motion import make_collocation, propagator_name
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import CamRangeError
@@ -38,6 +38,7 @@ SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
 FORCED_NS_A_SAMPLE = 560.0
 SUSPENDED_NS_A_SAMPLE = 1100.0
 NS_A_STEP, NS_AN_IMPULSE = 1000.0, 5000.0
+NS_A_STEP_OF_THREAD = {'lever': 5000.0, 'hanging': 2000.0}
 NS_A_HALF_SWING = 8000.0
 NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0}
 NAVIGATION_NS_A_LOG = 1200.0
@@ -73,7 +74,7 @@ class Forecast:
     shortest_wave_s: float | None
 
 
-def forecast(scene: Scene, machine: Machine | FluidPendulum, motion: ShipMotion) -> Forecast:
+def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMotion) -> Forecast:
     """Return what a scene will cost and how exact it will be.
 
     Args:
@@ -124,11 +125,9 @@ class _Steps:
     shorter: float
 
 
-def _steps(scene: Scene, machine: Machine, swing_s: float) -> _Steps:
-    from tauto_core.motion.collocation import Collocation  # imports numba
-
+def _steps(scene: Scene, machine: AnyMachine, swing_s: float) -> _Steps:
     allowed = None if scene.solver is None else scene.solver.tolerance
-    longest_s = Collocation(machine, allowed).longest_step_s
+    longest_s = make_collocation(machine, allowed).longest_step_s
     piece_s = samples_a_piece(scene) * felt_step_ns(scene) / NS_PER_S
     step_s = piece_s / math.ceil(piece_s / longest_s)
     return _Steps(swing_s / step_s, step_s / longest_s)
@@ -235,7 +234,7 @@ def remainder(turn: FloatArray, samples: int, *, slopes: bool) -> FloatArray:
     return np.asarray(turn**conditions * distance / math.factorial(conditions))
 
 
-def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float) -> float:
+def sampling_error_s(waves: Waves, machine: AnyMachine, samples: int, step_s: float) -> float:
     """Return about how far the reading is off because the motion is sampled [s].
 
     An error of the neutral line turns the phase by as much, by the amplitude of the swing; one of
@@ -257,11 +256,11 @@ def sampling_error_s(waves: Waves, machine: Machine, samples: int, step_s: float
     else:
         line = remainder(turn, samples, slopes=True) * waves.roll / swing
     pull = value * waves.heave * machine.frequency / (2.0 * waves.frequency)
-    parts = [line, pull] if machine.pulling_mass else [line]
+    parts = [line, pull] if machine.feels_gravity else [line]
     return float(np.linalg.norm(parts)) / machine.frequency
 
 
-def _bearing_error_s(seas: Waves, case: Waves, machine: Machine, step_s: float) -> float:
+def _bearing_error_s(seas: Waves, case: Waves, machine: AnyMachine, step_s: float) -> float:
     """Return about how far the reading is off because the bearing's motion is sampled [s].
 
     The case answers an error of the sway as it answers the sway.
@@ -279,11 +278,11 @@ def _bearing_error_s(seas: Waves, case: Waves, machine: Machine, step_s: float) 
     tilt = case.sway if machine.follows_apparent_vertical else case.roll
     line = value * tilt[:count] / (abs(machine.release_angle) or 1.0)
     pull = value * seas.heave * machine.frequency / (2.0 * seas.frequency)
-    parts = [line, pull] if machine.pulling_mass else [line]
+    parts = [line, pull] if machine.feels_gravity else [line]
     return float(np.linalg.norm(parts)) / machine.frequency
 
 
-def _swing_s(machine: Machine) -> float:
+def _swing_s(machine: AnyMachine) -> float:
     """Return the period of the swing released, or of small swings where it cannot swing freely."""
     try:
         return machine.period(machine.release_angle)
@@ -305,12 +304,14 @@ def _run_s(
         work_ns += felt * FORCED_NS_A_SAMPLE
     if steps is not None:
         impulses = 0 if scene.escapement is None else 2
-        work_ns += swings * (steps.a_swing * NS_A_STEP + impulses * NS_AN_IMPULSE)
+        thread = None if scene.trochlea is None else scene.trochlea.thread.kind
+        step_ns = NS_A_STEP_OF_THREAD.get(thread or '', NS_A_STEP)
+        work_ns += swings * (steps.a_swing * step_ns + impulses * NS_AN_IMPULSE)
     return START_S[name] + work_ns / NS_PER_S
 
 
 def _growth(
-    scene: Scene, machine: Machine, name: str, swing_s: float, steps: _Steps | None
+    scene: Scene, machine: AnyMachine, name: str, swing_s: float, steps: _Steps | None
 ) -> float:
     """Return the most that the reading's error can grow in a day [s/day].
 
@@ -320,7 +321,7 @@ def _growth(
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
-        smooth = not machine.cam.joints.size
+        smooth = not isinstance(machine, Machine) or not machine.cam.joints.size
         error = tolerance(scene) * (steps.shorter**ORDER if smooth else 1.0)
         return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
     if name == 'forced_harmonic':

@@ -32,11 +32,13 @@ def test_the_scenes_that_ship() -> None:
     assert shipped_scenes() == [
         'cheek_before_euler',
         'globe_in_oil',
+        'hanging_thread_at_sea',
         'ideal',
         'involute_weight_at_sea',
         'measured',
         'portsmouth_jamaica',
         'second_cam_at_sea',
+        'sully_lever_at_sea',
         'suspended_weight_at_sea',
     ]
     assert DEFAULT_SCENE == 'measured'

@@ -18,7 +18,7 @@ import math
 from dataclasses import dataclass
 from functools import cache
 
-from tauto_core.machines import Machine, compile_machine
+from tauto_core.machines import compile_ideal
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import Scene, SeaShip
 from tauto_core.ship.sea import sea_motion
@@ -190,9 +190,7 @@ def _scene(name: str, trochlea: dict[str, object], duration_s: float, **sections
 
 
 def _numbers(scene: Scene) -> Numbers:
-    machine = compile_machine(scene)
-    if not isinstance(machine, Machine):
-        raise TypeError(f'{scene.name} has no trochlea')
+    machine = compile_ideal(scene)
     return Numbers(
         inertia=machine.inertia,
         lever_rate=float(machine.cam.lever_rate(0.0)),

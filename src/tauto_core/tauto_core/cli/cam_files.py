@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
 if TYPE_CHECKING:
@@ -50,6 +53,20 @@ def write_points(path: Path, cut: Cheeks) -> None:
         *zip(x, y, angle, strict=True),
     ]
     write_rows(path, COLUMNS, rows)
+
+
+def write_sides(
+    path: Path,
+    left: tuple[FloatArray, FloatArray],
+    right: tuple[FloatArray, FloatArray],
+    angles: tuple[FloatArray, FloatArray],
+) -> None:
+    """Write two cheeks that are no mirror images [mm], from the end of the right to the left's."""
+    columns = [
+        np.concatenate([second[:0:-1], first]).tolist()
+        for first, second in ((left[0], right[0]), (left[1], right[1]), angles)
+    ]
+    write_rows(path, COLUMNS, zip(*columns, strict=True))
 
 
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]]) -> None:

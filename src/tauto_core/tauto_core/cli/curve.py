@@ -68,7 +68,9 @@ def cam(
     loaded = load_scene(scene)
     files = {'csv': csv, 'svg': svg, 'dxf': dxf}
     with naming(scene, loaded.name):
-        if loaded.regulator is None:
+        if loaded.trochlea is not None and loaded.trochlea.cam.kind == 'lever_corrected':
+            _lever_cheeks(loaded, files, reach, points, thread)
+        elif loaded.regulator is None:
             _cheeks(loaded, files, reach, points, thread)
         else:
             _in_fluid(loaded, files, reach, points, thread)
@@ -102,6 +104,63 @@ def _cheeks(
     if (csv := files['csv']) is not None:
         cam_files.write_points(csv, cut)
     _write_drawings(draw(curve, cut, scene.name), files)
+
+
+def _lever_cheeks(
+    scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
+) -> None:
+    """Print or write the cheeks of a lever's own cam, which are no mirror images.
+
+    Raises:
+        UsageError: a reach beyond the cam, or a thread's thickness.
+        SceneError: a cam that cannot be built.
+    """
+    import numpy as np
+
+    from tauto_core.cli import cam_files
+    from tauto_core.curves.workshop import draw_uneven
+    from tauto_core.machines import LeverMachine, compile_machine
+    from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
+
+    machine = compile_machine(scene)
+    assert isinstance(machine, LeverMachine)
+    assert isinstance(machine.geometry, CorrectedLeverGeometry)
+    shape, edge = machine.geometry, machine.range_rad
+    if thread_mm:
+        raise UsageError(
+            f'--thread = {thread_mm} mm: the cheeks of a lever are drawn for a thin thread only. '
+            'Leave it out'
+        )
+    if reach is not None and not 0.0 < reach <= edge:
+        raise UsageError(
+            f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, {edge!r} rad. '
+            'Give another, or leave it out'
+        )
+    many = points if any(files.values()) else 11
+    last = shape.tau_of(np.array([-1.0, 1.0]) * (edge if reach is None else reach))
+    sides = [np.linspace(0.0, end, many) for end in last.tolist()]
+    (right, left), (less, more) = (
+        [np.stack(shape.contact(tau)) * MM_PER_M for tau in sides],
+        [shape.theta(tau) for tau in sides],
+    )
+    if not any(files.values()):
+        lengths = (shape.lever_arm(sides[1]), shape.radius_of_curvature(sides[1]))
+        arm, radius = (MM_PER_M * length for length in lengths)
+        _print_rows(HEADER, (more, arm, left[0], left[1], radius))
+        return
+    if (csv := files['csv']) is not None:
+        cam_files.write_sides(csv, (left[0], left[1]), (right[0], right[1]), (more, less))
+    words = [
+        'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
+        f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {more[-1]:.6g} rad',
+        f'fulcrum level with the end B of the thread at rest, AB {MM_PER_M * shape.arm:.6g} mm; '
+        f'free thread {MM_PER_M * shape.length:.6g} mm',
+        'for a thin thread: nothing is taken off for its thickness',
+    ]
+    rate = MM_PER_M * shape.base_radius
+    _write_drawings(
+        draw_uneven((left[0], left[1]), (right[0], right[1]), rate, scene.name, words), files
+    )
 
 
 def _in_fluid(

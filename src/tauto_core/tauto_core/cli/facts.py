@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from tauto_core.machines import FluidPendulum, Machine
+    from tauto_core.machines import AnyMachine, FluidPendulum
     from tauto_core.scene import Scene
 
 
@@ -81,7 +81,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     }
 
 
-def _regulator_facts(scene: Scene, machine: Machine | FluidPendulum) -> dict[str, Any]:
+def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any]:
     """Return curve, range and release of the regulator; a range is None where there is no end."""
     from tauto_core.machines import FluidPendulum
 
@@ -92,7 +92,7 @@ def _regulator_facts(scene: Scene, machine: Machine | FluidPendulum) -> dict[str
             'curve_range_m': [None if math.isinf(end) else end for end in ends],
             'release_arc_m': machine.release_arc,
         }
-    edge = machine.cam.range_rad
+    edge = machine.range_rad
     return {
         'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
         'cam_range_rad': None if math.isinf(edge) else edge,

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tauto_core.machines import FluidPendulum, Machine
+from tauto_core.machines import AnyMachine, FluidPendulum, LeverMachine, Machine
 from tauto_core.scene import Drag, RecordedShip, Scene, StillShip, WeightPower
 
 
-def reason(scene: Scene, machine: Machine | FluidPendulum, propagator: str) -> str:
+def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -> str:
     """Return why a propagator was chosen.
 
     Args:
@@ -24,6 +24,8 @@ def reason(scene: Scene, machine: Machine | FluidPendulum, propagator: str) -> s
             f'any instant in them {how}'
         )
     still = isinstance(scene.ship, StillShip)
+    if not isinstance(machine, Machine):
+        return _of_real_thread(machine, propagator, still=still)
     uneven = _uneven(machine)
     if propagator == 'harmonic':
         return 'a harmonic well on a ship that lies still: any instant in closed form'
@@ -37,6 +39,25 @@ def reason(scene: Scene, machine: Machine | FluidPendulum, propagator: str) -> s
         shakers = _and([tilts] * (not still) + ['viscous drag'] * (machine.drag is not None))
         return f'{shakers} in a harmonic well: linear, so a sample is one exact step'
     return '; '.join(_disturbances(machine, uneven, '' if still else tilts))
+
+
+def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str:
+    lever = isinstance(machine, LeverMachine)
+    if propagator == 'action_angle':
+        return (
+            'the lever makes a well that is neither harmonic nor even, but undisturbed: any '
+            'instant from its period, in closed form'
+        )
+    drag = machine.drag is not None
+    found = {
+        'the thread swings, a second degree of freedom': not lever,
+        'the apparent gravity moves the lever': lever and not still,
+        'the apparent gravity moves the weight': not lever and not still,
+        'drag in a well that is not harmonic': lever and drag,
+        'the escapement acts at an instant': machine.escapement is not None,
+    }
+    words = [each for each, present in found.items() if present]
+    return '; '.join(words) or 'the thread goes slack in the swing'
 
 
 def _uneven(machine: Machine) -> str:
@@ -96,7 +117,7 @@ def hangs(scene: Scene) -> dict[str, Any] | None:
     }
 
 
-def left_out(scene: Scene, machine: Machine | FluidPendulum) -> list[str]:
+def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
     """Return the terms that a scene does not contain; they are not in the code that runs."""
     ship, drag = scene.ship, scene.drag
     power = None if scene.trochlea is None else scene.trochlea.power
@@ -114,7 +135,7 @@ def left_out(scene: Scene, machine: Machine | FluidPendulum) -> list[str]:
         'escapement': scene.escapement is None,
         'roll': still,
         'heave': not heave,
-        'apparent gravity': not still and machine.pulling_mass == 0.0,
+        'apparent gravity': not still and not machine.feels_gravity,
         'suspension': scene.suspension is None,
         "the weight's inertia": isinstance(power, WeightPower) and power.massless,
         'voyage': scene.voyage is None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from tauto_core.clockwork.reading import dial_ns
-from tauto_core.machines import FluidPendulum, Machine, compile_machine
+from tauto_core.machines import AnyMachine, FluidPendulum, Machine, compile_machine
 from tauto_core.motion import Motion, make_propagator
 from tauto_core.samples import (
     JOINT_STATES,
@@ -67,19 +67,20 @@ class TrochleaStage:
         self._scene = scene
         self._anchor = anchor
         self._still = isinstance(scene.ship, StillShip)
-        self._machine: Machine | FluidPendulum = compile_machine(scene)
+        self._machine: AnyMachine | FluidPendulum = compile_machine(scene)
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = scene.clock.nominal_period or self._machine.small_period
         self._buffer = MotionBuffer(
             apparent_vertical=self._machine.follows_apparent_vertical,
-            apparent_gravity=self._machine.pulling_mass > 0.0,
+            apparent_gravity=self._machine.feels_gravity,
             still=self._still,
             step_ns=felt_step_ns(scene),
             max_gap_s=None if self._still else MAX_GAP_S,
             stride=samples_a_piece(scene),
             smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
-            tilt_inside=not (self._machine.drag is None and self._machine.escapement is None),
+            tilt_inside=not isinstance(self._machine, Machine)
+            or not (self._machine.drag is None and self._machine.escapement is None),
         )
         self._suspension: Suspension | None = None
         if scene.suspension is not None:

@@ -14,9 +14,11 @@ from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.models import (
     CircularArcCam,
+    HangingThread,
     HoleCam,
     HoleThread,
     InvoluteCam,
+    LeverThread,
     SpringCorrectedCam,
     SpringPower,
     TableCam,
@@ -41,7 +43,11 @@ def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
     thread = trochlea.thread
     distance = thread.distance if isinstance(thread, HoleThread) else math.inf
     match trochlea.cam, thread, trochlea.power:
-        case InvoluteCam(base_radius=radius), VerticalThread(), _:
+        case (
+            InvoluteCam(base_radius=radius),
+            VerticalThread() | LeverThread() | HangingThread(),
+            _,
+        ):
             return Involute(radius)
         case HoleCam(lever_rate=rate), HoleThread(), _:
             return Hole(rate, distance)
@@ -66,7 +72,8 @@ def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
                 f'a cam of kind {cam.kind!r} is not made for this thread and power {power.kind!r}',
                 'Put hole with hole, involute and circular_arc with vertical, table, '
                 'weight_corrected and spring_corrected with either; weight_corrected goes with a '
-                'weight that has inertia, spring_corrected with a spring.',
+                'weight that has inertia, spring_corrected with a spring; lever and hanging take '
+                'an involute, lever lever_corrected too.',
             )
 
 

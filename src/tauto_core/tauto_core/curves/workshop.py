@@ -107,6 +107,32 @@ def draw(cam: Cam, cut: Cheeks, title: str) -> Drawing:
     return _explained(title, lines, circles, dimensions(cam, cut))
 
 
+def draw_uneven(
+    left: tuple[FloatArray, FloatArray],
+    right: tuple[FloatArray, FloatArray],
+    rate: float,
+    title: str,
+    words: list[str],
+) -> Drawing:
+    """Return the drawing of cheeks that are no mirror images of each other.
+
+    Args:
+        left: (x, y) of the cheek for positive angles, from the tip on [mm].
+        right: of the other.
+        rate: lever arm a radian at rest [mm].
+        title: the scene's name, for example.
+        words: dimensions, a line each.
+    """
+    top = max(float(np.max(left[1])), float(np.max(right[1]))) + _GAP_MM
+    lines = [
+        Line(CHEEK_LEFT, *left),
+        Line(CHEEK_RIGHT, *right),
+        Line(THREAD, np.zeros(2), np.array([float(left[1][0]), top])),
+    ]
+    circles = [Circle(AXLE, 0.0, 0.0, _AXLE_MM), Circle(BASE_CIRCLE, 0.0, 0.0, rate)]
+    return _explained(title, lines, circles, words)
+
+
 def draw_in_fluid(
     curve: DescentCurve, outline: tuple[FloatArray, FloatArray], title: str
 ) -> Drawing:

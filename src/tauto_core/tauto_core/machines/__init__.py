@@ -1,23 +1,31 @@
 """Mechanics: the trochlea as a mechanism, its period, its design."""
 
-from tauto_core.machines.compiling import compile_machine
+from tauto_core.machines.compiling import AnyMachine, compile_ideal, compile_machine
 from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
+from tauto_core.machines.hanging import HangingMachine
 from tauto_core.machines.isochronism import (
     Isochronism,
     IsochronismRow,
     isochronism,
     rate_s_per_day,
 )
+from tauto_core.machines.lever import LeverMachine
 from tauto_core.machines.quadrature import QuadratureError
+from tauto_core.machines.regulator import Regulator
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 
 __all__ = [
+    'AnyMachine',
     'FluidPendulum',
+    'HangingMachine',
     'Isochronism',
     'IsochronismRow',
+    'LeverMachine',
     'Machine',
     'QuadratureError',
+    'Regulator',
     'SlackThreadError',
+    'compile_ideal',
     'compile_machine',
     'descent_isochronism',
     'isochronism',

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from typing import TypeAlias
+
 from tauto_core.curves import make_cam
 from tauto_core.machines.fluid_pendulum import FluidPendulum, compile_fluid_pendulum
+from tauto_core.machines.hanging import HangingMachine
+from tauto_core.machines.lever import LeverMachine
+from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
+from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.remedies import wider_range
 from tauto_core.machines.trochlea import Machine
 from tauto_core.scene.errors import ABSENT, SceneError, naming
 from tauto_core.scene.models import (
+    Cam,
     ForcePower,
+    HangingThread,
+    InvoluteCam,
+    LeverCorrectedCam,
+    LeverThread,
     Scene,
     SpringPower,
     StillShip,
@@ -17,30 +29,101 @@ from tauto_core.scene.models import (
     WeightPower,
 )
 
+AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
-def compile_machine(scene: Scene) -> Machine | FluidPendulum:
+
+def compile_machine(scene: Scene) -> AnyMachine | FluidPendulum:
     """Return the regulator of a scene in numbers: its trochlea, or the body in its fluid.
-
-    Raises:
-        SceneError: a machine that cannot be built, or a release beyond its range.
-    """
-    if scene.regulator is not None:
-        return compile_fluid_pendulum(scene, scene.regulator)
-    if scene.trochlea is not None:
-        return _compile_trochlea(scene, scene.trochlea)
-    raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give trochlea or regulator.')
-
-
-def _compile_trochlea(scene: Scene, trochlea: Trochlea) -> Machine:
-    """Return the trochlea of a scene in numbers.
 
     The release is checked here where it fixes the angle at the cam: on a still ship, and at sea
     if the thread's neutral line turns with the case. A thread that follows the apparent vertical
     at sea is left to those who know the motion.
 
     Raises:
-        SceneError: a cam, thread or table that can't be used, or a release beyond the cam.
+        SceneError: a machine that cannot be built, or a release beyond its range.
     """
+    if scene.regulator is not None:
+        return compile_fluid_pendulum(scene, scene.regulator)
+    machine = _of_thread(scene)
+    # an angle that the tilt of the apparent vertical does not change
+    fixed = machine.felt_angle(0.0, 1.0) == 0.0
+    if isinstance(scene.ship, StillShip) or fixed:
+        _check_release(scene, machine)
+    return machine
+
+
+def _trochlea(scene: Scene) -> Trochlea:
+    if scene.trochlea is None:
+        raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give one, or a regulator.')
+    return scene.trochlea
+
+
+def _of_thread(scene: Scene) -> AnyMachine:
+    trochlea = _trochlea(scene)
+    match trochlea.thread, trochlea.cam, trochlea.power:
+        case LeverThread() as thread, cam, WeightPower(mass=mass):
+            return LeverMachine(
+                inertia=trochlea.inertia,
+                mass=mass,
+                weight_arm=thread.weight_arm,
+                lever_inertia=thread.inertia,
+                geometry=_lever_geometry(scene, trochlea, thread, cam, mass),
+                gravity=scene.gravity,
+                drag=scene.drag,
+                escapement=scene.escapement,
+                release_angle=trochlea.release_angle,
+            )
+        case HangingThread(length=length), InvoluteCam(base_radius=radius), WeightPower(mass=mass):
+            return HangingMachine(
+                inertia=trochlea.inertia,
+                mass=mass,
+                base_radius=radius,
+                length=length,
+                gravity=scene.gravity,
+                drag=scene.drag,
+                escapement=scene.escapement,
+                release_angle=trochlea.release_angle,
+            )
+        case _:
+            return compile_ideal(scene)
+
+
+def _lever_geometry(
+    scene: Scene, trochlea: Trochlea, thread: LeverThread, cam: Cam, mass: float
+) -> LeverGeometry | CorrectedLeverGeometry:
+    match cam:
+        case InvoluteCam(base_radius=radius):
+            return LeverGeometry(radius, thread.arm, thread.length)
+        case LeverCorrectedCam(period=period):
+            return CorrectedLeverGeometry(
+                inertia=trochlea.inertia,
+                frequency=math.tau / period,
+                weight_torque=mass * scene.gravity * thread.weight_arm,
+                turned_inertia=mass * thread.weight_arm**2 + thread.inertia,
+                arm=thread.arm,
+                length=thread.length,
+            )
+        case _:
+            raise SceneError(
+                scene.name,
+                'trochlea.cam.kind',
+                cam.kind,
+                'does not go with a lever',
+                'Use cam kind involute or lever_corrected.',
+            )
+
+
+def compile_ideal(scene: Scene) -> Machine:
+    """Return the trochlea of a scene whose thread is ideal, vertical or through a hole.
+
+    The release is not checked.
+
+    Raises:
+        SceneError: a cam, thread or table that can't be used.
+    """
+    trochlea = _trochlea(scene)
+    with naming(scene.name, 'trochlea'):
+        cam = make_cam(trochlea, scene.gravity)
     carried = pulling = force = stiffness = 0.0
     match trochlea.power:
         case ForcePower():
@@ -50,9 +133,7 @@ def _compile_trochlea(scene: Scene, trochlea: Trochlea) -> Machine:
         case WeightPower():
             pulling = trochlea.power.mass
             carried = 0.0 if trochlea.power.massless else pulling
-    with naming(scene.name, 'trochlea'):
-        cam = make_cam(trochlea, scene.gravity)
-    machine = Machine(
+    return Machine(
         inertia=trochlea.inertia,
         carried_mass=carried,
         pulling_mass=pulling,
@@ -65,18 +146,20 @@ def _compile_trochlea(scene: Scene, trochlea: Trochlea) -> Machine:
         escapement=scene.escapement,
         release_angle=trochlea.release_angle,
     )
-    if isinstance(scene.ship, StillShip) or not machine.follows_apparent_vertical:
-        _check_release(scene, machine)
-    return machine
 
 
-def _check_release(scene: Scene, machine: Machine) -> None:
-    edge = machine.cam.range_rad
-    if not abs(machine.release_angle) <= edge:
-        raise SceneError(
-            scene.name,
-            'trochlea.release_angle',
-            machine.release_angle,
-            f'beyond the cam, whose range is ±{edge!r} rad',
-            f'Release the wheel nearer to rest{wider_range(machine)}.',
-        )
+def _check_release(scene: Scene, machine: AnyMachine) -> None:
+    edge = machine.range_rad
+    if abs(machine.release_angle) <= edge:
+        return
+    if isinstance(machine, Machine):
+        limit, remedy = 'the cam, whose range is', wider_range(machine)
+    else:
+        limit, remedy = 'what the thread allows,', ' or give it a longer thread'
+    raise SceneError(
+        scene.name,
+        'trochlea.release_angle',
+        machine.release_angle,
+        f'beyond {limit} ±{edge!r} rad',
+        f'Release the wheel nearer to rest{remedy}.',
+    )

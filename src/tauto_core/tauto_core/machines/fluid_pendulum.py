@@ -76,7 +76,7 @@ class FluidPendulum:
 
     # what the clockwork asks of every machine: nothing of this is in the fluid
     follows_apparent_vertical = False
-    pulling_mass = 0.0
+    feels_gravity = False
     drag = None
     escapement = None
 

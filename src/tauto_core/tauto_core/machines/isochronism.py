@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import TypedDict
 
-from tauto_core.machines.trochlea import Machine
+from tauto_core.machines.regulator import Regulator
 from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.scene.errors import UsageError
 
@@ -48,13 +48,13 @@ def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
 
 
 def isochronism(
-    machine: Machine, amplitudes: Iterable[float], nominal_period_s: float | None = None
+    machine: Regulator, amplitudes: Iterable[float], nominal_period_s: float | None = None
 ) -> Isochronism:
     """Return period and rate of free swings on land at several amplitudes.
 
     Args:
         machine: drag and escapement are left aside.
-        amplitudes: [rad], each > 0 and within the cam's range.
+        amplitudes: [rad], each > 0 and within the machine's range.
         nominal_period_s: what the dial gains in a full swing; the small-amplitude period when
             left out.
 
@@ -63,13 +63,13 @@ def isochronism(
         SlackThreadError: a swing in which the thread goes slack.
     """
     asked = tuple(amplitudes)
-    edge = machine.cam.range_rad
+    edge = machine.range_rad
     if not asked:
         raise UsageError('amplitudes: none given; give at least one, in radians')
     for amplitude in asked:
         if not 0.0 < amplitude <= edge or math.isinf(amplitude):
             raise UsageError(
-                f'amplitude {amplitude!r} rad: must be > 0 and within the range of the cam, '
+                f'amplitude {amplitude!r} rad: must be > 0 and within the range of the machine, '
                 f'{edge!r} rad; give another'
             )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s

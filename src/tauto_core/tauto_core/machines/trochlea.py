@@ -78,6 +78,20 @@ class Machine:
         """Whether the torque on land is −I ω²ϑ exactly: a harmonic well that carries no mass."""
         return self.is_harmonic and self.carried_mass == 0.0
 
+    @property
+    def range_rad(self) -> float:
+        """Largest |ϑ|, that of the cam [rad]."""
+        return self.cam.range_rad
+
+    @property
+    def feels_gravity(self) -> bool:
+        """Whether a weight pulls the thread."""
+        return self.pulling_mass > 0.0
+
+    def felt_angle(self, angle: float, tilt: float) -> float:
+        """Return ϑ of the wheel at `angle` in its case, the apparent vertical tilted there."""
+        return angle - tilt if self.follows_apparent_vertical else angle
+
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
         """Return F = P + κh + m g_eff [N].
 

@@ -6,13 +6,31 @@ machine and whether the platform lies still.
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from tauto_core.machines import FluidPendulum, Machine, SlackThreadError
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    LeverMachine,
+    Machine,
+    SlackThreadError,
+)
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.samples import State
+from tauto_core.scene.errors import CamRangeError
 
-__all__ = ['Forcing', 'Motion', 'Propagator', 'make_propagator', 'propagator_name']
+if TYPE_CHECKING:
+    from tauto_core.motion.collocation import Collocation
+    from tauto_core.motion.real_threads import RealThreads
+
+__all__ = [
+    'Forcing',
+    'Motion',
+    'Propagator',
+    'make_collocation',
+    'make_propagator',
+    'propagator_name',
+]
 
 
 class Propagator(Protocol):
@@ -37,16 +55,19 @@ class Propagator(Protocol):
         ...
 
 
-def propagator_name(machine: Machine | FluidPendulum, *, still: bool) -> str:
+def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
     if isinstance(machine, FluidPendulum):
         return 'half_swings'
     undriven = machine.drag is None and machine.escapement is None
+    if not isinstance(machine, Machine):
+        well = isinstance(machine, LeverMachine) and _swings_freely(machine)
+        return 'action_angle' if still and undriven and well else 'collocation'
     if still and machine.is_harmonic and undriven:
         return 'harmonic'
     if _stays_linear(machine) and (still or not machine.pulling_mass):
         return 'forced_harmonic'
-    if not still or machine.drag is not None or machine.escapement is not None:
+    if not still or not undriven:
         return 'collocation'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
 
@@ -62,16 +83,16 @@ def _stays_linear(machine: Machine) -> bool:
     return underdamped and not drag.quadratic and not drag.coulomb
 
 
-def _swings_freely(machine: Machine) -> bool:
+def _swings_freely(machine: Machine | LeverMachine) -> bool:
     """Return whether the wheel is released away from rest into a swing with a taut thread."""
     try:
         return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
-    except SlackThreadError:
+    except (CamRangeError, SlackThreadError):
         return False
 
 
 def make_propagator(
-    machine: Machine | FluidPendulum, *, still: bool, tolerance: float | None = None
+    machine: AnyMachine | FluidPendulum, *, still: bool, tolerance: float | None = None
 ) -> Propagator:
     """Return the propagator for a machine on a platform that lies still or moves.
 
@@ -85,20 +106,35 @@ def make_propagator(
         from tauto_core.motion.half_swings import HalfSwings
 
         return HalfSwings(machine)
-    match propagator_name(machine, still=still):
-        case 'harmonic':
+    match propagator_name(machine, still=still), machine:
+        case 'harmonic', Machine():
             from tauto_core.motion.harmonic import Harmonic
 
             return Harmonic(machine)
-        case 'forced_harmonic':
+        case 'forced_harmonic', Machine():
             from tauto_core.motion.forced_harmonic import ForcedHarmonic
 
             return ForcedHarmonic(machine)
-        case 'action_angle':
+        case 'action_angle', Machine():
             from tauto_core.motion.action_angle import ActionAngle
 
             return ActionAngle(machine)
-        case _:
-            from tauto_core.motion.collocation import Collocation  # imports numba
+        case 'action_angle', LeverMachine():
+            from tauto_core.motion.uneven_well import UnevenWell
 
-            return Collocation(machine, tolerance)
+            return UnevenWell(machine)
+        case _:
+            return make_collocation(machine, tolerance)
+
+
+def make_collocation(
+    machine: AnyMachine, tolerance: float | None = None
+) -> Collocation | RealThreads:
+    """Return the general propagator for a machine, which takes steps; imports numba."""
+    if isinstance(machine, Machine):
+        from tauto_core.motion.collocation import Collocation
+
+        return Collocation(machine, tolerance)
+    from tauto_core.motion.real_threads import RealThreads
+
+    return RealThreads(machine, tolerance)

@@ -17,12 +17,14 @@ Classical Mechanics, §50; the substitution is that of `machines.Machine.period`
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from decimal import Decimal, localcontext
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from tauto_core.machines import Machine
+from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
 from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, principal, two_floats
@@ -56,7 +58,8 @@ class ActionAngle(ClosedForm):
         inside = joints[joints < self._amplitude]
         cuts = np.arccos(np.sqrt(machine.potential(inside) / self._top))[::-1]
         self._edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
-        parts = [self._series(a, b) for a, b in zip(self._edges, self._edges[1:], strict=False)]
+        pairs = zip(self._edges, self._edges[1:], strict=False)
+        parts = [series_of(lambda w: self._curve(w)[1], a, b) for a, b in pairs]
         starts = np.concatenate([[0.0], np.cumsum([float(_value(c, 1.0)) for c in parts])])
         self._times, self._parts = starts, parts
         self._slopes = [np.asarray(chebyshev.chebder(part), np.float64) for part in parts]
@@ -77,23 +80,6 @@ class ActionAngle(ClosedForm):
         slope = machine.pull(lift) * machine.cam.lever_arm(angle)
         return angle, np.sqrt(2.0 * self._top * machine.mass(angle)) * cosine / slope
 
-    def _series(self, a: float, b: float) -> FloatArray:
-        """Return the Chebyshev coefficients on [−1, 1] of ∫ g dW from a, over [a, b]."""
-        degree = SMALLEST_DEGREE
-        while degree <= LARGEST_DEGREE:
-            nodes = np.cos(math.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
-            w = a + 0.5 * (b - a) * (1.0 + nodes)
-            found = chebyshev.chebfit(nodes, self._curve(w)[1], degree)
-            if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
-                kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
-                return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
-            degree *= 2
-        raise PropagationError(
-            f'the swing of {self._amplitude:.6g} rad takes more than {LARGEST_DEGREE} Chebyshev '
-            'coefficients. Smooth the table of the cam',
-            0.0,
-        )
-
     def _w_at(self, time: FloatArray) -> FloatArray:
         """Return W in [0, π/2] at times since the top, 0 ≤ t ≤ a quarter swing [s]."""
         part = np.clip(np.searchsorted(self._times, time, 'right') - 1, 0, len(self._parts) - 1)
@@ -102,7 +88,7 @@ class ActionAngle(ClosedForm):
             rows = part == index
             if rows.any():
                 a, b = self._edges[index], self._edges[index + 1]
-                x = _inverse(series, self._slopes[index], time[rows] - self._times[index])
+                x = inverse(series, self._slopes[index], time[rows] - self._times[index])
                 result[rows] = a + 0.5 * (b - a) * (1.0 + x)
         return result
 
@@ -139,11 +125,37 @@ class ActionAngle(ClosedForm):
 _LAST = 1.0 - 2.0**-53
 
 
+def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> FloatArray:
+    """Return the Chebyshev coefficients on [−1, 1] of ∫ dt/dW dW from a, over [a, b].
+
+    Args:
+        slope: dt/dW of W [s/rad], > 0.
+        a: where W begins [rad].
+        b: where it ends [rad].
+
+    Raises:
+        PropagationError: more than 4096 coefficients.
+    """
+    degree = SMALLEST_DEGREE
+    while degree <= LARGEST_DEGREE:
+        w = a + 0.5 * (b - a) * (1.0 + nodes(degree + 1))
+        found = coefficients(slope(w))
+        if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
+            kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
+            return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
+        degree *= 2
+    raise PropagationError(
+        'the swing released takes more than 4096 Chebyshev coefficients. Smooth the table of the '
+        'cam, or release at a smaller angle',
+        0.0,
+    )
+
+
 def _value(series: FloatArray, x: FloatArray | float) -> FloatArray:
     return np.asarray(chebyshev.chebval(x, series))
 
 
-def _inverse(series: FloatArray, slope: FloatArray, value: FloatArray) -> FloatArray:
+def inverse(series: FloatArray, slope: FloatArray, value: FloatArray) -> FloatArray:
     """Return x in [−1, 1] at which an increasing Chebyshev series of this slope has the value."""
     low, high = np.full_like(value, -1.0), np.ones_like(value)
     x: FloatArray = np.clip(2.0 * value / float(_value(series, 1.0)) - 1.0, -1.0, 1.0)

@@ -39,7 +39,7 @@ def forcing_at(forcing: Any, k: int, x: float) -> Any:
 
 
 @inlined
-def _lanes_channel(coefficients: Any, k: int, x: Any) -> Any:
+def lanes_channel(coefficients: Any, k: int, x: Any) -> Any:
     """Return Σ c_kj x^j and its first two derivatives in x, for lanes."""
     value, first, half_second = splat(0.0), splat(0.0), splat(0.0)
     for j in range(coefficients.shape[1] - 1, -1, -1):
@@ -53,7 +53,7 @@ def _lanes_channel(coefficients: Any, k: int, x: Any) -> Any:
 def _store_line(neutral: Any, k: int, x: Any, per_s: float, row: int, work: Any) -> None:
     if neutral is None:
         return
-    _, first, second = _lanes_channel(neutral, k, x)
+    _, first, second = lanes_channel(neutral, k, x)
     store(work, row + LINE_RATE, first * per_s)
     store(work, row + LINE_BEND, second * (per_s * per_s))
 
@@ -62,14 +62,14 @@ def _store_line(neutral: Any, k: int, x: Any, per_s: float, row: int, work: Any)
 def _store_tilt(tilt: Any, k: int, x: Any, per_s: float, row: int, work: Any) -> None:
     if tilt is None:
         return
-    store(work, row + TILT_RATE, _lanes_channel(tilt, k, x)[1] * per_s)
+    store(work, row + TILT_RATE, lanes_channel(tilt, k, x)[1] * per_s)
 
 
 @inlined
 def _store_gravity(gravity: Any, k: int, x: Any, row: int, work: Any) -> None:
     if gravity is None:
         return
-    store(work, row + GRAVITY, _lanes_channel(gravity, k, x)[0])
+    store(work, row + GRAVITY, lanes_channel(gravity, k, x)[0])
 
 
 @compiled

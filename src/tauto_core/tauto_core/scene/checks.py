@@ -32,7 +32,7 @@ LOOKAHEAD = 4
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
 THREADS_OF_CAM = {
-    'involute': ('vertical',),
+    'involute': ('vertical', 'lever', 'hanging'),
     'hole': ('hole',),
     'circular_arc': ('vertical',),
     # A lever law makes a cam for either thread; a hole only turns the normal by arcsin(t/a).
@@ -51,6 +51,10 @@ def samples_beyond_end(scene: Scene) -> int:
     A suspension looks ahead itself, and the clock in it looks ahead in what it says.
     """
     return LOOKAHEAD if scene.suspension is None else 2 * LOOKAHEAD
+
+
+# What lifts a weight whose inertia is part of the motion.
+REAL_THREADS = ('lever', 'hanging')
 
 
 def problems(scene: Scene) -> Iterator[Problem]:
@@ -124,6 +128,8 @@ def _machine(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
             f'Use thread kind {" or ".join(fitting)}, or a cam of kind {cams}.',
         )
     yield from _corrected(scene, trochlea)
+    if thread in REAL_THREADS:
+        yield from _real_thread(scene, trochlea)
     if scene.ship.kind == 'still' and trochlea.release_angle == 0.0:
         yield Problem(
             'trochlea.release_angle',
@@ -161,6 +167,31 @@ def _corrected(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
         f'{POWER_OF_CAM[cam.kind]}',
         f'For the period of {cam.period!r} s {others["force" if weightless else power.kind]}.',
     )
+
+
+def _real_thread(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
+    thread, power = trochlea.thread.kind, trochlea.power
+    if power.kind != 'weight':
+        yield Problem(
+            'trochlea.power.kind',
+            power.kind,
+            f'does not go with trochlea.thread.kind {thread}, which carries a weight',
+            'Use power kind weight, or thread kind vertical.',
+        )
+    elif power.massless:
+        yield Problem(
+            'trochlea.power.massless',
+            True,
+            f'does not go with trochlea.thread.kind {thread}, where the weight moves the thread',
+            'Leave it out, or use thread kind vertical.',
+        )
+    if scene.drag is not None and scene.drag.coulomb > 0.0:
+        yield Problem(
+            'drag.coulomb',
+            scene.drag.coulomb,
+            f'does not go with trochlea.thread.kind {thread}',
+            'Use viscous or quadratic drag, or thread kind vertical or hole.',
+        )
 
 
 def _whole_nanoseconds(scene: Scene) -> Iterator[Problem]:

@@ -108,6 +108,25 @@ class HoleThread(Section):
     distance: Positive = Field(description='distance of the hole from the axle [m]')
 
 
+class LeverThread(Section):
+    """Thread tied to a lever, level at rest, that carries the weight: Sully's own (1727, V)."""
+
+    kind: Literal['lever'] = 'lever'
+    arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')
+    weight_arm: Positive = Field(description='from the fulcrum to the weight [m]')
+    length: Positive = Field(description='free length of the thread at rest [m]')
+    inertia: NonNegative = Field(
+        default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
+    )
+
+
+class HangingThread(Section):
+    """Thread that hangs free with its weight, and swings."""
+
+    kind: Literal['hanging'] = 'hanging'
+    length: Positive = Field(description='free length of the thread at rest [m]')
+
+
 class ForcePower(Section):
     """Constant pull without inertia."""
 
@@ -141,7 +160,9 @@ Cam: TypeAlias = Annotated[
     | LeverCorrectedCam,
     Field(discriminator='kind'),
 ]
-Thread: TypeAlias = Annotated[VerticalThread | HoleThread, Field(discriminator='kind')]
+Thread: TypeAlias = Annotated[
+    VerticalThread | HoleThread | LeverThread | HangingThread, Field(discriminator='kind')
+]
 Power: TypeAlias = Annotated[ForcePower | WeightPower | SpringPower, Field(discriminator='kind')]
 
 

@@ -1,0 +1,149 @@
+"""Sully's lever: where thread and lever are when the wheel has turned (Euler 1727, V).
+
+The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
+B to a lever AD that turns about A. At rest the lever is level and B under C. With u = θ − δ,
+n = (cos δ, sin δ) and d = (sin δ, −cos δ)
+
+    B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
+
+B's distance from C is a function of u² and, on the lever, of its angle β. So all follows without
+iteration from τ = ±√tan(β/2), which has the sign of θ and is smooth through rest, where β falls
+with θ², and up to a dead point. Forms are free of cancellation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tauto_core.samples import FloatArray
+
+LEAST_COSINE = 0.1
+"""cos(β − δ) or cos β at the edge: beyond, the lever is within six degrees of a dead point (in
+line with the thread) or of upright."""
+
+LEAST_FREE = 0.1
+"""Part of the thread that is still free at the edge."""
+
+_SCAN = 4096
+_NEWTON = 60
+
+
+class Pose(NamedTuple):
+    """Where the parts are, arrays of any one shape.
+
+    Attributes:
+        u: θ − δ, what the thread has wound up [rad].
+        beta: β of the lever above the level [rad].
+        delta: δ of the thread from the plumb line [rad].
+        free: l of the thread [m].
+    """
+
+    u: FloatArray
+    beta: FloatArray
+    delta: FloatArray
+    free: FloatArray
+
+
+@dataclass(frozen=True)
+class LeverGeometry:
+    """The lengths of a lever machine, each > 0.
+
+    Attributes:
+        base_radius: r of the involute [m].
+        arm: AB, from the fulcrum to the thread [m].
+        length: l₀ of the free thread at rest [m].
+    """
+
+    base_radius: float
+    arm: float
+    length: float
+
+    @property
+    def depth(self) -> float:
+        """Depth of B under C at rest, r + l₀ [m]."""
+        return self.base_radius + self.length
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return u/τ: l₀² − l² = 2 AB [(r + l₀) sin β − AB (1 − cos β)] = r u² (l₀ + l)/2."""
+        wound, free = self._wound(tau)
+        return np.asarray(np.sqrt(2.0 * wound / (self.base_radius * (self.length + free))))
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return where everything is; NaN where the thread is too short."""
+        tau = np.asarray(tau, np.float64)
+        u, beta = tau * self.u_per_tau(tau), 2.0 * np.arctan(tau * tau)
+        free, half = self._wound(tau)[1], np.sin(0.5 * beta)
+        across, down = -2.0 * self.arm * half * half, self.depth - self.arm * np.sin(beta)
+        inner = np.arctan2(self.base_radius * u, self.base_radius + free)
+        return Pose(u, beta, np.arctan2(across, down) - inner, free)
+
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ, the wheel's angle [rad]."""
+        pose = self.pose(tau)
+        return np.asarray(pose.u + pose.delta)
+
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ; the first vanishes at a dead point, neither is singular."""
+        pose, beta = self.pose(tau), 4.0 / (1.0 + tau**4)
+        arm = self.arm * np.cos(pose.beta - pose.delta)
+        return beta * arm / (self.base_radius * self.u_per_tau(tau)), beta * tau
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
+        u, beta, delta, free = self.pose(tau)
+        sine, cosine = np.sin(beta - delta), np.cos(beta - delta)
+        arm = self.arm * cosine
+        first = self.base_radius * u / arm
+        inclines = -(self.base_radius + self.arm * first * sine) / free
+        second = self.base_radius * (1.0 - inclines) / arm
+        return first, second + first * sine / cosine * (first - inclines)
+
+    def tau_of(self, theta: FloatArray) -> FloatArray:
+        """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
+        theta = np.asarray(theta, np.float64)
+        low, high = (np.full_like(theta, edge) for edge in self.edges)
+        tau = np.clip(theta / self.rates(np.zeros(1))[0][0], low, high)
+        for _ in range(_NEWTON):
+            beyond = self.theta(tau) - theta
+            low, high = np.where(beyond < 0.0, tau, low), np.where(beyond > 0.0, tau, high)
+            new = tau - beyond / self.rates(tau)[0]
+            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+            done = np.abs(new - tau) <= 2e-16 * np.abs(new)
+            tau = new
+            if done.all():
+                break
+        return np.asarray(tau)
+
+    @cached_property
+    def edges(self) -> tuple[float, float]:
+        """Least and largest τ: where a dead point or the end of the thread is near."""
+        return -self._edge(-1.0), self._edge(1.0)
+
+    def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (l₀² − l²)/τ² [m2] and l [m]."""
+        square = tau * tau
+        wound = 4.0 * self.arm * (self.depth - self.arm * square) / (1.0 + square * square)
+        rest = self.length * self.length - square * wound
+        # what is not there has no length
+        free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
+        return np.where(wound > 0.0, wound, np.nan), free
+
+    def _edge(self, upright: float) -> float:
+        """Return |τ| at the edge on the side of `upright`, ±1: β is a right angle there."""
+        grid = upright * np.arange(1, _SCAN + 1) / _SCAN
+        b = float(grid[np.argmin(self._usable(grid))])
+        a = b - upright / _SCAN
+        for _ in range(60):
+            middle = 0.5 * (a + b)
+            good = bool(self._usable(np.array([middle]))[0])
+            a, b = (middle, b) if good else (a, middle)
+        return abs(a)
+
+    def _usable(self, tau: FloatArray) -> np.ndarray:
+        _, beta, delta, free = self.pose(tau)
+        least = np.minimum(np.cos(beta), np.cos(beta - delta))
+        return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE * self.length))

@@ -1,0 +1,69 @@
+"""What every regulator tells those who do not care how it is built."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from tauto_core.scene.models import Drag, Escapement
+
+
+class Regulator(Protocol):
+    """A wheel that swings, whatever draws its thread."""
+
+    @property
+    def inertia(self) -> float:
+        """I of the wheel about its axle [kg m2]."""
+        ...
+
+    @property
+    def drag(self) -> Drag | None:
+        """Torques against the motion in the case."""
+        ...
+
+    @property
+    def escapement(self) -> Escapement | None:
+        """Impulses."""
+        ...
+
+    @property
+    def release_angle(self) -> float:
+        """Of the wheel in its case, at rest at the start [rad]."""
+        ...
+
+    @property
+    def frequency(self) -> float:
+        """Small-amplitude angular frequency on land [rad/s]."""
+        ...
+
+    @property
+    def small_period(self) -> float:
+        """Small-amplitude period on land [s]."""
+        ...
+
+    @property
+    def range_rad(self) -> float:
+        """Largest angle, to either side, that what draws the thread allows [rad]."""
+        ...
+
+    @property
+    def follows_apparent_vertical(self) -> bool:
+        """Whether the direction of the apparent vertical acts on it."""
+        ...
+
+    @property
+    def feels_gravity(self) -> bool:
+        """Whether the strength of the apparent gravity acts on it."""
+        ...
+
+    def felt_angle(self, angle: float, tilt: float) -> float:
+        """Return the angle that `range_rad` bounds [rad].
+
+        Args:
+            angle: of the wheel in its case [rad].
+            tilt: of the apparent vertical in the case, β − α_c [rad].
+        """
+        ...
+
+    def period(self, amplitude: float) -> float:
+        """Return the period of free swings on land, without drag [s]."""
+        ...

@@ -1,0 +1,306 @@
+"""The propagator of Sully's lever and of the thread that swings: collocation from event to event.
+
+A ship that lies still is one whose apparent vertical and gravity are constants, so that the
+kernels of each machine are compiled once.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tauto_core.machines import HangingMachine, LeverMachine
+from tauto_core.machines.hanging import LEAST_FREE
+from tauto_core.motion import hanging_planes, lever_plane, spans
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.lever_plane import Lever
+from tauto_core.motion.lever_shape import lever_shape
+from tauto_core.motion.limits import thread_slack
+from tauto_core.motion.step_size import ERROR_OF_LAST_STRONG, MARGIN, MAX_ANGLE, MIN_ANGLE
+from tauto_core.motion.turning import make_memory
+from tauto_core.samples import FloatArray, State
+from tauto_core.scene.errors import CamRangeError, PropagationError
+
+NAME = 'collocation'
+
+TOLERANCE = 2e-12
+"""Error allowed a step, relative to the state, where the scene does not say."""
+
+_SHORTER = 0.94
+
+
+class Case(NamedTuple):
+    """The case and the apparent vertical at the start: β, τ = β − α_c and their rates."""
+
+    vertical: float
+    vertical_rate: float
+    tilt: float
+    tilt_rate: float
+
+
+class _Model(NamedTuple):
+    system: Any
+    omega: tuple[float, ...]
+    rows: int
+
+
+def _drag(machine: LeverMachine | HangingMachine) -> tuple[float, float, float]:
+    """Return c₁, c₂ and twice the impulse's energy, per inertia."""
+    drag, escapement, inertia = machine.drag, machine.escapement, machine.inertia
+    energy = 0.0 if escapement is None else 2.0 * escapement.energy / inertia
+    if drag is None:
+        return 0.0, 0.0, energy
+    return drag.viscous / inertia, drag.quadratic / inertia, energy
+
+
+def _lever(machine: LeverMachine) -> _Model:
+    try:
+        omega = math.tau / machine.period(machine.release_angle)
+    except CamRangeError:
+        omega = machine.frequency
+    carried = math.sqrt(machine.turned_inertia / machine.inertia)
+    weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
+    system = Lever(lever_shape(machine), carried, weight, *_drag(machine))
+    return _Model(system, (omega,), lever_plane.ROWS)
+
+
+def _pair(numbers: FloatArray) -> tuple[float, float]:
+    return float(numbers[0]), float(numbers[1])
+
+
+def _hanging(machine: HangingMachine) -> _Model:
+    slow, fast, slow_share, fast_share = machine.modes
+    columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
+    columns = columns / np.max(np.abs(columns), axis=0)
+    back = np.linalg.inv(columns)
+    system = hanging_planes.Hanging(
+        machine.base_radius,
+        machine.length,
+        LEAST_FREE * machine.length,
+        machine.mass * machine.base_radius / machine.inertia,
+        _pair(columns[0]),
+        _pair(columns[1]),
+        _pair(back[0]),
+        _pair(back[1]),
+        *_drag(machine),
+    )
+    omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
+    return _Model(system, omega, hanging_planes.ROWS)
+
+
+class RealThreads:
+    """Propagator of a machine whose thread draws on a lever, or swings."""
+
+    name = NAME
+
+    def __init__(
+        self, machine: LeverMachine | HangingMachine, tolerance: float | None = None
+    ) -> None:
+        self._machine = machine
+        self._model = _lever(machine) if isinstance(machine, LeverMachine) else _hanging(machine)
+        planes = len(self._model.omega)
+        self._tolerance = TOLERANCE if tolerance is None else tolerance
+        self._memory = make_memory(planes, self._model.rows)
+        self._scratch = np.zeros(4 * planes)
+        self._floats = np.zeros(4 * planes + spans.EXTRA)
+        self._ints = np.zeros(spans.INTS, np.int64)
+        self._start_angle = 0.0
+        self.longest_step_s = self._longest_step()
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the wheel at rest in the case at the beginning of the first span.
+
+        A swinging thread hangs along the apparent vertical, and follows it.
+
+        Raises:
+            PropagationError: a release at which the geometry ends, or the thread is slack.
+        """
+        machine, row = self._machine, np.empty((1, spans.ROW))
+        case, outside = _case(forcing), self._outside(forcing)
+        felt = machine.felt_angle(machine.release_angle, case.tilt)
+        if not abs(felt) <= machine.range_rad:
+            raise PropagationError(
+                f'the release angle {machine.release_angle:.6g} rad and the motion at the start '
+                f'make the angle of the thread on the wheel {felt:.6g} rad, beyond '
+                f'±{machine.range_rad:.6g} rad. Release at a smaller angle',
+                0.0,
+            )
+        self._place(case)
+        tension, _ = spans.release(
+            machine.frequency,
+            self._watched(),
+            self._model.system,
+            self._model.omega,
+            outside,
+            float(forcing.begin[0]),
+            self._floats,
+            self._ints,
+            row[0],
+        )
+        if not tension > 0.0:
+            raise thread_slack(0.0)
+        self._start_angle = float(self._principal(row)[0])
+        return self._motion(row)
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at their logged ends.
+
+        Raises:
+            PropagationError: slack thread, end of the geometry, or no convergence.
+        """
+        rows = np.empty((int(np.count_nonzero(forcing.logged)), spans.ROW))
+        code, span, x = self._run(forcing, self._tolerance, self.longest_step_s, rows)
+        if code != spans.OK:
+            left = (forcing.end[span] - x) * forcing.length_s[span]
+            raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
+        return self._motion(rows)
+
+    def state(self) -> State:
+        """Return the state vector, the discrete state and the phase at the start."""
+        return {
+            'floats': self._floats.copy(),
+            'ints': self._ints.copy(),
+            'start_angle': self._start_angle,
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._floats = np.array(state['floats'])
+        self._ints = np.array(state['ints'])
+        self._start_angle = float(state['start_angle'])
+
+    def _outside(self, forcing: Forcing) -> tuple[FloatArray, ...]:
+        """Return lengths and channels; constants where the ship lies still."""
+        if forcing.neutral is not None:
+            channels = forcing.neutral, forcing.tilt, forcing.gravity
+            return forcing.length_s, *(c for c in channels if c is not None)
+        still = np.zeros((len(forcing.length_s), 1))
+        return forcing.length_s, still, still, still + self._machine.gravity
+
+    def _watched(self) -> tuple[bool, float]:
+        drag, escapement = self._machine.drag, self._machine.escapement
+        abrupt = drag is not None and drag.quadratic > 0.0
+        if escapement is None:
+            return abrupt, math.inf
+        return True, escapement.angle
+
+    def _place(self, case: Case) -> None:
+        """Put the wheel at rest in the case at the release angle."""
+        machine, (system, omega, _) = self._machine, self._model
+        turn, self._floats[:] = case.vertical_rate - case.tilt_rate, 0.0
+        if isinstance(machine, LeverMachine):
+            angle = machine.release_angle
+            ratio = system.carried * float(machine.ratio(angle))
+            dragged = (1.0 + system.carried * ratio) / math.hypot(1.0, ratio)
+            self._floats[0] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
+            self._floats[2] = dragged * turn / omega[0]
+            return
+        angles = machine.release_angle + case.vertical - case.tilt, case.vertical
+        for p, back in enumerate((system.to_first, system.to_second)):
+            self._floats[4 * p] = back[0] * angles[0] + back[1] * angles[1]
+            rate = back[0] * turn + back[1] * case.vertical_rate
+            self._floats[4 * p + 2] = rate / omega[p]
+
+    def _run(
+        self,
+        forcing: Forcing,
+        tolerance: float,
+        longest_s: float,
+        rows: FloatArray,
+        trial: bool = False,
+    ) -> tuple[int, int, float]:
+        system = self._model.system
+        # without turning points d has no meaning
+        found: tuple[int, int, float] = spans.advance(
+            (tolerance, ERROR_OF_LAST_STRONG),
+            self._machine.frequency,
+            longest_s,
+            (False, math.inf) if trial else self._watched(),
+            system._replace(quadratic=0.0) if trial else system,
+            self._model.omega,
+            self._outside(forcing),
+            (forcing.begin, forcing.end, forcing.logged),
+            self._floats,
+            self._ints,
+            self._memory,
+            self._scratch,
+            rows,
+        )
+        return found
+
+    def _longest_step(self) -> float:
+        """Return the longest step [s] of which, in a swing on land, none need be halved."""
+        angle, fastest = MAX_ANGLE, max(self._model.omega)
+        swing_s = math.tau / min(self._model.omega)
+        while angle > MIN_ANGLE:
+            step_s = angle / fastest
+            count = math.ceil(swing_s / step_s)
+            trial = Forcing(
+                length_s=np.full(count, step_s),
+                begin=np.zeros(count),
+                end=np.ones(count),
+                end_ns=np.zeros(count, np.int64),
+                logged=np.zeros(count, np.bool_),
+            )
+            self._ints[:] = 0
+            self._place(Case(0.0, 0.0, 0.0, 0.0))
+            self._run(trial, MARGIN * self._tolerance, step_s, np.empty((0, spans.ROW)), True)
+            if self._ints[spans.LEVEL] == 0 and self._ints[spans.NEWTON] == 0:
+                break
+            angle *= _SHORTER
+        return angle / fastest
+
+    def _failure(self, code: int, time_s: float) -> PropagationError:
+        if code == spans.SLACK:
+            return thread_slack(time_s)
+        if code == spans.NO_CONVERGENCE:
+            return PropagationError(
+                f'no convergence to the tolerance {self._tolerance:g} with steps of 2^-'
+                f'{spans.MAX_LEVEL} of a sample interval. Raise ship.rate, or check drag and '
+                'the dimensions of wheel and thread',
+                time_s,
+            )
+        if isinstance(self._machine, LeverMachine):
+            reached = 'the wheel turned so far that the geometry of the lever ends, near '
+            reached += 'a dead point, or beyond what its series describe'
+        else:
+            reached = 'the whole thread is wound up on the wheel'
+        return PropagationError(
+            f'{reached} (range ±{self._machine.range_rad:.6g} rad). Use a longer thread or lever, '
+            'a smaller release angle, a weaker escapement or a calmer sea',
+            time_s,
+        )
+
+    def _principal(self, rows: FloatArray) -> FloatArray:
+        """Return the angle of (x, −ẋ/ω) in (−π, π], x = s of the lever, u of the thread."""
+        return np.arctan2(0.0 - rows[:, 4] / self._machine.frequency, rows[:, 3])
+
+    def _motion(self, rows: FloatArray) -> Motion:
+        omega, (x, speed, bend) = self._machine.frequency, rows[:, 3:6].T
+        half = (self._principal(rows) - self._start_angle) / math.pi
+        whole = np.floor(half)
+        size = omega * omega * x * x + speed * speed
+        turning = omega * (speed * speed - x * bend)
+        return Motion(
+            angle=rows[:, 0],
+            rate=rows[:, 1],
+            torque=self._machine.inertia * rows[:, 2],
+            half_turns=2 * rows[:, 6].astype(np.int64) + whole.astype(np.int64),
+            fraction=half - whole,
+            phase_rate=np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0),
+            beats=rows[:, 7].astype(np.int64),
+        )
+
+
+def _case(forcing: Forcing) -> Case:
+    """Return the case at the beginning of the first span."""
+    if forcing.neutral is None or forcing.tilt is None:
+        return Case(0.0, 0.0, 0.0, 0.0)
+    x, per_s = float(forcing.begin[0]), 1.0 / float(forcing.length_s[0])
+    parts: list[float] = []
+    for channel in (forcing.neutral, forcing.tilt):
+        series = np.polynomial.Polynomial(channel[0])
+        parts += [float(series(x)), float(series.deriv()(x)) * per_s]
+    return Case(*parts)

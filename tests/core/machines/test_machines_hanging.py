@@ -1,0 +1,154 @@
+"""The swinging thread: its modes, its equations, its periodic swings."""
+
+import math
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from tauto_core.machines import HangingMachine
+from tauto_core.machines.hanging_swing import SwingError
+from tauto_core.machines.modes import modes
+from tauto_core.scene.errors import CamRangeError
+
+MACHINE = HangingMachine(4e-4, 0.05, 0.02, 0.3, 9.81, None, None, 1.0)
+
+
+@pytest.mark.parametrize('e', [1e-3, 0.1, 0.42, 1.0, 1e3, 1e9])
+@pytest.mark.parametrize(('c', 'k_squared'), [(0.02, 8e-3), (0.3, 0.0225), (1e-4, 1.0)])
+def test_modes_solve_their_equations(e, c, k_squared):
+    """Roots of b² − (e + c + k²/c) b + e k²/c, and B from θ's equation, with 60 digits."""
+    found = modes(e, c, k_squared)
+    with mpmath.workdps(60):
+        length, radius, square = mpmath.mpf(e), mpmath.mpf(c), mpmath.mpf(k_squared)
+        half = (length + radius + square / radius) / 2
+        root = mpmath.sqrt(half**2 - length * square / radius)
+        slow, fast = half + root, half - root
+        exact = (slow, fast, slow - length, fast - length)
+        for value, wanted in zip(found, exact, strict=True):
+            assert value == pytest.approx(float(wanted), rel=1e-14)
+
+
+def test_small_swings_are_the_modes():
+    """E⁻¹ of the linear equations: frequencies to second order in the amplitude, 1e-8 here."""
+    size = 1e-4
+    for share, length in (
+        (MACHINE.modes.B, MACHINE.modes.b),
+        (MACHINE.modes.B_prime, MACHINE.modes.b_prime),
+    ):
+        psi, delta = size, size * MACHINE.base_radius / share
+        bends = MACHINE.accelerations(psi, delta, 0.0, 0.0)
+        for bend, angle in zip(bends, (psi, delta), strict=True):
+            assert bend == pytest.approx(-MACHINE.gravity / length * angle, rel=3.0 * size**2 * 9)
+
+
+def test_a_long_thread_is_the_ideal_vertical_one():
+    """b' = (k²/c)(1 − c/e + O(e⁻²)): the relative frequency departs by r/(2l)."""
+    ideal = math.sqrt(0.05 * 9.81 * 0.02 / 4e-4)
+    before = math.inf
+    for length in (10.0, 100.0, 1e3, 1e4):
+        machine = replace(MACHINE, length=length)
+        departure = machine.frequency / ideal - 1.0
+        assert departure == pytest.approx(0.5 * 0.02 / length, rel=1.5 / length)
+        assert machine.thread_frequency == pytest.approx(math.sqrt(9.81 / length), rel=0.01)
+        assert 0.0 < departure < before
+        before = departure
+        # and its departure from isochronism that of a weight that only rises, ε = m r²A²/I
+        ratio = machine.period(1.0) / machine.small_period
+        with mpmath.workdps(30):
+            rises = float(2 / mpmath.pi * mpmath.ellipe(-mpmath.mpf('0.05')))
+        assert ratio == pytest.approx(rises, abs=5e-3 / length)
+
+
+def test_the_wheels_mode_is_the_one_a_release_excites_most():
+    """Both alike at l₀ = r + I/(m r): there b − e = −(b' − e)."""
+    middle = 0.02 + 4e-4 / (0.05 * 0.02)
+    even = replace(MACHINE, length=middle)
+    share, other = even.modes.B, even.modes.B_prime
+    assert share == pytest.approx(-other, rel=1e-12)
+    short, long = replace(MACHINE, length=0.9 * middle), replace(MACHINE, length=1.1 * middle)
+    assert not short.wheel_is_fast
+    assert long.wheel_is_fast
+    for machine in (short, long):
+        slow, fast = machine.modes.B, machine.modes.B_prime
+        share = (-fast if machine.wheel_is_fast else slow) / (slow - fast)
+        assert share > 0.5
+        lengths = {machine.modes.b, machine.modes.b_prime}
+        used = {
+            machine.gravity / machine.frequency**2,
+            machine.gravity / machine.thread_frequency**2,
+        }
+        np.testing.assert_allclose(sorted(used), sorted(lengths), rtol=1e-14)
+
+
+def to_the_middle(machine, amplitude, delta):
+    """Time to ψ = 0 from rest, and δ there, by DOP853."""
+
+    def slopes(_, y):
+        return [y[2], y[3], *machine.accelerations(*y)]
+
+    def middle(_, y):
+        return y[0]
+
+    middle.terminal = True
+    found = solve_ivp(
+        slopes,
+        (0.0, 2.0 * machine.small_period),
+        [amplitude, delta, 0.0, 0.0],
+        'DOP853',
+        events=middle,
+        rtol=1e-13,
+        atol=1e-15,
+        max_step=0.1,
+    )
+    return found.t_events[0][0], found.y_events[0][0][1]
+
+
+@pytest.mark.parametrize('length', [0.3, 0.5, 1.0, 5.0])
+@pytest.mark.parametrize('amplitude', [0.5, 1.5])
+def test_the_periodic_swing_is_that_of_a_shooting_method(length, amplitude):
+    """The thread's angle at rest for which it passes the middle with the wheel, by SciPy.
+
+    The event is interpolated to 1e-10 of the period.
+    """
+    machine = replace(MACHINE, length=length)
+    share = machine.modes.B_prime if machine.wheel_is_fast else machine.modes.B
+    guess = amplitude * machine.base_radius / share
+    delta = brentq(
+        lambda d: to_the_middle(machine, amplitude, d)[1], 0.7 * guess, 1.3 * guess, xtol=1e-14
+    )
+    quarter, _ = to_the_middle(machine, amplitude, delta)
+    assert machine.period(amplitude) == pytest.approx(4.0 * quarter, rel=1e-9)
+    assert machine.period(-amplitude) == machine.period(amplitude)
+
+
+def test_the_period_grows_from_that_of_small_swings():
+    assert MACHINE.period(0.0) == MACHINE.small_period
+    # T/T₀ − 1 = 0.0085 A² or less
+    assert MACHINE.period(1e-6) == pytest.approx(MACHINE.small_period, rel=2e-14)
+    assert MACHINE.period(0.01) > MACHINE.small_period
+
+
+def test_what_has_no_common_swing_is_refused():
+    # a hundredth of the thread stays free
+    assert MACHINE.range_rad == pytest.approx(math.sqrt(0.99 * 30.0))
+    with pytest.raises(CamRangeError, match='winds up the whole thread'):
+        MACHINE.period(5.5)
+    with pytest.raises(SwingError, match='no common swing'):
+        replace(MACHINE, length=0.45).period(3.0)
+
+
+def test_energy_is_kept_by_the_equations():
+    """dE/dt along the equations of motion, by central differences."""
+    rng = np.random.default_rng(1)
+    for state in rng.uniform(-1.0, 1.0, (20, 4)):
+        psi, delta, psi_rate, delta_rate = state.tolist()
+        bends = MACHINE.accelerations(psi, delta, psi_rate, delta_rate)
+        slope, step = np.array([psi_rate, delta_rate, *bends]), 1e-6
+        ends = [MACHINE.energy(*(state + n * step * slope), 9.81) for n in (-1, 1)]
+        power = (ends[1] - ends[0]) / (2 * step)
+        assert abs(power) < 1e-9 * 9.81
+    assert MACHINE.energy(0.0, 0.0, 0.0, 0.0, 9.81) == 0.0

@@ -1,0 +1,233 @@
+"""Sully's lever and the swinging thread by SciPy's DOP853, written from the Lagrangians.
+
+Nothing is shared with the engine but the polynomials of the ship's motion. The lever is found by
+Newton's method from |B − A| = AB and moves in θ and its momentum; the weight on the thread is a
+mass at a place.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+class Outside:
+    """The ship's motion in one span."""
+
+    def __init__(self, forcing: Any, k: int, gravity: float) -> None:
+        self.length = float(forcing.length_s[k])
+        self.begin, self.end = float(forcing.begin[k]), float(forcing.end[k])
+        self.channels = None
+        self.gravity = gravity
+        if forcing.neutral is not None:
+            self.channels = [
+                np.polynomial.Polynomial(c[k])
+                for c in (forcing.neutral, forcing.tilt, forcing.gravity)
+            ]
+            self.slopes = [c.deriv() for c in self.channels]
+
+    @property
+    def seconds(self) -> float:
+        return (self.end - self.begin) * self.length
+
+    def __call__(self, t: float) -> tuple[float, float, float, float]:
+        """β, τ, the rate of the case and g_eff."""
+        if self.channels is None:
+            return 0.0, 0.0, 0.0, self.gravity
+        x = self.begin + t / self.length
+        vertical, tilt, gravity = (float(c(x)) for c in self.channels)
+        turn = float(self.slopes[0](x) - self.slopes[1](x)) / self.length
+        return vertical, tilt, turn, gravity
+
+
+class LeverReference:
+    """State: θ and its momentum p = M θ̇ + (I + J β′) α̇."""
+
+    def __init__(self, machine: Any) -> None:
+        self.machine = machine
+        self.delta = 0.0
+
+    def geometry(self, theta: float) -> tuple[float, float, float]:
+        """β, β′ and β″ of θ."""
+        shape = self.machine.geometry
+        r, arm, length = shape.base_radius, shape.arm, shape.length
+        delta = self.delta
+        for _ in range(40):
+            u = theta - delta
+            free = length - 0.5 * r * u * u
+            x = arm + r * u * math.cos(delta) + (r + free) * math.sin(delta)
+            y = r + length + r * u * math.sin(delta) - (r + free) * math.cos(delta)
+            beta = math.atan2(y, x)
+            change = (x * x + y * y - arm * arm) / (2.0 * arm * free * math.cos(beta - delta))
+            delta -= change
+            if abs(change) < 1e-17 + 1e-16 * abs(delta):
+                break
+        self.delta = delta
+        lean = beta - delta
+        first = r * u / (arm * math.cos(lean))
+        delta_first = -(r + arm * first * math.sin(lean)) / free
+        second = r * (1.0 - delta_first) / (arm * math.cos(lean))
+        second += first * math.tan(lean) * (first - delta_first)
+        return beta, first, second
+
+    def start(self, outside: Outside) -> np.ndarray:
+        _, _, turn, _ = outside(0.0)
+        machine = self.machine
+        _, first, _ = self.geometry(machine.release_angle)
+        carried = machine.inertia + machine.turned_inertia * first
+        return np.array([machine.release_angle, carried * turn])
+
+    def rate(self, y: np.ndarray, turn: float) -> float:
+        machine = self.machine
+        _, first, _ = self.geometry(float(y[0]))
+        inertia, turned = machine.inertia, machine.turned_inertia
+        carried = (inertia + turned * first) * turn
+        return (float(y[1]) - carried) / (inertia + turned * first * first)
+
+    def slopes(self, t: float, y: np.ndarray, outside: Outside, direction: float) -> list[float]:
+        machine = self.machine
+        _, tilt, turn, gravity = outside(t)
+        beta, first, second = self.geometry(float(y[0]))
+        rate = self.rate(y, turn)
+        pushed = machine.turned_inertia * second * rate * (first * rate + turn)
+        pushed -= machine.mass * machine.weight_arm * gravity * math.cos(beta - tilt) * first
+        return [rate, pushed - resistance(machine, rate, direction)]
+
+    def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
+        return float(y[0]), self.rate(y, outside(t)[2])
+
+    def struck(self, y: np.ndarray, outside: Outside, t: float, direction: float) -> np.ndarray:
+        rate = self.angle(y, outside, t)[1]
+        _, first, _ = self.geometry(float(y[0]))
+        mass = self.machine.inertia + self.machine.turned_inertia * first**2
+        energy = 2.0 * self.machine.escapement.energy / mass
+        return y + np.array([0.0, mass * (direction * math.sqrt(rate * rate + energy) - rate)])
+
+
+class HangingReference:
+    """State: ψ, δ, ψ̇, δ̇.
+
+    The weight is at x = r u cos δ + (r + l) sin δ, y = r u sin δ − (r + l) cos δ in absolute
+    directions, its acceleration against the apparent gravity; both equations are Lagrange's,
+    Σ m (ẍ − a)·∂x/∂q = Q, solved as two linear equations.
+    """
+
+    def __init__(self, machine: Any) -> None:
+        self.machine = machine
+
+    def start(self, outside: Outside) -> np.ndarray:
+        vertical, tilt, turn, _ = outside(0.0)
+        step = 1e-6
+        rate = (outside(step)[0] - outside(0.0)[0]) / step
+        if outside.channels is not None:
+            x = outside.begin
+            rate = float(outside.slopes[0](x)) / outside.length
+        angle = self.machine.release_angle + vertical - tilt
+        return np.array([angle, vertical, turn, rate])
+
+    def slopes(self, t: float, y: np.ndarray, outside: Outside, direction: float) -> list[float]:
+        machine = self.machine
+        vertical, _, turn, gravity = outside(t)
+        psi, delta, psi_rate, delta_rate = y.tolist()
+        r, m = machine.base_radius, machine.mass
+        u = psi - delta
+        free = machine.length - 0.5 * r * u * u
+        # velocity along n = (cos δ, sin δ): r ψ̇ + l δ̇; along (−sin δ, cos δ): r u ψ̇
+        normal, along = (r, free), (r * u, 0.0)
+        u_rate = psi_rate - delta_rate
+        free_rate = -r * u * u_rate
+        # what of the acceleration is not in ψ̈, δ̈; the two directions turn with δ̇
+        rest_normal = free_rate * delta_rate - r * u * psi_rate * delta_rate
+        rest_along = r * u_rate * psi_rate + (r * psi_rate + free * delta_rate) * delta_rate
+        # the apparent gravity pulls along (sin β, −cos β)
+        down = math.sin(vertical) * gravity, -math.cos(vertical) * gravity
+        pull_normal = down[0] * math.cos(delta) + down[1] * math.sin(delta)
+        pull_along = -down[0] * math.sin(delta) + down[1] * math.cos(delta)
+        mass = np.array(
+            [[m * (normal[i] * normal[j] + along[i] * along[j]) for j in (0, 1)] for i in (0, 1)]
+        )
+        mass[0, 0] += machine.inertia
+        force = [
+            m * normal[i] * (pull_normal - rest_normal) + m * along[i] * (pull_along - rest_along)
+            for i in (0, 1)
+        ]
+        force[0] -= resistance(machine, psi_rate - turn, direction)
+        bends = np.linalg.solve(mass, force)
+        return [psi_rate, delta_rate, float(bends[0]), float(bends[1])]
+
+    def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
+        vertical, tilt, turn, _ = outside(t)
+        return float(y[0]) - (vertical - tilt), float(y[2]) - turn
+
+    def struck(self, y: np.ndarray, outside: Outside, t: float, direction: float) -> np.ndarray:
+        machine, rate = self.machine, self.angle(y, outside, t)[1]
+        r, u = machine.base_radius, float(y[0] - y[1])
+        mass = machine.inertia + machine.mass * (r * u) ** 2
+        kick = direction * math.sqrt(rate**2 + 2.0 * machine.escapement.energy / mass) - rate
+        return y + np.array([0.0, 0.0, kick, -r * kick / (machine.length - 0.5 * r * u * u)])
+
+
+def resistance(machine: Any, rate: float, direction: float) -> float:
+    if machine.drag is None:
+        return 0.0
+    return machine.drag.viscous * rate + direction * machine.drag.quadratic * rate * rate
+
+
+def swing(reference: Any, forcing: Any) -> np.ndarray:
+    """Return θ and θ̇ at the logged ends, (n, 2); turning points and impulses are stepped to."""
+    machine, rows = reference.machine, []
+    outside = Outside(forcing, 0, machine.gravity)
+    y = reference.start(outside)
+    direction = -math.copysign(1.0, machine.release_angle)
+    angle = math.inf if machine.escapement is None else machine.escapement.angle
+    armed = direction * machine.release_angle < angle < math.inf
+    for k in range(len(forcing.end)):
+        outside = Outside(forcing, k, machine.gravity)
+        t = 0.0
+        while t < outside.seconds:
+            events = watched(reference, outside, direction, angle if armed else math.inf)
+            found = solve_ivp(
+                reference.slopes,
+                (t, outside.seconds),
+                y,
+                'DOP853',
+                args=(outside, direction),
+                events=events,
+                rtol=1e-13,
+                atol=1e-15,
+                max_step=0.05,
+            )
+            t, y = float(found.t[-1]), found.y[:, -1]
+            hit = [i for i, times in enumerate(found.t_events or []) if len(times)]
+            if not hit:
+                continue
+            if hit[0] == 1:
+                y, armed = reference.struck(y, outside, t, direction), False
+            else:
+                direction = -direction
+                armed = direction * reference.angle(y, outside, t)[0] < angle < math.inf
+        if forcing.logged[k]:
+            rows.append(reference.angle(y, outside, outside.seconds))
+    return np.array(rows)
+
+
+def watched(reference: Any, outside: Outside, direction: float, angle: float) -> list[Any]:
+    """Turning points, and the impulse where one is due, as SciPy's events."""
+    machine = reference.machine
+    abrupt = machine.drag is not None and machine.drag.quadratic > 0.0
+    if machine.escapement is None and not abrupt:
+        return []
+
+    def turning(t: float, y: np.ndarray, *_: Any) -> float:
+        return direction * reference.angle(y, outside, t)[1]
+
+    def impulse(t: float, y: np.ndarray, *_: Any) -> float:
+        return angle - direction * reference.angle(y, outside, t)[0]
+
+    found: list[Any] = [turning] if math.isinf(angle) else [turning, impulse]
+    for event in found:
+        event.terminal, event.direction = True, -1.0
+    return found
