@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, load_table, make_cam
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.models import (
+from tauto_core.scene.regulators import (
     CircularArcCam,
     ForcePower,
     HoleCam,

@@ -12,7 +12,7 @@ from tauto_core.curves.nearest import nearest
 from tauto_core.curves.table import load_table
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.models import (
+from tauto_core.scene.regulators import (
     CircularArcCam,
     HangingThread,
     HoleCam,

@@ -14,20 +14,20 @@ from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.remedies import wider_range
 from tauto_core.machines.trochlea import Machine
 from tauto_core.scene.errors import ABSENT, SceneError, naming
-from tauto_core.scene.models import (
+from tauto_core.scene.models import Scene
+from tauto_core.scene.regulators import (
     Cam,
     ForcePower,
     HangingThread,
     InvoluteCam,
     LeverCorrectedCam,
     LeverThread,
-    Scene,
     SpringPower,
-    StillShip,
     Trochlea,
     VerticalThread,
     WeightPower,
 )
+from tauto_core.scene.ships import StillShip
 
 AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 

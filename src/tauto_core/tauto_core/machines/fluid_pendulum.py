@@ -19,7 +19,8 @@ from tauto_core.machines.immersed_body import ImmersedBody
 from tauto_core.machines.isochronism import rate_s_per_day
 from tauto_core.machines.reverse_swing import duration_excess, end_arc
 from tauto_core.scene.errors import DescentError, SceneError, UsageError
-from tauto_core.scene.models import FluidTautochroneRegulator, Scene
+from tauto_core.scene.models import Scene
+from tauto_core.scene.regulators import FluidTautochroneRegulator
 
 Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve
 

@@ -24,7 +24,7 @@ from tauto_core.machines.modes import Modes, modes
 from tauto_core.machines.trochlea import SlackThreadError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
-from tauto_core.scene.models import Drag, Escapement
+from tauto_core.scene.regulators import Drag, Escapement
 
 Angles = TypeVar('Angles', FloatArray, np.ndarray)
 

@@ -22,7 +22,7 @@ from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.quadrature import integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
-from tauto_core.scene.models import Drag, Escapement
+from tauto_core.scene.regulators import Drag, Escapement
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from tauto_core.scene.models import Drag, Escapement
+from tauto_core.scene.regulators import Drag, Escapement
 
 
 class Regulator(Protocol):

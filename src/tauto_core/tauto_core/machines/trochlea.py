@@ -19,7 +19,7 @@ from tauto_core.curves.corrected import CorrectedCam
 from tauto_core.machines.quadrature import gauss, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
-from tauto_core.scene.models import Drag, Escapement
+from tauto_core.scene.regulators import Drag, Escapement
 
 
 class SlackThreadError(TautoError):

@@ -17,14 +17,10 @@ if TYPE_CHECKING:
         scene_yaml,
         shipped_scenes,
     )
-    from tauto_core.scene.models import (
-        AxleSuspension,
+    from tauto_core.scene.models import Clock, DriftSettings, Log, Scene, Solver, Voyage
+    from tauto_core.scene.regulators import (
         CircularArcCam,
-        Clock,
-        Component,
-        ComponentsShip,
         Drag,
-        DriftSettings,
         Escapement,
         FluidTautochroneRegulator,
         ForcePower,
@@ -34,23 +30,24 @@ if TYPE_CHECKING:
         InvoluteCam,
         LeverCorrectedCam,
         LeverThread,
-        Log,
-        Recorded,
-        RecordedShip,
-        Roll,
-        Scene,
-        Sea,
-        SeaShip,
-        Solver,
         SpringCorrectedCam,
         SpringPower,
-        StillShip,
         TableCam,
         Trochlea,
         VerticalThread,
-        Voyage,
         WeightCorrectedCam,
         WeightPower,
+    )
+    from tauto_core.scene.ships import (
+        AxleSuspension,
+        Component,
+        ComponentsShip,
+        Recorded,
+        RecordedShip,
+        Roll,
+        Sea,
+        SeaShip,
+        StillShip,
     )
 
 __all__ = [
@@ -97,7 +94,7 @@ __all__ = [
     'shipped_scenes',
 ]
 
-_HOMES = ('data', 'models', 'loader')
+_HOMES = ('data', 'regulators', 'ships', 'models', 'loader')
 
 
 def __getattr__(name: str) -> Any:

@@ -14,15 +14,9 @@ from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.times import exact_nanoseconds, exact_step
 
 if TYPE_CHECKING:
-    from tauto_core.scene.models import (
-        ComponentsShip,
-        FluidTautochroneRegulator,
-        Recorded,
-        RecordedShip,
-        Scene,
-        SeaShip,
-        Trochlea,
-    )
+    from tauto_core.scene.models import Scene
+    from tauto_core.scene.regulators import FluidTautochroneRegulator, Trochlea
+    from tauto_core.scene.ships import ComponentsShip, Recorded, RecordedShip, SeaShip
 
 # builtin_interfaces/Time holds whole seconds in 32 bits, the sign among them.
 LAST_STAMP_S = 2**31 - 1

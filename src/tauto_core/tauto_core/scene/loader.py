@@ -13,7 +13,9 @@ from pydantic import ValidationError
 from tauto_core.scene.data import data_path, is_shipped, shipped_data
 from tauto_core.scene.errors import Problem, SceneError, UsageError
 from tauto_core.scene.explain import explain
-from tauto_core.scene.models import RecordedShip, Scene, TableCam
+from tauto_core.scene.models import Scene
+from tauto_core.scene.regulators import TableCam
+from tauto_core.scene.ships import RecordedShip
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
 
 DEFAULT_SCENE = 'measured'

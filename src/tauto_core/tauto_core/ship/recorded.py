@@ -18,7 +18,7 @@ import numpy as np
 from tauto_core.samples import NS_PER_S, FloatArray
 from tauto_core.scene import Scene, data_path
 from tauto_core.scene.errors import MotionDataError
-from tauto_core.scene.models import Recorded
+from tauto_core.scene.ships import Recorded
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.imu_bag import read_imu
 from tauto_core.ship.motion_csv import read_columns

@@ -9,7 +9,8 @@ import numpy as np
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene import SceneError
-from tauto_core.scene.models import Roll, Scene, Sea, SeaShip
+from tauto_core.scene.models import Scene
+from tauto_core.scene.ships import Roll, Sea, SeaShip
 from tauto_core.ship.waves import Harmonics
 
 LOWEST = 0.5

@@ -1,0 +1,31 @@
+"""What the models of a scene are made of: kinds of numbers and text, and their base.
+
+Numbers are finite and never read from strings or booleans; unknown keys are refused.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, Strict
+
+STANDARD_GRAVITY = 9.80665
+DAY_S = 86_400.0
+
+Number: TypeAlias = Annotated[float, Strict()]
+Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
+NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]
+Flag: TypeAlias = Annotated[bool, Strict()]
+# One line: no control characters, no line or paragraph separators.
+Text: TypeAlias = Annotated[
+    str, Strict(), Field(min_length=1, max_length=1000, pattern=r'^[^\p{Cc}\p{Zl}\p{Zp}]+$')
+]
+Latitude: TypeAlias = Annotated[float, Strict(), Field(ge=-90.0, le=90.0)]
+Longitude: TypeAlias = Annotated[float, Strict(), Field(ge=-180.0, le=180.0)]
+Position: TypeAlias = tuple[Latitude, Longitude]
+
+
+class Section(BaseModel):
+    """Base of all models: frozen, no unknown keys, finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra='forbid', allow_inf_nan=False)
