@@ -15,6 +15,7 @@ from typing import Any
 from numba import types
 from numba.extending import overload
 
+from tauto_core.curves.levers import LinearLever
 from tauto_core.motion.compiled import compiled
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import lane, largest, least, load
@@ -50,6 +51,10 @@ from tauto_core.motion.wells import (
 
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = range(6)
 """The negative of a kind is no event, but where the value of that kind stops falling."""
+
+TRIALS = 12
+DISCERNED = 1e-7
+"""Part of the slope at a step's end that its beginning must fall with to count as falling."""
 
 STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
 DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
@@ -178,12 +183,18 @@ def _locate(
         at_last: its value there.
         precision: how far off the fraction may be; the step to it finds the rest.
     """
-    a, fa, b, fb = 0.0, 0.0, last, min(at_last, 0.0)
-    for trial in range(4):
-        a = 0.0 if trial == 0 else last * 0.25 ** (4 - trial)
-        fa = _within(kind, limits, well, mode, omega, floats, place, a, work)
-        if fa > 0.0:
-            break
+    a, b, fb = 0.0, last, min(at_last, 0.0)
+    fa = _within(kind, limits, well, mode, omega, floats, place, a, work)
+    if not fa > 0.0:
+        # from where the last event was, the value may be positive for a moment only
+        for trial in range(1, TRIALS):
+            x = last * 0.25 ** (TRIALS - trial)
+            fx = _within(kind, limits, well, mode, omega, floats, place, x, work)
+            if fx > 0.0:
+                a, fa = x, fx
+            elif fa > 0.0:
+                b, fb = x, fx
+                break
     if not fa > 0.0:
         return 0.0
     kept = 0
@@ -245,10 +256,39 @@ def _node_tension(well: Any, mode: Any, q: Any, rate: Any, felt: Any, work: Any)
     return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
 
 
+def _surely_within(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> bool:
+    """Return whether rough bounds show that no node is past the edge, and no thread slack."""
+    raise TypeError('_surely_within runs in compiled code only')
+
+
+@overload(_surely_within, strict=False)
+def _surely_within_of(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> Any:
+    if getattr(well[1], 'instance_class', None) is not LinearLever:
+        return lambda limits, well, omega, felt, work: False
+
+    def linear(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> Any:
+        # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + drag), in either coordinate
+        machine, lever, _ = well
+        x = load(work, X_ROW)
+        none = 0.0 * x
+        reach = largest(x)
+        line_rate = largest(none + node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE))
+        line_bend = largest(none + node_row(felt[0], work, OUTSIDE_ROW + LINE_BEND))
+        tilt_rate = largest(none + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE))
+        speed = omega[0] * largest(load(work, Y_ROW)) + line_rate + tilt_rate
+        pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
+        against = term(machine[0], lever.rate * reach * (line_bend + drag_of(machine, speed, 1.0)))
+        return reach <= limits[1] and least(none + pull) > against
+
+    return linear
+
+
 @compiled
 def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
     """Return (the first node past the cam's edge, the first with a slack thread); 2: none."""
     edge = slack = 2.0
+    if _surely_within(limits, well, omega, felt, work):
+        return edge, slack
     q, rate = _node_state(well, mode, omega, felt, work)
     if largest(q) > limits[1]:
         for i in range(STAGES - 1, -1, -1):
@@ -268,10 +308,11 @@ def _dip(
     """Return where in the step an event's value is lowest between two passages, and the value.
 
     (2, 0) where it is not: only a value that falls at first and rises at last passes zero twice.
+    What breaks loose from friction falls by a rounding at most.
     """
     before = _within(-kind, limits, well, mode, omega, floats, place, 0.0, work)
     after = _within(-kind, limits, well, mode, omega, floats, place, 1.0, work)
-    if not (before > 0.0 and after < 0.0):
+    if not (after < 0.0 and before > -DISCERNED * after):
         return 2.0, 0.0
     xi = _locate(-kind, limits, well, mode, omega, floats, place, 1.0, after, 1e-3, work)
     value = _within(kind, limits, well, mode, omega, floats, place, xi, work)
