@@ -118,6 +118,9 @@ def other_supports() -> Figure:
     note(course, (6.0, 260.0), 'hollow:\nboth swing', (0.0, 0.0), fontsize=8.5)
     note(course, (9.0, float(pairs[130, 1])), 'g/b′', (-14.0, 4.0), color=THREAD)
     note(course, (9.0, float(pairs[130, 0])), 'g/b', (0.0, 8.0), color=CURVE)
+    # a plane is where b passes through infinity: beyond, it is b′ that is negative
+    note(course, (-2.0, float(pairs[20, 1])), 'g/b', (-8.0, 9.0), color=THREAD)
+    note(course, (-2.0, float(pairs[20, 0])), 'g/b′', (12.0, -8.0), color=CURVE)
     graph(course, '1/e, 1/m', 'ω², 1/s²')
     return figure
 
