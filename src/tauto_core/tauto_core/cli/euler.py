@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import wrap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,21 +20,34 @@ _NARROWEST = 60
 _INDENT = ' ' * 23
 
 
-def euler(as_json: AsJson = False) -> None:
+def euler(
+    page: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR', help='Write DIR/euler.md and DIR/figures/*.svg instead of the list.'
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
     """Check every claim of Euler's papers: what is printed against what is computed.
 
     Exit code 1 if a claim that should hold does not, or the other way round.
     """
-    from tauto_core.euler.papers import all_claims
+    from tauto_core.euler.papers import all_claims, summary
 
     claims = all_claims()
+    if page is not None:
+        from tauto_core.euler.page import write_page
+
+        for file in write_page(page, claims):
+            typer.echo(f'wrote {file}', err=True)
     if as_json:
         typer.echo(json.dumps({'claims': [_object(claim) for claim in claims]}, allow_nan=False))
-    else:
+    elif page is None:
         width = max(get_terminal_size().columns, _NARROWEST)
         for claim in claims:
             typer.echo('\n'.join(claim_lines(claim, width)))
-        typer.echo(_summary(claims))
+        typer.echo(summary(claims))
     wrong = [claim for claim in claims if claim.verdict != claim.expected]
     for claim in wrong:
         typer.echo(
@@ -85,9 +98,3 @@ def claim_lines(claim: Claim, width: int) -> list[str]:
     if claim.corrected:
         because = f'read {claim.corrected}' + (f': {because}' if because else '')
     return lines + wrap(because, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
-
-
-def _summary(claims: Sequence[Claim]) -> str:
-    found = [claim.verdict for claim in claims]
-    hold, misprinted, fail = (found.count(name) for name in ('holds', 'misprint', 'fails'))
-    return f'{len(claims)} claims: {hold} hold, {misprinted} are misprinted, {fail} do not hold'

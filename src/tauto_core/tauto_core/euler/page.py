@@ -1,0 +1,113 @@
+"""The page of claims: every claim of the papers in tables, with the figures drawn again.
+
+Numbers are told to fewer digits than computers differ in, so that the text is the same on all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from tauto_core.euler.claim import Claim, Paper
+from tauto_core.euler.figures import plates, write_plates
+from tauto_core.euler.papers import summary
+from tauto_core.scene.errors import TautoError
+
+TITLES: dict[Paper, str] = {
+    'A': 'A. The trochlea: *De novo quodam curvarum tautochronarum genere* (1727, E6)',
+    'B': 'B. The fluid: *Curva tautochrona in fluido resistentiam faciente secundum quadrata '
+    'celeritatum* (1729, E13)',
+    'C': 'C. The axle: *De motu penduli circa axem cylindricum, fulcro datae figurae incumbentem, '
+    'mobilis* (1780)',
+}
+ROUNDING = 1e-9
+"""Differences from here on are told in digits; below, only what they do not exceed."""
+
+_HEAD = """# Euler's papers, claim by claim
+
+Written by `tauto euler --page docs`; do not edit. What is printed is evaluated as it stands and
+held against a value computed independently of it: by quadrature, by integrating the motion, or by
+another closed form. *Off by* is relative to what was computed, absolute where that is 0. Examples
+are in SI units unless a claim says otherwise. {summary}.
+"""
+_COLUMNS = '| § | claim | printed | computed | off by | verdict |\n|---|---|---|---|---|---|'
+
+
+class PageError(TautoError):
+    """A page that cannot be written."""
+
+
+def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
+    """Write `euler.md` and `figures/*.svg` into a folder, made if need be; return the files.
+
+    Args:
+        folder: where to; files of these names are replaced.
+        claims: in the order of the page.
+
+    Raises:
+        PageError: a file or folder that cannot be written.
+    """
+    text, figures = folder / 'euler.md', folder / 'figures'
+    try:
+        figures.mkdir(parents=True, exist_ok=True)
+        text.write_text(page(claims), encoding='utf-8')
+        return [text, *write_plates(figures)]
+    except OSError as error:
+        raise PageError(
+            f'{error.filename or folder}: cannot be written: {error.strerror}. Name another folder'
+        ) from None
+
+
+def page(claims: Sequence[Claim]) -> str:
+    """Return the page as Markdown: a section a paper, its figures, then its claims."""
+    parts = [_HEAD.format(summary=summary(claims))]
+    for paper, title in TITLES.items():
+        own = [claim for claim in claims if claim.paper == paper]
+        parts.append(f'## {title}\n')
+        for plate in plates():
+            if plate.paper == paper:
+                file = f'figures/{plate.name}.svg'
+                parts.append(f'![{plate.name}]({file})\n\n*§{plate.caption}*\n')
+        parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
+    return '\n'.join(parts)
+
+
+def _row(claim: Claim) -> str:
+    printed = claim.printed
+    if math.isfinite(claim.printed_value):
+        printed += f' → {_number(claim.printed_value)}'
+    verdict = claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**'
+    because = claim.because
+    if claim.corrected:
+        because = f'read {claim.corrected}' + (f': {because}' if because else '')
+    cells = (
+        claim.paragraph,
+        _safe(claim.claim),
+        _safe(printed),
+        _number(claim.computed),
+        _off_by(claim),
+        verdict + (f': {_safe(because)}' if because else ''),
+    )
+    return f'| {" | ".join(cells)} |'
+
+
+def _number(value: float) -> str:
+    return f'{value:.7g}'
+
+
+def _off_by(claim: Claim) -> str:
+    """Return the difference, or below rounding the least power of ten it is known to keep."""
+    off = claim.difference
+    if math.isinf(off):
+        return '—'
+    if off > ROUNDING:
+        return f'{off:.1e}'
+    return f'< {min(claim.tolerance, ROUNDING):.0e}' if claim.tolerance else '0'
+
+
+def _safe(text: str) -> str:
+    """Return words with the characters that Markdown takes for its own as themselves."""
+    for each in '\\|*_`<':
+        text = text.replace(each, '\\' + each)
+    return text

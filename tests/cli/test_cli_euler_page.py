@@ -1,0 +1,93 @@
+"""`tauto euler --page`: the page in docs/ is what the command writes, figures included."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.euler.claim import Claim
+from tauto_core.euler.figures import plates, write_plates
+from tauto_core.euler.page import PageError, page, write_page
+from tauto_core.euler.papers import all_claims
+
+DOCS = Path(__file__).resolve().parents[2] / 'docs'
+CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)
+
+
+@pytest.fixture(scope='module')
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp('page') / 'made' / 'docs'
+    result = CliRunner().invoke(app, ['euler', '--page', str(folder)])
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout == ''
+    assert f'wrote {folder / "euler.md"}' in result.stderr
+    return folder
+
+
+def _figures(folder: Path) -> Iterator[Path]:
+    text = (folder / 'euler.md').read_text(encoding='utf-8')
+    for name in re.findall(r'!\[.*?\]\((.*?)\)', text):
+        yield folder / name
+
+
+def test_the_page_in_docs_is_the_one_that_the_command_writes(written: Path) -> None:
+    made = (written / 'euler.md').read_text(encoding='utf-8')
+    assert made == (DOCS / 'euler.md').read_text(encoding='utf-8'), 'run `tauto euler --page docs`'
+
+
+def test_every_figure_is_there_and_is_svg(written: Path) -> None:
+    for folder in (written, DOCS):
+        files = list(_figures(folder))
+        assert [file.stem for file in files] == [plate.name for plate in plates()]
+        assert sorted(files) == sorted((folder / 'figures').iterdir())
+        for file in files:
+            assert ElementTree.parse(file).getroot().tag == '{http://www.w3.org/2000/svg}svg'
+        assert sum(file.stat().st_size for file in files) < 300_000
+
+
+def test_figures_are_the_same_bytes_each_time(written: Path, tmp_path: Path) -> None:
+    for file in write_plates(tmp_path):
+        assert file.read_bytes() == (written / 'figures' / file.name).read_bytes(), file.name
+
+
+def test_every_claim_has_a_row_in_the_section_of_its_paper() -> None:
+    claims = all_claims()
+    sections = page(claims).split('\n## ')[1:]
+    rows = [re.findall(r'^\| (?!§|--).*$', section, re.MULTILINE) for section in sections]
+    assert [section[:2] for section in sections] == ['A.', 'B.', 'C.']
+    assert [len(each) for each in rows] == [sum(c.paper == p for c in claims) for p in 'ABC']
+    for claim, row in zip(claims, [row for each in rows for row in each], strict=True):
+        assert row.startswith(f'| {claim.paragraph} |')
+        assert claim.verdict in row
+        assert len(re.findall(r'(?<!\\)\|', row)) == 7
+
+
+@pytest.mark.parametrize(
+    ('claim', 'off_by'),
+    [
+        # two machines that round otherwise give the same text
+        (CLAIM, '< 1e-12'),
+        (replace(CLAIM, computed=1.0 + 7e-14), '< 1e-12'),
+        (replace(CLAIM, printed_value=1.0051, tolerance=1e-2), '5.1e-03'),
+        (replace(CLAIM, printed_value=1.0, computed=1.0, tolerance=0.0), '0'),
+        (replace(CLAIM, printed_value=float('nan')), '—'),
+    ],
+)
+def test_differences_hide_rounding(claim: Claim, off_by: str) -> None:
+    row = page([claim]).split('|---|\n')[1].splitlines()[0]
+    assert row.split(' | ')[4] == off_by
+    assert row.startswith(r'| I | a \| b | x \* y')
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
+    taken = tmp_path / 'taken'
+    taken.write_text('')
+    with pytest.raises(PageError, match=r'taken.*cannot be written.*Name another folder'):
+        write_page(taken, [CLAIM])
