@@ -207,7 +207,7 @@ def test_long_steps_pass_over_no_kink_after_a_turning_point():
 
 @pytest.mark.parametrize('mass', [1.4190675485932571, 1.0941742837052104])
 def test_a_wheel_that_turns_back_and_on_again_within_a_step_is_seen(mass):
-    """The first turns back at 17.1 s, for 0.03 s; the other at 15.84 s, for 0.9 ms, and is held."""
+    """One turns back at 17.1 s, for 0.03 s; one at 15.84 s, for 0.9 ms, and is then held."""
     trochlea = {
         'cam': {'kind': 'involute', 'base_radius': 0.01},
         'thread': {'kind': 'vertical'},
