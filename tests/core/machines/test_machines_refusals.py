@@ -153,3 +153,59 @@ def test_the_plain_cam_that_is_named_keeps_the_period():
 def test_a_period_out_of_all_proportion(kind, period):
     message = refusal(**{**kind, 'cam': {**kind['cam'], 'period': period}})
     assert f'trochlea.cam.period = {period!r}' in message
+
+
+LEVER = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+
+
+def test_a_lever_that_its_cam_turns_too_far():
+    """Each remedy works and is the nearest; a longer thread is named only where it helps."""
+    lever = {**LEVER, 'thread': {**LEVER['thread'], 'arm': 0.01}}
+    message = refusal(**lever)
+    radius, arm = numbers(
+        message, r'base_radius of at most ([\d.e-]+) m or a lever arm of at least ([\d.e-]+) m'
+    )
+    for change in (
+        {'cam': {'kind': 'involute', 'base_radius': radius}},
+        {'thread': {**lever['thread'], 'arm': arm}},
+    ):
+        machine = compile_machine(scene(**{**lever, **change}))
+        assert 1.0 <= machine.range_rad < 1.002
+    assert 'thread of at least' not in message
+    short = {**LEVER, 'thread': {**LEVER['thread'], 'length': 0.01}}
+    (length,) = numbers(refusal(**short), r'a thread of at least ([\d.e-]+) m')
+    machine = compile_machine(scene(**{**short, 'thread': {**short['thread'], 'length': length}}))
+    assert 1.0 <= machine.range_rad < 1.002
+
+
+def test_a_weight_too_light_for_the_period_of_a_lever():
+    lever = {
+        **LEVER,
+        'cam': {'kind': 'lever_corrected', 'period': 1.0},
+        'power': {'kind': 'weight', 'mass': 0.001},
+    }
+    mass, period = numbers(
+        refusal(**lever), r'a weight of at least ([\d.]+) kg or a period of at least ([\d.]+) s'
+    )
+    for change in (
+        {'power': {'kind': 'weight', 'mass': mass}},
+        {'cam': {'kind': 'lever_corrected', 'period': period}},
+    ):
+        machine = compile_machine(scene(**{**lever, **change}))
+        assert 1.0 <= machine.range_rad < 1.002
+
+
+def test_a_hanging_thread_that_is_all_wound_up():
+    hanging = {**LEVER, 'thread': {'kind': 'hanging', 'length': 0.001}}
+    length, radius = numbers(
+        refusal(**hanging), r'at least ([\d.]+) m or a base_radius of at most ([\d.e-]+) m'
+    )
+    for change in (
+        {'thread': {'kind': 'hanging', 'length': length}},
+        {'cam': {'kind': 'involute', 'base_radius': radius}},
+    ):
+        assert 1.0 <= compile_machine(scene(**{**hanging, **change})).range_rad < 1.001
