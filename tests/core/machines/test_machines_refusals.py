@@ -9,6 +9,7 @@ import yaml
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.machines import compile_machine
+from tauto_core.readiness import check_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.loader import parse_scene, scene_yaml
 
@@ -209,3 +210,42 @@ def test_a_hanging_thread_that_is_all_wound_up():
         {'cam': {'kind': 'involute', 'base_radius': radius}},
     ):
         assert 1.0 <= compile_machine(scene(**{**hanging, **change})).range_rad < 1.001
+
+
+GLOBE = {
+    'kind': 'fluid_tautochrone',
+    'body': 'globe',
+    'diameter': 0.05,
+    'body_density': 7800.0,
+    'fluid_density': 900.0,
+    'pendulum_length': 1.0,
+}
+
+
+def in_fluid(**changes):
+    content = {'name': 'test', 'duration': 10.0, 'regulator': {**GLOBE, **changes}}
+    return parse_scene(yaml.safe_dump(content), 'test')
+
+
+@pytest.mark.parametrize(
+    ('curve', 'release'),
+    [('euler', 1.5), ('cycloid', 1.5), ('cycloid', -1.5), ('symmetric', 1.5), ('symmetric', -1.5)],
+)
+def test_a_release_beyond_the_cusp(curve, release):
+    changes = {'curve': curve, 'release_arc': release}
+    with pytest.raises(SceneError, match='beyond the cusp') as caught:
+        compile_machine(in_fluid(**changes))
+    (length,) = numbers(str(caught.value), r'pendulum_length of at least ([\d.]+) m')
+    compile_machine(in_fluid(**changes, pendulum_length=length))
+    with pytest.raises(SceneError):
+        compile_machine(in_fluid(**changes, pendulum_length=0.998 * length))
+
+
+def test_no_pendulum_is_long_enough_for_a_mote():
+    with pytest.raises(SceneError, match='a larger or denser body'):
+        compile_machine(in_fluid(diameter=1e-6, release_arc=0.4))
+
+
+def test_a_mote_on_a_cycloid_is_refused_without_a_grid_of_its_whole_way():
+    with pytest.raises(SceneError, match='the fluid resists too strongly'):
+        check_scene(in_fluid(diameter=1e-20, release_arc=0.4, curve='cycloid'))
