@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from tauto_core.machines import FluidPendulum, QuadratureError, compile_machine
+from tauto_core.machines.remedies import wider_range
 from tauto_core.scene import Scene
 from tauto_core.scene.checks import LAST_STAMP_S
 from tauto_core.scene.errors import ABSENT, DescentError, SceneError
@@ -41,7 +42,7 @@ def check_scene(scene: Scene) -> None:
             machine.release_angle,
             f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
             f'±{machine.range_rad:.6g} rad',
-            'Release at a smaller angle or give the cam a wider range.',
+            f'Release the wheel nearer to rest{wider_range(machine, abs(angle))}.',
         )
 
 

@@ -152,3 +152,9 @@ def test_energy_is_kept_by_the_equations():
         power = (ends[1] - ends[0]) / (2 * step)
         assert abs(power) < 1e-9 * 9.81
     assert MACHINE.energy(0.0, 0.0, 0.0, 0.0, 9.81) == 0.0
+
+
+@pytest.mark.parametrize('amplitude', [1e-300, 1e-30, 1e-13, 1e-11])
+def test_the_smallest_swings_take_the_limit(amplitude):
+    """They differ by a share of A², far below rounding; what is left is Newton's."""
+    assert MACHINE.period(amplitude) == pytest.approx(MACHINE.small_period, rel=1e-14)

@@ -9,6 +9,7 @@ import yaml
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.machines import compile_machine
+from tauto_core.readiness import check_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.loader import parse_scene, scene_yaml
 
@@ -153,3 +154,98 @@ def test_the_plain_cam_that_is_named_keeps_the_period():
 def test_a_period_out_of_all_proportion(kind, period):
     message = refusal(**{**kind, 'cam': {**kind['cam'], 'period': period}})
     assert f'trochlea.cam.period = {period!r}' in message
+
+
+LEVER = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+
+
+def test_a_lever_that_its_cam_turns_too_far():
+    """Each remedy works and is the nearest; a longer thread is named only where it helps."""
+    lever = {**LEVER, 'thread': {**LEVER['thread'], 'arm': 0.01}}
+    message = refusal(**lever)
+    radius, arm = numbers(
+        message, r'base_radius of at most ([\d.e-]+) m or a lever arm of at least ([\d.e-]+) m'
+    )
+    for change in (
+        {'cam': {'kind': 'involute', 'base_radius': radius}},
+        {'thread': {**lever['thread'], 'arm': arm}},
+    ):
+        machine = compile_machine(scene(**{**lever, **change}))
+        assert 1.0 <= machine.range_rad < 1.002
+    assert 'thread of at least' not in message
+    short = {**LEVER, 'thread': {**LEVER['thread'], 'length': 0.01}}
+    (length,) = numbers(refusal(**short), r'a thread of at least ([\d.e-]+) m')
+    machine = compile_machine(scene(**{**short, 'thread': {**short['thread'], 'length': length}}))
+    assert 1.0 <= machine.range_rad < 1.002
+
+
+def test_a_weight_too_light_for_the_period_of_a_lever():
+    lever = {
+        **LEVER,
+        'cam': {'kind': 'lever_corrected', 'period': 1.0},
+        'power': {'kind': 'weight', 'mass': 0.001},
+    }
+    mass, period = numbers(
+        refusal(**lever), r'a weight of at least ([\d.]+) kg or a period of at least ([\d.]+) s'
+    )
+    for change in (
+        {'power': {'kind': 'weight', 'mass': mass}},
+        {'cam': {'kind': 'lever_corrected', 'period': period}},
+    ):
+        machine = compile_machine(scene(**{**lever, **change}))
+        assert 1.0 <= machine.range_rad < 1.002
+
+
+def test_a_hanging_thread_that_is_all_wound_up():
+    hanging = {**LEVER, 'thread': {'kind': 'hanging', 'length': 0.001}}
+    length, radius = numbers(
+        refusal(**hanging), r'at least ([\d.]+) m or a base_radius of at most ([\d.e-]+) m'
+    )
+    for change in (
+        {'thread': {'kind': 'hanging', 'length': length}},
+        {'cam': {'kind': 'involute', 'base_radius': radius}},
+    ):
+        assert 1.0 <= compile_machine(scene(**{**hanging, **change})).range_rad < 1.001
+
+
+GLOBE = {
+    'kind': 'fluid_tautochrone',
+    'body': 'globe',
+    'diameter': 0.05,
+    'body_density': 7800.0,
+    'fluid_density': 900.0,
+    'pendulum_length': 1.0,
+}
+
+
+def in_fluid(**changes):
+    content = {'name': 'test', 'duration': 10.0, 'regulator': {**GLOBE, **changes}}
+    return parse_scene(yaml.safe_dump(content), 'test')
+
+
+@pytest.mark.parametrize(
+    ('curve', 'release'),
+    [('euler', 1.5), ('cycloid', 1.5), ('cycloid', -1.5), ('symmetric', 1.5), ('symmetric', -1.5)],
+)
+def test_a_release_beyond_the_cusp(curve, release):
+    changes = {'curve': curve, 'release_arc': release}
+    with pytest.raises(SceneError, match='beyond the cusp') as caught:
+        compile_machine(in_fluid(**changes))
+    (length,) = numbers(str(caught.value), r'pendulum_length of at least ([\d.]+) m')
+    compile_machine(in_fluid(**changes, pendulum_length=length))
+    with pytest.raises(SceneError):
+        compile_machine(in_fluid(**changes, pendulum_length=0.998 * length))
+
+
+def test_no_pendulum_is_long_enough_for_a_mote():
+    with pytest.raises(SceneError, match='a larger or denser body'):
+        compile_machine(in_fluid(diameter=1e-6, release_arc=0.4))
+
+
+def test_a_mote_on_a_cycloid_is_refused_without_a_grid_of_its_whole_way():
+    with pytest.raises(SceneError, match='the fluid resists too strongly'):
+        check_scene(in_fluid(diameter=1e-20, release_arc=0.4, curve='cycloid'))

@@ -152,14 +152,13 @@ def _check_release(scene: Scene, machine: AnyMachine) -> None:
     edge = machine.range_rad
     if abs(machine.release_angle) <= edge:
         return
-    if isinstance(machine, Machine):
-        limit, remedy = 'the cam, whose range is', wider_range(machine)
-    else:
-        limit, remedy = 'what the thread allows,', ' or give it a longer thread'
+    limit = (
+        'the cam, whose range is' if isinstance(machine, Machine) else 'what the thread allows,'
+    )
     raise SceneError(
         scene.name,
         'trochlea.release_angle',
         machine.release_angle,
         f'beyond {limit} ±{edge!r} rad',
-        f'Release the wheel nearer to rest{remedy}.',
+        f'Release the wheel nearer to rest{wider_range(machine, abs(machine.release_angle))}.',
     )

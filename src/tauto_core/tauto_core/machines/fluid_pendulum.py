@@ -13,6 +13,7 @@ from typing import TypeAlias, TypedDict
 
 from tauto_core.curves.descent_curve import Cycloid, DescentCurve, Mirrored, SymmetricCurve
 from tauto_core.curves.fluid_tautochrone import FluidTautochrone
+from tauto_core.curves.nearest import nearest
 from tauto_core.machines.descent import arc_of_harmonic, harmonic_of_arc
 from tauto_core.machines.half_swing import descent_time, half_swing
 from tauto_core.machines.immersed_body import ImmersedBody
@@ -23,6 +24,8 @@ from tauto_core.scene.models import Scene
 from tauto_core.scene.regulators import FluidTautochroneRegulator
 
 Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve
+
+_MOST_DOUBLINGS = 40
 
 _CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]] = {
     'euler': FluidTautochrone,
@@ -207,10 +210,23 @@ def compile_fluid_pendulum(scene: Scene, regulator: FluidTautochroneRegulator) -
             'regulator.release_arc',
             start,
             f'beyond the cusp of the curve, at {edge!r} m',
-            'Release the body nearer to A, or give a longer pendulum_length.',
+            f'Release the body nearer to A{_longer(regulator)}.',
         )
     weight = _body(regulator).sunk_mass * scene.gravity
     return FluidPendulum(curve, weight, scene.gravity, start)
+
+
+def _longer(regulator: FluidTautochroneRegulator) -> str:
+    """Return the shortest pendulum whose curve holds the release, where a longer one does."""
+    start, length = regulator.release_arc, regulator.pendulum_length
+
+    def holds(tried: float) -> bool:
+        curve = make_descent_curve(regulator.model_copy(update={'pendulum_length': tried}))
+        return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
+
+    if not any(holds(length * 2.0**step) for step in range(1, _MOST_DOUBLINGS + 1)):
+        return ', or take a larger or denser body'
+    return f', or give a pendulum_length of at least {nearest(length, 2.0, holds):.4g} m'
 
 
 def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:

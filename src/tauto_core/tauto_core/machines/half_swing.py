@@ -43,6 +43,9 @@ class HalfSwing(NamedTuple):
     """Where it comes to rest, from A on the other side [m], > 0."""
 
 
+_LONGEST_REDUCED = 1e6
+
+
 class Grid(NamedTuple):
     """Nodes that resolve a half swing, and every shorter one on the same curve."""
 
@@ -242,7 +245,17 @@ def _mean(
 
 
 def _panels(reduced: float) -> int:
-    """Return how many panels resolve e^{−2κσ} over an arc of κσ = `reduced`."""
+    """Return how many panels resolve e^{−2κσ} over an arc of κσ = `reduced`.
+
+    Raises:
+        DescentError: an arc of more than a million times what stops the body.
+    """
+    if not reduced <= _LONGEST_REDUCED:
+        raise DescentError(
+            f'an arc of {reduced:.6g}/kappa: the fluid resists too strongly, at most '
+            f'{_LONGEST_REDUCED:g}/kappa is allowed; use a smaller amplitude, a larger or denser '
+            'body, or a lighter fluid'
+        )
     return 1 + int(reduced / 4.0)
 
 

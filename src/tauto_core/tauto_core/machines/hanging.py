@@ -32,6 +32,9 @@ Angles = TypeVar('Angles', FloatArray, np.ndarray)
 LEAST_FREE = 0.01
 """Part of the thread that must stay free: with none the thread swings infinitely fast."""
 
+LEAST_AMPLITUDE = 2.0**-40
+"""Below [rad] the period is the limit's to rounding: they differ by a share of A²."""
+
 
 @dataclass(frozen=True)
 class HangingMachine:
@@ -162,7 +165,7 @@ class HangingMachine:
             SlackThreadError: a swing in which the thread goes slack.
         """
         amplitude = abs(amplitude)
-        if amplitude == 0.0:
+        if amplitude < LEAST_AMPLITUDE:
             return self.small_period
         if not amplitude < self.range_rad:
             raise CamRangeError(

@@ -3,21 +3,40 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from tauto_core.curves import Hole, SpringCorrected, WeightCorrected
 from tauto_core.curves.nearest import nearest
+from tauto_core.machines.hanging import LEAST_FREE, HangingMachine
+from tauto_core.machines.lever import LeverMachine
+from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
+from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.trochlea import Machine
 
+_MOST_DOUBLINGS = 40
 
-def wider_range(machine: Machine) -> str:
-    """Return how the cam of a machine would hold its release, as the end of a sentence."""
-    cam, amplitude = machine.cam, abs(machine.release_angle)
-    if isinstance(cam, WeightCorrected):
-        return _of_weight(cam, machine, amplitude)
-    if isinstance(cam, Hole | SpringCorrected):
-        return _farther(float(replace(cam, distance=math.inf).lever_arm(amplitude)))
-    return ' or give the cam a wider range'
+
+def wider_range(machine: Machine | LeverMachine | HangingMachine, amplitude: float) -> str:
+    """Return how a machine would hold an amplitude beyond its range, as the end of a sentence.
+
+    Args:
+        machine: whose range is too small.
+        amplitude: what the cam should feel [rad], > 0.
+    """
+    match machine:
+        case LeverMachine(geometry=LeverGeometry() as geometry):
+            return _of_lever(machine, geometry, amplitude)
+        case LeverMachine(geometry=CorrectedLeverGeometry() as geometry):
+            return _of_corrected_lever(machine, geometry, amplitude)
+        case HangingMachine():
+            return _of_hanging(machine, amplitude)
+        case Machine(cam=WeightCorrected() as cam):
+            return _of_weight(cam, machine, amplitude)
+        case Machine(cam=Hole() | SpringCorrected() as cam):
+            return _farther(float(replace(cam, distance=math.inf).lever_arm(amplitude)))
+        case _:
+            return ' or give the cam a wider range'
 
 
 def _farther(arm: float) -> str:
@@ -45,3 +64,68 @@ def _of_weight(cam: WeightCorrected, machine: Machine, amplitude: float) -> str:
         f', or use a weight of at least {mass:.4g} kg (this one is too light for the period, or '
         f'the wheel too heavy), or a period of at least {period:.4g} s{farther}'
     )
+
+
+def _of_hanging(machine: HangingMachine, amplitude: float) -> str:
+    wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
+
+    def holds(length: float, radius: float) -> bool:
+        return replace(machine, length=length, base_radius=radius).range_rad >= amplitude
+
+    length = nearest(
+        0.5 * wound * machine.base_radius, 2.0, lambda value: holds(value, machine.base_radius)
+    )
+    radius = nearest(2.0 * machine.length / wound, 0.5, lambda value: holds(machine.length, value))
+    return (
+        f', or use a thread of at least {length:.4g} m or a base_radius of at most {radius:.4g} m'
+    )
+
+
+def _of_lever(machine: LeverMachine, geometry: LeverGeometry, amplitude: float) -> str:
+    """A smaller cam winds up less; a longer lever or thread may do."""
+
+    def holds(**change: float) -> bool:
+        return replace(machine, geometry=replace(geometry, **change)).range_rad >= amplitude
+
+    return _choices(
+        (
+            'a base_radius of at most',
+            'm',
+            geometry.base_radius,
+            0.5,
+            lambda to: holds(base_radius=to),
+        ),
+        ('a lever arm of at least', 'm', geometry.arm, 2.0, lambda to: holds(arm=to)),
+        ('a thread of at least', 'm', geometry.length, 2.0, lambda to: holds(length=to)),
+    )
+
+
+def _of_corrected_lever(
+    machine: LeverMachine, geometry: CorrectedLeverGeometry, amplitude: float
+) -> str:
+    """A heavier weight needs a smaller cam, a longer period likewise."""
+
+    def holds(*, mass: float = machine.mass, period: float = machine.small_period) -> bool:
+        heavier = replace(machine, mass=mass)
+        wider = replace(
+            geometry,
+            frequency=math.tau / period,
+            weight_torque=heavier.weight_torque,
+            turned_inertia=heavier.turned_inertia,
+        )
+        return replace(heavier, geometry=wider).range_rad >= amplitude
+
+    return _choices(
+        ('a weight of at least', 'kg', machine.mass, 2.0, lambda to: holds(mass=to)),
+        ('a period of at least', 's', machine.small_period, 2.0, lambda to: holds(period=to)),
+    )
+
+
+def _choices(*choices: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+    """Return those remedies that work: each as words, unit, value, direction and test."""
+    said = [
+        f'{words} {nearest(value, factor, works):.4g} {unit}'
+        for words, unit, value, factor, works in choices
+        if any(works(value * factor**step) for step in range(1, _MOST_DOUBLINGS + 1))
+    ]
+    return f', or use {" or ".join(said)}' if said else ''

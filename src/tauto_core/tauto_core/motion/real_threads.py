@@ -30,6 +30,9 @@ TOLERANCE = 2e-12
 
 _SHORTER = 0.94
 
+_MOST_TRIAL_STEPS = 4096
+"""Of a thread whose own swing takes far longer than the wheel's, so much is enough."""
+
 
 class Case(NamedTuple):
     """The case and the apparent vertical at the start: β, τ = β − α_c and their rates."""
@@ -236,7 +239,7 @@ class RealThreads:
         swing_s = math.tau / min(self._model.omega)
         while angle > MIN_ANGLE:
             step_s = angle / fastest
-            count = math.ceil(swing_s / step_s)
+            count = min(math.ceil(swing_s / step_s), _MOST_TRIAL_STEPS)
             trial = Forcing(
                 length_s=np.full(count, step_s),
                 begin=np.zeros(count),

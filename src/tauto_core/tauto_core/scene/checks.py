@@ -11,6 +11,7 @@ from decimal import Decimal
 from typing import TYPE_CHECKING
 
 from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.magnitudes import out_of_proportion
 from tauto_core.scene.times import exact_nanoseconds, exact_step
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ REAL_THREADS = ('lever', 'hanging')
 
 def problems(scene: Scene) -> Iterator[Problem]:
     """Yield everything that is wrong between the keys of a scene of valid sections."""
+    yield from out_of_proportion(scene)
     if scene.regulator is not None:
         yield from _in_fluid(scene, scene.regulator)
     if scene.trochlea is not None:

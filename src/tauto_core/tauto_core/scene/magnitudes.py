@@ -1,0 +1,61 @@
+"""Sizes of a machine that double precision can reckon with."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from tauto_core.scene.errors import Problem
+
+if TYPE_CHECKING:
+    from tauto_core.scene.models import Scene
+
+# Squares of ratios of three such numbers neither overflow nor vanish.
+LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
+
+_SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'suspension')
+# What is only ever added to something larger may be as small as it likes.
+_MAY_VANISH = frozenset(
+    (
+        'trochlea.release_angle',
+        'trochlea.thread.inertia',
+        'trochlea.power.stiffness',
+        'regulator.release_arc',
+        'regulator.fluid_density',
+        'regulator.added_mass',
+        'drag.viscous',
+        'drag.quadratic',
+        'drag.coulomb',
+        'escapement.angle',
+        'escapement.energy',
+    )
+)
+
+
+def out_of_proportion(scene: Scene) -> Iterator[Problem]:
+    """Yield the numbers of the machine that no workshop could mean, other than 0."""
+    content = scene.model_dump(include=set(_SECTIONS))
+    for key, value in _numbers('', content):
+        size = abs(value)
+        if size > LARGEST_SIZE:
+            yield Problem(
+                key,
+                value,
+                f'must be at most {LARGEST_SIZE:g} in size, or what follows overflows',
+                'Check its unit.',
+            )
+        elif 0.0 < size < LEAST_SIZE and key not in _MAY_VANISH:
+            yield Problem(
+                key,
+                value,
+                f'must be at least {LEAST_SIZE:g} in size, or what follows vanishes',
+                'Check its unit.',
+            )
+
+
+def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
+    if isinstance(content, dict):
+        for name, value in content.items():
+            yield from _numbers(f'{path}.{name}' if path else name, value)
+    elif isinstance(content, float):
+        yield path, content
