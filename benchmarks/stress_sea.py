@@ -139,7 +139,7 @@ def resonance() -> list[Row]:
     return rows
 
 
-RATE_LIMITS = {2.0: 1e-5, 5.0: 1e-9, **dict.fromkeys((10.0, 20.0, 50.0, 200.0, 1000.0), 1e-11)}
+RATE_LIMITS = {2.0: 2e-5, 5.0: 1e-9, **dict.fromkeys((10.0, 20.0, 50.0, 200.0, 1000.0), 1e-11)}
 """What interpolation leaves of a roll of 6 and 8 s: of degree 7, it falls with the rate."""
 
 
