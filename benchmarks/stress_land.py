@@ -23,7 +23,8 @@ from stress_cases import (
 from tauto_core.machines import Machine
 from tauto_core.motion import events
 from tauto_core.motion.action_angle import ActionAngle
-from tauto_core.motion.collocation import TOLERANCE, Collocation
+from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.step_size import TOLERANCE
 from tauto_core.samples import JOINT_STATES, PHASE, FloatArray
 from tauto_core.scene.errors import PropagationError
 

@@ -137,7 +137,7 @@ def tolerance(scene: Scene) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
     if scene.solver is not None and scene.solver.tolerance is not None:
         return scene.solver.tolerance
-    from tauto_core.motion.collocation import TOLERANCE  # imports numba
+    from tauto_core.motion.step_size import TOLERANCE  # imports numba
 
     return TOLERANCE
 

@@ -19,6 +19,7 @@ from tauto_core.motion.compiled import compiled, entry, inlined
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import fma, largest, least, load, splat, store
 from tauto_core.motion.rotation import sine_versine
+from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
     D1,
     D2,
@@ -30,6 +31,7 @@ from tauto_core.motion.turning import (
     X,
     Y,
     collocate,
+    copy_state,
     expand,
     finish,
     row,
@@ -171,7 +173,7 @@ def _over(
     store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, splat(0.0)))
     store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, splat(0.0)))
     last, newton = collocate(system, 0.0, omega, h, kind, state, memory)
-    if not (last if newton else last * last) <= tolerance:
+    if not step_error(1.0, last, newton) <= tolerance:
         return NO_CONVERGENCE, 0.0
     if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:
         return LIFTED_OFF, _lift_off(system, omega, bearing, place, h, state, work)
@@ -179,8 +181,7 @@ def _over(
     if not max(largest(theta), largest(delta)) < OVER:
         return TURNED_OVER, 0.0
     finish(omega, h, kind, state, memory)
-    for i in range(4 * PLANES):
-        state[i] = memory.end[i]
+    copy_state(PLANES, memory.end, state)
     return OK, 0.0
 
 

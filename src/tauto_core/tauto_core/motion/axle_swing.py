@@ -10,12 +10,10 @@ from tauto_core.machines.modes import modes
 from tauto_core.motion import axle
 from tauto_core.motion.bearing import BearingMotion, CaseMotion
 from tauto_core.motion.limits import lifted_off, turned_over
+from tauto_core.motion.step_size import TOLERANCE
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
-
-TOLERANCE = 2e-12
-"""Error allowed a step, relative to the state."""
 
 
 class AxleSwing:

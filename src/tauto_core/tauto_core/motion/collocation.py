@@ -19,15 +19,12 @@ from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
-from tauto_core.motion.step_size import error_factor, longest_step, reference_frequency
+from tauto_core.motion.step_size import TOLERANCE, error_factor, longest_step, reference_frequency
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
 NAME = 'collocation'
-
-TOLERANCE = 2e-12
-"""Error allowed a step, relative to the state, where the scene does not say."""
 
 
 def _or_none(value: float, unit: float) -> float | None:

@@ -18,15 +18,18 @@ from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
-from tauto_core.motion.step_size import ERROR_OF_LAST_STRONG, MARGIN, MAX_ANGLE, MIN_ANGLE
+from tauto_core.motion.step_size import (
+    ERROR_OF_LAST_STRONG,
+    MARGIN,
+    MAX_ANGLE,
+    MIN_ANGLE,
+    TOLERANCE,
+)
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
 NAME = 'collocation'
-
-TOLERANCE = 2e-12
-"""Error allowed a step, relative to the state, where the scene does not say."""
 
 _SHORTER = 0.94
 

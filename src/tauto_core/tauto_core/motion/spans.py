@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.motion.compiled import compiled, entry, inlined
+from tauto_core.motion.compiled import compiled, entry
 from tauto_core.motion.mechanism import (
     ACCELERATION,
     ANGLE,
@@ -47,7 +47,8 @@ from tauto_core.motion.span_events import (
     happen,
     value,
 )
-from tauto_core.motion.turning import PART_STEP, WHOLE_STEP, collocate, finish
+from tauto_core.motion.step_size import step_error
+from tauto_core.motion.turning import PART_STEP, WHOLE_STEP, collocate, copy_state, finish
 
 __all__ = ['EXTRA', 'INTS', 'LEVEL', 'NEWTON', 'advance', 'release']
 
@@ -58,18 +59,6 @@ MAX_STALLED = 4
 MAX_LEVEL = 24
 COARSEN = 2.0**-17
 """Part of the tolerance below which steps double: their error grows by 2^16."""
-
-
-@inlined
-def _error(factor: float, last: float, newton: bool) -> float:
-    """Return the error of a step relative to the state, from its last coefficient."""
-    return last if newton else factor * last * last
-
-
-@compiled
-def _copy(planes: int, source: Any, target: Any) -> None:
-    for i in range(4 * planes):
-        target[i] = source[i]
 
 
 @compiled
@@ -89,7 +78,7 @@ def _step_to_event(
     length, part = hx * forcing[0][k], np.int64(PART_STEP)
     for _ in range(4):
         if xi <= 0.0:
-            _copy(len(omega), floats, memory.end)
+            copy_state(len(omega), floats, memory.end)
             return 0.0
         at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
         collocate(system, d, omega, xi * length, part, floats, memory)
@@ -125,7 +114,7 @@ def _move(
     kind = WHOLE_STEP if x0 == 0.0 or not watched[0] else PART_STEP
     at_nodes(system, place, memory.work)
     last, newton = collocate(system, d, omega, h, kind, floats, memory)
-    error = _error(tolerance[1], last, newton)
+    error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error
     ints[NEWTON] += 1 if newton else 0
@@ -137,7 +126,7 @@ def _move(
         xi = 1.0
     else:
         xi = _step_to_event(event, xi, watched[1], system, d, omega, place, floats, memory)
-    _copy(planes, memory.end, floats)
+    copy_state(planes, memory.end, floats)
     return event, xi, error
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
+from tauto_core.motion.compiled import inlined
 from tauto_core.motion.gauss import NODES, PROJECTION, STAGES
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
@@ -16,6 +17,10 @@ MAX_ANGLE = 2.0
 """Longest step, as the angle it turns [rad]: beyond a third of a turn nothing is gained."""
 
 MIN_ANGLE = 0.005
+
+TOLERANCE = 2e-12
+"""Error allowed a step, relative to the state, where the scene does not say."""
+
 MARGIN = 0.3
 """Part of the tolerance that steps are laid out for; the rest is for the sea."""
 
@@ -51,6 +56,18 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
+
+
+@inlined
+def step_error(factor: float, last: float, newton: bool) -> float:
+    """Return the error of a step relative to the state, from what `collocate` returned.
+
+    Where Newton's method is needed the order falls to that of the polynomial.
+
+    Args:
+        factor: as `error_factor` returns.
+    """
+    return last if newton or factor == 0.0 else factor * last * last
 
 
 def longest_step(

@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import overload
 
 from tauto_core.motion import turning
-from tauto_core.motion.compiled import compiled, entry, inlined
+from tauto_core.motion.compiled import compiled, entry
 from tauto_core.motion.events import (
     ARMED,
     AT_EDGE,
@@ -58,10 +58,12 @@ from tauto_core.motion.outside import (
     node_row,
     presence,
 )
+from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
     PART_STEP,
     WHOLE_STEP,
     collocate,
+    copy_state,
     expand,
     finish,
 )
@@ -141,15 +143,6 @@ def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
     store(work, D2_ROW, more * per_omega)
 
 
-@inlined
-def _error(factor: float, last: float, newton: bool) -> float:
-    """Return the error of a step relative to the state, from its last coefficient.
-
-    Where Newton's method is needed the order falls to that of the polynomial.
-    """
-    return last if newton or factor == 0.0 else factor * last * last
-
-
 @compiled
 def _step_to_event(
     kind: int,
@@ -171,7 +164,7 @@ def _step_to_event(
     part = np.int64(PART_STEP)
     for _ in range(4):
         if xi <= 0.0:
-            _copy(floats, end)
+            copy_state(1, floats, end)
             return 0.0
         forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
         h = xi * hx * length
@@ -255,7 +248,7 @@ def _move(
     kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
     last, newton = collocate(system, mode, omega, h, kind, floats, memory)
-    error = _error(tolerance[1], last, newton)
+    error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error
     ints[NEWTON] += 1 if newton else 0
@@ -277,14 +270,8 @@ def _move(
             xi = 1.0
         else:
             xi = _step_to_event(event, xi, limits, system, mode, omega, place, floats, memory)
-    _copy(end, floats)
+    copy_state(1, end, floats)
     return event, xi, error
-
-
-@compiled
-def _copy(source: Any, target: Any) -> None:
-    for i in range(4):
-        target[i] = source[i]
 
 
 @compiled

@@ -380,6 +380,13 @@ def finish(omega: Any, h: float, kind: int, state: Any, memory: Any) -> None:
 
 
 @compiled
+def copy_state(planes: int, source: Any, target: Any) -> None:
+    """Copy X and Y of each plane, in two doubles each."""
+    for i in range(4 * planes):
+        target[i] = source[i]
+
+
+@compiled
 def expand(planes: int, work: Any) -> None:
     """Fill F1, F2 with the Legendre coefficients of the slopes: what `between` reads."""
     for r in range(2 * planes):
