@@ -162,6 +162,7 @@ def sail(
     origin: str | None = None,
     force: bool = False,
     progress: Callable[[float], None] | None = None,
+    watch: Callable[[Batches], None] | None = None,
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
@@ -173,6 +174,7 @@ def sail(
         origin: what the user called the scene by, for errors; None: its name.
         force: replace a bag that is there.
         progress: called with the fraction done, from 0 to 1.
+        watch: called with all that was said on any topic, batch after batch.
 
     Raises:
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
@@ -186,6 +188,8 @@ def sail(
         for batches in _voyage(source, stages):
             _check_refused(stages.health(), source.produced * scene.step_ns / NS_PER_S)
             summary.feed(batches)
+            if watch is not None:
+                watch(batches)
             if bag is not None:
                 bag.write(_kept(scene, batches))
             if progress is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tauto_core.bench.problems import problems
 from tauto_core.bench.ratios import targets
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.figure_file import FigureError, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-DOTS_AN_INCH = 96
 LEAST_S_PER_DAY = 1e-14
 """Errors below are drawn here: nothing smaller means anything."""
 
@@ -51,22 +50,6 @@ _DASHED_LABEL = 'dashed: Adams, implicit, compensated'
 _DASHED = ('Adams', 'implicit', 'compensated')
 
 
-class FigureError(TautoError):
-    """A figure that cannot be written."""
-
-
-def check_plot(path: Path) -> None:
-    """Refuse, before anything runs, a file that the figure cannot become.
-
-    Raises:
-        UsageError: a suffix other than .svg and .png, or a folder that is not there.
-    """
-    if path.suffix not in ('.svg', '.png'):
-        raise UsageError(f'--plot {path}: must end in .svg or .png. Name another file')
-    if not path.parent.is_dir():
-        raise UsageError(f'--plot {path}: there is no folder {path.parent}. Make it first')
-
-
 def draw(result: Mapping[str, Any], path: Path) -> None:
     """Draw a result to an SVG or PNG file; replaces the file.
 
@@ -78,19 +61,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
         FigureError: the file cannot be written.
         UsageError: see `check_plot`.
     """
-    import matplotlib as mpl
-
-    check_plot(path)
-    # the same result must give the same file
-    with mpl.rc_context({'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'path'}):
-        figure = work_precision(result)
-        metadata = {'Date': None} if path.suffix == '.svg' else {'Software': None}
-        try:
-            figure.savefig(path, dpi=DOTS_AN_INCH, metadata=metadata)
-        except OSError as error:
-            raise FigureError(
-                f'{path}: cannot be written: {error.strerror}. Name another file'
-            ) from None
+    write_figure(lambda: work_precision(result), path)
 
 
 def work_precision(result: Mapping[str, Any]) -> Figure:

@@ -13,24 +13,19 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from tauto_core.cli import bench, curve, design, euler, isochronism, plugins
+from tauto_core.cli import bench, compare, curve, design, euler, isochronism, plugins
+from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, SceneName
 from tauto_core.scene.errors import TautoError, UsageError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM came while a voyage was under way."""
 
 
 class Commands(TyperGroup):
@@ -87,20 +82,6 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-@contextmanager
-def _ended_by_sigterm() -> Iterator[None]:
-    """Turn SIGTERM into an exception, so that a bag is finished as it is after Ctrl-C."""
-
-    def end(_number: int, _frame: object) -> None:
-        raise Terminated
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
 def _warn(result: dict[str, Any]) -> None:
     """Say on stderr what was odd about the input."""
     for warning in result.get('warnings', ()):
@@ -138,7 +119,7 @@ def sail(
     loaded = load_scene(scene, duration=duration)
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
-    with _ended_by_sigterm(), progress_bar(loaded.name) as progress:
+    with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         result = voyage.sail(loaded, out, origin=scene, force=force, progress=progress)
     _warn(result)
     _show(result, None if as_json else voyage_table(result))
@@ -191,6 +172,7 @@ def check(scene: SceneName, as_json: AsJson = False) -> None:
 app.command()(curve.cam)
 app.command()(isochronism.isochronism)
 app.command()(design.design)
+app.command()(compare.compare)
 app.command()(euler.euler)
 app.command()(bench.bench)
 plugins.add_to(app)

@@ -10,6 +10,7 @@ import reprlib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 # Long or deep values are cut, so that a message stays readable whatever the file holds.
 _SHORT = reprlib.Repr()
@@ -18,9 +19,19 @@ _SHORT.maxlevel = 2
 
 
 class TautoError(Exception):
-    """Base of every error that tauto_core raises on purpose."""
+    """Base of every error that tauto_core raises on purpose; goes from process to process."""
 
     exit_code = 1
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), self.args, self.__dict__)
+
+
+def _restored(kind: type[TautoError], args: tuple[Any, ...], state: dict[str, Any]) -> TautoError:
+    """Return an error as it was, whatever its constructor takes."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
 
 
 class _Absent:
@@ -28,6 +39,9 @@ class _Absent:
 
     def __repr__(self) -> str:
         return 'absent'
+
+    def __reduce__(self) -> str:
+        return 'ABSENT'
 
 
 ABSENT = _Absent()

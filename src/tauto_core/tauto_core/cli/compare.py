@@ -1,0 +1,168 @@
+"""`tauto compare`: several clocks through the same sea, side by side."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tauto_core.cli.options import AsJson
+from tauto_core.scene.errors import UsageError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from tauto_core.comparison import Comparison, Row
+
+
+COLUMNS = ('s/day', 'spread', 'error s', 'raw nmi', 'nmi', 'raw £k', '£k')
+
+_CAPTION = (
+    's/day: mean rate, and the spread of the rates over {} each; nmi: east of the truth, raw by '
+    'the dial, else corrected for the rate found in port, in the same sea; £k: what the Act of '
+    '1714 pays, in thousands'
+)
+
+
+class Cases(StrEnum):
+    """How the clocks' cases hang."""
+
+    BOTH = 'both'
+    WITH = 'with'
+    WITHOUT = 'without'
+
+
+def compare(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar='SCENE…', help='Files or shipped names; none: the shipped clocks.'),
+    ] = None,
+    ship_of: Annotated[
+        str | None,
+        typer.Option(
+            metavar='SCENE', help='Send all clocks on the passage of this scene: ship, voyage, …'
+        ),
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
+    ] = None,
+    roll: Annotated[
+        str | None,
+        typer.Option(
+            metavar='A,B,…',
+            help='Significant amplitudes of the roll [deg], twice its root mean square; heave '
+            'and waves stay.',
+        ),
+    ] = None,
+    suspension: Annotated[
+        Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
+    ] = Cases.BOTH,
+    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
+    plot: Annotated[
+        list[Path] | None,
+        typer.Option(metavar='FILE', help='Draw it as .svg or .png, or both; replaces the file.'),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Sail several clocks through the same sea: which of them finds the longitude?
+
+    Raw is the longitude by the dial as the scene sets it, the shipped clocks' by their rate on
+    land; corrected is that by the rate observed in port, where the ship lies in the same sea.
+    """
+    from tauto_core import comparison
+    from tauto_core.cli.ending import ended_by_sigterm
+    from tauto_core.cli.progress import progress_bar
+    from tauto_core.figure_file import check_plot
+
+    for path in plot or ():
+        check_plot(path)
+    entries = comparison.make_entries(
+        scenes or (),
+        ship_of=ship_of,
+        duration=duration,
+        rolls_deg=_degrees(roll),
+        cases=suspension.value,
+    )
+    with ended_by_sigterm(), progress_bar(f'{len(entries)} clocks') as progress:
+        result = comparison.compare(entries, jobs=jobs, progress=progress)
+    for path in plot or ():
+        comparison.draw(result, path)
+    if as_json:
+        typer.echo(json.dumps(asdict(result), allow_nan=False))
+    else:
+        _print(result)
+
+
+def _degrees(text: str | None) -> list[float]:
+    if text is None:
+        return []
+    try:
+        return [float(part) for part in text.split(',')]
+    except ValueError:
+        raise UsageError(
+            f'--roll {text!r}: must be numbers with commas between, in degrees. Write for '
+            'example 0,10,20'
+        ) from None
+
+
+def _print(result: Comparison) -> None:
+    from rich.console import Console
+
+    console = Console()
+    console.print(comparison_table(result))
+    for row in result.rows:
+        if row.stopped is not None:
+            console.print(f'{row.clock}, {_case(row)}: {row.stopped.why}', highlight=False)
+
+
+def comparison_table(result: Comparison) -> Table:
+    """Return a line a clock: rate, its spread, error at the end, longitudes, prizes."""
+    from rich import box
+    from rich.table import Table
+
+    from tauto_core.cli.tables import span
+
+    releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
+    table = Table(
+        title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
+        title_justify='left',
+        caption=_CAPTION.format(span(result.piece_s)),
+        caption_justify='left',
+        box=box.SIMPLE_HEAD,
+        padding=0,
+    )
+    rolls = len({row.roll_deg for row in result.rows}) > 1
+    table.add_column('clock', overflow='fold')
+    table.add_column('case')
+    for name in (*['roll °'] * rolls, *COLUMNS):
+        table.add_column(name, justify='right')
+    for row in result.rows:
+        roll = [_number(row.roll_deg, '.3g')] * rolls
+        table.add_row(row.clock, _case(row), *roll, *_figures(row))
+    return table
+
+
+def _case(row: Row) -> str:
+    return 'hung' if row.suspended else 'fixed'
+
+
+def _figures(row: Row) -> list[str]:
+    return [
+        'stopped' if row.stopped else _number(row.rate_s_per_day, '+.2f'),
+        _number(row.rate_spread_s_per_day, '.2f'),
+        _number(row.error_s, '+.1f'),
+        _number(row.raw_error_nmi, '+.1f'),
+        _number(row.error_nmi, '+.1f'),
+        *(
+            '–' if pounds is None else f'{pounds // 1000}'
+            for pounds in (row.raw_prize_pounds, row.prize_pounds)
+        ),
+    ]
+
+
+def _number(value: float | None, form: str) -> str:
+    return '–' if value is None else f'{value:{form}}'

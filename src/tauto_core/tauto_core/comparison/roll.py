@@ -1,0 +1,79 @@
+"""How much a ship rolls, and the same ship in the same waves rolling more or less."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from tauto_core.samples import FloatArray
+from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
+from tauto_core.scene.errors import UsageError
+from tauto_core.ship.sea import sea_motion
+
+LARGEST_DEG = 45.0
+"""Most roll that can be asked for: a linear sea of more would throw the ship over."""
+
+
+def significant_roll_deg(scene: Scene) -> float | None:
+    """Return the significant amplitude of a ship's roll, 2 √(Σ a²/2) [deg].
+
+    Twice the root mean square, which in a narrow sea is the mean of the highest third of the
+    amplitudes (Longuet-Higgins 1952); of a single harmonic of amplitude a it is √2 a. None where
+    the roll was measured, 0 on a ship that lies still.
+    """
+    ship = scene.ship
+    if isinstance(ship, StillShip):
+        return 0.0
+    if isinstance(ship, SeaShip):
+        return _significant_deg(sea_motion(scene, ship).roll.amplitude)
+    if isinstance(ship, ComponentsShip):
+        return _significant_deg(np.array([each.amplitude for each in ship.components]))
+    return None
+
+
+def with_roll(scene: Scene, roll_deg: float) -> Scene:
+    """Return the scene with a ship that rolls by another significant amplitude.
+
+    Every harmonic of the roll is scaled alike, through the slope coefficient in a sea; waves and
+    heave stay.
+
+    Args:
+        scene: its ship must be of kind sea or components, and must roll.
+        roll_deg: significant amplitude [deg], 0 to LARGEST_DEG.
+
+    Raises:
+        UsageError: an amplitude out of range, or a ship whose roll cannot be scaled.
+    """
+    if not 0.0 <= roll_deg <= LARGEST_DEG:
+        raise UsageError(
+            f'--roll {roll_deg:g}: must lie between 0 and {LARGEST_DEG:g} degrees, twice the '
+            'root mean square of the roll. Leave it out'
+        )
+    ship, now = scene.ship, significant_roll_deg(scene)
+    if not now:
+        why = 'was measured' if now is None else 'is zero'
+        raise UsageError(
+            f'--roll {roll_deg:g}: the roll of {scene.name} (ship.kind {ship.kind}) {why} and '
+            'cannot be scaled. Use a ship of kind sea or components that rolls, or leave out '
+            '--roll'
+        )
+    factor = roll_deg / now
+    scaled: dict[str, Any]
+    if isinstance(ship, SeaShip):
+        slope = factor * ship.roll.slope_coefficient
+        scaled = {'roll': ship.roll.model_copy(update={'slope_coefficient': slope})}
+    else:
+        assert isinstance(ship, ComponentsShip)
+        scaled = {
+            'components': tuple(
+                each.model_copy(update={'amplitude': factor * each.amplitude})
+                for each in ship.components
+            )
+        }
+    return scene.model_copy(update={'ship': ship.model_copy(update=scaled)})
+
+
+def _significant_deg(amplitudes: FloatArray) -> float:
+    return math.degrees(2.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))))

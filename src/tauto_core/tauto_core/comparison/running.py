@@ -1,0 +1,247 @@
+"""All clocks of a comparison sailed, several at once, each by itself.
+
+A clock takes a process of its own, since the kernels let go of Python's lock only in part. The
+ship's motion is made anew for each: it costs a tenth of the cheapest clock, less than handing it
+from process to process would.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from tauto_core import voyage
+from tauto_core.comparison.entries import Entry
+from tauto_core.comparison.trace import ErrorTrace
+from tauto_core.navigation import prize_pounds
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import PropagationError, TautoError, UsageError
+from tauto_core.summary import scene_propagator
+
+Progress: TypeAlias = Callable[[float], None]
+
+_LOOK_S = 0.2
+"""How often the processes are asked how far they are."""
+
+
+class ComparisonError(TautoError):
+    """A comparison that could not be carried through."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """The event that ended a clock's motion: when [s] from the start, and which."""
+
+    at_s: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of a clock. Figures at the end are None where an event stopped it.
+
+    Attributes:
+        clock: name of the scene.
+        scene: what the user called it by.
+        suspended: whether its case hung in a suspension.
+        roll_deg: significant amplitude of the ship's roll [deg]; None: measured.
+        release: angle of the wheel [rad], or arc of a body in a fluid [m], at the start.
+        propagator: what moved it.
+        rate_s_per_day: mean rate over the run.
+        rate_spread_s_per_day: standard deviation of the rates over pieces of the run (`piece_s`
+            of the comparison); up to the event of a clock that stopped.
+        error_s: reading less true time at the end.
+        raw_error_nmi: distance east by the reading alone, the dial as the scene sets it.
+        error_nmi: the same by the reading corrected for the rate observed in port.
+        raw_prize_pounds: what the Act of 1714 would have paid for the former.
+        prize_pounds: what for the latter.
+        stopped: the event that stopped it, or None.
+        time_s: ends of the pieces, from the start, up to an event.
+        trace_s: the clock's error then [s].
+        run_s: processor time it took.
+    """
+
+    clock: str
+    scene: str
+    suspended: bool
+    roll_deg: float | None
+    release: float
+    propagator: str
+    rate_s_per_day: float | None
+    rate_spread_s_per_day: float | None
+    error_s: float | None
+    raw_error_nmi: float | None
+    error_nmi: float | None
+    raw_prize_pounds: int | None
+    prize_pounds: int | None
+    stopped: Stop | None
+    time_s: list[float]
+    trace_s: list[float]
+    run_s: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A comparison carried through.
+
+    Attributes:
+        duration_s: of the run [s].
+        piece_s: length of the pieces that `rate_spread_s_per_day` and the traces are of [s].
+        wall_s: what it took [s].
+        rows: in the order of the entries.
+    """
+
+    duration_s: float
+    piece_s: float
+    wall_s: float
+    rows: list[Row]
+
+
+def compare(
+    entries: Sequence[Entry], *, jobs: int = 2, progress: Progress | None = None
+) -> Comparison:
+    """Return what became of every entry.
+
+    Args:
+        entries: from `make_entries`, at least one.
+        jobs: processes at once, >= 1; 1: in this one.
+        progress: called with the fraction done, from 0 to 1.
+
+    Raises:
+        UsageError: jobs below 1.
+        TautoError: whatever but an event in the motion ends a clock ends all.
+    """
+    if jobs < 1:
+        raise UsageError(f'--jobs {jobs}: must be at least 1. Use for example 2')
+    began, jobs = time.perf_counter(), min(jobs, len(entries))
+    sail = _one_by_one if jobs == 1 else _side_by_side
+    rows = sail(entries, jobs, progress)
+    scene = entries[0].scene
+    wall_s = time.perf_counter() - began
+    return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, rows)
+
+
+def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
+    """Sail one clock; an event that stops it is part of the result.
+
+    Args:
+        entry: what sails.
+        progress: called with the fraction done, from 0 to 1.
+    """
+    scene, began = entry.scene, time.process_time()
+    trace, report, stopped = ErrorTrace(scene), {}, None
+    try:
+        report = voyage.sail(scene, origin=entry.origin, progress=progress, watch=trace.feed)
+    except PropagationError as error:
+        stopped = Stop(error.time_s, str(error))
+    clock, longitude = report.get('clock', {}), report.get('longitude', {})
+    raw_nmi = longitude.get('raw_error_nmi')
+    return Row(
+        clock=scene.name,
+        scene=entry.origin,
+        suspended=entry.hung,
+        roll_deg=entry.roll_deg,
+        release=_release(scene),
+        propagator=scene_propagator(scene),
+        rate_s_per_day=clock.get('rate_s_per_day'),
+        rate_spread_s_per_day=trace.rate_spread(),
+        error_s=clock.get('error_s'),
+        raw_error_nmi=raw_nmi,
+        error_nmi=longitude.get('error_nmi'),
+        raw_prize_pounds=None if raw_nmi is None else prize_pounds(abs(raw_nmi)),
+        prize_pounds=longitude.get('prize_pounds'),
+        stopped=stopped,
+        time_s=trace.time_s.tolist(),
+        trace_s=trace.error_s.tolist(),
+        run_s=time.process_time() - began,
+    )
+
+
+def _release(scene: Scene) -> float:
+    if scene.trochlea is not None:
+        return scene.trochlea.release_angle
+    assert scene.regulator is not None
+    return scene.regulator.release_arc
+
+
+def _one_by_one(entries: Sequence[Entry], _jobs: int, progress: Progress | None) -> list[Row]:
+    rows = []
+    for index, entry in enumerate(entries):
+        rows.append(sail_entry(entry, _part(progress, index, len(entries))))
+    return rows
+
+
+def _part(progress: Progress | None, index: int, total: int) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda share: progress((index + share) / total)
+
+
+class _Left(Exception):  # noqa: N818
+    """Nobody waits for this clock any more."""
+
+
+# What a process of a pool inherits from its parent has no other place.
+_shares: Any = None
+_abandoned: Any = None
+
+
+def _share(shares: Any, abandoned: Any) -> None:
+    """Set up a process of the pool: Ctrl-C is the parent's to hear."""
+    global _shares, _abandoned
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _shares, _abandoned = shares, abandoned
+
+
+def _sail_in_pool(index: int, entry: Entry) -> Row:
+    def progress(share: float) -> None:
+        if _abandoned.is_set():
+            raise _Left
+        _shares[index] = share
+
+    row = sail_entry(entry, progress)
+    _shares[index] = 1.0
+    return row
+
+
+@contextmanager
+def _pool(jobs: int, entries: int) -> Iterator[tuple[ProcessPoolExecutor, Any]]:
+    """Yield a pool and the shares done; leave nothing running, however the context ends."""
+    context = multiprocessing.get_context('spawn')  # the parent may have threads
+    shares, abandoned = context.Array('d', entries, lock=False), context.Event()
+    pool = ProcessPoolExecutor(jobs, context, _share, (shares, abandoned))
+    try:
+        yield pool, shares
+    except BaseException:
+        abandoned.set()
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _side_by_side(entries: Sequence[Entry], jobs: int, progress: Progress | None) -> list[Row]:
+    with _pool(jobs, len(entries)) as (pool, shares):
+        futures: list[Future[Row]] = [
+            pool.submit(_sail_in_pool, *each) for each in enumerate(entries)
+        ]
+        left = set(futures)
+        try:
+            while left:
+                done, left = wait(left, _LOOK_S)
+                for future in done:
+                    future.result()
+                if progress is not None:
+                    progress(sum(shares) / len(entries))
+        except BrokenProcessPool:
+            raise ComparisonError(
+                f'one of {jobs} processes died, for want of memory perhaps. Use fewer: --jobs '
+                f'{max(jobs // 2, 1)}'
+            ) from None
+    return [future.result() for future in futures]

@@ -1,0 +1,57 @@
+"""Figures as files: what can be asked for is checked first, and the same figure gives the same
+bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tauto_core.scene.errors import TautoError, UsageError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DOTS_AN_INCH = 96
+_LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'path'}
+
+
+class FigureError(TautoError):
+    """A figure that cannot be written."""
+
+
+def check_plot(path: Path) -> None:
+    """Refuse, before anything runs, a file that a figure cannot become.
+
+    Raises:
+        UsageError: a suffix other than .svg and .png, or a folder that is not there.
+    """
+    if path.suffix not in ('.svg', '.png'):
+        raise UsageError(f'--plot {path}: must end in .svg or .png. Name another file')
+    if not path.parent.is_dir():
+        raise UsageError(f'--plot {path}: there is no folder {path.parent}. Make it first')
+
+
+def write_figure(draw: Callable[[], Figure], path: Path) -> None:
+    """Draw a figure and write it to an SVG or PNG file; replaces the file.
+
+    Args:
+        draw: makes the figure.
+        path: ending in .svg or .png.
+
+    Raises:
+        FigureError: the file cannot be written.
+        UsageError: see `check_plot`.
+    """
+    import matplotlib as mpl
+
+    check_plot(path)
+    with mpl.rc_context(_LOOK):
+        figure = draw()
+        metadata = {'Date': None} if path.suffix == '.svg' else {'Software': None}
+        try:
+            figure.savefig(path, dpi=DOTS_AN_INCH, metadata=metadata)
+        except OSError as error:
+            raise FigureError(
+                f'{path}: cannot be written: {error.strerror}. Name another file'
+            ) from None

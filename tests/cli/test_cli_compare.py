@@ -1,0 +1,129 @@
+"""`tauto compare` as a user meets it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from tauto_core.cli.app import app
+from tauto_core.cli.compare import comparison_table
+from tauto_core.comparison import Comparison, Row, Stop, draw
+
+# one closed form in two seas: the whole path without a kernel that must be compiled
+CHEAP = ('compare', 'second_cam_at_sea', '--duration', '600', '--jobs', '1')
+
+
+def tauto(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def row(clock: str, hung: bool, roll_deg: float, **changes: object) -> Row:
+    figures: dict[str, object] = {
+        'clock': clock,
+        'scene': clock,
+        'suspended': hung,
+        'roll_deg': roll_deg,
+        'release': 1.0,
+        'propagator': 'collocation',
+        'rate_s_per_day': -60.0,
+        'rate_spread_s_per_day': 3.0,
+        'error_s': -120.0,
+        'raw_error_nmi': 29.0,
+        'error_nmi': -45.0,
+        'raw_prize_pounds': 20_000,
+        'prize_pounds': 10_000,
+        'stopped': None,
+        'time_s': [0.0, 86_400.0, 172_800.0],
+        'trace_s': [0.0, -60.0, -120.0],
+        'run_s': 1.0,
+    }
+    return Row(**{**figures, **changes})  # type: ignore[arg-type]
+
+
+STOPPED: dict[str, object] = {
+    'rate_s_per_day': None,
+    'error_s': None,
+    'raw_error_nmi': None,
+    'error_nmi': None,
+    'raw_prize_pounds': None,
+    'prize_pounds': None,
+    'stopped': Stop(100_000.0, 'at t = 100000.000000000 s: the thread goes slack'),
+    'time_s': [0.0, 86_400.0],
+    'trace_s': [0.0, -60.0],
+}
+
+
+def table_text(result: Comparison) -> str:
+    from rich.console import Console
+
+    console = Console(width=80)
+    with console.capture() as said:
+        console.print(comparison_table(result))
+    return said.get()
+
+
+def test_json_is_one_object() -> None:
+    result = tauto(*CHEAP, '--roll', '0,20', '--json')
+    assert result.exit_code == 0, result.stderr
+    found = json.loads(result.stdout)
+    assert found['duration_s'] == 600.0
+    assert [row['roll_deg'] for row in found['rows']] == pytest.approx([0.0, 20.0])
+    still, rolling = (row['trace_s'] for row in found['rows'])
+    # Euler's second cam is linear: the roll shakes the readings and leaves no drift (theory E2)
+    assert max(map(abs, still)) < 1e-9
+    assert 1e-5 < max(map(abs, rolling)) < 0.1
+
+
+def test_the_table_fits_a_narrow_terminal() -> None:
+    rows = [row('clock_second_cam_force', hung, 10.0) for hung in (False, True)]
+    text = table_text(Comparison(172_800.0, 1800.0, 1.0, [*rows, row('b', True, 10.0, **STOPPED)]))
+    assert '2 days in the same sea, released at 1 rad' in text
+    line = next(line for line in text.splitlines() if 'clock_second_cam_force' in line)
+    assert line.split() == [
+        *('clock_second_cam_force', 'fixed', '-60.00', '3.00', '-120.0', '+29.0', '-45.0'),
+        *('20', '10'),
+    ]
+    assert 'stopped' in text
+    assert 'roll' not in text
+
+
+def test_a_table_of_several_rolls_says_which() -> None:
+    text = table_text(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0), row('a', False, 20.0)]))
+    assert 'roll °' in text
+    assert ' 20 ' in text
+
+
+def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
+    rows = [row(clock, hung, roll) for clock in 'ab' for hung in (False, True) for roll in (5, 9)]
+    for name, some in (('rolls', rows), ('errors', [*rows[:1], row('c', True, 5, **STOPPED)])):
+        result = Comparison(172_800.0, 1800.0, 1.0, some)
+        files = [tmp_path / f'{name}{k}.svg' for k in range(2)]
+        for file in files:
+            draw(result, file)
+        first, second = (file.read_bytes() for file in files)
+        assert first == second
+        assert first.lstrip().startswith(b'<?xml')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (('ideal', '--roll', 'much'), '--roll'),
+        (('ideal', '--suspension', 'with'), 'ideal has no suspension'),
+        (('ideal', 'measured'), 'measured does not make the passage of ideal'),
+        (('ideal', '--jobs', '0'), 'must be at least 1'),
+        (('ideal', '--plot', 'nowhere/figure.png'), 'there is no folder nowhere'),
+        (('ideall',), 'Did you mean ideal?'),
+        (('ideal', '--ship-of', 'nothing'), 'no such file or shipped scene'),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_runs(
+    arguments: tuple[str, ...], words: str
+) -> None:
+    result = tauto('compare', *arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert result.stdout == ''

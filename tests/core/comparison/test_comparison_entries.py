@@ -1,0 +1,147 @@
+"""What is compared with what: one passage for all, refusals before anything starts."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tauto_core.comparison import CLOCKS, SHARED, make_entries
+from tauto_core.comparison.roll import significant_roll_deg, with_roll
+from tauto_core.scene import Component, ComponentsShip, load_scene, scene_yaml, shipped_scenes
+from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.imu import attitude
+
+SHORT = """\
+name: {name}
+duration: {duration}
+trochlea:
+  inertia: 4.0e-4
+  cam: {{kind: hole, lever_rate: 0.010}}
+  thread: {{kind: hole, distance: 0.080}}
+  power: {{kind: force, force: 1.5791367041743}}
+  release_angle: 1.0
+ship: {{kind: components, components: [{{amplitude: {roll}, period: 9.0}}], rate: 10.0}}
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Return a function that writes a scene and returns its path as text."""
+
+    def write(file: str, name: str | None = None, duration: float = 60.0, roll: float = 0.1):
+        path = tmp_path / f'{file}.yaml'
+        path.write_text(SHORT.format(name=name or file, duration=duration, roll=roll))
+        return str(path)
+
+    return write
+
+
+def test_the_shipped_clocks_differ_in_nothing_but_the_clock():
+    clocks = [load_scene(name) for name in CLOCKS]
+    assert sorted(CLOCKS) == [name for name in shipped_scenes() if name.startswith('clock_')]
+    common = {*SHARED, 'drag', 'escapement', 'suspension', 'solver'}
+    first = clocks[0].model_dump(include=common)
+    for clock in clocks:
+        assert clock.model_dump(include=common) == first
+        assert clock.trochlea.inertia == 4e-4
+        assert clock.trochlea.release_angle == 1.0
+
+
+def test_every_shipped_clock_is_compared_fixed_and_hung():
+    entries = make_entries(duration=60.0)
+    assert [(entry.scene.name, entry.hung) for entry in entries] == [
+        (name, hung) for name in CLOCKS for hung in (False, True)
+    ]
+
+
+@pytest.mark.parametrize('cases', ['with', 'without'])
+def test_one_case_alone(cases):
+    entries = make_entries(CLOCKS[:2], duration=60.0, cases=cases)
+    assert [entry.hung for entry in entries] == [cases == 'with'] * 2
+
+
+def test_a_scene_without_a_suspension_sails_fixed_and_cannot_be_hung(write):
+    path = write('fixed')
+    assert [entry.hung for entry in make_entries([path])] == [False]
+    with pytest.raises(UsageError, match=r'fixed\.yaml has no suspension\. Write one'):
+        make_entries([path], cases='with')
+
+
+def test_scenes_of_two_seas_are_refused_with_every_key_that_differs(write):
+    one, other = write('one'), write('other', duration=120.0, roll=0.2)
+    with pytest.raises(UsageError) as caught:
+        make_entries([one, other])
+    said = str(caught.value)
+    assert f'{other} does not make the passage of {one}: duration = 120.0 against 60.0; ' in said
+    assert 'ship.components' in said
+    assert f'--ship-of {one}' in said
+
+
+def test_one_passage_can_be_taken_for_all(write):
+    one, other = write('one'), write('other', duration=120.0, roll=0.2)
+    entries = make_entries([one, other], ship_of=other, duration=30.0)
+    for entry in entries:
+        assert entry.scene.duration == 30.0
+        assert entry.scene.ship == load_scene(other).ship
+
+
+def test_two_rows_of_one_name_are_refused(write):
+    with pytest.raises(UsageError, match="its name, 'same', is that of"):
+        make_entries([write('one', 'same'), write('other', 'same')])
+    with pytest.raises(UsageError, match='a roll comes twice'):
+        make_entries([write('one')], rolls_deg=[5.0, 5.0])
+
+
+def test_a_bad_duration_names_the_key_before_anything_starts(write):
+    with pytest.raises(SceneError, match=r'duration = -1\.0'):
+        make_entries([write('one')], duration=-1.0)
+
+
+def test_a_roll_that_carries_the_release_off_the_cam_is_refused(tmp_path):
+    text = SHORT.format(name='off', duration=60.0, roll=0.01)
+    text = text.replace('{kind: hole, lever_rate: 0.010}', '{kind: weight_corrected, period: 1.0}')
+    text = text.replace('{kind: hole, distance: 0.080}', '{kind: vertical}')
+    text = text.replace('{kind: force, force: 1.5791367041743}', '{kind: weight, mass: 0.3}')
+    path = tmp_path / 'off.yaml'
+    path.write_text(text.replace('release_angle: 1.0', 'release_angle: 5.3'))
+    make_entries([str(path)])
+    with pytest.raises(SceneError, match=r'off\.yaml: trochlea\.release_angle = 5\.3'):
+        make_entries([str(path)], rolls_deg=[30.0])
+
+
+@pytest.mark.parametrize('roll_deg', [0.0, 5.0, 30.0])
+def test_the_roll_that_the_clock_feels_has_twice_that_root_mean_square(roll_deg):
+    """Over 64 components and 10 h the mean square is known to 5 %, so the root to 3 %."""
+    scene = load_scene('second_cam_at_sea', duration=36_000.0)
+    rolled = with_roll(scene, roll_deg)
+    felt = attitude(ShipMotion(rolled).produce(720_000)).roll
+    assert 2.0 * math.degrees(float(np.sqrt(np.mean(felt**2)))) == pytest.approx(
+        roll_deg, rel=0.03
+    )
+    assert significant_roll_deg(rolled) == pytest.approx(roll_deg, rel=1e-14)
+    assert rolled.ship.sea == scene.ship.sea
+    assert 'slope_coefficient' in scene_yaml(rolled)
+
+
+def test_a_harmonic_rolls_by_the_root_of_two_of_its_amplitude():
+    ship = ComponentsShip(components=(Component(amplitude=0.1, period=9.0),))
+    scene = load_scene('ideal').model_copy(update={'ship': ship})
+    assert significant_roll_deg(scene) == pytest.approx(math.degrees(0.1 * math.sqrt(2.0)))
+    rolled = with_roll(scene, 10.0)
+    assert rolled.ship.components[0].amplitude == pytest.approx(math.radians(10.0) / 2.0**0.5)
+
+
+@pytest.mark.parametrize(
+    ('name', 'roll_deg', 'words'),
+    [
+        ('second_cam_at_sea', 46.0, 'must lie between 0 and 45 degrees'),
+        ('second_cam_at_sea', -1.0, 'must lie between 0 and 45 degrees'),
+        ('second_cam_at_sea', math.nan, 'must lie between 0 and 45 degrees'),
+        ('ideal', 10.0, r'ship\.kind still\) is zero'),
+        ('measured', 10.0, r'ship\.kind recorded\) was measured'),
+    ],
+)
+def test_a_roll_that_cannot_be_made_is_refused(name, roll_deg, words):
+    with pytest.raises(UsageError, match=words):
+        with_roll(load_scene(name), roll_deg)

@@ -1,0 +1,132 @@
+"""Clocks sailed side by side: each as if alone, and an event in one is no other's."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tauto_core.comparison import Entry, compare, make_entries
+from tauto_core.comparison.running import sail_entry
+from tauto_core.comparison.trace import PIECES, ErrorTrace
+from tauto_core.navigation import prize_pounds
+from tauto_core.samples import READING, TimeSamples, same
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.voyage import sail
+
+FORCE = """\
+name: {name}
+duration: 1200.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {{kind: hole, lever_rate: 0.010}}
+  thread: {{kind: hole, distance: {distance}}}
+  power: {{kind: force, force: 1.5791367041743}}
+  release_angle: 1.0
+ship: {{kind: components, components: [{{amplitude: 0.1, period: {period}}}], rate: 10.0}}
+clock: {{nominal_period: {nominal}}}
+voyage: {{departure: [50.0, 0.0], arrival: [51.0, 0.0], sails_at: 600.0, arrives_at: 6000.0}}
+drift: {{observation_interval: 60.0, observation_sigma: 0.01, prior_rate_sigma: 1000.0}}
+log: {{interval: 10.0}}
+"""
+
+
+def entry(tmp_path, name, distance=0.080, period=9.0, nominal=1.0):
+    path = tmp_path / f'{name}.yaml'
+    path.write_text(FORCE.format(name=name, distance=distance, period=period, nominal=nominal))
+    return make_entries([str(path)])[0]
+
+
+def figures(row):
+    """Return all of a row but what it took."""
+    return {key: value for key, value in vars(row).items() if key != 'run_s'}
+
+
+@pytest.fixture(scope='module')
+def pair(tmp_path_factory):
+    """A good clock, and one that resonates with a roll of its own period to the cam's end."""
+    folder = tmp_path_factory.mktemp('pair')
+    return entry(folder, 'good', nominal=1.001), entry(folder, 'off', 0.0125, 1.0)
+
+
+def test_an_event_stops_its_own_clock_alone(pair):
+    shares = []
+    result = compare(pair, jobs=2, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    good, off = result.rows
+    assert good.stopped is None
+    assert off.rate_s_per_day is off.error_s is off.error_nmi is off.prize_pounds is None
+    assert 0.0 < off.stopped.at_s < 1200.0
+    assert 'cam' in off.stopped.why
+    assert f'{off.stopped.at_s:.9f} s' in off.stopped.why
+    assert (result.duration_s, result.piece_s) == (1200.0, 20.0)
+    assert [figures(row) for row in result.rows] == [
+        figures(row) for row in compare(pair, jobs=1).rows
+    ]
+
+
+def test_the_figures_are_those_of_the_voyage(pair):
+    row, report = sail_entry(pair[0]), sail(pair[0].scene)
+    assert row.rate_s_per_day == report['clock']['rate_s_per_day']
+    # a dial of 1.001 s on a wheel of 1 s; the roll's forced answer shakes single readings
+    assert row.rate_s_per_day == pytest.approx(86.4, abs=1.0)
+    assert row.error_s == report['clock']['error_s']
+    assert row.raw_error_nmi == report['longitude']['raw_error_nmi']
+    assert row.error_nmi == report['longitude']['error_nmi']
+    assert row.raw_prize_pounds == prize_pounds(abs(row.raw_error_nmi))
+    assert row.prize_pounds == report['longitude']['prize_pounds']
+    assert (row.release, row.propagator, row.suspended) == (1.0, 'forced_harmonic', False)
+    assert row.roll_deg == pytest.approx(math.degrees(0.1 * math.sqrt(2.0)))
+    assert row.time_s == [20.0 * k for k in range(61)]
+    assert row.trace_s[-1] == row.error_s
+
+
+def test_progress_comes_to_one_and_never_falls(pair):
+    shares = []
+    compare([pair[0]] * 2, jobs=1, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_a_scene_that_cannot_sail_ends_all(pair):
+    scene = load_scene('second_cam_at_sea', duration=60.0)
+    trochlea = scene.trochlea.model_copy(update={'release_angle': 9.0})
+    bad = Entry('bad', scene.model_copy(update={'trochlea': trochlea}), None)
+    for jobs in (1, 2):
+        with pytest.raises(SceneError, match=r'bad: trochlea\.release_angle = 9') as caught:
+            compare([pair[0], bad], jobs=jobs)
+        assert caught.value.key == 'trochlea.release_angle'
+
+
+def test_no_process_at_all_is_refused(pair):
+    with pytest.raises(UsageError, match='--jobs 0: must be at least 1'):
+        compare(pair, jobs=0)
+
+
+def readings(scene, errors_ns):
+    stamps = scene.starts_at_ns + scene.log_interval_ns * np.arange(len(errors_ns))
+    return TimeSamples(stamps, '', stamps + errors_ns, same('dial', len(stamps)))
+
+
+def test_the_spread_is_that_of_the_rates_over_the_pieces():
+    """Rates of alternately +1 and −1 s/day: their mean is 0, their spread √(n/(n − 1))."""
+    scene = load_scene('ideal', duration=86_400.0 * 2)
+    assert scene.log_count == 2 * 1440 + 1
+    trace = ErrorTrace(scene)
+    piece = 30  # log intervals: 2880 in 96 pieces
+    gains = np.repeat(np.tile([1.0, -1.0], PIECES // 2), piece) * 60.0 / 86_400.0
+    errors = np.round(1e9 * np.concatenate(([0.0], np.cumsum(gains)))).astype(np.int64)
+    whole = readings(scene, errors)
+    for part in np.array_split(np.arange(len(errors)), 7):
+        trace.feed(
+            {
+                READING: TimeSamples(
+                    whole.stamp_ns[part], '', whole.time_ref_ns[part], whole.source[part]
+                )
+            }
+        )
+    assert trace.piece_s == 1800.0
+    assert len(trace.time_s) == PIECES + 1
+    assert trace.rate_spread() == pytest.approx(math.sqrt(PIECES / (PIECES - 1)), rel=1e-6)
+    assert ErrorTrace(scene).rate_spread() is None
