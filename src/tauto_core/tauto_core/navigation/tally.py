@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from tauto_core.navigation.longitude import ERROR_NAMES, column
+from tauto_core.navigation.ordering import BEFORE_ALL
 from tauto_core.navigation.prize import prize_pounds, required_rate_s_per_day
 from tauto_core.samples import (
     NS_PER_S,
@@ -21,6 +22,8 @@ from tauto_core.samples import (
 
 LANDFALL = 'landfall'
 """Source of the observations that tell that the ship has made land."""
+
+_JUDGED = ('raw_error_nmi', 'error_nmi')
 
 Row: TypeAlias = tuple[int, FloatArray]
 
@@ -55,13 +58,15 @@ class LongitudeTally:
     """Error of the longitude at landfalls, at the end and at the worst moment, over all batches.
 
     A landfall is judged by the last sample before its observation: by what the clock told before
-    it was checked. Feed the observations no later than the errors that know of them.
+    it was checked. The worst moment is sought from the last observation in port on: before, the
+    clock was being rated. Feed the observations no later than the errors that know of them.
     """
 
     def __init__(self) -> None:
         self._errors, self._latitudes = _RowsBefore(), _RowsBefore()
         self._first_ns = 0
         self._worst: dict[str, _Moment] = {}
+        self._in_port_ns = BEFORE_ALL
         self._checked_before: dict[int, int | None] = {}
         self._last_checked: int | None = None
 
@@ -73,6 +78,9 @@ class LongitudeTally:
                 self._checked_before[stamp] = self._last_checked
                 self._errors.mark(stamp)
                 self._latitudes.mark(stamp)
+            else:
+                self._in_port_ns = stamp
+                self._worst = {}
             self._last_checked = stamp
 
     def place(self, fixes: FixSamples) -> None:
@@ -92,20 +100,25 @@ class LongitudeTally:
         if self._errors.last is None:
             self._first_ns = int(errors.stamp_ns[0])
         self._errors.feed(errors.stamp_ns, np.column_stack(list(columns.values())))
-        for name in ('raw_error_nmi', 'error_nmi'):
-            sizes = np.abs(columns[name])
-            place = int(sizes.argmax())
-            found = _Moment(float(sizes[place]), int(errors.stamp_ns[place]))
-            known = self._worst.get(name)
-            if known is None or found.distance_nmi > known.distance_nmi:
-                self._worst[name] = found
+        left_port = int(np.searchsorted(errors.stamp_ns, self._in_port_ns))
+        if left_port < count(errors):
+            for name in _JUDGED:
+                self._seek_worst(name, columns[name][left_port:], errors.stamp_ns[left_port:])
+
+    def _seek_worst(self, name: str, errors_nmi: FloatArray, stamp_ns: IntArray) -> None:
+        sizes = np.abs(errors_nmi)
+        place = int(sizes.argmax())
+        known = self._worst.get(name)
+        if known is None or sizes[place] > known.distance_nmi:
+            self._worst[name] = _Moment(float(sizes[place]), int(stamp_ns[place]))
 
     def result(self) -> dict[str, Any] | None:
         """Return the verdict, None if no error came. Times are from the first error [s].
 
         Keys: those of each of the `landfalls`, at the last of them, or at the last sample where
         there is none; `landfalls`, a list; `worst_error_nmi` (magnitude), `worst_at_s`,
-        `worst_prize_pounds` of the corrected clock, and `worst_raw_…` of the dial.
+        `worst_prize_pounds` of the corrected clock since the last observation in port, and
+        `worst_raw_…` of the dial.
 
         A landfall has `at_s`; `ERROR_NAMES`; `prize_pounds` for the corrected distance, as the Act
         was judged, and `raw_prize_pounds`; `unchecked_days` since the observation before it, and
@@ -119,7 +132,11 @@ class LongitudeTally:
             if row is not None
         ]
         at_end = self._verdict(self._errors.last, self._latitudes.last, self._last_checked)
-        raw, corrected = self._worst['raw_error_nmi'], self._worst['error_nmi']
+        stamp, values = self._errors.last
+        last = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
+        raw, corrected = (
+            self._worst.get(name, _Moment(abs(last[name]), stamp)) for name in _JUDGED
+        )
         return {
             **(landfalls[-1] if landfalls else at_end),
             'landfalls': landfalls,

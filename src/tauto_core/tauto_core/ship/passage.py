@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -70,7 +71,7 @@ class Passage:
 def _legs(scene: Scene, voyage: Voyage) -> list[Leg]:
     """Return the way from place to place."""
     legs: list[Leg] = []
-    for index, (start, end) in enumerate(zip(voyage.places, voyage.places[1:], strict=False), 1):
+    for index, (start, end) in enumerate(pairwise(voyage.places), 1):
         leg = rhumb_leg(start, end) if voyage.track == 'rhumb' else geodesic_leg(start, end)
         key = key_of_place(voyage, index)
         before = key_of_place(voyage, index - 1)
@@ -103,7 +104,7 @@ def _arrives_at(scene: Scene, voyage: Voyage, length_m: float) -> float:
     arrives_at = voyage.sails_at + length_m / voyage.speed
     if arrives_at > scene.duration:
         left = scene.duration - voyage.sails_at
-        faster = f'a speed of at least {length_m / left:.6g}, ' if left > 0.0 else ''
+        faster = f'a speed of at least {_rounded_up(length_m / left)}, ' if left > 0.0 else ''
         raise SceneError(
             scene.name,
             'voyage.speed',
@@ -122,3 +123,9 @@ def _arrives_at(scene: Scene, voyage: Voyage, length_m: float) -> float:
             'Give it in m/s.',
         )
     return arrives_at
+
+
+def _rounded_up(value: float) -> str:
+    """Return a number > 0 with four digits, none smaller than itself."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return f'{math.ceil(value / unit) * unit:.4g}'
