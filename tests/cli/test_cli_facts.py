@@ -85,6 +85,30 @@ def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
     assert 'apparent gravity' in facts(tmp_path, ship=ROLL)['left_out']
 
 
+def test_a_voyage_is_told_with_its_length_speed_and_landfalls(tmp_path: Path) -> None:
+    """Two degrees of the equator, 222 639.0 m, in 100 s; the landfall is half way."""
+    assert facts(tmp_path)['voyage'] is None
+    found = facts(
+        tmp_path,
+        duration=600.0,
+        voyage={
+            'departure': [0, 0],
+            'waypoints': [{'place': [0, 1], 'landfall': True}],
+            'arrival': [0, 2],
+            'track': 'rhumb',
+            'sails_at': 100.0,
+            'speed': 2226.39,
+        },
+    )
+    voyage = found['voyage']
+    assert voyage['length_m'] == pytest.approx(222_638.98, abs=0.01)
+    assert voyage['landfalls_s'] == pytest.approx([150.0, 200.0], abs=1e-3)
+    said = (
+        'rhumb of 120.2 nmi in 100 seconds, 2226 m/s, landfalls after 2.5 minutes, 3.333 minutes'
+    )
+    assert said in ' '.join(' '.join(printed(found, 200)).split())
+
+
 def test_steps_are_told_where_steps_are_taken(tmp_path: Path) -> None:
     assert facts(tmp_path)['expected']['steps_a_swing'] is None
     assert facts(tmp_path)['expected']['tolerance'] is None

@@ -11,7 +11,7 @@ from tauto_core.machines.remedies import wider_range
 from tauto_core.scene import Scene
 from tauto_core.scene.checks import LAST_STAMP_S
 from tauto_core.scene.errors import ABSENT, DescentError, SceneError
-from tauto_core.ship import ShipMotion
+from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
@@ -20,10 +20,13 @@ def check_scene(scene: Scene) -> None:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
 
     Raises:
-        SceneError: the machine or its suspension cannot be built, or the release and the ship's
-            motion at the start put the cam angle beyond the cam (theory E4).
+        SceneError: the machine or its suspension cannot be built, the release and the ship's
+            motion at the start put the cam angle beyond the cam (theory E4), or the voyage cannot
+            be sailed.
         MotionDataError: measured motion that cannot be used.
     """
+    if scene.voyage is not None:
+        Passage(scene, scene.voyage)
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
     if isinstance(machine, FluidPendulum):

@@ -7,6 +7,7 @@ the same function of the same messages.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.motion import propagator_name
@@ -15,10 +16,13 @@ from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
+    LONGITUDE_FIX,
     NS_PER_S,
+    OBSERVATION,
     PHASE,
     READING,
     SECONDS_PER_DAY,
+    FixSamples,
     JointSamples,
     Samples,
     TimeSamples,
@@ -36,7 +40,13 @@ class Summary:
         self._tally = LongitudeTally()
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take batches of any topics, in order within a topic."""
+        """Take batches of any topics, in order within a topic.
+
+        Observations must come no later than the longitudes that know of them.
+        """
+        observed = batches.get(OBSERVATION)
+        if isinstance(observed, TimeSamples):
+            self._tally.observe(observed)
         for topic, samples in batches.items():
             if not len(samples.stamp_ns):
                 continue
@@ -44,6 +54,9 @@ class Summary:
                 ends = [(int(samples.stamp_ns[i]), int(samples.time_ref_ns[i])) for i in (0, -1)]
                 self._first_reading = self._first_reading or ends[0]
                 self._last_reading = ends[1]
+            elif isinstance(samples, FixSamples):
+                if topic == LONGITUDE_FIX:
+                    self._tally.place(samples)
             elif isinstance(samples, JointSamples):
                 self._last[topic] = samples
                 if topic == LONGITUDE_ERROR:
@@ -83,8 +96,11 @@ class Summary:
         estimate = self._last.get(ESTIMATE)
         return _named(estimate) if estimate is not None else {}
 
-    def longitude(self) -> dict[str, float]:
-        """Return the last longitude error and what the Act of 1714 would have paid."""
+    def longitude(self) -> dict[str, Any]:
+        """Return the longitude errors and what the Act of 1714 would have paid.
+
+        Keys: of `LongitudeTally.result`.
+        """
         return self._tally.result() or {}
 
 

@@ -18,6 +18,7 @@ from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
+    LONGITUDE_FIX,
     NS_PER_S,
     OBSERVATION,
     PHASE,
@@ -259,7 +260,8 @@ def summarise_bag(path: Path) -> dict[str, Any]:
     """
     bag = read_bag(path)
     scene, summary = bag_scene(bag), Summary()
-    for topic in (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_ERROR):
+    said = (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
+    for topic in (OBSERVATION, *said):
         if topic in bag:
             for part in bag.parts(topic):
                 summary.feed({topic: part})

@@ -40,7 +40,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
-    from tauto_core.cli.what_runs import hangs, left_out, reason
+    from tauto_core.cli.what_runs import hangs, left_out, reason, way
     from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
@@ -71,6 +71,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
         'suspension': hangs(scene),
+        'voyage': way(scene),
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,
@@ -132,6 +133,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s',
         ),
         *_suspension_row(facts['suspension']),
+        *_voyage_row(facts['voyage']),
         (
             'log',
             f'{facts["logged_samples"]:,} samples, one every {interval:g} s, {kept} the motion',
@@ -167,6 +169,22 @@ def _suspension_row(hung: dict[str, Any] | None) -> list[tuple[str, str]]:
             'suspension',
             f'{hung["kind"]}, {angles}: the case swings in {slow:.6g} s and {fast:.6g} s, '
             f'sampled every {hung["step_s"]:g} s',
+        )
+    ]
+
+
+def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if way is None:
+        return []
+    from tauto_core.cli.tables import span
+
+    under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
+    landfalls = ', '.join(span(time) for time in times)
+    return [
+        (
+            'voyage',
+            f'{way["track"]} of {way["length_m"] / 1852.0:,.1f} nmi in {span(under_way)}, '
+            f'{way["speed_m_s"]:.4g} m/s, landfall{"s" * (len(times) > 1)} after {landfalls}',
         )
     ]
 

@@ -10,7 +10,7 @@ from tauto_core.navigation.kalman import (
     update,
 )
 from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
-from tauto_core.navigation.prize import prize_pounds
+from tauto_core.navigation.prize import prize_pounds, required_rate_s_per_day
 from tauto_core.navigation.route import Route
 from tauto_core.navigation.tally import LongitudeTally
 
@@ -28,5 +28,6 @@ __all__ = [
     'predict',
     'prior',
     'prize_pounds',
+    'required_rate_s_per_day',
     'update',
 ]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         scene_yaml,
         shipped_scenes,
     )
-    from tauto_core.scene.models import Clock, DriftSettings, Log, Scene, Solver, Voyage
+    from tauto_core.scene.models import Clock, DriftSettings, Log, Scene, Solver
     from tauto_core.scene.regulators import (
         CircularArcCam,
         Drag,
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
         SeaShip,
         StillShip,
     )
+    from tauto_core.scene.voyages import Voyage, Waypoint
 
 __all__ = [
     'DEFAULT_SCENE',
@@ -85,6 +86,7 @@ __all__ = [
     'Trochlea',
     'VerticalThread',
     'Voyage',
+    'Waypoint',
     'WeightCorrectedCam',
     'WeightPower',
     'data_path',
@@ -94,7 +96,7 @@ __all__ = [
     'shipped_scenes',
 ]
 
-_HOMES = ('data', 'regulators', 'ships', 'models', 'loader')
+_HOMES = ('data', 'regulators', 'ships', 'voyages', 'models', 'loader')
 
 
 def __getattr__(name: str) -> Any:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.magnitudes import out_of_proportion
 from tauto_core.scene.times import exact_nanoseconds, exact_step
+from tauto_core.scene.voyages import voyage_problems
 
 if TYPE_CHECKING:
     from tauto_core.scene.models import Scene
@@ -73,7 +74,7 @@ def problems(scene: Scene) -> Iterator[Problem]:
         yield from _grids(scene)
     yield from _ship(scene)
     yield from _suspension(scene)
-    yield from _voyage(scene)
+    yield from voyage_problems(scene)
     yield from _solver(scene)
 
 
@@ -422,17 +423,6 @@ def _suspension(scene: Scene) -> Iterator[Problem]:
             hung.gyration_radius,
             'must be greater than 0: a case without extent turns in no time (b′ = 0)',
             f'Use for example {0.5 * abs(hung.depth) or 0.05!r}.',
-        )
-
-
-def _voyage(scene: Scene) -> Iterator[Problem]:
-    voyage = scene.voyage
-    if voyage is not None and voyage.arrives_at <= voyage.sails_at:
-        yield Problem(
-            'voyage.arrives_at',
-            voyage.arrives_at,
-            f'must be later than voyage.sails_at, {voyage.sails_at!r} s',
-            'Give both from the start of the scene, in the order of the voyage.',
         )
 
 

@@ -51,9 +51,11 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
     content = {'name': file.stem} | content | copy.deepcopy(given)
     _resolve_paths(content, file.parent)
     scene = _validated(content, origin, given)
-    missing = tuple(_missing_files(scene))
+    missing = _missing_files(scene)
+    if 'duration' not in given:  # a voyage may be cut short
+        missing += _never_sails(scene)
     if missing:
-        raise _scene_error(origin, missing)
+        raise _scene_error(origin, tuple(missing))
     return scene
 
 
@@ -147,6 +149,15 @@ def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
         path = section.get(key) if isinstance(section, dict) else None
         if isinstance(path, str) and path and not is_shipped(path):
             section[key] = os.path.abspath(folder / path)
+
+
+def _never_sails(scene: Scene) -> list[Problem]:
+    voyage = scene.voyage
+    if voyage is None or voyage.sails_at <= scene.duration:
+        return []
+    said = f'lies beyond the end of the scene, duration {scene.duration!r} s: she never sails'
+    remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
+    return [Problem('voyage.sails_at', voyage.sails_at, said, remedy)]
 
 
 def _missing_files(scene: Scene) -> list[Problem]:

@@ -16,9 +16,7 @@ from tauto_core.scene.fields import (
     DAY_S,
     STANDARD_GRAVITY,
     Flag,
-    NonNegative,
     Number,
-    Position,
     Positive,
     Section,
     Text,
@@ -26,6 +24,7 @@ from tauto_core.scene.fields import (
 from tauto_core.scene.regulators import Drag, Escapement, FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.ships import AxleSuspension, Ship, StillShip
 from tauto_core.scene.times import nanoseconds, step_of_rate
+from tauto_core.scene.voyages import Voyage
 
 
 class Clock(Section):
@@ -34,15 +33,6 @@ class Clock(Section):
     nominal_period: Positive | None = Field(
         default=None, description='time the dial gains in a full swing [s]'
     )
-
-
-class Voyage(Section):
-    """From port to port on the geodesic; times from the start of the scene."""
-
-    departure: Position = Field(description='[latitude, longitude] in degrees, north and east +')
-    arrival: Position = Field(description='[latitude, longitude] in degrees, north and east +')
-    sails_at: NonNegative = Field(description='time of setting sail, from the start [s]')
-    arrives_at: Positive = Field(description='time of landfall, from the start [s]')
 
 
 class DriftSettings(Section):
@@ -108,7 +98,8 @@ class Scene(Section):
     )
     clock: Clock = Field(default=Clock(), description='mapping: nominal_period')
     voyage: Voyage | None = Field(
-        default=None, description='mapping: departure, arrival, sails_at, arrives_at'
+        default=None,
+        description='mapping: departure, arrival, sails_at, arrives_at or speed, …',
     )
     drift: DriftSettings = Field(
         default=DriftSettings(), description='mapping: observation_interval, …'

@@ -3,6 +3,7 @@
 from tauto_core.scene.checks import LOOKAHEAD
 from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
 from tauto_core.ship.observations import Observations, schedule
+from tauto_core.ship.passage import Passage
 from tauto_core.ship.source import ShipMotion
 from tauto_core.ship.waves import Harmonics
 
@@ -13,6 +14,7 @@ __all__ = [
     'Attitude',
     'Harmonics',
     'Observations',
+    'Passage',
     'ShipMotion',
     'attitude',
     'imu_samples',
