@@ -189,13 +189,15 @@ def _read_with_library(asked: SpectrumFile) -> Any:
         'spotter': lambda: wavespectra.read_spotter(str(file), filetype='csv', dd=None),
         'triaxys': lambda: wavespectra.read_triaxys(glob.escape(str(file))),
     }
-    try:
-        # what the library's own dependencies deprecate is no matter of the scene's
-        with warnings.catch_warnings():
-            warnings.simplefilter('ignore')
+    # What the library's own dependencies deprecate, and the files it leaves open when it fails,
+    # are no matter of the scene's; its error is let go of here, and the files with it.
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore')
+        try:
             density = readers[asked.format]()['efth']
             return density.spec.oned() if 'dir' in density.dims else density
-    except Exception as error:  # whatever a malformed file makes the library raise
-        problem = f'cannot be read as format {asked.format}: {type(error).__name__}: {error}'
-        remedy = 'Correct ship.sea.format or the file, or give the spectrum as a CSV table.'
-        raise SceneError(asked.path, '', None, problem, remedy) from error
+        except Exception as error:  # whatever a malformed file makes the library raise
+            said = f'{type(error).__name__}: {error}'
+    problem = f'cannot be read as format {asked.format}: {said}'
+    remedy = 'Correct ship.sea.format or the file, or give the spectrum as a CSV table.'
+    raise SceneError(asked.path, '', None, problem, remedy)
