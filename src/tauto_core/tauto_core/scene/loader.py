@@ -15,12 +15,19 @@ from tauto_core.scene.errors import Problem, SceneError
 from tauto_core.scene.explain import explain
 from tauto_core.scene.models import Scene
 from tauto_core.scene.regulators import TableCam
-from tauto_core.scene.sea_files import PATHS, with_files_read
 from tauto_core.scene.ships import RecordedShip
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
 
 DEFAULT_SCENE = 'measured'
 
+# Where a scene names files.
+_PATHS = (
+    ('trochlea', 'cam', 'path'),
+    ('ship', 'recorded', 'path'),
+    ('ship', 'sea', 'path'),
+    ('ship', 'rao', 'path'),
+    ('ship', 'roll', 'decay', 'path'),
+)
 _SHIPPED = Path(__file__).parent / 'shipped'
 # A scene is a page of text; more is another file by mistake.
 _LARGEST_FILE = 1_000_000
@@ -80,7 +87,11 @@ def scene_yaml(scene: Scene) -> str:
 
 
 def _validated(content: dict[str, Any], origin: str, given: dict[str, object]) -> Scene:
-    content = with_files_read(content, origin)
+    ship = content.get('ship')
+    if isinstance(ship, dict) and ship.get('kind') == 'sea':
+        from tauto_core.scene.sea_files import with_files_read
+
+        content = with_files_read(content, origin)
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
@@ -143,8 +154,7 @@ def _nearest_scene(name: str) -> str:
 
 def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
     """Make relative paths absolute where there are any; validation judges everything else."""
-    own = (('ship', 'recorded', 'path'), ('trochlea', 'cam', 'path'))
-    for *sections, key in (*own, *PATHS):
+    for *sections, key in _PATHS:
         section: Any = content
         for name in sections:
             section = section.get(name) if isinstance(section, dict) else None

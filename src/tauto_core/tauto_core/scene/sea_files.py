@@ -21,9 +21,6 @@ from tauto_core.scene.spectrum_file import SpectrumFile, read_spectrum
 
 S = TypeVar('S', bound=Section)
 
-PATHS = (('ship', 'sea', 'path'), ('ship', 'rao', 'path'), ('ship', 'roll', 'decay', 'path'))
-"""Where a sea names files."""
-
 
 def with_files_read(content: dict[str, Any], origin: str) -> dict[str, Any]:
     """Return the content of a scene with tables and numbers in place of the files of its sea.
@@ -32,16 +29,14 @@ def with_files_read(content: dict[str, Any], origin: str) -> dict[str, Any]:
     heading, `ship.roll` with a decay its period and damping ratio. The rest is left as it is.
 
     Args:
-        content: keys and values of a scene as read, not checked yet.
+        content: keys and values of a scene as read, not checked yet; its ship is a mapping.
         origin: of the scene, for errors.
 
     Raises:
         SceneError: keys that are wrong, with their path; files that are missing or wrong, with
             file and line.
     """
-    ship = content.get('ship')
-    if not isinstance(ship, dict) or ship.get('kind') != 'sea':
-        return content
+    ship = content['ship']
     read = dict(ship)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
         read['sea'] = _read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)

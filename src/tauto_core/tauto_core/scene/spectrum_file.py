@@ -197,7 +197,7 @@ def _read_with_library(asked: SpectrumFile) -> Any:
             density = readers[asked.format]()['efth']
             return density.spec.oned() if 'dir' in density.dims else density
         except Exception as error:  # whatever a malformed file makes the library raise
-            said = f'{type(error).__name__}: {error}'
+            said = f'{type(error).__name__}: {" ".join(str(error).split())}'
     problem = f'cannot be read as format {asked.format}: {said}'
     remedy = 'Correct ship.sea.format or the file, or give the spectrum as a CSV table.'
     raise SceneError(asked.path, '', None, problem, remedy)
