@@ -27,6 +27,7 @@ WELCOME = {
     'scipy',
     'tauto_core',
     'typer',
+    'wavespectra',
     'yaml',
     'zstandard',
 }

@@ -33,9 +33,10 @@ from tauto_core.samples import (
     join,
     text,
 )
-from tauto_core.scene import Scene, parse_scene, scene_yaml
+from tauto_core.scene import Scene, SeaShip, parse_scene, scene_yaml
 from tauto_core.scene.errors import BagError, PropagationError, naming
-from tauto_core.ship import REFUSALS, Observations, ShipMotion
+from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
+from tauto_core.ship.sea import sea_metadata
 from tauto_core.summary import Summary, scene_propagator
 
 CHUNK = 16_384
@@ -166,7 +167,8 @@ def sail(
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
-    It has `warnings` only where the measured motion could not be read to its end.
+    It has `sea` only for a ship in a sea, and `warnings` only where measured motion could not be
+    read to its end or a sea's waves were left out.
 
     Args:
         scene: what to simulate.
@@ -184,6 +186,8 @@ def sail(
     source, stages, summary = ShipSource(scene), pipeline(scene), Summary()
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
+        if bag is not None:
+            bag.describe(bag_metadata(scene))
         for batches in _voyage(source, stages):
             _check_refused(stages.health(), source.produced * scene.step_ns / NS_PER_S)
             summary.feed(batches)
@@ -229,11 +233,17 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
         'scene': scene.name,
         'duration_s': scene.duration,
         'propagator': scene_propagator(scene),
+        **_sea(scene),
         'trochlea': summary.trochlea(scene),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
     }
+
+
+def _sea(scene: Scene) -> dict[str, Any]:
+    ship = scene.ship
+    return {'sea': sea_metadata(scene, ship)} if isinstance(ship, SeaShip) else {}
 
 
 def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
@@ -290,8 +300,8 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
         scene: replaces the bag's own, and is needed where it has none.
 
     Returns:
-        `scene`, `clock`, `drift`, `longitude`, and the bag's `start_s`, `duration_s`, message
-        `counts` and `warnings`.
+        `scene`, `sea` for a ship in one, `clock`, `drift`, `longitude`, and the bag's `start_s`,
+        `duration_s`, message `counts` and `warnings`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -314,6 +324,7 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
     return {
         'scene': found.name,
         'bag': str(path),
+        **_sea(found),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),

@@ -44,7 +44,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
-    from tauto_core.scene import StillShip, load_scene
+    from tauto_core.scene import SeaShip, StillShip, load_scene
     from tauto_core.scene.errors import naming
     from tauto_core.ship import ShipMotion
     from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
@@ -68,6 +68,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
             'measured_on': MEASURED_ON,
         },
         'ship': scene.ship.kind,
+        **({'sea': motion.metadata} if isinstance(scene.ship, SeaShip) else {}),
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
         'suspension': hangs(scene),
@@ -122,7 +123,7 @@ def facts_table(facts: dict[str, Any]) -> Table:
 
 
 def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    from tauto_core.cli.tables import span
+    from tauto_core.cli.tables import sea_words, span
 
     kept = 'with' if facts['motion_kept'] else 'without'
     step, interval = facts['motion_step_s'], facts['log_interval_s']
@@ -132,6 +133,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             'ship',
             f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s',
         ),
+        *([('sea', sea_words(facts['sea']))] if 'sea' in facts else []),
         *_suspension_row(facts['suspension']),
         *_voyage_row(facts['voyage']),
         (

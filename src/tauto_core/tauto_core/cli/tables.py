@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -47,8 +48,20 @@ def span(seconds: float, digits: int = 4) -> str:
     return f'{rounded:g} {unit}'
 
 
+def sea_words(sea: Section) -> str:
+    """Return what a ship's sea is (`ship.sea_metadata`) in a line."""
+    said = (
+        f'{sea.get("source", sea["spectrum"])}, Hs {sea["significant_wave_height_m"]:.3g} m, '
+        f'Tp {sea["peak_period_s"]:.3g} s, seed {sea["seed"]}'
+    )
+    heading, speed = math.degrees(sea['heading_rad']), sea['speed_m_s']
+    return f'{said}; waves {heading:.4g}° off following, speed {speed:g} m/s'
+
+
 def _rows(result: Section) -> list[tuple[str, str]]:
     rows = []
+    if sea := result.get('sea'):
+        rows.append(('sea', sea_words(sea)))
     if trochlea := result.get('trochlea'):
         rows.append(('period of the trochlea', _number(trochlea['period_s'], '.9f', 's')))
     if clock := result.get('clock'):

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.magnitudes import out_of_proportion
+from tauto_core.scene.sea_checks import sampled, sea_problems
 from tauto_core.scene.times import exact_nanoseconds, exact_step
 from tauto_core.scene.voyages import voyage_problems
 
 if TYPE_CHECKING:
     from tauto_core.scene.models import Scene
     from tauto_core.scene.regulators import FluidTautochroneRegulator, Trochlea
-    from tauto_core.scene.ships import ComponentsShip, Recorded, RecordedShip, SeaShip
+    from tauto_core.scene.ships import ComponentsShip, Recorded, RecordedShip
 
 # builtin_interfaces/Time holds whole seconds in 32 bits, the sign among them.
 LAST_STAMP_S = 2**31 - 1
@@ -276,7 +277,7 @@ def _ship(scene: Scene) -> Iterator[Problem]:
     if ship.kind == 'components':
         yield from _components(ship)
     elif ship.kind == 'sea':
-        yield from _sea(ship)
+        yield from sea_problems(ship)
     elif ship.kind == 'recorded':
         yield from _recorded(ship)
 
@@ -291,7 +292,7 @@ def _components(ship: ComponentsShip) -> Iterator[Problem]:
         )
     for name, components in (('components', ship.components), ('heave', ship.heave or ())):
         for index, component in enumerate(components):
-            yield from _sampled(f'ship.{name}[{index}].period', component.period, ship.rate)
+            yield from sampled(f'ship.{name}[{index}].period', component.period, ship.rate)
     total = math.fsum(component.amplitude for component in ship.components)
     if total >= math.pi / 2:
         yield Problem(
@@ -299,28 +300,6 @@ def _components(ship: ComponentsShip) -> Iterator[Problem]:
             total,
             'is the sum of the amplitudes [rad], which must be less than π/2: the ship capsizes',
             'Give amplitudes in radians, not degrees.',
-        )
-
-
-def _sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:
-    if period * rate_hz <= 2.0:
-        yield Problem(
-            key,
-            period,
-            f'is not longer than two steps ({2.0 / rate_hz:.6g} s): ship.rate {rate_hz!r} Hz '
-            'cannot sample it',
-            'Give a longer period or a higher ship.rate.',
-        )
-
-
-def _sea(ship: SeaShip) -> Iterator[Problem]:
-    yield from _sampled('ship.sea.peak_period', ship.sea.peak_period, ship.rate)
-    if ship.sea.spectrum == 'bretschneider' and 'gamma' in ship.sea.model_fields_set:
-        yield Problem(
-            'ship.sea.gamma',
-            ship.sea.gamma,
-            'does not go with spectrum bretschneider, which has no peak enhancement',
-            'Leave it out, or use spectrum jonswap.',
         )
 
 

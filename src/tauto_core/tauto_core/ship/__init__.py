@@ -4,6 +4,7 @@ from tauto_core.scene.checks import LOOKAHEAD
 from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
 from tauto_core.ship.observations import Observations, schedule
 from tauto_core.ship.passage import Passage
+from tauto_core.ship.sea import bag_metadata
 from tauto_core.ship.source import ShipMotion
 from tauto_core.ship.waves import Harmonics
 
@@ -17,6 +18,7 @@ __all__ = [
     'Passage',
     'ShipMotion',
     'attitude',
+    'bag_metadata',
     'imu_samples',
     'schedule',
     'screen',
