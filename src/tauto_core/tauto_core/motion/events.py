@@ -16,7 +16,6 @@ from numba import types
 from numba.extending import overload
 
 from tauto_core.curves.levers import LinearLever
-from tauto_core.motion import roots
 from tauto_core.motion.compiled import compiled
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import lane, largest, least, load
@@ -32,6 +31,7 @@ from tauto_core.motion.outside import (
     forcing_at,
     node_row,
 )
+from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between
 from tauto_core.motion.wells import (
     acceleration,
@@ -142,7 +142,7 @@ class Watch(NamedTuple):
     work: Any
 
 
-@overload(roots.value_of, strict=False)
+@overload(value_of, strict=False)
 def _value_within(watch: Any, xi: Any) -> Any:
     if getattr(watch, 'instance_class', None) is not Watch:
         return None
@@ -259,11 +259,11 @@ def _dip(
     What breaks loose from friction falls by a rounding at most.
     """
     falling = Watch(-kind, limits, well, mode, omega, floats, place, work)
-    before, after = roots.value_of(falling, 0.0), roots.value_of(falling, 1.0)
+    before, after = value_of(falling, 0.0), value_of(falling, 1.0)
     if not (after < 0.0 and before > -DISCERNED * after):
         return 2.0, 0.0
-    xi = roots.locate(falling, 1.0, after, 1e-3)
-    value = roots.value_of(Watch(kind, limits, well, mode, omega, floats, place, work), xi)
+    xi = locate(falling, 1.0, after, 1e-3)
+    value = value_of(Watch(kind, limits, well, mode, omega, floats, place, work), xi)
     return (xi, value) if value < 0.0 else (2.0, 0.0)
 
 
@@ -311,12 +311,12 @@ def first_event(
             last, at_last = _dip(kind, limits, well, mode, omega, floats, place, work)
         if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
             last = passed[kind - AT_EDGE]
-            at_last = roots.value_of(watch, last)
+            at_last = value_of(watch, last)
         if last <= 1.0:
             # a smooth turning point need not be stepped to; a slack thread's value has no slope
             rough = kind == TURNING and not turns_abruptly(machine)
             precision = 1e-2 if rough else (1e-6 if kind < AT_EDGE else 1e-13)
-            at = roots.locate(watch, last, at_last, precision)
+            at = locate(watch, last, at_last, precision)
             if at < xi:
                 first, xi = kind, at
             if kind == TURNING:

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
-from tauto_core.motion import roots
 from tauto_core.motion.compiled import compiled
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import lane, least
@@ -29,6 +28,7 @@ from tauto_core.motion.mechanism import (
     outside_at,
     strike,
 )
+from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between, expand
 
 NO_EVENT, AT_TURNING, AT_IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4
@@ -65,7 +65,7 @@ class Watch(NamedTuple):
     scratch: Any
 
 
-@overload(roots.value_of, strict=False)
+@overload(value_of, strict=False)
 def _value_within(watch: Any, xi: Any) -> Any:
     if getattr(watch, 'instance_class', None) is not Watch:
         return None
@@ -132,10 +132,10 @@ def first_event(
         elif kind == AT_SLACK:
             last = min(slack, reach)
         watch = Watch(kind, angle, system, d, omega, place, floats, memory, scratch)
-        at_last = roots.value_of(watch, last)
+        at_last = value_of(watch, last)
         if at_last > 0.0:
             continue
-        at = roots.locate(watch, last, at_last, 1e-13)
+        at = locate(watch, last, at_last, 1e-13)
         if at < xi:
             first, xi = kind, at
         if kind == AT_TURNING:
