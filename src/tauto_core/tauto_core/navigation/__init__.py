@@ -1,14 +1,8 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
 from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model
-from tauto_core.navigation.kalman import (
-    ClockModel,
-    Estimate,
-    filter_phases,
-    predict,
-    prior,
-    update,
-)
+from tauto_core.navigation.filtering import Filtered, Known, filter_phases
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior, update
 from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
 from tauto_core.navigation.prize import prize_pounds
 from tauto_core.navigation.route import Route
@@ -20,6 +14,8 @@ __all__ = [
     'ClockModel',
     'DriftStage',
     'Estimate',
+    'Filtered',
+    'Known',
     'LongitudeStage',
     'LongitudeTally',
     'Route',
