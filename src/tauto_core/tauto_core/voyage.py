@@ -6,15 +6,16 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.navigation import DriftStage, LongitudeStage, Route
+from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.readiness import check_scene
 from tauto_core.samples import (
+    CORRECTED,
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
@@ -29,6 +30,7 @@ from tauto_core.samples import (
     Samples,
     Stage,
     State,
+    TimeSamples,
     join,
     text,
 )
@@ -165,7 +167,8 @@ def sail(
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
-    It has `warnings` only where the measured motion could not be read to its end.
+    It has `warnings` only where the measured motion could not be read to its end, or observations
+    disagreed with the clock beyond `drift.gate`.
 
     Args:
         scene: what to simulate.
@@ -190,11 +193,12 @@ def sail(
                 bag.write(_kept(scene, batches))
             if progress is not None:
                 progress(source.produced / source.total)
+    warnings = [*source.warnings, *drift_warnings(stages.health(), scene)]
     return {
         **_report(scene, summary),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
-        **({'warnings': list(source.warnings)} if source.warnings else {}),
+        **({'warnings': warnings} if warnings else {}),
     }
 
 
@@ -279,20 +283,25 @@ def _missing(bag: Bag) -> list[str]:
     ]
 
 
-def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
+def replay(
+    path: Path, *, scene: Scene | None = None, smooth: bool = False, stable: bool = False
+) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
     Args:
         path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
             distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
+        smooth: also estimate the drift in the light of all observations (`hindsight`).
+        stable: also tell the stability of the clock (`stability_of`).
 
     Returns:
         `scene`, `clock`, `drift`, `longitude`, and the bag's `start_s`, `duration_s`, message
-        `counts` and `warnings`.
+        `counts` and `warnings`; where asked for, `smoothed` and `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
+        EstimationError: readings whose stability cannot be told.
     """
     bag = read_bag(path)
     found = bag_scene(bag, scene)
@@ -306,7 +315,8 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
         for topic in (READING, OBSERVATION, SHIP_FIX)
         if topic == READING or topic in bag
     }
-    summary.feed(stages.feed(recorded))
+    said = stages.feed(recorded)
+    summary.feed(said)
     summary.feed(stages.finish())
     start, end = bag.start_ns or 0, bag.end_ns or 0
     return {
@@ -315,8 +325,29 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+        **(_smoothed(said, found) if smooth else {}),
+        **(_stability(said) if stable else {}),
         'start_s': start / NS_PER_S,
         'duration_s': (end - start) / NS_PER_S,
         'counts': bag.counts,
-        'warnings': [*bag.warnings, *_missing(bag)],
+        'warnings': [
+            *bag.warnings,
+            *_missing(bag),
+            *drift_warnings(stages.health(), found),
+        ],
     }
+
+
+def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
+    from tauto_core.navigation.hindsight import hindsight
+
+    reading, observation, corrected = (
+        cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
+    )
+    return {'smoothed': hindsight(reading, observation, corrected, scene)}
+
+
+def _stability(said: Batches) -> dict[str, Any]:
+    from tauto_core.navigation.stability import stability_of
+
+    return {'stability': stability_of(cast(TimeSamples, said[READING]))}

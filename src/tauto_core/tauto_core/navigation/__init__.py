@@ -1,6 +1,6 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
-from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model
+from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model, drift_warnings
 from tauto_core.navigation.filtering import Filtered, Known, filter_phases
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior, update
 from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
@@ -20,6 +20,7 @@ __all__ = [
     'LongitudeTally',
     'Route',
     'clock_model',
+    'drift_warnings',
     'filter_phases',
     'predict',
     'prior',

@@ -27,6 +27,7 @@ from tauto_core.samples import (
     READING,
     SECONDS_PER_DAY,
     Batches,
+    FloatArray,
     IntArray,
     Samples,
     State,
@@ -259,11 +260,49 @@ def _estimates(
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
     now = predict(Estimate(*(column[place] for column in way.states)), elapsed, model)
-    values = np.column_stack(
-        (now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY)
-    )
     corrected = references - np.rint(now.x * NS_PER_S).astype(np.int64)
     return {
-        ESTIMATE: scalars(stamps, ESTIMATE_NAMES, values),
+        ESTIMATE: scalars(stamps, ESTIMATE_NAMES, estimate_values(now)),
         CORRECTED: TimeSamples(stamps, '', corrected, same('corrected', len(stamps))),
     }
+
+
+def estimate_values(now: Estimate[FloatArray]) -> FloatArray:
+    """Return the values of `ESTIMATE_NAMES`, (n, 4)."""
+    return np.column_stack(
+        (now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY)
+    )
+
+
+_SAID = {
+    'readings_out_of_order': 'readings were out of order and left out',
+    'observations_out_of_order': 'observations came after later ones and were left out',
+    'observations_repeated': 'observations had the stamp of another and were left out',
+    'observations_delayed': 'observations came after later ones; the filter went back for them',
+    'observations_from_future': 'observations were stamped a day or more after the newest reading '
+    'and left out: check whose clock stamped them',
+    'observations_unscheduled': 'observations were not at the times of the scene and left out',
+    'observations_missing': 'observations of the scene did not come',
+    'observations_too_old': 'observations were older than what is remembered and left out',
+    'observations_unmatched': 'observations were stamped after the last reading and left out',
+    'observations_gated': 'observations were refused as outliers, beyond drift.gate = {gate:g} '
+    'sigmas',
+    'estimates_reopened': 'observations beyond drift.gate = {gate:g} sigmas had to be believed: '
+    'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
+    '{prior:g} s/day)',
+}
+
+
+def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
+    """Return in words what the drift stage counted.
+
+    Args:
+        health: its counters; those of other stages are passed over.
+        scene: that it ran with.
+    """
+    values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
+    return [
+        f'drift: {health[name]} {words.format(**values)}'
+        for name, words in _SAID.items()
+        if health.get(name)
+    ]

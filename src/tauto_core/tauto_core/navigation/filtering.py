@@ -3,7 +3,9 @@
 An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once or
 twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped, or was
 never as good as assumed, all that follow disagree; so the third in a row, and any that comes later
-than `patience_s` after the last one used, is used after all, and the state reopened (`reopen`).
+than `patience_s` after the last one used, is used after all, and the state reopened (`reopen`). So
+is one that comes before three have been used since the beginning or the last reopening: trust in
+oneself is earned.
 """
 
 from __future__ import annotations
@@ -29,6 +31,9 @@ from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 REFUSED_IN_A_ROW = 2
 """So many outliers in a row are taken for blunders; one more, and the clock is to blame."""
 
+TRUSTED = 3
+"""So many observations must have been used before an outlier is refused."""
+
 USED, REFUSED, REOPENED = 0, 1, 2
 """What became of an observation: used, refused as an outlier, used after reopening the state."""
 
@@ -40,11 +45,13 @@ class Known(NamedTuple):
         stamp_ns: of the last observation used, or of the setting of the dial.
         estimate: at that stamp.
         refused: outliers since, in a row.
+        used: observations used since the beginning or the last reopening.
     """
 
     stamp_ns: int
     estimate: Estimate[float]
     refused: int = 0
+    used: int = 0
 
 
 @dataclass(frozen=True)
@@ -57,7 +64,7 @@ class Filtered:
         phase_s: the phases used, (m,).
         opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
         fate: USED, REFUSED or REOPENED of each observation, (n,).
-        refused_before: outliers in a row before the first of them.
+        start: where it began.
     """
 
     stamp_ns: IntArray
@@ -65,15 +72,21 @@ class Filtered:
     phase_s: FloatArray
     opened_s: FloatArray
     fate: NDArray[np.int8]
-    refused_before: int
+    start: Known
 
     def after(self, count: int) -> Known:
         """Return what was known after the first `count` observations, 0 to n."""
-        used = np.flatnonzero(self.fate[:count] != REFUSED)
+        fate = self.fate[:count]
+        used = np.flatnonzero(fate != REFUSED)
+        reopened = np.flatnonzero(fate == REOPENED)
         place = len(used)
-        refused = count - int(used[-1]) - 1 if place else self.refused_before + count
         estimate = Estimate(*(float(column[place]) for column in self.states))
-        return Known(int(self.stamp_ns[place]), estimate, refused)
+        return Known(
+            int(self.stamp_ns[place]),
+            estimate,
+            count - int(used[-1]) - 1 if place else self.start.refused + count,
+            int(np.sum(used >= reopened[-1])) if len(reopened) else self.start.used + place,
+        )
 
     def elapsed_s(self) -> FloatArray:
         """Return the time to each observation used from the one before [s], (m,)."""
@@ -83,7 +96,7 @@ class Filtered:
         """Return the states just before each observation used, reopened or not, (m,)."""
         elapsed = self.elapsed_s()
         ahead = predict(Estimate(*(column[:-1] for column in self.states)), elapsed, model)
-        return reopen(ahead, self.opened_s, np.where(self.opened_s == 0.0, 1.0, elapsed))
+        return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
 
 
 def filter_phases(
@@ -104,7 +117,8 @@ def filter_phases(
     ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
     r = model.observation_sigma_s * model.observation_sigma_s
     limit = math.inf if model.gate is None else model.gate * model.gate
-    since, refused, now = start.stamp_ns, start.refused, law.part(start.estimate)
+    since, now = start.stamp_ns, law.part(start.estimate)
+    refused, trust = start.refused, start.used
     stamps, numbers, fate = [since], list(now), bytearray()
     used: list[float] = []
     opened: dict[int, float] = {}
@@ -114,17 +128,20 @@ def filter_phases(
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:
-            if refused < REFUSED_IN_A_ROW and elapsed <= model.patience_s:
+            if refused < REFUSED_IN_A_ROW and trust >= TRUSTED and elapsed <= model.patience_s:
                 refused += 1
                 fate.append(REFUSED)
                 continue
             opened[len(used)] = innovation
-            ahead = law.part(reopen(law.whole(start.estimate, ahead), innovation, elapsed))
-            s = ahead[xx] + r
+            # in no time the rate cannot have changed
+            whole = law.whole(start.estimate, ahead)
+            ahead = law.part(reopen(whole, innovation, elapsed or math.inf))
+            s, trust = ahead[xx] + r, 0
             fate.append(REOPENED)
         else:
             fate.append(USED)
         now, since, refused = corrected(ahead, innovation, s, r), stamp, 0
+        trust += 1
         stamps.append(stamp)
         used.append(phase)
         numbers += now
@@ -138,5 +155,5 @@ def filter_phases(
         np.array(used, np.float64),
         opened_s,
         np.frombuffer(bytes(fate), np.int8),
-        start.refused,
+        start,
     )

@@ -148,7 +148,8 @@ def reopen(ahead: Estimate[Number], innovation_s: Number, elapsed_s: Number) -> 
     Args:
         ahead: the state predicted for the instant of the observation.
         innovation_s: ν, observed less predicted phase [s].
-        elapsed_s: τ > 0, since the last observation that was used [s].
+        elapsed_s: τ > 0, since the last observation that was used [s]; infinite where only the
+            offset can have changed.
     """
     v, w = innovation_s, innovation_s / elapsed_s
     return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)

@@ -118,10 +118,10 @@ class Track:
         self._counts = dict(state['counts'])
 
 
-def _plain(known: Known) -> tuple[int, tuple[float, ...], int]:
-    return known.stamp_ns, tuple(known.estimate), known.refused
+def _plain(known: Known) -> tuple[int, tuple[float, ...], int, int]:
+    return known.stamp_ns, tuple(known.estimate), known.refused, known.used
 
 
-def _known(plain: tuple[int, tuple[float, ...], int]) -> Known:
-    stamp_ns, estimate, refused = plain
-    return Known(stamp_ns, Estimate(*estimate), refused)
+def _known(plain: tuple[int, tuple[float, ...], int, int]) -> Known:
+    stamp_ns, estimate, refused, used = plain
+    return Known(stamp_ns, Estimate(*estimate), refused, used)
