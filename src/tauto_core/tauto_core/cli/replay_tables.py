@@ -54,7 +54,7 @@ def _stability(stability: Mapping[str, Any]) -> Table:
         box=box.SIMPLE,
         pad_edge=False,
     )
-    for name in ('τ [s]', 'Allan', 'modified', 'Hadamard', 'time [s]'):
+    for name in ('τ, s', 'Allan', 'modified', 'Hadamard', 'time, s'):
         table.add_column(name, justify='right', no_wrap=True)
     table.add_column('noise', no_wrap=True)
     for row in stability['rows']:
@@ -65,6 +65,8 @@ def _stability(stability: Mapping[str, Any]) -> Table:
 
 def _bounded(row: Mapping[str, Any], kind: str) -> str:
     value, low, high = row[kind], row[f'{kind}_low'], row[f'{kind}_high']
+    if not value:
+        return '0'
     return f'{value:.1e} −{100.0 * (1.0 - low / value):.0f} +{100.0 * (high / value - 1.0):.0f}'
 
 

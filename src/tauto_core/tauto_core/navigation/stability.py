@@ -209,8 +209,9 @@ def _exponents(error: FloatArray, factors: tuple[int, ...]) -> list[int]:
     found: list[int] = []
     for factor in factors:
         part = error[: MOST * factor]
-        if found and len(part[::factor]) < FEWEST:
-            found.append(found[-1])
+        seen = part[::factor]
+        if len(seen) < FEWEST or not np.diff(seen, 2).any():
+            found.append(found[-1] if found else 2)
             continue
         told = allantools.autocorr_noise_id(part, factor, data_type='phase', dmin=0, dmax=3)[0]
         found.append(int(np.clip(told, -3, 2)))
@@ -232,6 +233,8 @@ def _interval(
     """
     import allantools
 
+    if value == 0.0:
+        return 0.0, 0.0
     freedom = allantools.edf_greenhall(
         alpha=max(exponent, 2 - 2 * order),
         d=order,
