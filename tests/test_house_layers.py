@@ -10,6 +10,7 @@ import pytest
 
 CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
+    'allantools',
     'ezdxf',
     'geographiclib',
     'heyoka',

@@ -46,6 +46,7 @@ setup(
     ],
     python_requires='>=3.11',
     install_requires=[
+        'allantools>=2024.6',
         'ezdxf>=1.1',
         'geographiclib>=2.0',
         'llvmlite>=0.43',

@@ -70,6 +70,7 @@ def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
         'roll',
         'heave',
         'suspension',
+        'clock noise',
         'voyage',
     ]
     massless = VERTICAL | {'power': WEIGHT | {'massless': True}}
@@ -80,6 +81,7 @@ def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
         drag={'viscous': 1e-6, 'coulomb': 1e-9},
         escapement={'energy': 1e-6},
         voyage={'departure': [0, 0], 'arrival': [1, 1], 'sails_at': 0.0, 'arrives_at': 9.0},
+        clock={'white_fm': 0.1},
     )
     assert full['left_out'] == ['quadratic drag', 'suspension', "the weight's inertia"]
     assert 'apparent gravity' in facts(tmp_path, ship=ROLL)['left_out']

@@ -6,15 +6,16 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.navigation import DriftStage, LongitudeStage, Route
+from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.readiness import check_scene
 from tauto_core.samples import (
+    CORRECTED,
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
@@ -30,6 +31,7 @@ from tauto_core.samples import (
     Samples,
     Stage,
     State,
+    TimeSamples,
     join,
     text,
 )
@@ -168,7 +170,8 @@ def sail(
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
     It has `sea` only for a ship in a sea, and `warnings` only where measured motion could not be
-    read to its end or a sea's waves were left out.
+    read to its end, a sea's waves were left out, or observations disagreed with the clock beyond
+    `drift.gate`.
 
     Args:
         scene: what to simulate.
@@ -195,11 +198,12 @@ def sail(
                 bag.write(_kept(scene, batches))
             if progress is not None:
                 progress(source.produced / source.total)
+    warnings = [*source.warnings, *drift_warnings(stages.health(), scene)]
     return {
         **_report(scene, summary),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
-        **({'warnings': list(source.warnings)} if source.warnings else {}),
+        **({'warnings': warnings} if warnings else {}),
     }
 
 
@@ -291,20 +295,25 @@ def _missing(bag: Bag) -> list[str]:
     ]
 
 
-def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
+def replay(
+    path: Path, *, scene: Scene | None = None, smooth: bool = False, stable: bool = False
+) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
     Args:
         path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
             distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
+        smooth: also estimate the drift in the light of all observations (`hindsight`).
+        stable: also tell the stability of the clock (`stability_of`).
 
     Returns:
         `scene`, `sea` for a ship in one, `clock`, `drift`, `longitude`, and the bag's `start_s`,
-        `duration_s`, message `counts` and `warnings`.
+        `duration_s`, message `counts` and `warnings`; where asked for, `smoothed` and `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
+        EstimationError: readings whose stability cannot be told.
     """
     bag = read_bag(path)
     found = bag_scene(bag, scene)
@@ -318,7 +327,8 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
         for topic in (READING, OBSERVATION, SHIP_FIX)
         if topic == READING or topic in bag
     }
-    summary.feed(stages.feed(recorded))
+    said = stages.feed(recorded)
+    summary.feed(said)
     summary.feed(stages.finish())
     start, end = bag.start_ns or 0, bag.end_ns or 0
     return {
@@ -328,8 +338,29 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+        **(_smoothed(said, found) if smooth else {}),
+        **(_stability(said) if stable else {}),
         'start_s': start / NS_PER_S,
         'duration_s': (end - start) / NS_PER_S,
         'counts': bag.counts,
-        'warnings': [*bag.warnings, *_missing(bag)],
+        'warnings': [
+            *bag.warnings,
+            *_missing(bag),
+            *drift_warnings(stages.health(), found),
+        ],
     }
+
+
+def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
+    from tauto_core.navigation.hindsight import hindsight
+
+    reading, observation, corrected = (
+        cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
+    )
+    return {'smoothed': hindsight(reading, observation, corrected, scene)}
+
+
+def _stability(said: Batches) -> dict[str, Any]:
+    from tauto_core.navigation.stability import stability_of
+
+    return {'stability': stability_of(cast(TimeSamples, said[READING]))}

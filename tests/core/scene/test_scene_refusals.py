@@ -125,6 +125,11 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('drift.states', 4, 'drift.states', '2 or 3'),
         ('drift.observation_sigma', 0.0, 'drift.observation_sigma', 'at least 1e-09'),
         ('drift.observation_sigma', 1e300, 'drift.observation_sigma', 'at most 86400'),
+        ('drift.observation_sigma', -0.5, 'drift.observation_sigma', 'at least 1e-09'),
+        ('drift.gate', 0.5, 'drift.gate', 'at least 1'),
+        ('drift.gate', float('inf'), 'drift.gate', 'finite'),
+        ('clock', {'white_fm': -0.1}, 'clock.white_fm', 'at least 0'),
+        ('clock', {'random_walk_fm': 1e6}, 'clock.random_walk_fm', 'at most 86400'),
         ('drift.prior_rate_sigma', 1e300, 'drift.prior_rate_sigma', 'at most 86400'),
         (
             'ship',

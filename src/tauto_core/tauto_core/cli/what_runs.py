@@ -161,6 +161,7 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
         'apparent gravity': not still and not machine.feels_gravity,
         'suspension': scene.suspension is None,
         "the weight's inertia": isinstance(power, WeightPower) and power.massless,
+        'clock noise': not scene.clock.is_noisy,
         'voyage': scene.voyage is None,
     }
     return [name for name, out in absent.items() if out]
