@@ -9,8 +9,8 @@ import numpy as np
 from tauto_core.machines import FluidPendulum, QuadratureError, compile_machine
 from tauto_core.machines.remedies import wider_range
 from tauto_core.scene import Scene
-from tauto_core.scene.checks import LAST_STAMP_S
 from tauto_core.scene.errors import ABSENT, DescentError, SceneError
+from tauto_core.scene.times import LAST_STAMP_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude

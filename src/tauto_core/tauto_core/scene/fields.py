@@ -9,9 +9,6 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
-STANDARD_GRAVITY = 9.80665
-DAY_S = 86_400.0
-
 Number: TypeAlias = Annotated[float, Strict()]
 Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
 NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]

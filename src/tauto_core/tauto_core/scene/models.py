@@ -11,10 +11,9 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.scene.checks import problems, samples_beyond_end
+from tauto_core.scene.checks import problems
+from tauto_core.scene.constants import DAY_S, STANDARD_GRAVITY
 from tauto_core.scene.fields import (
-    DAY_S,
-    STANDARD_GRAVITY,
     Flag,
     NonNegative,
     Number,
@@ -25,7 +24,7 @@ from tauto_core.scene.fields import (
 )
 from tauto_core.scene.regulators import Drag, Escapement, FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.ships import AxleSuspension, Ship, StillShip
-from tauto_core.scene.times import nanoseconds, step_of_rate
+from tauto_core.scene.times import nanoseconds, samples_beyond_end, step_of_rate
 
 
 class Clock(Section):
