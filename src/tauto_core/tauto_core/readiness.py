@@ -6,10 +6,19 @@ import math
 
 import numpy as np
 
-from tauto_core.machines import FluidPendulum, QuadratureError, compile_machine
-from tauto_core.machines.remedies import wider_range
-from tauto_core.scene import Scene
-from tauto_core.scene.errors import ABSENT, DescentError, SceneError
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    HangingMachine,
+    LeverMachine,
+    Machine,
+    QuadratureError,
+    compile_machine,
+)
+from tauto_core.machines.remedies import resolvable, wider_range
+from tauto_core.motion import make_propagator, propagator_name
+from tauto_core.scene import Scene, StillShip
+from tauto_core.scene.errors import ABSENT, DescentError, PropagationError, SceneError
 from tauto_core.scene.times import LAST_STAMP_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.felt_step import felt_parts
@@ -20,8 +29,9 @@ def check_scene(scene: Scene) -> None:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
 
     Raises:
-        SceneError: the machine or its suspension cannot be built, or the release and the ship's
-            motion at the start put the cam angle beyond the cam (theory E4).
+        SceneError: the machine or its suspension cannot be built, the release and the ship's
+            motion at the start put the cam angle beyond the cam (theory E4), or the motion is
+            more abrupt than any propagator resolves.
         MotionDataError: measured motion that cannot be used.
     """
     machine = compile_machine(scene)
@@ -44,6 +54,43 @@ def check_scene(scene: Scene) -> None:
             f'±{machine.range_rad:.6g} rad',
             f'Release the wheel nearer to rest{wider_range(machine, abs(angle))}.',
         )
+    _check_motion(scene, machine)
+
+
+def _check_motion(scene: Scene, machine: AnyMachine) -> None:
+    """Refuse a machine whose motion changes too abruptly for any propagator's series."""
+    still = isinstance(scene.ship, StillShip)
+    if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
+        return
+    from tauto_core.motion.action_angle import LARGEST_DEGREE
+    from tauto_core.motion.lever_shape import MOST_TERMS
+
+    lever = isinstance(machine, LeverMachine)
+    works = resolvable(machine, lambda tried: _is_resolved(tried, still))
+    changes = 'the inertia of weight and lever' if lever else 'the swing'
+    raise SceneError(
+        scene.name,
+        'trochlea.inertia' if lever else 'trochlea.release_angle',
+        machine.inertia if lever else machine.release_angle,
+        f'{changes} changes too abruptly for the series that tell the motion: at most '
+        f'{MOST_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
+        f'Use {works}.' if works else 'Use a lighter weight or a softer spring.',
+    )
+
+
+def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
+    """Return whether the motion's series can be found, those that do not depend on the sea."""
+    try:
+        name = propagator_name(machine, still=still)
+        if name == 'action_angle':
+            make_propagator(machine, still=True)
+        elif isinstance(machine, LeverMachine):
+            from tauto_core.motion.lever_shape import lever_shape
+
+            lever_shape(machine)
+    except (PropagationError, QuadratureError):
+        return False
+    return True
 
 
 def _check_swing(scene: Scene, machine: FluidPendulum) -> None:

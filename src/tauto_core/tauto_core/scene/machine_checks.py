@@ -62,14 +62,6 @@ def _in_fluid(scene: Scene, regulator: FluidTautochroneRegulator) -> Iterator[Pr
             "does not go with regulator: in Euler's equations curve and fluid are at rest",
             'Use ship kind still.',
         )
-    if regulator.fluid_density >= regulator.body_density:
-        yield Problem(
-            'regulator.fluid_density',
-            regulator.fluid_density,
-            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
-            f'{regulator.body} does not sink',
-            'Take a denser body or a lighter fluid.',
-        )
     if regulator.release_arc == 0.0:
         yield Problem(
             'regulator.release_arc',
