@@ -81,7 +81,8 @@ def test_a_loss_is_found_where_the_exact_motion_has_it(tilt):
     p = pressing(CASE, motion, *fine.at_ends())
     exact = float(fine.end_ns[np.argmax(p <= 0.0)] * 1e-9)
     assert np.any(p <= 0.0)
-    found = lost_at(CASE, coarse, *swung(coarse, tilt))
+    before, after = swung(coarse, tilt)
+    found = lost_at(CASE, coarse, before, after, pressing(CASE, after, *coarse.at_ends()))
     # to a part of the fine ones, besides
     assert found == pytest.approx(exact, abs=3e-4)
 
@@ -101,8 +102,9 @@ def test_a_dip_between_two_samples_is_seen():
             lift,
         )
         before, after = swung(bearing, 0.0)
-        assert np.all(pressing(CASE, after, *bearing.at_ends()) > 0.0)
-        found = lost_at(CASE, bearing, before, after)
+        pressed = pressing(CASE, after, *bearing.at_ends())
+        assert np.all(pressed > 0.0)
+        found = lost_at(CASE, bearing, before, after, pressed)
         if depth < 0.0:
             assert found is None
             continue

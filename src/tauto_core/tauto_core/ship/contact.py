@@ -60,7 +60,7 @@ def felt_at(bearing: BearingMotion, x: FloatArray) -> Felt:
 
 
 def lost_at(
-    case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion
+    case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion, pressed: FloatArray
 ) -> float | None:
     """Return when contact is first lost [s] from the start of the run; None: it is kept.
 
@@ -69,7 +69,11 @@ def lost_at(
         bearing: its motion.
         before: the case's at the beginning of each part, (Σ parts,).
         after: the same at its end.
+        pressed: P at the end of each part [m/s2], (Σ parts,).
     """
+    longest = float(np.max(bearing.length_ns / bearing.parts)) * 1e-9
+    if np.min(pressed) > 2.0 * longest * _steepest(case, bearing, before, after):
+        return None
     end, end_ns, piece = bearing.end, bearing.end_ns, bearing.piece
     first = np.concatenate([[True], piece[1:] != piece[:-1]])
     begin = np.where(first, 0.0, np.roll(end, 1))
@@ -114,6 +118,26 @@ def pressing_rate(case: Case, motion: CaseMotion, felt: Felt) -> FloatArray:
     rate += 2.0 * c * phi_rate * phi_bend * np.cos(delta)
     rate -= c * phi_rate**2 * np.sin(delta) * (phi_rate - theta_rate)
     return np.asarray(rate)
+
+
+def _steepest(case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion) -> float:
+    """Return more than |dP/dt| comes to anywhere in a batch, from the sizes of what is in it."""
+    e, c, k, gravity = case
+    columns = zip(vars(before).values(), vars(after).values(), strict=True)
+    theta, phi, theta_rate, phi_rate = (
+        float(max(abs(first[0]), np.max(np.abs(rest)))) for first, rest in columns
+    )
+    shortest = float(np.min(bearing.length_ns)) * 1e-9
+    sums = []
+    for coefficients in (np.abs(bearing.sway), np.abs(bearing.lift)):
+        slopes = coefficients @ np.arange(coefficients.shape[1])
+        sums += [float(np.max(coefficients.sum(axis=1))), float(np.max(slopes)) / shortest]
+    sway, sway_rate, lift, lift_rate = sums
+    phi_bend = gravity * c / (k * k) * (theta + phi)
+    theta_bend = (sway + gravity * theta + c * phi_bend) / e
+    rate = lift_rate + sway_rate * theta + (lift * theta + sway) * theta_rate
+    rate += 2.0 * (e * theta_rate * theta_bend + c * phi_rate * phi_bend)
+    return rate + c * phi_rate**2 * (theta + phi) * (theta_rate + phi_rate)
 
 
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:

@@ -135,11 +135,12 @@ class Suspension:
         case = self._swing.advance(bearing)
         delta = case.phi - case.theta
         wide = (self._case.c / self._case.k) * np.sin(delta)
-        contact = pressing(self._case, case, *bearing.at_ends()) / (1.0 + wide * wide)
+        pressed = pressing(self._case, case, *bearing.at_ends())
+        contact = pressed / (1.0 + wide * wide)
         if self._large:
             _check_contact(contact, bearing.end_ns)
         else:
-            self._check_small(case, bearing)
+            self._check_small(case, bearing, pressed)
         columns = [
             case.phi,
             case.phi_rate,
@@ -167,7 +168,7 @@ class Suspension:
         self._last = np.array([tilt, tilt, 0.0, 0.0])
         return tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
 
-    def _check_small(self, case: CaseMotion, bearing: BearingMotion) -> None:
+    def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
         """Refuse a case that lifts off, between samples too, or swings too wide, whichever first.
 
         What lies between the last sample of a batch and the first of the next belongs to the
@@ -176,7 +177,7 @@ class Suspension:
         after = np.stack([case.theta, case.phi, case.theta_rate, case.phi_rate])
         before = np.concatenate([self._last[:, None], after[:, :-1]], axis=1)
         self._last = after[:, -1].copy()
-        lost_s = lost_at(self._case, bearing, CaseMotion(*before), case)
+        lost_s = lost_at(self._case, bearing, CaseMotion(*before), case, pressed)
         size = np.maximum(np.abs(case.theta), np.abs(case.phi))
         beyond = np.flatnonzero(size > SMALL_ANGLE)
         if beyond.size:
