@@ -9,8 +9,6 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
-STANDARD_GRAVITY = 9.80665
-DAY_S = 86_400.0
 LONGEST_TEXT = 1000
 
 Number: TypeAlias = Annotated[float, Strict()]

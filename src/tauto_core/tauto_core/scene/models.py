@@ -11,10 +11,9 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.scene.checks import problems, samples_beyond_end
+from tauto_core.scene.checks import problems
+from tauto_core.scene.constants import DAY_S, STANDARD_GRAVITY
 from tauto_core.scene.fields import (
-    DAY_S,
-    STANDARD_GRAVITY,
     Flag,
     Number,
     Positive,
@@ -23,7 +22,7 @@ from tauto_core.scene.fields import (
 )
 from tauto_core.scene.regulators import Drag, Escapement, FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.ships import AxleSuspension, Ship, StillShip
-from tauto_core.scene.times import nanoseconds, step_of_rate
+from tauto_core.scene.times import nanoseconds, samples_beyond_end, step_of_rate
 from tauto_core.scene.voyages import Voyage
 
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]

@@ -1,6 +1,6 @@
 """The ship: sea, roll, recorded motion, what an IMU at the clock reads, observations of time."""
 
-from tauto_core.scene.checks import LOOKAHEAD
+from tauto_core.scene.times import LOOKAHEAD
 from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
 from tauto_core.ship.observations import Observations, schedule
 from tauto_core.ship.passage import Passage
