@@ -180,7 +180,7 @@ def sail(
     started = time.perf_counter()
     with naming(origin or scene.name, scene.name):
         check_scene(scene)
-    source, stages, summary = ShipSource(scene), pipeline(scene), Summary()
+    source, stages, summary = ShipSource(scene), pipeline(scene), Summary(scene)
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
         for batches in _voyage(source, stages):
@@ -228,7 +228,7 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
         'scene': scene.name,
         'duration_s': scene.duration,
         'propagator': scene_propagator(scene),
-        'trochlea': summary.trochlea(scene),
+        'trochlea': summary.trochlea(),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
@@ -258,7 +258,8 @@ def summarise_bag(path: Path) -> dict[str, Any]:
         BagError: not a bag, or without a scene.
     """
     bag = read_bag(path)
-    scene, summary = bag_scene(bag), Summary()
+    scene = bag_scene(bag)
+    summary = Summary(scene)
     for topic in (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_ERROR):
         if topic in bag:
             for part in bag.parts(topic):
@@ -300,7 +301,7 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
     stages = Pipeline(
         [DriftStage(found, expect_schedule=False), LongitudeStage(found, expect_fix=expect_fix)]
     )
-    summary = Summary()
+    summary = Summary(found)
     recorded = {
         topic: bag.samples(topic)
         for topic in (READING, OBSERVATION, SHIP_FIX)
