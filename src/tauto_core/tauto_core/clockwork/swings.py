@@ -31,7 +31,7 @@ class SwingTally:
     """Amplitude at the end, and when the clock stopped, over all batches fed.
 
     At sea the wheel's motion in its case counts as if the case lay still, so that a roll τ of the
-    apparent vertical adds ⟨τ²⟩/2 to the square of a swing that follows it.
+    apparent vertical adds ⟨τ²⟩ to the square of a swing that follows it.
 
     Args:
         scene: whose clock it is.
