@@ -159,6 +159,8 @@ def test_without_drag_and_escapement_the_swing_is_the_one_released():
     assert isinstance(found, SteadySwing)
     assert (found.amplitude, found.time_constant) == (0.7, math.inf)
     assert found.period == found.free_period == HEAVY.period(0.7)
+    short_of_it = replace(HEAVY, drag=None, escapement=Escapement(energy=1e-6, angle=-0.8))
+    assert steady_swing(replace(short_of_it, release_angle=-0.7)) == found
 
 
 def test_what_has_no_steady_swing_says_why():

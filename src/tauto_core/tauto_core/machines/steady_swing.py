@@ -20,14 +20,17 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.machines.lever import LeverMachine
-from tauto_core.machines.quadrature import panel_nodes, running, unresolved
+from tauto_core.machines.quadrature import QuadratureError, panel_nodes, running, unresolved
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.regulators import Drag
 
-SETTLED = 1e-15
-"""Change of δ, against the kinetic energy, at which its iteration ends."""
+SETTLED = 1e-14
+"""Change of the energy lost on an arc, against all of it, at which its iteration ends."""
+
+_FAR_TOO_MUCH = 1e6
+"""Energy lost on an arc, against h, beyond which it does not matter how much it is."""
 
 _ITERATIONS = 200
 _UNRESOLVED = 1e-11
@@ -36,6 +39,7 @@ _SHORT_OF_EDGE = 1e-6
 _DOUBLINGS = 200
 _TRIALS = 100
 _NUDGE = 1e-4
+_SAME = 1e-15
 _SMALLEST = 1e-9
 
 
@@ -83,22 +87,21 @@ class _Leg(NamedTuple):
 def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing:
     """Return the swing in which a clock settles on land, released as its scene says.
 
-    Without drag and escapement that is the swing released.
+    Where there is no drag, and no impulse, that is the swing released.
     """
     drag, escapement = _drag(machine), machine.escapement
     try:
-        if escapement is None:
-            if drag is not None:
-                return NoSteadySwing(
-                    'the swing dies away: there is drag, and no escapement to make good for it'
-                )
-            amplitude = abs(machine.release_angle)
-            period = machine.period(machine.release_angle)
-            return SteadySwing(amplitude, period, period, math.inf)
         if drag is None:
+            if escapement is None or abs(machine.release_angle) <= abs(escapement.angle):
+                period = machine.period(machine.release_angle)
+                return SteadySwing(abs(machine.release_angle), period, period, math.inf)
             return NoSteadySwing(
                 'the swing grows for ever, or to the end of its range: there is an escapement, '
                 'and no drag to take what it gives'
+            )
+        if escapement is None:
+            return NoSteadySwing(
+                'the swing dies away: there is drag, and no escapement to make good for it'
             )
         return _driven(machine, drag, escapement.angle, 2.0 * escapement.energy)
     except TautoError as error:
@@ -123,22 +126,22 @@ def _driven(
         )
     least = max(least, _SMALLEST * abs(start))
 
-    def excess(amplitude: float) -> float:
-        return work - sum(leg.lost for leg in _legs(machine, drag, angle, amplitude))
+    def loss(amplitude: float) -> float:
+        return sum(leg.lost for leg in _legs(machine, drag, angle, amplitude))
 
-    if excess(least) <= 0.0:
+    if loss(least) >= work:
         return NoSteadySwing(
             f'the clock stops: the escapement gives {work:.6g} J in a swing, less than the '
-            f'{work - excess(least):.6g} J that the drag takes from the smallest swing that '
-            f'reaches it, of {least:.6g} rad'
+            f'{loss(least):.6g} J that the drag takes from the smallest swing that reaches it, '
+            f'of {least:.6g} rad'
         )
-    top = edge if math.isfinite(edge) else _beyond(excess, abs(start))
-    if excess(top) > 0.0:
+    top = edge if math.isfinite(edge) else _beyond(loss, work, abs(start))
+    if loss(top) < work:
         return NoSteadySwing(
             f'the swing grows to the end of its range: at {top:.6g} rad the drag takes '
-            f'{work - excess(top):.6g} J in a swing, the escapement gives {work:.6g} J'
+            f'{loss(top):.6g} J in a swing, the escapement gives {work:.6g} J'
         )
-    amplitude = _root(excess, least, top)
+    amplitude = _where(loss, work, least, top)
     legs = _legs(machine, drag, angle, amplitude)
     first = _leg(machine, drag, start, -math.copysign(1.0, start) * angle, -1.0)
     period = sum(leg.time for leg in legs)
@@ -149,14 +152,14 @@ def _driven(
         )
     below, above = amplitude * (1.0 - _NUDGE), min(amplitude * (1.0 + _NUDGE), edge)
     rise = float(machine.potential(above) - machine.potential(below))
-    steeper = excess(below) - excess(above)
-    return SteadySwing(amplitude, period, machine.period(amplitude), period * rise / steeper)
+    settling = period * rise / (loss(above) - loss(below))
+    return SteadySwing(amplitude, period, machine.period(amplitude), settling)
 
 
-def _beyond(excess: Callable[[float], float], amplitude: float) -> float:
-    """Return an amplitude at which the drag takes more than the escapement gives."""
+def _beyond(loss: Callable[[float], float], work: float, amplitude: float) -> float:
+    """Return an amplitude, at least the one given, at which the loss is more than the work."""
     for _ in range(_DOUBLINGS):
-        if excess(amplitude) < 0.0:
+        if loss(amplitude) > work:
             break
         amplitude *= 2.0
     return amplitude
@@ -210,23 +213,29 @@ def _leg(
     edges, w, mass, slowness = _free_swing(machine, turning, last)
     sine = np.sin(w)
     speed, path = np.sqrt(2.0 * top / mass) * sine, slowness * np.sqrt(2.0 * top / mass) * sine
-    share, lost = np.ones_like(w), 0.0
+    share, since = np.ones_like(w), np.zeros_like(w)
     for _ in range(_ITERATIONS):
         v = speed * np.sqrt(share)
         torque = drag.viscous * v + drag.quadratic * v * v + drag.coulomb
-        since, lost = running(torque * path, edges)
-        before, share = share, np.maximum(1.0 + sign * since / (top * sine * sine), 0.0)
-        if np.max(np.abs(share - before)) <= SETTLED * np.max(share):
+        before, (since, lost) = since, running(torque * path, edges)
+        if lost > _FAR_TOO_MUCH * top:
             break
-    if np.min(share) <= 0.0:
-        return _Leg(lost, math.inf)
-    return _Leg(lost, running(slowness / np.sqrt(share), edges)[1])
+        share = np.maximum(1.0 + sign * since / (top * sine * sine), 0.0)
+        if np.max(np.abs(since - before)) <= SETTLED * lost:
+            if np.min(share) <= 0.0:
+                break
+            return _Leg(lost, running(slowness / np.sqrt(share), edges)[1])
+    return _Leg(lost, math.inf)
 
 
 def _free_swing(
     machine: Machine | LeverMachine, turning: float, last: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing."""
+    """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing.
+
+    Raises:
+        QuadratureError: too many panels.
+    """
     cuts = [0.5 * math.pi]
     if isinstance(machine, Machine):
         joints = machine.cam.joints[machine.cam.joints < abs(turning)]
@@ -237,9 +246,12 @@ def _free_swing(
         w = panel_nodes(edges)
         mass, slowness = _along(machine, turning, w)
         if unresolved(slowness) <= _UNRESOLVED:
-            break
+            return edges, w, mass, slowness
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
-    return edges, w, mass, slowness
+    raise QuadratureError(
+        f'a swing of {abs(turning):.6g} rad is too stiff to be followed; use more drag or a weaker '
+        'escapement'
+    )
 
 
 def _along(
@@ -254,21 +266,32 @@ def _along(
     return machine.mass(angle), slowness
 
 
-def _root(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function falls through zero, > 0 at `low` and ≤ 0 at `high` (Illinois)."""
-    at_low, at_high, kept, before = falling(low), falling(high), 0, low
+def _where(loss: Callable[[float], float], work: float, low: float, high: float) -> float:
+    """Return the amplitude between two others at which the loss is the work.
+
+    The loss goes about with a power of the amplitude: both by their logarithms (Illinois).
+
+    Raises:
+        QuadratureError: it is not found.
+    """
+
+    def missing(log_amplitude: float) -> float:
+        return math.log(work / loss(math.exp(log_amplitude)))
+
+    a, b = math.log(low), math.log(high)
+    at_a, at_b, kept, before = missing(a), missing(b), 0, a
     for _ in range(_TRIALS):
-        x = (low * at_high - high * at_low) / (at_high - at_low)
-        at_x = falling(x)
-        if at_x == 0.0 or abs(x - before) <= 4e-16 * x or not low < x < high:
-            return x
+        x = (a * at_b - b * at_a) / (at_b - at_a)
+        at_x = missing(x)
+        if at_x == 0.0 or abs(x - before) <= _SAME:
+            return math.exp(x)
         before = x
         if at_x > 0.0:
-            low, at_low = x, at_x
-            at_high = 0.5 * at_high if kept == 1 else at_high
+            a, at_a = x, at_x
+            at_b = 0.5 * at_b if kept == 1 else at_b
             kept = 1
         else:
-            high, at_high = x, at_x
-            at_low = 0.5 * at_low if kept == -1 else at_low
+            b, at_b = x, at_x
+            at_a = 0.5 * at_a if kept == -1 else at_a
             kept = -1
-    return high
+    raise QuadratureError(f'no swing between {low:.6g} and {high:.6g} rad loses {work:.6g} J')
