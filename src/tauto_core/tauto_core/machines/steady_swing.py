@@ -249,8 +249,8 @@ def _free_swing(
             return edges, w, mass, slowness
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
     raise QuadratureError(
-        f'a swing of {abs(turning):.6g} rad is too stiff to be followed; use more drag or a weaker '
-        'escapement'
+        f'a swing of {abs(turning):.6g} rad is too stiff to be followed; use more drag or a '
+        'weaker escapement'
     )
 
 
