@@ -29,9 +29,10 @@ def check_scene(scene: Scene) -> None:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
 
     Raises:
-        SceneError: the machine or its suspension cannot be built, the release and the ship's
-            motion at the start put the cam angle beyond the cam (theory E4), the motion is more
-            abrupt than any propagator resolves, or the voyage cannot be sailed.
+        SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
+            range of the wheel, the release and the ship's motion at the start put the cam angle
+            beyond the cam (theory E4), the motion is more abrupt than any propagator resolves, or
+            the voyage cannot be sailed.
         MotionDataError: measured motion that cannot be used.
     """
     if scene.voyage is not None:
@@ -41,6 +42,7 @@ def check_scene(scene: Scene) -> None:
     if isinstance(machine, FluidPendulum):
         _check_swing(scene, machine)
         return
+    _check_escapement(scene, machine.range_rad)
     felt_parts(scene)
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
@@ -93,6 +95,19 @@ def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
     except (PropagationError, QuadratureError):
         return False
     return True
+
+
+def _check_escapement(scene: Scene, range_rad: float) -> None:
+    """Refuse an impulse at an angle that no swing reaches."""
+    if scene.escapement is None or abs(scene.escapement.angle) < range_rad:
+        return
+    raise SceneError(
+        scene.name,
+        'escapement.angle',
+        scene.escapement.angle,
+        f'no swing comes there: the range of the wheel is ±{range_rad:.6g} rad',
+        'Let the escapement act nearer to the middle (0), or take a cam with a longer range.',
+    )
 
 
 def _check_swing(scene: Scene, machine: FluidPendulum) -> None:

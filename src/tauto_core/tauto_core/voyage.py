@@ -186,7 +186,7 @@ def sail(
     started = time.perf_counter()
     with naming(origin or scene.name, scene.name):
         check_scene(scene)
-    source, stages, summary = ShipSource(scene), pipeline(scene), Summary()
+    source, stages, summary = ShipSource(scene), pipeline(scene), Summary(scene)
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
         if bag is not None:
@@ -238,7 +238,7 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
         'duration_s': scene.duration,
         'propagator': scene_propagator(scene),
         **_sea(scene),
-        'trochlea': summary.trochlea(scene),
+        'trochlea': summary.trochlea(),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
@@ -273,7 +273,8 @@ def summarise_bag(path: Path) -> dict[str, Any]:
         BagError: not a bag, or without a scene.
     """
     bag = read_bag(path)
-    scene, summary = bag_scene(bag), Summary()
+    scene = bag_scene(bag)
+    summary = Summary(scene)
     said = (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
     for topic in (OBSERVATION, *said):
         if topic in bag:
@@ -321,7 +322,7 @@ def replay(
     stages = Pipeline(
         [DriftStage(found, expect_schedule=False), LongitudeStage(found, expect_fix=expect_fix)]
     )
-    summary = Summary()
+    summary = Summary(found)
     recorded = {
         topic: bag.samples(topic)
         for topic in (READING, OBSERVATION, SHIP_FIX)

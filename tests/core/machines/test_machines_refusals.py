@@ -331,3 +331,24 @@ def test_a_fluid_in_which_the_body_does_not_sink(fluid, release):
 def test_a_mote_on_a_cycloid_is_refused_without_a_grid_of_its_whole_way():
     with pytest.raises(SceneError, match='the fluid resists too strongly'):
         check_scene(in_fluid(diameter=1e-20, release_arc=0.4, curve='cycloid'))
+
+
+@pytest.mark.parametrize('angle', [8.0, -9.0])
+def test_an_impulse_that_no_swing_reaches(angle):
+    """Euler's second cam ends at a/b = 8 rad."""
+    content = {
+        'name': 'test',
+        'duration': 10.0,
+        'trochlea': {
+            'inertia': 4e-4,
+            'cam': {'kind': 'hole', 'lever_rate': 0.01},
+            'thread': HOLE,
+            'power': {'kind': 'force', 'force': 2.0},
+            'release_angle': 1.0,
+        },
+        'escapement': {'energy': 1e-6, 'angle': angle},
+    }
+    with pytest.raises(SceneError, match=r'the range of the wheel is ±8 rad.*nearer to the mid'):
+        check_scene(parse_scene(yaml.safe_dump(content), 'test'))
+    content['escapement']['angle'] = math.copysign(7.9, angle)
+    check_scene(parse_scene(yaml.safe_dump(content), 'test'))

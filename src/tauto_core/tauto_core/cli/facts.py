@@ -79,6 +79,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'small_period_s': machine.small_period,
         'nominal_period_s': scene.clock.nominal_period or machine.small_period,
         **_regulator_facts(scene, machine),
+        'steady_swing': _steady_swing(scene, machine),
         **({'warnings': list(motion.warnings)} if motion.warnings else {}),
     }
 
@@ -99,6 +100,38 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[
         'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
         'cam_range_rad': None if math.isinf(edge) else edge,
         'release_angle_rad': machine.release_angle,
+    }
+
+
+def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+    """Return the swing in which the clock settles on land; None of what has no one swing.
+
+    Returns:
+        Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],
+        time constant of the approach [s], None where the swing is steady from the start; or `why`
+        there is no steady swing.
+    """
+    from tauto_core.machines import (
+        LeverMachine,
+        Machine,
+        NoSteadySwing,
+        rate_s_per_day,
+        steady_swing,
+    )
+
+    if not isinstance(machine, Machine | LeverMachine):
+        return None
+    found = steady_swing(machine)
+    if isinstance(found, NoSteadySwing):
+        return {'why': found.why}
+    nominal = scene.clock.nominal_period or machine.small_period
+    settling = found.time_constant
+    return {
+        'amplitude_rad': found.amplitude,
+        'period_s': found.period,
+        'rate_s_per_day': rate_s_per_day(found.period, nominal),
+        'free_rate_s_per_day': rate_s_per_day(found.free_period, nominal),
+        'time_constant_s': settling if math.isfinite(settling) else None,
     }
 
 
@@ -143,7 +176,24 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ('period of small swings', f'{facts["small_period_s"]:.9f} s'),
         ('nominal period', f'{facts["nominal_period_s"]:.9f} s'),
         *_regulator_rows(facts),
+        *_swing_row(facts['steady_swing']),
     ]
+
+
+def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
+    from tauto_core.cli.tables import span
+
+    if swing is None:
+        return []
+    if 'why' in swing:
+        return [('steady swing, on land', f'none: {swing["why"]}')]
+    said = f'{swing["amplitude_rad"]:.6g} rad, rate {swing["rate_s_per_day"]:+.6f} s/day'
+    if swing['time_constant_s'] is not None:
+        said += (
+            f' ({swing["free_rate_s_per_day"]:+.6f} of free swings as wide); a departure '
+            f'falls e-fold in {span(swing["time_constant_s"])}'
+        )
+    return [('steady swing, on land', said)]
 
 
 def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:

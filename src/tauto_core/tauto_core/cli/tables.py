@@ -63,7 +63,7 @@ def _rows(result: Section) -> list[tuple[str, str]]:
     if sea := result.get('sea'):
         rows.append(('sea', sea_words(sea)))
     if trochlea := result.get('trochlea'):
-        rows.append(('period of the trochlea', _number(trochlea['period_s'], '.9f', 's')))
+        rows += _trochlea_rows(trochlea)
     if clock := result.get('clock'):
         rows += [
             ('clock error', _side(clock['error_s'], '.6f', 's', 'fast', 'slow')),
@@ -78,6 +78,15 @@ def _rows(result: Section) -> list[tuple[str, str]]:
         rows += _longitude_rows(longitude)
     if bag := result.get('bag'):
         rows.append(('bag', str(bag)))
+    return rows
+
+
+def _trochlea_rows(trochlea: Section) -> list[tuple[str, str]]:
+    rows = [('period of the trochlea', _number(trochlea['period_s'], '.9f', 's'))]
+    if 'amplitude_rad' in trochlea:
+        rows.append(('amplitude at the end', _number(trochlea['amplitude_rad'], '.6f', 'rad')))
+    if trochlea.get('stopped_s') is not None:
+        rows.append(('the clock stopped', f'after {trochlea["stopped_s"]:.9g} s'))
     return rows
 
 
