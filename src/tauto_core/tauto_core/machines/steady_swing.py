@@ -39,7 +39,7 @@ _SHORT_OF_EDGE = 1e-6
 _DOUBLINGS = 200
 _TRIALS = 100
 _NUDGE = 1e-4
-_SAME = 1e-15
+_SAME = 4.0 * np.finfo(float).eps
 _SMALLEST = 1e-9
 
 
@@ -269,29 +269,21 @@ def _along(
 def _where(loss: Callable[[float], float], work: float, low: float, high: float) -> float:
     """Return the amplitude between two others at which the loss is the work.
 
-    The loss goes about with a power of the amplitude: both by their logarithms (Illinois).
+    The loss goes about with a power of the amplitude: both by their logarithms.
 
     Raises:
         QuadratureError: it is not found.
     """
 
+    from scipy.optimize import brentq  # slow to import
+
     def missing(log_amplitude: float) -> float:
         return math.log(work / loss(math.exp(log_amplitude)))
 
-    a, b = math.log(low), math.log(high)
-    at_a, at_b, kept, before = missing(a), missing(b), 0, a
-    for _ in range(_TRIALS):
-        x = (a * at_b - b * at_a) / (at_b - at_a)
-        at_x = missing(x)
-        if at_x == 0.0 or abs(x - before) <= _SAME:
-            return math.exp(x)
-        before = x
-        if at_x > 0.0:
-            a, at_a = x, at_x
-            at_b = 0.5 * at_b if kept == 1 else at_b
-            kept = 1
-        else:
-            b, at_b = x, at_x
-            at_a = 0.5 * at_a if kept == -1 else at_a
-            kept = -1
-    raise QuadratureError(f'no swing between {low:.6g} and {high:.6g} rad loses {work:.6g} J')
+    ends = math.log(low), math.log(high)
+    log_amplitude, found = brentq(
+        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=_TRIALS, full_output=True, disp=False
+    )
+    if not found.converged:
+        raise QuadratureError(f'no swing between {low:.6g} and {high:.6g} rad loses {work:.6g} J')
+    return math.exp(log_amplitude)
