@@ -10,13 +10,26 @@ far below it.
 from __future__ import annotations
 
 import math
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from stress_cases import ARC, FORCE, HOLE, HOLE_CAM, INVOLUTE, VERTICAL, Row, sail, scene_of
+from stress_cases import (
+    ARC,
+    FORCE,
+    HOLE,
+    HOLE_CAM,
+    INVOLUTE,
+    LEVER_RATE,
+    VERTICAL,
+    Row,
+    sail,
+    scene_of,
+)
 
 from tauto_core.machines import compile_machine
 from tauto_core.samples import JOINT_STATES, PHASE, READING, Batches
@@ -81,6 +94,19 @@ SEA = st.builds(
     st.sampled_from([2.0, 5.0, 20.0, 100.0]),
     st.floats(-5.0, 10.0),
 )
+TABLES = tempfile.TemporaryDirectory(prefix='tauto_')
+
+
+def _table(departure: float) -> dict[str, str]:
+    """Return a cam of 81 points on t = r (angle + departure * angle^3), to 4 rad."""
+    path = Path(TABLES.name, f'{departure:.17g}.csv')
+    angle = np.linspace(0.0, 4.0, 81)
+    rows = np.stack([angle, LEVER_RATE * (angle + departure * angle**3)], axis=1)
+    np.savetxt(path, rows, '%.17g', ',', header='angle_rad,lever_arm_m', comments='')
+    return {'kind': 'table', 'path': str(path)}
+
+
+TABULATED = st.floats(-0.02, 0.05).map(_table)
 NONE = st.none()
 VISCOUS = st.builds(lambda c: {'viscous': c}, _logarithmic(1e-9, 1e-1))
 COULOMB = st.builds(lambda c: {'coulomb': c}, _logarithmic(1e-9, 3e-2))
@@ -99,12 +125,13 @@ RELEASES = st.one_of(st.floats(0.01, 3.0), st.floats(-3.0, -0.01), _logarithmic(
 
 # Each of these is compiled for itself, which takes longer than all the runs of it.
 KINDS = (
-    (INVOLUTE, VERTICAL, HEAVY, NONE, NONE, SEA),
-    (HOLE_CAM, HOLE, FORCED, NONE, NONE, SEA),
-    (HOLE_CAM, HOLE, FORCED, COULOMB, NONE, LAND),
-    (INVOLUTE, VERTICAL, HEAVY, ALL_DRAG, IMPULSE, SEA),
-    (ARC, VERTICAL, SPRING, VISCOUS, IMPULSE, LAND),
-    (ARC, VERTICAL, FORCED, NONE, NONE, SEA),
+    (st.just(INVOLUTE), VERTICAL, HEAVY, NONE, NONE, SEA),
+    (st.just(HOLE_CAM), HOLE, FORCED, NONE, NONE, SEA),
+    (st.just(HOLE_CAM), HOLE, FORCED, COULOMB, NONE, LAND),
+    (st.just(INVOLUTE), VERTICAL, HEAVY, ALL_DRAG, IMPULSE, SEA),
+    (st.just(ARC), VERTICAL, SPRING, VISCOUS, IMPULSE, LAND),
+    (st.just(ARC), VERTICAL, FORCED, NONE, NONE, SEA),
+    (TABULATED, VERTICAL, FORCED, VISCOUS, NONE, SEA),
 )
 
 
@@ -114,7 +141,7 @@ def scenes(draw: st.DrawFn, kinds: int) -> dict[str, Any]:
     cam, thread, power, drag, escapement, ship = draw(st.sampled_from(KINDS[:kinds]))
     return {
         'trochlea': {
-            'cam': cam,
+            'cam': draw(cam),
             'thread': thread,
             'power': draw(power),
             'release_angle': draw(RELEASES),

@@ -25,7 +25,7 @@ def run(*command: str | Path, **environment: str) -> subprocess.CompletedProcess
         capture_output=True,
         text=True,
         check=False,
-        timeout=120.0,
+        timeout=600.0,
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 
 CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
+    'allantools',
     'ezdxf',
     'geographiclib',
     'heyoka',
@@ -27,6 +28,7 @@ WELCOME = {
     'scipy',
     'tauto_core',
     'typer',
+    'wavespectra',
     'yaml',
     'zstandard',
 }

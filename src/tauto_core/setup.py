@@ -20,6 +20,8 @@ LINT = [
     'scipy-stubs>=1.15',
     'types-PyYAML>=6.0.12',
 ]
+# The files of buoys; a spectrum as a table needs nothing.
+SPECTRA = ['wavespectra>=4.9']
 # Other programs on the same equations, and what the references are made with.
 BENCH = [
     'diffrax>=0.7.2',
@@ -44,6 +46,7 @@ setup(
     ],
     python_requires='>=3.11',
     install_requires=[
+        'allantools>=2024.6',
         'ezdxf>=1.1',
         'geographiclib>=2.0',
         'llvmlite>=0.43',
@@ -60,7 +63,7 @@ setup(
         'typer>=0.12',
         'zstandard>=0.22',
     ],
-    extras_require={'test': TEST, 'dev': TEST + LINT, 'bench': BENCH},
+    extras_require={'test': TEST, 'dev': TEST + LINT, 'bench': BENCH, 'spectra': SPECTRA},
     entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},
     zip_safe=False,
 )

@@ -70,6 +70,7 @@ def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
         'roll',
         'heave',
         'suspension',
+        'clock noise',
         'voyage',
     ]
     massless = VERTICAL | {'power': WEIGHT | {'massless': True}}
@@ -80,9 +81,34 @@ def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
         drag={'viscous': 1e-6, 'coulomb': 1e-9},
         escapement={'energy': 1e-6},
         voyage={'departure': [0, 0], 'arrival': [1, 1], 'sails_at': 0.0, 'arrives_at': 9.0},
+        clock={'white_fm': 0.1},
     )
     assert full['left_out'] == ['quadratic drag', 'suspension', "the weight's inertia"]
     assert 'apparent gravity' in facts(tmp_path, ship=ROLL)['left_out']
+
+
+def test_a_voyage_is_told_with_its_length_speed_and_landfalls(tmp_path: Path) -> None:
+    """Two degrees of the equator, 222 639.0 m, in 100 s; the landfall is half way."""
+    assert facts(tmp_path)['voyage'] is None
+    found = facts(
+        tmp_path,
+        duration=600.0,
+        voyage={
+            'departure': [0, 0],
+            'waypoints': [{'place': [0, 1], 'landfall': True}],
+            'arrival': [0, 2],
+            'track': 'rhumb',
+            'sails_at': 100.0,
+            'speed': 2226.39,
+        },
+    )
+    voyage = found['voyage']
+    assert voyage['length_m'] == pytest.approx(222_638.98, abs=0.01)
+    assert voyage['landfalls_s'] == pytest.approx([150.0, 200.0], abs=1e-3)
+    said = (
+        'rhumb of 120.2 nmi in 100 seconds, 2226 m/s, landfalls after 2.5 minutes, 3.333 minutes'
+    )
+    assert said in ' '.join(' '.join(printed(found, 200)).split())
 
 
 def test_steps_are_told_where_steps_are_taken(tmp_path: Path) -> None:
@@ -140,3 +166,23 @@ def test_a_suspension_is_named_with_its_periods(tmp_path: Path) -> None:
     assert 'axle, small angles: the case swings in 0.743369 s and 0.10487 s' in text
     large = facts(tmp_path, ship=ROLL, suspension=hung | {'large_angles': True})
     assert 'axle, any angles' in ' '.join(printed(large, 160))
+
+
+def test_the_swing_in_which_the_clock_settles_is_foretold(tmp_path: Path) -> None:
+    """Friction c₀ and an impulse E in the middle: A = E/(2 c₀), on any cam."""
+    free = facts(tmp_path)['steady_swing']
+    assert (free['amplitude_rad'], free['time_constant_s']) == (TROCHLEA['release_angle'], None)
+    assert free['rate_s_per_day'] == pytest.approx(0.0, abs=1e-6)
+    driven = {'drag': {'coulomb': 1e-5}, 'escapement': {'energy': 1.6e-5, 'angle': 0.0}}
+    found = facts(tmp_path, VERTICAL, **driven)
+    swing = found['steady_swing']
+    assert swing['amplitude_rad'] == pytest.approx(0.8, rel=1e-12)
+    assert swing['free_rate_s_per_day'] < -100.0
+    assert swing['rate_s_per_day'] == pytest.approx(swing['free_rate_s_per_day'], abs=2.0)
+    text = ' '.join(printed(found, 200))
+    assert f'0.8 rad, rate {swing["rate_s_per_day"]:+.6f} s/day' in text
+    stops = facts(tmp_path, **driven | {'escapement': {'energy': 1e-6, 'angle': 0.5}})
+    assert 'the clock stops' in stops['steady_swing']['why']
+    assert 'none: the clock stops' in ' '.join(printed(stops, 200))
+    assert scene_facts('globe_in_oil')['steady_swing'] is None
+    assert scene_facts('hanging_thread_at_sea')['steady_swing'] is None

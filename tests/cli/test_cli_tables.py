@@ -52,6 +52,38 @@ def test_a_slow_clock_puts_the_ship_east() -> None:
     assert said['bag'] == 'bags/out/h4'
 
 
+def test_the_verdict_names_landfall_and_worst_moment() -> None:
+    landfall = {
+        **RESULT['longitude'],
+        'at_s': 95.0 * 86_400.0,
+        'raw_prize_pounds': 15000,
+        'unchecked_days': 81.0,
+        'required_rate_s_per_day': 1.5571,
+    }
+    madeira = {**landfall, 'at_s': 20.0 * 86_400.0, 'raw_error_nmi': -41.5, 'raw_prize_pounds': 0}
+    worst = {
+        'worst_error_nmi': 2.5,
+        'worst_at_s': 50.0 * 86_400.0,
+        'worst_prize_pounds': 20000,
+        'worst_raw_error_nmi': 61.0,
+        'worst_raw_at_s': 7200.0,
+        'worst_raw_prize_pounds': 0,
+    }
+    longitude = {**landfall, **worst, 'landfalls': [madeira, landfall]}
+    said = rows(voyage_table({'longitude': longitude}))
+    assert said['judged'] == 'at the landfall, after 95 days'
+    assert said['the Act of 1714 pays'] == '£20,000'
+    assert said['… for the raw clock'] == '£15,000'
+    assert said['worst on the way, raw'] == '61.0000 nmi after 2 hours: £0'
+    assert said['worst on the way, corrected'] == '2.5000 nmi after 50 days: £20,000'
+    assert said['landfall after 20 days'] == ('raw 41.5000 nmi: £0; corrected 0.0238 nmi: £20,000')
+    assert said['rate for £20,000 after 81 days unchecked'] == 'within 1.557 s/day'
+    unjudged = {**longitude, 'landfalls': [], 'required_rate_s_per_day': None}
+    said = rows(voyage_table({'longitude': unjudged}))
+    assert said['judged'] == 'after 95 days'
+    assert not any('unchecked' in label for label in said)
+
+
 def test_no_side_is_named_where_nothing_is_left_to_print() -> None:
     said = rows(voyage_table({**RESULT, 'clock': {'error_s': -1e-9, 'rate_s_per_day': 0.0}}))
     assert said['clock error'] == '0.000000 s'

@@ -88,6 +88,32 @@ def test_a_voyage_resumes_from_its_state_bit_for_bit():
                 assert value.tobytes() == getattr(whole[topic], name).tobytes(), (topic, name)
 
 
+def test_the_landfall_is_judged_before_the_clock_is_checked(tmp_path):
+    """Runs with and without the landfall's observation agree on the verdict, and so the bag."""
+    way = {'departure': [50.0, -5.0], 'arrival': [49.9, -5.5], 'sails_at': 100.0}
+    settings = {
+        'log': {'interval': 10.0},
+        'drift': {'observation_interval': 50.0, 'observation_sigma': 2.0},
+    }
+    scene = load_scene('ideal', duration=800.0, voyage={**way, 'arrives_at': 600.0}, **settings)
+    report = sail(scene, tmp_path / 'bag')
+    landfall = report['longitude']
+    assert landfall['at_s'] == 600.0
+    [only] = landfall['landfalls']
+    assert only['error_nmi'] == landfall['error_nmi']
+    assert landfall['unchecked_days'] == 500.0 / 86_400.0
+    ended = sail(
+        load_scene('ideal', duration=600.0, voyage={**way, 'arrives_at': 600.0}, **settings)
+    )
+    assert ended['longitude']['landfalls'] == []
+    for name in ('at_s', 'error_nmi', 'sigma_nmi', 'raw_error_nmi', 'required_rate_s_per_day'):
+        assert ended['longitude'][name] == landfall[name]
+    # the check at 610 s shows in the estimate
+    assert report['drift']['offset_sigma_s'] < 0.9 * ended['drift']['offset_sigma_s']
+    assert summarise_bag(tmp_path / 'bag')['longitude'] == landfall
+    assert replay(tmp_path / 'bag')['longitude'] == landfall
+
+
 def test_the_ideal_clock_on_land_keeps_true_time():
     """Only the nominal period's rounding, 1e-15 of a day, and the nanosecond of the dial."""
     report = sail(load_scene('ideal'))

@@ -72,7 +72,7 @@ class Bench:
             self._executor.add_node(node)
         return nodes[0]
 
-    def until(self, condition: Callable[[], object], limit_s: float = 20.0) -> None:
+    def until(self, condition: Callable[[], object], limit_s: float = 300.0) -> None:
         """Spin until the condition holds; fail after the limit."""
         deadline_s = time.monotonic() + limit_s
         while not condition():

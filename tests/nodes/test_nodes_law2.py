@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from tauto_core.bags import read_bag
 from tauto_core.scene import load_scene
@@ -14,7 +15,12 @@ from tauto_nodes.graph import Plan, run_graph
 
 
 def assert_equal_bags(one: Path, other: Path) -> None:
-    """Same topics, payload for payload, with the same log times."""
+    """Same topics, payload for payload, with the same log times; the same said of the sea."""
+    told = [
+        yaml.safe_load((bag / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
+        for bag in (one, other)
+    ]
+    assert told[0]['custom_data'] == told[1]['custom_data']
     first, second = read_bag(one), read_bag(other)
     assert first.counts == second.counts
     for topic in first.topics:
@@ -26,7 +32,8 @@ def assert_equal_bags(one: Path, other: Path) -> None:
 
 # Ten minutes of measured motion flat out, one process a node; then the still ship, whose motion
 # is one sample a log interval; then a scene that keeps no motion in its bag, all in one process;
-# then a suspended clock, for which the ship must look further ahead.
+# then a suspended clock, for which the ship must look further ahead; then a sea, of which the
+# bag's metadata tell.
 @pytest.mark.parametrize(
     ('scene', 'duration_s', 'compose'),
     [
@@ -34,6 +41,7 @@ def assert_equal_bags(one: Path, other: Path) -> None:
         ('ideal', 3600.0, True),
         ('portsmouth_jamaica', 600.0, True),
         ('suspended_weight_at_sea', 60.0, True),
+        ('buoy_44004_supply', 60.0, True),
     ],
 )
 def test_bag_of_the_graph_is_the_bag_of_sail(

@@ -6,12 +6,21 @@ import math
 
 import numpy as np
 
-from tauto_core.machines import FluidPendulum, QuadratureError, compile_machine
-from tauto_core.machines.remedies import wider_range
-from tauto_core.scene import Scene
-from tauto_core.scene.checks import LAST_STAMP_S
-from tauto_core.scene.errors import ABSENT, DescentError, SceneError
-from tauto_core.ship import ShipMotion
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    HangingMachine,
+    LeverMachine,
+    Machine,
+    QuadratureError,
+    compile_machine,
+)
+from tauto_core.machines.remedies import resolvable, wider_range
+from tauto_core.motion import make_propagator, propagator_name
+from tauto_core.scene import Scene, StillShip
+from tauto_core.scene.errors import ABSENT, DescentError, PropagationError, SceneError
+from tauto_core.scene.times import LAST_STAMP_S
+from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
@@ -20,15 +29,20 @@ def check_scene(scene: Scene) -> None:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
 
     Raises:
-        SceneError: the machine or its suspension cannot be built, or the release and the ship's
-            motion at the start put the cam angle beyond the cam (theory E4).
+        SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
+            range of the wheel, the release and the ship's motion at the start put the cam angle
+            beyond the cam (theory E4), the motion is more abrupt than any propagator resolves, or
+            the voyage cannot be sailed.
         MotionDataError: measured motion that cannot be used.
     """
+    if scene.voyage is not None:
+        Passage(scene, scene.voyage)
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
     if isinstance(machine, FluidPendulum):
         _check_swing(scene, machine)
         return
+    _check_escapement(scene, machine.range_rad)
     felt_parts(scene)
     felt = attitude(ShipMotion(scene).produce(1))
     tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
@@ -44,6 +58,56 @@ def check_scene(scene: Scene) -> None:
             f'±{machine.range_rad:.6g} rad',
             f'Release the wheel nearer to rest{wider_range(machine, abs(angle))}.',
         )
+    _check_motion(scene, machine)
+
+
+def _check_motion(scene: Scene, machine: AnyMachine) -> None:
+    """Refuse a machine whose motion changes too abruptly for any propagator's series."""
+    still = isinstance(scene.ship, StillShip)
+    if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
+        return
+    from tauto_core.motion.action_angle import LARGEST_DEGREE
+    from tauto_core.motion.lever_shape import MOST_TERMS
+
+    lever = isinstance(machine, LeverMachine)
+    works = resolvable(machine, lambda tried: _is_resolved(tried, still))
+    changes = 'the inertia of weight and lever' if lever else 'the swing'
+    raise SceneError(
+        scene.name,
+        'trochlea.inertia' if lever else 'trochlea.release_angle',
+        machine.inertia if lever else machine.release_angle,
+        f'{changes} changes too abruptly for the series that tell the motion: at most '
+        f'{MOST_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
+        f'Use {works}.' if works else 'Use a lighter weight or a softer spring.',
+    )
+
+
+def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
+    """Return whether the motion's series can be found, those that do not depend on the sea."""
+    try:
+        name = propagator_name(machine, still=still)
+        if name == 'action_angle':
+            make_propagator(machine, still=True)
+        elif isinstance(machine, LeverMachine):
+            from tauto_core.motion.lever_shape import lever_shape
+
+            lever_shape(machine)
+    except (PropagationError, QuadratureError):
+        return False
+    return True
+
+
+def _check_escapement(scene: Scene, range_rad: float) -> None:
+    """Refuse an impulse at an angle that no swing reaches."""
+    if scene.escapement is None or abs(scene.escapement.angle) < range_rad:
+        return
+    raise SceneError(
+        scene.name,
+        'escapement.angle',
+        scene.escapement.angle,
+        f'no swing comes there: the range of the wheel is ±{range_rad:.6g} rad',
+        'Let the escapement act nearer to the middle (0), or take a cam with a longer range.',
+    )
 
 
 def _check_swing(scene: Scene, machine: FluidPendulum) -> None:

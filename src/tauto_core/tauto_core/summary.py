@@ -7,7 +7,9 @@ the same function of the same messages.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
+from tauto_core.clockwork import SwingTally
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import LongitudeTally
@@ -15,10 +17,13 @@ from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
+    LONGITUDE_FIX,
     NS_PER_S,
+    OBSERVATION,
     PHASE,
     READING,
     SECONDS_PER_DAY,
+    FixSamples,
     JointSamples,
     Samples,
     TimeSamples,
@@ -27,16 +32,29 @@ from tauto_core.scene import Scene, StillShip
 
 
 class Summary:
-    """Keeps the last sample of each topic, and the worst where that counts."""
+    """Keeps the last sample of each topic, and the worst where that counts.
 
-    def __init__(self) -> None:
+    Args:
+        scene: of the voyage.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
         self._last: dict[str, JointSamples] = {}
         self._first_reading: tuple[int, int] | None = None
         self._last_reading: tuple[int, int] | None = None
         self._tally = LongitudeTally()
+        self._swings = SwingTally(scene)
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take batches of any topics, in order within a topic."""
+        """Take batches of any topics, in order within a topic.
+
+        Observations must come no later than the longitudes that know of them.
+        """
+        self._swings.feed(batches)
+        observed = batches.get(OBSERVATION)
+        if isinstance(observed, TimeSamples):
+            self._tally.observe(observed)
         for topic, samples in batches.items():
             if not len(samples.stamp_ns):
                 continue
@@ -44,6 +62,9 @@ class Summary:
                 ends = [(int(samples.stamp_ns[i]), int(samples.time_ref_ns[i])) for i in (0, -1)]
                 self._first_reading = self._first_reading or ends[0]
                 self._last_reading = ends[1]
+            elif isinstance(samples, FixSamples):
+                if topic == LONGITUDE_FIX:
+                    self._tally.place(samples)
             elif isinstance(samples, JointSamples):
                 self._last[topic] = samples
                 if topic == LONGITUDE_ERROR:
@@ -62,12 +83,15 @@ class Summary:
             'rate_s_per_day': rate,
         }
 
-    def trochlea(self, scene: Scene) -> dict[str, float]:
-        """Return the regulator's small-amplitude period and its state at the end."""
+    def trochlea(self) -> dict[str, float | None]:
+        """Return the regulator's small-amplitude period, its state at the end, and its swing.
+
+        The swing is what `SwingTally.result` says.
+        """
         wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
         if wheel is None or phase is None:
             return {}
-        machine = compile_machine(scene)
+        machine = compile_machine(self._scene)
         in_fluid = isinstance(machine, FluidPendulum)
         place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
         return {
@@ -76,6 +100,7 @@ class Summary:
             speed: float(wheel.velocity[-1, 0]),
             'phase_rad': _named(phase)['phase'],
             'beats': round(_named(phase)['beats']),
+            **self._swings.result(),
         }
 
     def drift(self) -> dict[str, float]:
@@ -83,8 +108,11 @@ class Summary:
         estimate = self._last.get(ESTIMATE)
         return _named(estimate) if estimate is not None else {}
 
-    def longitude(self) -> dict[str, float]:
-        """Return the last longitude error and what the Act of 1714 would have paid."""
+    def longitude(self) -> dict[str, Any]:
+        """Return the longitude errors and what the Act of 1714 would have paid.
+
+        Keys: of `LongitudeTally.result`.
+        """
         return self._tally.result() or {}
 
 

@@ -6,18 +6,20 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.navigation import DriftStage, LongitudeStage, Route
+from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.readiness import check_scene
 from tauto_core.samples import (
+    CORRECTED,
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
+    LONGITUDE_FIX,
     NS_PER_S,
     OBSERVATION,
     PHASE,
@@ -29,12 +31,14 @@ from tauto_core.samples import (
     Samples,
     Stage,
     State,
+    TimeSamples,
     join,
     text,
 )
-from tauto_core.scene import Scene, parse_scene, scene_yaml
+from tauto_core.scene import Scene, SeaShip, parse_scene, scene_yaml
 from tauto_core.scene.errors import BagError, PropagationError, naming
-from tauto_core.ship import REFUSALS, Observations, ShipMotion
+from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
+from tauto_core.ship.sea import sea_metadata
 from tauto_core.summary import Summary, scene_propagator
 
 CHUNK = 16_384
@@ -166,7 +170,9 @@ def sail(
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
-    It has `warnings` only where the measured motion could not be read to its end.
+    It has `sea` only for a ship in a sea, and `warnings` only where measured motion could not be
+    read to its end, a sea's waves were left out, or observations disagreed with the clock beyond
+    `drift.gate`.
 
     Args:
         scene: what to simulate.
@@ -182,9 +188,11 @@ def sail(
     started = time.perf_counter()
     with naming(origin or scene.name, scene.name):
         check_scene(scene)
-    source, stages, summary = ShipSource(scene), pipeline(scene), Summary()
+    source, stages, summary = ShipSource(scene), pipeline(scene), Summary(scene)
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
+        if bag is not None:
+            bag.describe(bag_metadata(scene))
         for batches in _voyage(source, stages):
             _check_refused(stages.health(), source.produced * scene.step_ns / NS_PER_S)
             summary.feed(batches)
@@ -194,11 +202,12 @@ def sail(
                 bag.write(_kept(scene, batches))
             if progress is not None:
                 progress(source.produced / source.total)
+    warnings = [*source.warnings, *drift_warnings(stages.health(), scene)]
     return {
         **_report(scene, summary),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
-        **({'warnings': list(source.warnings)} if source.warnings else {}),
+        **({'warnings': warnings} if warnings else {}),
     }
 
 
@@ -232,11 +241,17 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
         'scene': scene.name,
         'duration_s': scene.duration,
         'propagator': scene_propagator(scene),
-        'trochlea': summary.trochlea(scene),
+        **_sea(scene),
+        'trochlea': summary.trochlea(),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
     }
+
+
+def _sea(scene: Scene) -> dict[str, Any]:
+    ship = scene.ship
+    return {'sea': sea_metadata(scene, ship)} if isinstance(ship, SeaShip) else {}
 
 
 def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
@@ -262,8 +277,10 @@ def summarise_bag(path: Path) -> dict[str, Any]:
         BagError: not a bag, or without a scene.
     """
     bag = read_bag(path)
-    scene, summary = bag_scene(bag), Summary()
-    for topic in (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_ERROR):
+    scene = bag_scene(bag)
+    summary = Summary(scene)
+    said = (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
+    for topic in (OBSERVATION, *said):
         if topic in bag:
             for part in bag.parts(topic):
                 summary.feed({topic: part})
@@ -283,20 +300,25 @@ def _missing(bag: Bag) -> list[str]:
     ]
 
 
-def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
+def replay(
+    path: Path, *, scene: Scene | None = None, smooth: bool = False, stable: bool = False
+) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
     Args:
         path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
             distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
+        smooth: also estimate the drift in the light of all observations (`hindsight`).
+        stable: also tell the stability of the clock (`stability_of`).
 
     Returns:
-        `scene`, `clock`, `drift`, `longitude`, and the bag's `start_s`, `duration_s`, message
-        `counts` and `warnings`.
+        `scene`, `sea` for a ship in one, `clock`, `drift`, `longitude`, and the bag's `start_s`,
+        `duration_s`, message `counts` and `warnings`; where asked for, `smoothed` and `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
+        EstimationError: readings whose stability cannot be told.
     """
     bag = read_bag(path)
     found = bag_scene(bag, scene)
@@ -304,23 +326,46 @@ def replay(path: Path, *, scene: Scene | None = None) -> dict[str, Any]:
     stages = Pipeline(
         [DriftStage(found, expect_schedule=False), LongitudeStage(found, expect_fix=expect_fix)]
     )
-    summary = Summary()
+    summary = Summary(found)
     recorded = {
         topic: bag.samples(topic)
         for topic in (READING, OBSERVATION, SHIP_FIX)
         if topic == READING or topic in bag
     }
-    summary.feed(stages.feed(recorded))
+    said = stages.feed(recorded)
+    summary.feed(said)
     summary.feed(stages.finish())
     start, end = bag.start_ns or 0, bag.end_ns or 0
     return {
         'scene': found.name,
         'bag': str(path),
+        **_sea(found),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+        **(_smoothed(said, found) if smooth else {}),
+        **(_stability(said) if stable else {}),
         'start_s': start / NS_PER_S,
         'duration_s': (end - start) / NS_PER_S,
         'counts': bag.counts,
-        'warnings': [*bag.warnings, *_missing(bag)],
+        'warnings': [
+            *bag.warnings,
+            *_missing(bag),
+            *drift_warnings(stages.health(), found),
+        ],
     }
+
+
+def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
+    from tauto_core.navigation.hindsight import hindsight
+
+    reading, observation, corrected = (
+        cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
+    )
+    return {'smoothed': hindsight(reading, observation, corrected, scene)}
+
+
+def _stability(said: Batches) -> dict[str, Any]:
+    from tauto_core.navigation.stability import stability_of
+
+    return {'stability': stability_of(cast(TimeSamples, said[READING]))}

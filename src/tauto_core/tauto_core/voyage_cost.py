@@ -171,8 +171,8 @@ def _waves(scene: Scene) -> Waves:
     elif isinstance(ship, SeaShip):
         sea = sea_motion(scene, ship)
         roll = np.array([sea.roll.amplitude, sea.roll.period])
-        if ship.heave:
-            heave = np.array([sea.elevation.amplitude, sea.elevation.period])
+        if sea.heave is not None:
+            heave = np.array([sea.heave.amplitude, sea.heave.period])
     rolls, heaves = math.tau / roll[1], math.tau / heave[1]
     none = np.zeros(len(heaves))
     return Waves(

@@ -30,7 +30,7 @@ P = ParamSpec('P')
 TICK_S = 0.01
 HELLO_S = 0.05
 REPEAT_S = 1.0
-LOST_AFTER_S = 3.0
+LOST_AFTER_S = 10.0
 
 
 @dataclass

@@ -13,7 +13,8 @@ import numpy as np
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter, decode, header_stamp_ns
 from tauto_core.samples import Samples, TextSamples
-from tauto_core.scene import parse_scene
+from tauto_core.scene import Scene, parse_scene
+from tauto_core.ship import bag_metadata
 from tauto_nodes.diagnostics import Diagnostics
 from tauto_nodes.errors import ParameterError
 from tauto_nodes.member import Member
@@ -69,7 +70,11 @@ class Recorder(Member):
         for topic, messages in payloads.items():
             if self.flow is not None or not TOPICS[topic].stamped:
                 # DDS pads to four bytes; encoded again, a payload is what `tauto sail` writes.
-                self._bag.write({topic: _samples(topic, messages)})
+                samples = _samples(topic, messages)
+                self._bag.write({topic: samples})
+                if isinstance(samples, TextSamples):
+                    for one in _scenes(samples):
+                        self._bag.describe(bag_metadata(one))
                 continue
             for message in messages:
                 self._bag.write_raw(topic, message, header_stamp_ns(message))
@@ -122,8 +127,12 @@ def _samples(topic: str, messages: Sequence[bytes]) -> Samples:
     samples = decode(topic, messages, np.zeros(len(messages), np.int64))
     if not isinstance(samples, TextSamples):
         return samples
-    scenes = [parse_scene(str(text), f'topic {topic}') for text in samples.data]
-    return replace(samples, stamp_ns=np.array([one.starts_at_ns for one in scenes], np.int64))
+    starts = [one.starts_at_ns for one in _scenes(samples)]
+    return replace(samples, stamp_ns=np.array(starts, np.int64))
+
+
+def _scenes(samples: TextSamples) -> list[Scene]:
+    return [parse_scene(str(text), f'topic {s.SCENE}') for text in samples.data]
 
 
 main = main_of(Recorder)

@@ -16,7 +16,7 @@ from types import FrameType
 from tauto_nodes.errors import GraphError
 from tauto_nodes.running import SUPERVISOR
 
-TERM_S = 15.0
+TERM_S = 60.0
 KILL_S = 5.0
 POLL_S = 0.02
 TAIL_LINES = 15

@@ -4,23 +4,45 @@ import copy
 import pickle
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.clockwork import TrochleaStage, dial_ns
 from tauto_core.samples import PHASE, READING, join, take
-from tauto_core.scene import load_scene
+from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
+
+OWN_CAM = {'cam': {'kind': 'weight_corrected', 'period': 2.0}, 'release_angle': 1.0}
+
+
+def with_trochlea(name, **changes):
+    """A shipped scene of 20 s with another trochlea in it."""
+    content = yaml.safe_load(scene_yaml(load_scene(name, duration=20.0)))
+    content['trochlea'] |= changes
+    return parse_scene(yaml.safe_dump(content), name)
+
 
 SCENES = {
     'weight': load_scene('involute_weight_at_sea', duration=40.0),
     'measured': load_scene('measured', duration=40.0),
     'kinked': load_scene('cheek_before_euler', duration=40.0),
     'ideal': load_scene('ideal', duration=240.0),
+}
+
+
+FURTHER = {
+    "weight's own cam": with_trochlea('involute_weight_at_sea', **OWN_CAM),
+    "weight's own cam, suspended": with_trochlea('suspended_weight_at_sea', **OWN_CAM),
+    'thread that swings, suspended': with_trochlea(
+        'suspended_weight_at_sea', thread={'kind': 'hanging', 'length': 1.0}
+    ),
+    'globe in oil': load_scene('globe_in_oil', duration=240.0),
 }
 
 
@@ -64,6 +86,26 @@ def test_any_split_and_any_resumption_give_the_same_bits(name, data):
             state = pickle.loads(pickle.dumps(stage.state()))
             stage = TrochleaStage(scene)
             stage.restore(copy.deepcopy(state))
+    parts.append(stage.finish())
+    same_bits(whole, collected(parts))
+    assert len(whole[READING].stamp_ns) == scene.log_count
+
+
+@pytest.mark.parametrize('name', FURTHER)
+def test_further_machines_in_pieces_and_resumed_give_the_same_bits(name):
+    """One way to cut, with two resumptions: to make a propagator for these takes half a second."""
+    scene = FURTHER[name]
+    imu = imu_of(scene)
+    stage = TrochleaStage(scene)
+    whole = collected([stage.feed({'ship/imu': imu}), stage.finish()])
+    n = len(imu.stamp_ns)
+    stage, parts = TrochleaStage(scene), []
+    for begin, end in pairwise([0, 1, 2, n // 3, n // 3, n // 3 + 5, n - 3, n]):
+        parts.append(stage.feed({'ship/imu': take(imu, slice(begin, end))}))
+        if begin in (2, n // 3 + 5):
+            state = pickle.loads(pickle.dumps(stage.state()))
+            stage = TrochleaStage(scene)
+            stage.restore(state)
     parts.append(stage.finish())
     same_bits(whole, collected(parts))
     assert len(whole[READING].stamp_ns) == scene.log_count

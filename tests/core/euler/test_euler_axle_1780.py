@@ -2,7 +2,6 @@
 
 import math
 import re
-import time
 
 import pytest
 
@@ -38,9 +37,3 @@ def test_the_formula_without_c_gives_the_negative_length_it_was_caught_by():
     (slow,) = [claim for claim in CLAIMS if claim.printed.startswith('b = ekk/(kk + cf − √')]
     assert slow.printed_value == pytest.approx(-0.0150, abs=5e-5)
     assert slow.computed == pytest.approx(0.458647575161926656834875439639, rel=1e-14)
-
-
-def test_all_are_computed_in_less_than_three_seconds():
-    started = time.perf_counter()
-    claims()
-    assert time.perf_counter() - started < 3.0

@@ -1,7 +1,6 @@
 """Every claim of paper B: its verdict, that the list is whole, and that it can fail."""
 
 import math
-import time
 
 import pytest
 
@@ -97,12 +96,6 @@ def test_a_claim_on_another_curve_is_seen(monkeypatch):
     monkeypatch.setattr(fluid_checks, 'GAMMA', 0.99 * GAMMA)
     spoilt = [c for c in fluid_1729.claims() if c.verdict != c.expected]
     assert len(spoilt) > 40
-
-
-def test_all_of_them_take_less_than_three_seconds():
-    began = time.perf_counter()
-    claims()
-    assert time.perf_counter() - began < 3.0
 
 
 def test_the_quadrature_of_any_fall_does_not_depend_on_the_fall(monkeypatch):

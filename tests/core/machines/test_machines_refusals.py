@@ -9,8 +9,9 @@ import yaml
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.machines import compile_machine
+from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.readiness import check_scene
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.loader import parse_scene, scene_yaml
 
 HOLE, VERTICAL = {'kind': 'hole', 'distance': 0.08}, {'kind': 'vertical'}
@@ -24,9 +25,14 @@ SPRING = {
 }
 
 
-def scene(**trochlea):
+ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+
+
+def scene(ship=None, **trochlea):
     base = {'inertia': 4e-4, 'thread': VERTICAL, 'release_angle': 1.0}
     content = {'name': 'test', 'duration': 10.0, 'trochlea': {**base, **trochlea}}
+    if ship is not None:
+        content['ship'] = ship
     return parse_scene(yaml.safe_dump(content), 'test')
 
 
@@ -212,6 +218,54 @@ def test_a_hanging_thread_that_is_all_wound_up():
         assert 1.0 <= compile_machine(scene(**{**hanging, **change})).range_rad < 1.001
 
 
+def unresolved(**trochlea):
+    with pytest.raises(SceneError, match='too abruptly') as caught:
+        check_scene(scene(**trochlea))
+    return caught.value
+
+
+def test_a_lever_whose_inertia_no_series_resolves():
+    """Before anything starts, at sea, where the motion is told in steps; what is named works."""
+    heavy = {**LEVER, 'power': {'kind': 'weight', 'mass': 1.0}, 'ship': ROLL}
+    error = unresolved(**heavy)
+    assert (error.key, error.value, error.exit_code) == ('trochlea.inertia', 4e-4, 2)
+    assert '128 Chebyshev coefficients in steps' in error.problem
+    inertia, release = numbers(
+        str(error), r'at least ([\d.e-]+) kg m2 or a release_angle of at most ([\d.]+) rad'
+    )
+    check_scene(scene(**heavy | {'inertia': inertia}))
+    check_scene(scene(**heavy | {'release_angle': release}))
+    for worse in ({'inertia': 0.99 * inertia}, {'release_angle': 1.01 * release}):
+        with pytest.raises(PropagationError, match='too abruptly'):
+            lever_shape(compile_machine(scene(**heavy | worse)))
+
+
+@pytest.mark.parametrize(
+    'power',
+    [{'kind': 'weight', 'mass': 0.05}, {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}],
+    ids=lambda power: power['kind'],
+)
+def test_a_release_too_far_for_any_series(power):
+    """On a still ship, where the swing released is one series."""
+    far = {'cam': {'kind': 'involute', 'base_radius': 0.02}, 'power': power}
+    error = unresolved(**far, release_angle=-1e6)
+    assert (error.key, error.value) == ('trochlea.release_angle', -1e6)
+    (release,) = numbers(str(error), r'a release_angle of at most ([\d.e+]+) rad')
+    check_scene(scene(**far, release_angle=-release))
+    unresolved(**far, release_angle=1.01 * release)
+
+
+@pytest.mark.parametrize('release', [1e30, -1.001e6])
+def test_a_release_of_more_turns_than_any_thread_has(release):
+    with pytest.raises(SceneError, match=r'at most 1e\+06 rad') as caught:
+        scene(
+            cam={'kind': 'involute', 'base_radius': 0.02},
+            power={'kind': 'force', 'force': 2.0},
+            release_angle=release,
+        )
+    assert (caught.value.key, caught.value.value) == ('trochlea.release_angle', release)
+
+
 GLOBE = {
     'kind': 'fluid_tautochrone',
     'body': 'globe',
@@ -242,10 +296,59 @@ def test_a_release_beyond_the_cusp(curve, release):
 
 
 def test_no_pendulum_is_long_enough_for_a_mote():
-    with pytest.raises(SceneError, match='a larger or denser body'):
-        compile_machine(in_fluid(diameter=1e-6, release_arc=0.4))
+    mote = {'diameter': 1e-6, 'release_arc': 0.4}
+    with pytest.raises(SceneError, match='a larger or denser body') as caught:
+        compile_machine(in_fluid(**mote))
+    said = r'diameter of at least ([\d.e-]+) m or a body_density of at least ([\d.e+]+) kg/m3'
+    for key, value in zip(
+        ('diameter', 'body_density'), numbers(str(caught.value), said), strict=True
+    ):
+        compile_machine(in_fluid(**mote | {key: value}))
+        with pytest.raises(SceneError, match='cusp'):
+            compile_machine(in_fluid(**mote | {key: 0.998 * value}))
+
+
+@pytest.mark.parametrize('fluid', [7800.0, 13_534.0])
+@pytest.mark.parametrize('release', [0.3, -0.3])
+def test_a_fluid_in_which_the_body_does_not_sink(fluid, release):
+    """The nearest body and the nearest fluid: their curves hold the release, and no nearer one."""
+    changes = {'fluid_density': fluid, 'release_arc': release}
+    with pytest.raises(SceneError, match='the globe does not sink') as caught:
+        compile_machine(in_fluid(**changes))
+    assert caught.value.key == 'regulator.fluid_density'
+    said = r'body_density of at least ([\d.e+]+) kg/m3, or a lighter fluid, of at most ([\d.]+) kg'
+    for key, value, worse in zip(
+        ('body_density', 'fluid_density'),
+        numbers(str(caught.value), said),
+        (0.998, 1.002),
+        strict=True,
+    ):
+        check_scene(in_fluid(**changes | {key: value}))
+        with pytest.raises(SceneError):
+            compile_machine(in_fluid(**changes | {key: worse * value}))
 
 
 def test_a_mote_on_a_cycloid_is_refused_without_a_grid_of_its_whole_way():
     with pytest.raises(SceneError, match='the fluid resists too strongly'):
         check_scene(in_fluid(diameter=1e-20, release_arc=0.4, curve='cycloid'))
+
+
+@pytest.mark.parametrize('angle', [8.0, -9.0])
+def test_an_impulse_that_no_swing_reaches(angle):
+    """Euler's second cam ends at a/b = 8 rad."""
+    content = {
+        'name': 'test',
+        'duration': 10.0,
+        'trochlea': {
+            'inertia': 4e-4,
+            'cam': {'kind': 'hole', 'lever_rate': 0.01},
+            'thread': HOLE,
+            'power': {'kind': 'force', 'force': 2.0},
+            'release_angle': 1.0,
+        },
+        'escapement': {'energy': 1e-6, 'angle': angle},
+    }
+    with pytest.raises(SceneError, match=r'the range of the wheel is ±8 rad.*nearer to the mid'):
+        check_scene(parse_scene(yaml.safe_dump(content), 'test'))
+    content['escapement']['angle'] = math.copysign(7.9, angle)
+    check_scene(parse_scene(yaml.safe_dump(content), 'test'))

@@ -131,6 +131,21 @@ def test_an_impulse_close_to_the_turning_point_is_not_stepped_over():
     np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-10)
 
 
+@pytest.mark.parametrize('short', [1e-12, 1e-8, 1e-4])
+def test_an_impulse_close_to_the_release_comes_at_its_angle(short):
+    """All within a small part of the first step: 0.2 us, 20 us and 2 ms after the release."""
+    where, energy = short - 1.0, 2e-5
+    scene = scene_of(
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': where}, duration=20.0
+    )
+    times, angle, _ = angles(scene)
+    arcs = swings_with_impulses(energy, where, 80)
+    _, start, amplitude, sign = arcs[np.searchsorted(arcs[:, 0], times, 'right') - 1].T
+    exact = sign * amplitude * np.cos(OMEGA * (times - start))
+    # next to the turning point a rounding of the angle is one of 1e-16/sqrt(2 short) rad of phase
+    np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-11 + 1e-15 / math.sqrt(2.0 * short))
+
+
 def test_two_hours_and_thousands_of_beats_may_pass_between_two_logs():
     energy = 1e-7
     scene = scene_of(

@@ -31,12 +31,12 @@ trochlea:
   thread: {{kind: vertical}}
   power: {{kind: force, force: 2.0}}
   release_angle: 1.0
-drift: {{observation_interval: 7.0, observation_sigma: 0.5, states: {states}}}
+drift: {{observation_interval: 7.0, observation_sigma: 0.5, states: {states}, gate: {gate}}}
 """
 
 
-def scene_of(duration=60.0, states=2):
-    return parse_scene(SCENE.format(duration=duration, states=states), 'test')
+def scene_of(duration=60.0, states=2, gate=1e9):
+    return parse_scene(SCENE.format(duration=duration, states=states, gate=gate), 'test')
 
 
 def times(stamps_s, errors_s=0.0):
@@ -147,7 +147,7 @@ def test_result_at_a_stamp_does_not_depend_on_the_log_interval():
 def test_a_steady_rate_is_found_within_its_sigma():
     days = np.arange(31) * 86_400.0
     daily = parse_scene(
-        SCENE.format(duration=30 * 86_400.0, states=2).replace('7.0', '86400.0'), 'test'
+        SCENE.format(duration=30 * 86_400.0, states=2, gate=5.0).replace('7.0', '86400.0'), 'test'
     )
     observations = observations_of(daily)
     assert len(observations.stamp_ns) == 31
@@ -246,3 +246,50 @@ def test_a_missing_reading_is_bridged_by_its_neighbours():
     np.testing.assert_array_equal(
         bridged[ESTIMATE].position, whole[ESTIMATE].position[[0, 6, 8, 14]]
     )
+
+
+def test_outliers_are_counted_and_leave_no_trace():
+    scene = scene_of(gate=5.0)
+    readings, observations = readings_of(scene), observations_of(scene)
+    wrong = observations.time_ref_ns.copy()
+    wrong[4] += 60 * S
+    bad = TimeSamples(observations.stamp_ns, '', wrong, observations.source)
+    stage = DriftStage(scene)
+    said = run(stage, [{READING: readings, OBSERVATION: bad}])
+    without = take(observations, np.arange(len(wrong)) != 4)
+    assert_same(said, run(DriftStage(scene), [{READING: readings, OBSERVATION: without}]))
+    assert stage.health()['observations_gated'] == 1
+    assert stage.health()['estimates_reopened'] == 0
+
+
+def test_foreign_observations_of_the_past_are_put_in_their_place():
+    scene = scene_of()
+    readings = readings_of(scene)
+    first, second = split(readings, [40])
+    seen = observations_of(scene)
+    order = [0, 1, 3, 5, 2, 4]
+    stage = DriftStage(scene, expect_schedule=False)
+    stage.feed({READING: first})
+    for k in order:
+        stage.feed({OBSERVATION: take(seen, slice(k, k + 1))})
+    said = stage.feed({READING: second})
+    known = take(seen, slice(0, 6))
+    in_order = DriftStage(scene, expect_schedule=False)
+    wanted = run(in_order, [{READING: readings, OBSERVATION: known}])
+    late = {topic: take(samples, slice(40, None)) for topic, samples in wanted.items()}
+    assert_same(said, late)
+    assert stage.health()['observations_delayed'] == 2
+    # what came once is not believed twice
+    stage.feed({OBSERVATION: take(seen, slice(2, 4))})
+    assert stage.health()['observations_repeated'] == 2
+
+
+def test_foreign_observations_of_a_later_day_are_refused():
+    stage = DriftStage(scene_of(), expect_schedule=False)
+    # nothing is known of the clock yet: it may belong to what comes
+    stage.feed({OBSERVATION: times([300_000])})
+    stage.feed({READING: times([100, 101])})
+    stage.feed({OBSERVATION: times([101 + 86_400, 102 + 86_400, 1_700_000_000])})
+    assert stage.health()['observations_from_future'] == 2
+    stage.finish()
+    assert stage.health()['observations_unmatched'] == 2

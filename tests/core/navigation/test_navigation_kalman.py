@@ -7,7 +7,15 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.stats import chi2
 
-from tauto_core.navigation import ClockModel, Estimate, filter_phases, predict, prior, update
+from tauto_core.navigation import (
+    ClockModel,
+    Estimate,
+    Known,
+    filter_phases,
+    predict,
+    prior,
+    update,
+)
 from tauto_core.scene.errors import EstimationError
 
 DAY = 86_400.0
@@ -16,6 +24,15 @@ DAY = 86_400.0
 def covariance(estimate):
     xx, xy, xd, yy, yd, dd = estimate[3:]
     return np.array([[xx, xy, xd], [xy, yy, yd], [xd, yd, dd]])
+
+
+def run(start, times, phases, model):
+    """States after each observation, by the filter; times from the start in whole nanoseconds."""
+    return filter_phases(Known(0, start), times, phases, model).states
+
+
+def whole_ns(times):
+    return np.rint(np.asarray(times) * 1e9).astype(np.int64).tolist()
 
 
 def van_loan(tau, model):
@@ -47,12 +64,12 @@ def test_filter_is_the_textbook_filter(states):
     # In units of order one, so that rounding of the short covariance form stays near 1e-13
     model = ClockModel(0.5, 0.3, states, 0.01, 0.02, 0.003 if states == 3 else 0.0)
     rng = np.random.default_rng(1)
-    elapsed, phases = rng.uniform(0.2, 3.0, 40), rng.normal(size=40)
+    times, phases = whole_ns(np.cumsum(rng.uniform(0.2, 3.0, 40))), rng.normal(size=40)
     # AGEING_TIME_S is long against these times: give the prior an ageing that matters
     start = prior(model)._replace(dd=0.04 if states == 3 else 0.0)
-    known = filter_phases(start, elapsed, phases, model)
+    known = run(start, times, phases, model)
     last = Estimate(*(values[-1] for values in known))
-    x, p = dense_filter(start, elapsed, phases, model)
+    x, p = dense_filter(start, np.diff(times, prepend=0) / 1e9, phases, model)
     np.testing.assert_allclose(last[:3], x, rtol=0, atol=1e-11)
     np.testing.assert_allclose(covariance(last), p, rtol=0, atol=1e-11)
 
@@ -61,10 +78,11 @@ def test_filter_is_the_textbook_filter(states):
 def test_without_noise_it_is_weighted_least_squares(states):
     model = ClockModel(0.5, 10.0 / DAY, states, 0.0, 0.0)
     rng = np.random.default_rng(2)
-    times = np.cumsum(rng.uniform(0.5, 1.5, 15)) * DAY
+    stamps = whole_ns(np.cumsum(rng.uniform(0.5, 1.5, 15)) * DAY)
+    times = np.array(stamps) / 1e9
     phases = 3.0 + times * 4.0 / DAY + rng.normal(0.0, 0.5, 15)
     start = prior(model)
-    known = filter_phases(start, np.diff(times, prepend=0.0), phases, model)
+    known = run(start, stamps, phases, model)
     # The state at the start, with its prior as further observations, in days
     scale = np.array([1.0, 1.0 / DAY, 1.0 / DAY**2])[:states]
     design = np.column_stack([np.ones(15), times / DAY, 0.5 * (times / DAY) ** 2])[:, :states]
@@ -136,7 +154,8 @@ def test_errors_and_innovations_are_as_large_as_the_filter_says(states):
 )
 def test_covariance_stays_positive(steps, states, sigma):
     model = ClockModel(sigma, 10.0 / DAY, states)
-    known = filter_phases(prior(model), *zip(*steps, strict=True), model)
+    elapsed, phases = zip(*steps, strict=True)
+    known = run(prior(model), whole_ns(np.cumsum(elapsed)), phases, model)
     assert (known.xx > 0).all()
     assert (known.yy > 0).all()
     assert (known.xy**2 <= known.xx * known.yy * (1 + 1e-9)).all()
@@ -162,6 +181,9 @@ def test_prediction_of_arrays_is_that_of_floats_bit_for_bit(elapsed, states):
         ((1.0, 1.0, 2, -1e-9), 'white_fm_s'),
         ((1.0, 1.0, 3, 0.0, float('inf')), 'random_walk_fm_per_s'),
         ((1.0, 1.0, 2, 0.0, 0.0, 1.0), 'random_run_per_s3'),
+        ((1.0, 1.0, 2, 0.0, 0.0, 0.0, -5.0), 'gate'),
+        ((1.0, 1.0, 2, 0.0, 0.0, 0.0, float('nan')), 'gate'),
+        ((1.0, 1.0, 2, 0.0, 0.0, 0.0, 5.0, 0.0), 'patience_s'),
     ],
 )
 def test_impossible_models_are_refused_by_name(arguments, name):

@@ -15,6 +15,7 @@ from tauto_core.navigation import (
     LongitudeTally,
     longitude,
     prize_pounds,
+    required_rate_s_per_day,
 )
 from tauto_core.navigation.longitude import wrap_degrees
 from tauto_core.navigation.route import fix_samples
@@ -105,6 +106,19 @@ def test_east_variance_is_the_clocks():
     assert math.sqrt(covariance[0, 0]) == pytest.approx(463.8, rel=1e-4)
     assert covariance[1, 1] == covariance[2, 2] == 1.0
     assert np.count_nonzero(covariance) == 3
+
+
+@pytest.mark.parametrize('latitude', [-66.6, -17.93, 0.0, 17.93, 50.79, 89.0])
+def test_the_east_sigma_is_the_seconds_along_the_parallel(latitude):
+    """A second is 15″ of a circle of radius a cos φ; 1e-12 for roundings."""
+    said = LongitudeStage(SCENE).feed(topics([1, 2], 0.0, 0.0, 1.5, latitude=latitude))
+    fix = said[LONGITUDE_FIX]
+    second = math.radians(15.0 / 3600.0) * 6_378_137.0 * math.cos(math.radians(latitude))
+    np.testing.assert_allclose(fix.position_covariance[:, 0], (1.5 * second) ** 2, rtol=1e-12)
+    # nautical miles of a globe whose equator is 21600 arc minutes
+    miles = 1.5 * second / (2.0 * math.pi * 6_378_137.0 / 21_600.0)
+    assert errors_of(said)['sigma_nmi'] == pytest.approx(miles, rel=1e-12)
+    assert set(fix.status) == {0}
 
 
 def test_longitude_wraps_at_the_antimeridian():
@@ -244,17 +258,115 @@ def test_tally_keeps_the_last_and_the_worst():
     tally.feed(take(errors, slice(2, 2)))
     tally.feed(take(errors, slice(2, 3)))
     assert tally.result() == {
+        'at_s': 2.0,
         'raw_error_arcmin': -50.0,
         'raw_error_nmi': -50.0,
         'error_arcmin': -35.0,
         'error_nmi': -35.0,
         'sigma_nmi': 0.125,
-        'worst_error_nmi': 50.0,
         'prize_pounds': 15_000,
+        'raw_prize_pounds': 10_000,
+        'unchecked_days': None,
+        'required_rate_s_per_day': None,
+        'landfalls': [],
+        'worst_error_nmi': 50.0,
+        'worst_at_s': 1.0,
+        'worst_prize_pounds': 10_000,
+        'worst_raw_error_nmi': 50.0,
+        'worst_raw_at_s': 2.0,
+        'worst_raw_prize_pounds': 10_000,
     }
     joined = LongitudeTally()
     joined.feed(join([errors]))
     assert joined.result() == tally.result()
+
+
+def observed(*marks):
+    stamps = np.array([round(at * S) for at, _ in marks], np.int64)
+    return TimeSamples(stamps, '', stamps, np.array([source for _, source in marks], object))
+
+
+def fed_in_chunks(said, marks, size):
+    """Return the tally of chunks, each with the observations up to its end."""
+    tally, told = LongitudeTally(), 0
+    errors, fix = said[LONGITUDE_ERROR], said[LONGITUDE_FIX]
+    for first in range(0, len(errors.stamp_ns), size):
+        part = take(errors, slice(first, first + size))
+        reached = sum(at * S <= part.stamp_ns[-1] for at, _ in marks)
+        tally.observe(observed(*marks[told:reached]))
+        told = reached
+        tally.place(take(fix, slice(first, first + size)))
+        tally.feed(part)
+    return tally.result()
+
+
+def test_landfalls_are_judged_by_what_the_clock_told_before():
+    days = np.arange(0, 100.0, 0.25)
+    raw = 2.0 * days
+    # the estimate is put right by the observations at 20 and 81.25 days
+    corrected = np.where(days < 20.0, days, np.where(days < 81.25, days - 20.0, 0.0))
+    said = LongitudeStage(SCENE).feed(topics(86_400 * days, raw, corrected, latitude=60.0))
+    marks = [(0.0, 'port'), (20.0, 'landfall'), (81.25, 'landfall')]
+    marks = [(86_400.0 * day, source) for day, source in marks]
+    found = fed_in_chunks(said, marks, 1000)
+    madeira, jamaica = found['landfalls']
+    assert (madeira['at_s'] / 86_400.0, jamaica['at_s'] / 86_400.0) == (19.75, 81.0)
+    # a quarter of a mile a second, half of it at 60 degrees
+    assert madeira['error_nmi'] == pytest.approx(-19.75 / 8.0)
+    assert jamaica['error_nmi'] == pytest.approx(-61.0 / 8.0)
+    assert jamaica['raw_error_nmi'] == pytest.approx(-162.0 / 8.0)
+    assert found['error_nmi'] == jamaica['error_nmi']
+    assert found['raw_prize_pounds'] == 20_000
+    assert (madeira['unchecked_days'], jamaica['unchecked_days']) == (19.75, 61.0)
+    # 30 miles are 240 s at 60 degrees
+    assert jamaica['required_rate_s_per_day'] == pytest.approx(240.0 / 61.0)
+    assert found['worst_at_s'] == jamaica['at_s']
+    assert found['worst_raw_error_nmi'] == pytest.approx(2.0 * 99.75 / 8.0)
+    for size in (1, 7, 80, 81):
+        assert fed_in_chunks(said, marks, size) == found
+
+
+def test_the_worst_moment_is_at_sea():
+    """The errors of the first two days are of a clock that is not rated yet."""
+    days = np.arange(0, 10.0, 0.5)
+    error = np.where(days < 2.0, 400.0, 40.0 * days)
+    said = LongitudeStage(SCENE).feed(topics(86_400 * days, -error, error))
+    marks = [(86_400.0 * day, 'port') for day in (0.0, 1.0, 2.0)]
+    found = fed_in_chunks(said, marks, 1000)
+    assert found['worst_error_nmi'] == found['worst_raw_error_nmi'] == 95.0
+    assert found['worst_at_s'] == found['worst_raw_at_s'] == 9.5 * 86_400
+    # at sea from 2 days on, at that instant already
+    ended = take(said[LONGITUDE_ERROR], slice(0, 5)), take(said[LONGITUDE_FIX], slice(0, 5))
+    short = dict(zip((LONGITUDE_ERROR, LONGITUDE_FIX), ended, strict=True))
+    assert fed_in_chunks(short, marks, 1000)['worst_error_nmi'] == 20.0
+    for size in (1, 3, 4, 5):
+        assert fed_in_chunks(said, marks, size) == found
+    # observed for the last time after the last reading
+    marks = [*marks, (86_400.0 * 11.0, 'port')]
+    tally = LongitudeTally()
+    tally.observe(observed(*marks))
+    tally.feed(said[LONGITUDE_ERROR])
+    assert tally.result()['worst_at_s'] == 9.5 * 86_400
+
+
+def test_a_landfall_nothing_is_known_of_beforehand_is_not_judged():
+    said = LongitudeStage(SCENE).feed(topics([5, 6], 4.0, 0.0))
+    late = LongitudeTally()
+    late.feed(said[LONGITUDE_ERROR])
+    late.observe(observed((6.0, 'landfall')))
+    assert late.result()['landfalls'] == []
+    early = fed_in_chunks(said, [(5.0, 'landfall')], 2)
+    assert early['landfalls'] == []
+    assert early['at_s'] == 1.0
+    assert early['unchecked_days'] == pytest.approx(1.0 / 86_400.0)
+
+
+def test_the_act_asked_for_three_seconds_a_day_to_the_west_indies():
+    """Half a degree, 120 s, after six weeks: 2.86 s/day on the equator (domain.md 3)."""
+    assert required_rate_s_per_day(42.0, 0.0) == pytest.approx(120.0 / 42.0, rel=1e-15)
+    assert required_rate_s_per_day(42.0, -60.0) == pytest.approx(240.0 / 42.0, rel=1e-15)
+    with pytest.raises(EstimationError, match=r'days = 0\.0'):
+        required_rate_s_per_day(0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -125,6 +125,11 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('drift.states', 4, 'drift.states', '2 or 3'),
         ('drift.observation_sigma', 0.0, 'drift.observation_sigma', 'at least 1e-09'),
         ('drift.observation_sigma', 1e300, 'drift.observation_sigma', 'at most 86400'),
+        ('drift.observation_sigma', -0.5, 'drift.observation_sigma', 'at least 1e-09'),
+        ('drift.gate', 0.5, 'drift.gate', 'at least 1'),
+        ('drift.gate', float('inf'), 'drift.gate', 'finite'),
+        ('clock', {'white_fm': -0.1}, 'clock.white_fm', 'at least 0'),
+        ('clock', {'random_walk_fm': 1e6}, 'clock.random_walk_fm', 'at most 86400'),
         ('drift.prior_rate_sigma', 1e300, 'drift.prior_rate_sigma', 'at most 86400'),
         (
             'ship',
@@ -162,6 +167,24 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('duration', 0.5, 'duration', 'Use 1 s'),
         ('starts_at', 2147483400.0, 'duration', '2147483647'),
         ('voyage.sails_at', 600.0, 'voyage.arrives_at', 'later than voyage.sails_at, 600.0'),
+        ('voyage.sails_at', 601.0, 'voyage.arrives_at', 'later than voyage.sails_at, 601.0'),
+        ('voyage.arrives_at', REMOVED, 'voyage.arrives_at', 'or `speed: …` [m/s]'),
+        ('voyage.speed', 3.0, 'voyage.speed', 'does not go with voyage.arrives_at, 600.0 s'),
+        ('voyage.speed', 0.0, 'voyage.speed', 'greater than 0'),
+        ('voyage.track', 'great circle', 'voyage.track', "must be 'geodesic' or 'rhumb'"),
+        ('voyage.arrival', [90.0, 0.0], 'voyage.arrival', 'nearer to a pole than 89.68°'),
+        ('voyage.waypoints', [[-89.7, 0.0]], 'voyage.waypoints[0]', 'nearer to a pole'),
+        ('voyage.waypoints', [[91.0, 0.0]], 'voyage.waypoints[0].place[0]', 'at most 90'),
+        ('voyage.waypoints', [20.0, 30.0], 'voyage.waypoints[0]', 'mapping'),
+        ('voyage.waypoints', [{'at': 9.0}], 'voyage.waypoints[0].place', 'is missing'),
+        ('voyage.waypoints', [[50.0, -1.0]], 'voyage.waypoints[0]', 'as voyage.departure'),
+        (
+            'voyage.waypoints',
+            [[9.0, 180.0], [9.0, -180.0]],
+            'voyage.waypoints[1]',
+            'is the same place as voyage.waypoints[0]',
+        ),
+        ('voyage.waypoints', [[18.0, -77.0]], 'voyage.arrival', 'Leave one of them out'),
         ('ship.recorded.passband', [0.4, 0.02], 'ship.recorded.passband', 'Use [0.02, 0.4]'),
         ('ship.recorded.passband', [0.2, 0.2], 'ship.recorded.passband', 'must rise'),
         ('ship.recorded.passband', [0.02, 10.0], 'ship.recorded.passband', '10 Hz'),
@@ -196,6 +219,34 @@ def test_a_spectrum_without_a_peak_refuses_peak_enhancement() -> None:
     sea = SEA['sea'] | {'spectrum': 'bretschneider', 'gamma': 3.3}  # type: ignore[operator]
     error = refusal(('ship', SEA | {'sea': sea}))
     assert (error.key, error.value) == ('ship.sea.gamma', 3.3)
+
+
+def test_a_voyage_at_some_speed_goes_somewhere() -> None:
+    error = refusal(
+        ('voyage.arrives_at', REMOVED), ('voyage.speed', 1.0), ('voyage.arrival', [50.0, -1.0])
+    )
+    assert error.key == 'voyage.arrival'
+    assert 'Give arrives_at in place of speed' in error.remedy
+
+
+def test_a_rhumb_line_half_round_the_globe_has_two_sides() -> None:
+    error = refusal(('voyage.track', 'rhumb'), ('voyage.arrival', [18.0, 179.0]))
+    assert error.key == 'voyage.arrival'
+    assert 'to the east and to the west are equally long' in str(error)
+
+
+def test_a_scene_that_ends_in_port_is_refused_unless_it_is_cut_short(tmp_path: Path) -> None:
+    content = good() | {'ship': {'kind': 'still'}}
+    content['voyage'] |= {'sails_at': 700.0, 'arrives_at': 900.0}
+    file = tmp_path / 'port.yaml'
+    file.write_text(yaml.safe_dump(content))
+    with pytest.raises(SceneError, match='she never sails') as caught:
+        load_scene(file)
+    assert (caught.value.key, caught.value.value) == ('voyage.sails_at', 700.0)
+    load_scene(file, duration=600.0)
+    content['voyage']['sails_at'] = 600.0
+    file.write_text(yaml.safe_dump(content))
+    load_scene(file)
 
 
 def test_a_bag_of_measured_forces_is_not_scaled() -> None:

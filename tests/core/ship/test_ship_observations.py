@@ -36,14 +36,14 @@ def scene_of(
     ('voyage', 'expected'),
     [
         (None, [0, 100, 200, 300, 400, 500, 600, 700, 800, 900, 1000]),
-        ({'sails_at': 200.0, 'arrives_at': 600.0}, [0, 100, 200, 600]),
-        ({'sails_at': 199.9, 'arrives_at': 607.3}, [0, 100, 600]),
-        ({'sails_at': 0.0, 'arrives_at': 1000.0}, [0, 1000]),
-        ({'sails_at': 200.0, 'arrives_at': 1009.0}, [0, 100, 200, 1000]),
-        ({'sails_at': 200.0, 'arrives_at': 1010.0}, [0, 100, 200]),
+        ({'sails_at': 200.0, 'arrives_at': 600.0}, [0, 100, 200, 610]),
+        ({'sails_at': 199.9, 'arrives_at': 607.3}, [0, 100, 620]),
+        ({'sails_at': 0.0, 'arrives_at': 990.0}, [0, 1000]),
+        ({'sails_at': 200.0, 'arrives_at': 981.0}, [0, 100, 200, 1000]),
+        ({'sails_at': 200.0, 'arrives_at': 990.1}, [0, 100, 200]),
         ({'sails_at': 5000.0, 'arrives_at': 9000.0}, [100 * k for k in range(11)]),
-        ({'sails_at': 203.0, 'arrives_at': 204.0}, [0, 100, 200]),
-        ({'sails_at': 213.0, 'arrives_at': 214.0}, [0, 100, 200, 210]),
+        ({'sails_at': 203.0, 'arrives_at': 204.0}, [0, 100, 200, 220]),
+        ({'sails_at': 213.0, 'arrives_at': 214.0}, [0, 100, 200, 230]),
     ],
 )
 def test_schedule(voyage, expected):

@@ -22,6 +22,7 @@ KINDS = {
     'components': lambda: load_scene(SCENES / 'e4_weight_roll_heave.yaml', duration=60.0),
     'sea': lambda: load_scene('involute_weight_at_sea', duration=60.0),
     'recorded': lambda: load_scene('measured', duration=60.0),
+    'real': lambda: load_scene('buoy_44004_supply', duration=60.0),
 }
 
 

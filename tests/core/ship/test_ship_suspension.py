@@ -393,12 +393,51 @@ def test_lifting_off_is_said_at_small_angles_too():
     heave = {'amplitude': size, 'period': 1.2}
     with pytest.raises(PropagationError, match='lifted off') as caught:
         in_the_case(rolling([], heave=[heave | {'phase': math.pi}], duration=5.0))
-    # g + aω² cos ωt = 0, on the grid of samples
+    # g + aω² cos ωt = 0, between two samples; interpolation of the heave errs by 1e-9 of it
     lost = math.acos(-G / (size * w * w)) / w
-    assert lost < caught.value.time_s < lost + 0.00625
+    assert caught.value.time_s == pytest.approx(lost, abs=1e-8)
     with pytest.raises(PropagationError, match='lifted off') as caught:
         in_the_case(rolling([], heave=[heave], duration=5.0))
     assert caught.value.time_s == 0.0
+
+
+@pytest.mark.parametrize('beyond', [1e-6, -1e-6])
+def test_a_loss_of_contact_between_two_samples_is_said(beyond):
+    """aω² = g (1 + 1e-6): for half a millisecond nothing presses, midway between samples."""
+    w = math.tau / 1.2
+    # the trough three milliseconds after a sample at 1 s
+    phase = math.pi - w * 1.003
+    wave = {'amplitude': G * (1.0 + beyond) / w**2, 'period': 1.2, 'phase': phase + math.pi}
+    scene = rolling([], heave=[wave], duration=2.0)
+    if beyond < 0.0:
+        *_, contact = in_the_case(scene)
+        assert 0.0 < np.min(contact) < 1e-3 * G
+        return
+    with pytest.raises(PropagationError, match='lifted off') as caught:
+        in_the_case(scene)
+    assert caught.value.time_s == pytest.approx(1.003 - math.sqrt(2e-6) / w, abs=1e-5)
+
+
+def test_a_loss_of_contact_does_not_depend_on_batches():
+    """In a swing, so that what the case did at the end of the batch before counts."""
+    wave = {'amplitude': 1.2 * G / (math.tau / 1.2) ** 2, 'period': 1.2, 'phase': 1.0}
+    scene = rolling([{'amplitude': 0.05, 'period': 3.0}], heave=[wave], duration=2.0)
+    times = []
+    for run in (in_the_case, one_by_one):
+        with pytest.raises(PropagationError, match='lifted off') as caught:
+            run(scene)
+        times.append(caught.value.time_s)
+    assert times[0] == times[1] > 0.1
+
+
+def one_by_one(scene):
+    """Feed a suspension sample by sample, saved and resumed between."""
+    imu, hung = motion_of(scene), Suspension(scene, max_gap_s=1.0)
+    for n in range(len(imu.stamp_ns)):
+        state = hung.state()
+        hung = Suspension(scene, max_gap_s=1.0)
+        hung.restore(state)
+        hung.feed(take(imu, slice(n, n + 1)), scene.starts_at_ns)
 
 
 def test_the_bag_of_a_suspended_clock_and_its_forecast():

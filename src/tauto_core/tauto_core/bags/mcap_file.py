@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -26,6 +26,8 @@ SPAN_BYTES = 1 << 20
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END, _FOOTER = 0x03, 0x04, 0x05, 0x06, 0x0F, 0x02
 _RECORD = struct.Struct('<BQ')
 _MESSAGE_HEAD = struct.Struct('<HIQQ')
+# both together, without sequence and publish time
+_MESSAGE_RECORD = struct.Struct('<BQH4xQ8x')
 _CHUNK_HEAD = struct.Struct('<QQQII')
 _FOOTER_RECORD = struct.Struct('<BQQQI')
 
@@ -73,8 +75,16 @@ class McapFile:
     spans: list[Span] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
-    def messages(self, span: Span, stream: BinaryIO) -> Iterator[Stored]:
-        """Yield the messages of a span in the order of the file; warn of a damaged chunk."""
+    def messages(
+        self, span: Span, stream: BinaryIO, channels: Collection[int] | None = None
+    ) -> Iterator[Stored]:
+        """Yield the messages of a span in the order of the file; warn of a damaged chunk.
+
+        Args:
+            span: of this file.
+            stream: this file, open.
+            channels: those wanted; absent: all.
+        """
         stream.seek(span.offset)
         try:
             records = stream.read(span.length)
@@ -83,10 +93,7 @@ class McapFile:
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
             return
-        for opcode, first, last in _records(records):
-            if opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
-                channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack_from(records, first)
-                yield Stored(stamp_ns, channel, records[first + _MESSAGE_HEAD.size : last])
+        yield from _messages(records, channels)
 
     def warn(self, what: str) -> None:
         """Note damage once."""
@@ -345,6 +352,24 @@ def _records(octets: bytes) -> Iterator[tuple[int, int, int]]:
         if at > len(octets):
             return
         yield opcode, first, at
+
+
+def _messages(octets: bytes, channels: Collection[int] | None) -> Iterator[Stored]:
+    """Yield the whole messages among records, of some channels.
+
+    A bag is read once for each topic that is wanted, so what is skipped must cost little.
+    """
+    at, size, skipped = 0, len(octets), _RECORD.size + _MESSAGE_HEAD.size
+    head_of = _MESSAGE_RECORD.unpack_from
+    while at + skipped <= size:
+        opcode, length, channel, stamp_ns = head_of(octets, at)
+        end = at + _RECORD.size + length
+        if end > size:
+            return
+        wanted = opcode == _MESSAGE and (channels is None or channel in channels)
+        if wanted and length >= _MESSAGE_HEAD.size:
+            yield Stored(stamp_ns, channel, octets[at + skipped : end])
+        at = end
 
 
 def _full_name(name: str) -> str:

@@ -207,9 +207,7 @@ class Bag:
                 for span in file.spans:
                     if span.channels is not None and not span.channels & numbers:
                         continue
-                    for stored in file.messages(span, stream):
-                        if stored.channel in numbers:
-                            yield stored
+                    yield from file.messages(span, stream, numbers)
 
     def _check(self, topic: str, full: str) -> None:
         types = self._types()[full]

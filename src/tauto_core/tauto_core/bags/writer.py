@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import shutil
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -75,6 +77,7 @@ class BagWriter:
         self._prefix = '/'.join(['', *namespace.strip('/').split('/')]).rstrip('/') + '/'
         self._replaces = folder.exists()
         self._channels: dict[str, int] = {}
+        self._custom: dict[str, str] = {}
         self.counts: dict[str, int] = {}
         """Messages written, by relative topic, in the order of their first message."""
         self.path = self._sibling('.partial') if self._replaces else self._folder
@@ -112,6 +115,17 @@ class BagWriter:
         owners = np.repeat(np.arange(len(topics)), [count(batches[name]) for name in topics])
         for index in np.argsort(stamps, kind='stable').tolist():
             self.write_raw(topics[owners[index]], payloads[index], int(stamps[index]))
+
+    def describe(self, facts: Mapping[str, object]) -> None:
+        """Add to the bag's metadata (`custom_data`): numbers and lists are written as JSON.
+
+        Args:
+            facts: values by name; what was said before under a name is replaced.
+        """
+        self._custom |= {
+            name: fact if isinstance(fact, str) else json.dumps(fact)
+            for name, fact in facts.items()
+        }
 
     def write_raw(self, topic: str, payload: bytes, stamp_ns: int) -> None:
         """Write one serialised message.
@@ -204,7 +218,7 @@ class BagWriter:
             'compression_mode': '',
             'relative_file_paths': [self._file.path.name],
             'files': [{'path': self._file.path.name, **self._span()}],
-            'custom_data': None,
+            'custom_data': self._custom or None,
             'ros_distro': 'jazzy',
         }
 

@@ -132,16 +132,45 @@ def replay(
         str | None,
         typer.Option(metavar='SCENE', help='The scene, where the bag does not hold its own.'),
     ] = None,
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            '--smooth',
+            help='Also tell the drift in hindsight: at each instant from all observations, those '
+            'that came later too, as one works out a voyage at home. No navigator can have it at '
+            'sea.',
+        ),
+    ] = False,
+    stability: Annotated[
+        bool,
+        typer.Option(
+            '--stability',
+            help="Also tell how steady the clock is: Allan's deviation and its kin against the "
+            'averaging time, with 95 % confidence.',
+        ),
+    ] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar='F', help='Draw the stability (.svg, .png); replaces the file.'),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Tell drift and longitude from a bag; nothing else is needed."""
     from tauto_core import voyage
-    from tauto_core.cli.tables import replay_table
+    from tauto_core.cli import stability_figure
+    from tauto_core.cli.replay_tables import replay_tables
     from tauto_core.scene import load_scene
 
-    result = voyage.replay(bag, scene=None if scene is None else load_scene(scene))
+    if plot is not None:
+        if not stability:
+            raise UsageError('--plot draws what --stability tells. Give both, or neither')
+        stability_figure.check_plot(plot)
+    loaded = None if scene is None else load_scene(scene)
+    result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
     _warn(result)
-    _show(result, None if as_json else replay_table(result))
+    if plot is not None:
+        stability_figure.draw(result['stability'], result['scene'], plot)
+    _show(result, None if as_json else replay_tables(result))
 
 
 @app.command()

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import AsJson
+from tauto_core.scene.constants import STANDARD_GRAVITY
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
     from tauto_core.machines.design import Design
 
-STANDARD_GRAVITY = 9.80665
 Quantity = float | None
 
 

@@ -40,11 +40,11 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
-    from tauto_core.cli.what_runs import hangs, left_out, reason
+    from tauto_core.cli.what_runs import hangs, left_out, reason, way
     from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
-    from tauto_core.scene import StillShip, load_scene
+    from tauto_core.scene import SeaShip, StillShip, load_scene
     from tauto_core.scene.errors import naming
     from tauto_core.ship import ShipMotion
     from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
@@ -68,15 +68,18 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
             'measured_on': MEASURED_ON,
         },
         'ship': scene.ship.kind,
+        **({'sea': motion.metadata} if isinstance(scene.ship, SeaShip) else {}),
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
         'suspension': hangs(scene),
+        'voyage': way(scene),
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,
         'small_period_s': machine.small_period,
         'nominal_period_s': scene.clock.nominal_period or machine.small_period,
         **_regulator_facts(scene, machine),
+        'steady_swing': _steady_swing(scene, machine),
         **({'warnings': list(motion.warnings)} if motion.warnings else {}),
     }
 
@@ -97,6 +100,38 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[
         'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
         'cam_range_rad': None if math.isinf(edge) else edge,
         'release_angle_rad': machine.release_angle,
+    }
+
+
+def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+    """Return the swing in which the clock settles on land; None of what has no one swing.
+
+    Returns:
+        Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],
+        time constant of the approach [s], None where the swing is steady from the start; or `why`
+        there is no steady swing.
+    """
+    from tauto_core.machines import (
+        LeverMachine,
+        Machine,
+        NoSteadySwing,
+        rate_s_per_day,
+        steady_swing,
+    )
+
+    if not isinstance(machine, Machine | LeverMachine):
+        return None
+    found = steady_swing(machine)
+    if isinstance(found, NoSteadySwing):
+        return {'why': found.why}
+    nominal = scene.clock.nominal_period or machine.small_period
+    settling = found.time_constant
+    return {
+        'amplitude_rad': found.amplitude,
+        'period_s': found.period,
+        'rate_s_per_day': rate_s_per_day(found.period, nominal),
+        'free_rate_s_per_day': rate_s_per_day(found.free_period, nominal),
+        'time_constant_s': settling if math.isfinite(settling) else None,
     }
 
 
@@ -121,7 +156,7 @@ def facts_table(facts: dict[str, Any]) -> Table:
 
 
 def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    from tauto_core.cli.tables import span
+    from tauto_core.cli.tables import sea_words, span
 
     kept = 'with' if facts['motion_kept'] else 'without'
     step, interval = facts['motion_step_s'], facts['log_interval_s']
@@ -131,7 +166,9 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             'ship',
             f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s',
         ),
+        *([('sea', sea_words(facts['sea']))] if 'sea' in facts else []),
         *_suspension_row(facts['suspension']),
+        *_voyage_row(facts['voyage']),
         (
             'log',
             f'{facts["logged_samples"]:,} samples, one every {interval:g} s, {kept} the motion',
@@ -139,7 +176,24 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ('period of small swings', f'{facts["small_period_s"]:.9f} s'),
         ('nominal period', f'{facts["nominal_period_s"]:.9f} s'),
         *_regulator_rows(facts),
+        *_swing_row(facts['steady_swing']),
     ]
+
+
+def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
+    from tauto_core.cli.tables import span
+
+    if swing is None:
+        return []
+    if 'why' in swing:
+        return [('steady swing, on land', f'none: {swing["why"]}')]
+    said = f'{swing["amplitude_rad"]:.6g} rad, rate {swing["rate_s_per_day"]:+.6f} s/day'
+    if swing['time_constant_s'] is not None:
+        said += (
+            f' ({swing["free_rate_s_per_day"]:+.6f} of free swings as wide); a departure '
+            f'falls e-fold in {span(swing["time_constant_s"])}'
+        )
+    return [('steady swing, on land', said)]
 
 
 def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
@@ -167,6 +221,22 @@ def _suspension_row(hung: dict[str, Any] | None) -> list[tuple[str, str]]:
             'suspension',
             f'{hung["kind"]}, {angles}: the case swings in {slow:.6g} s and {fast:.6g} s, '
             f'sampled every {hung["step_s"]:g} s',
+        )
+    ]
+
+
+def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if way is None:
+        return []
+    from tauto_core.cli.tables import span
+
+    under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
+    landfalls = ', '.join(span(time) for time in times)
+    return [
+        (
+            'voyage',
+            f'{way["track"]} of {way["length_m"] / 1852.0:,.1f} nmi in {span(under_way)}, '
+            f'{way["speed_m_s"]:.4g} m/s, landfall{"s" * (len(times) > 1)} after {landfalls}',
         )
     ]
 

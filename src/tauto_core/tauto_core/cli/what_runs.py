@@ -117,6 +117,29 @@ def hangs(scene: Scene) -> dict[str, Any] | None:
     }
 
 
+def way(scene: Scene) -> dict[str, Any] | None:
+    """Return which way the ship takes and when, None without a voyage.
+
+    Returns:
+        The track, its length [m], speed [m/s], and from the start [s] when she sails, arrives and
+        passes landfalls, the arrival among them.
+    """
+    if scene.voyage is None:
+        return None
+    from tauto_core.ship import Passage
+
+    passage = Passage(scene, scene.voyage)
+    under_way_s = (passage.arrives_ns - passage.sails_ns) * 1e-9
+    return {
+        'track': scene.voyage.track or 'geodesic',
+        'length_m': passage.length_m,
+        'speed_m_s': passage.length_m / under_way_s,
+        'sails_at_s': passage.sails_ns * 1e-9,
+        'arrives_at_s': passage.arrives_ns * 1e-9,
+        'landfalls_s': [time * 1e-9 for time in passage.landfalls_ns],
+    }
+
+
 def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
     """Return the terms that a scene does not contain; they are not in the code that runs."""
     ship, drag = scene.ship, scene.drag
@@ -138,6 +161,7 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
         'apparent gravity': not still and not machine.feels_gravity,
         'suspension': scene.suspension is None,
         "the weight's inertia": isinstance(power, WeightPower) and power.massless,
+        'clock noise': not scene.clock.is_noisy,
         'voyage': scene.voyage is None,
     }
     return [name for name, out in absent.items() if out]

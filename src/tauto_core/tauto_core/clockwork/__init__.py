@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tauto_core.clockwork.reading import dial_ns
+from tauto_core.clockwork.swings import SwingTally
 from tauto_core.clockwork.trochlea import TrochleaStage
 
-__all__ = ['TrochleaStage', 'dial_ns']
+__all__ = ['SwingTally', 'TrochleaStage', 'dial_ns']

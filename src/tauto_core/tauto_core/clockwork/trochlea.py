@@ -16,6 +16,7 @@ from tauto_core.samples import (
     READING,
     SHIP_IMU,
     Batches,
+    FloatArray,
     ImuSamples,
     IntArray,
     JointSamples,
@@ -31,6 +32,7 @@ from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import screen
 
 if TYPE_CHECKING:
+    from tauto_core.clockwork.dial_noise import DialNoise
     from tauto_core.ship.suspension import Suspension
 
 WHEEL_NAMES = ('wheel',)
@@ -87,6 +89,11 @@ class TrochleaStage:
             from tauto_core.ship.suspension import Suspension
 
             self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
+        self._noise: DialNoise | None = None
+        if scene.clock.is_noisy:
+            from tauto_core.clockwork.dial_noise import DialNoise
+
+            self._noise = DialNoise(scene)
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
@@ -153,6 +160,16 @@ class TrochleaStage:
         motions = [motion for _, motion in parts]
         return self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
 
+    def _reading_ns(
+        self, stamps: IntArray, half_turns: IntArray, fraction: FloatArray
+    ) -> IntArray:
+        """Return what the dial shows, with its noise where the scene has one."""
+        origin_ns = self._origin_ns or 0
+        reading = origin_ns + dial_ns(half_turns, fraction, self._nominal_s)
+        if self._noise is None:
+            return reading
+        return reading + self._noise.offsets_ns((stamps - origin_ns) // self._log_ns)
+
     def _messages(self, stamps: IntArray, motions: list[Motion]) -> Batches:
         def column(name: str) -> np.ndarray:
             return np.concatenate([getattr(motion, name) for motion in motions])
@@ -164,7 +181,7 @@ class TrochleaStage:
             [np.pi * (half_turns + fraction), half_turns, fraction, column('beats')], axis=1
         )
         speeds = np.stack([phase_rate, zero, phase_rate / np.pi, zero], axis=1)
-        reading = dial_ns(half_turns, fraction, self._nominal_s)
+        reading = self._reading_ns(stamps, half_turns, fraction)
         return {
             JOINT_STATES: JointSamples(
                 stamps,
@@ -177,9 +194,7 @@ class TrochleaStage:
             PHASE: JointSamples(
                 stamps, WHEEL_FRAME, PHASE_NAMES, phase, speeds, np.empty((len(stamps), 0))
             ),
-            READING: TimeSamples(
-                stamps, WHEEL_FRAME, (self._origin_ns or 0) + reading, same(DIAL, len(stamps))
-            ),
+            READING: TimeSamples(stamps, WHEEL_FRAME, reading, same(DIAL, len(stamps))),
         }
 
     def state(self) -> State:
@@ -192,6 +207,7 @@ class TrochleaStage:
             'buffer': self._buffer.state(),
             'propagator': self._propagator.state(),
             **({'suspension': self._suspension.state()} if self._suspension else {}),
+            **({'noise': self._noise.state()} if self._noise else {}),
         }
 
     def restore(self, state: State) -> None:
@@ -204,6 +220,8 @@ class TrochleaStage:
         self._propagator.restore(state['propagator'])
         if self._suspension is not None:
             self._suspension.restore(state['suspension'])
+        if self._noise is not None:
+            self._noise.restore(state['noise'])
 
     def health(self) -> dict[str, int]:
         """Return how many samples were refused, by reason, or crowded, and the gaps bridged."""

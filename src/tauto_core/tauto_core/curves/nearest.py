@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-_HALVINGS = 40
+MOST_STEPS = 40
+# the interval is narrower by then than a rounding to the digits said
+_HALVINGS = 20
 _DIGITS = 4
 
 
@@ -22,8 +24,28 @@ def nearest(value: float, factor: float, works: Callable[[float], bool]) -> floa
     bad, good = value, value * factor
     while not works(good):
         bad, good = good, good * factor
+    return _between(bad, good, works)
+
+
+def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
+    """Return the same, or None where 40 steps by the factor find nothing that works."""
+    bad, good = value, value * factor
+    for _ in range(MOST_STEPS):
+        if works(good):
+            return _between(bad, good, works)
+        bad, good = good, good * factor
+    return None
+
+
+def _between(bad: float, good: float, works: Callable[[float], bool]) -> float:
+    up = good > bad
     for _ in range(_HALVINGS):
-        middle = math.sqrt(bad * good)
+        middle = math.sqrt(bad) * math.sqrt(good)
         bad, good = (bad, middle) if works(middle) else (middle, good)
-    unit = 10.0 ** (math.floor(math.log10(good)) + 1 - _DIGITS)
-    return (math.ceil if factor > 1.0 else math.floor)(good / unit) * unit
+    exponent = math.floor(math.log10(good)) + 1 - _DIGITS
+    share = good / 10.0**exponent
+    digits, step = (math.ceil(share), 1) if up else (math.floor(share), -1)
+    # the very number that will be typed: what decides by rounding wavers near the edge
+    while not works(typed := float(f'{digits}e{exponent}')):
+        digits += step
+    return typed

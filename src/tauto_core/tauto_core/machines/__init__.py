@@ -12,6 +12,7 @@ from tauto_core.machines.isochronism import (
 from tauto_core.machines.lever import LeverMachine
 from tauto_core.machines.quadrature import QuadratureError
 from tauto_core.machines.regulator import Regulator
+from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 
 __all__ = [
@@ -22,12 +23,15 @@ __all__ = [
     'IsochronismRow',
     'LeverMachine',
     'Machine',
+    'NoSteadySwing',
     'QuadratureError',
     'Regulator',
     'SlackThreadError',
+    'SteadySwing',
     'compile_ideal',
     'compile_machine',
     'descent_isochronism',
     'isochronism',
     'rate_s_per_day',
+    'steady_swing',
 ]

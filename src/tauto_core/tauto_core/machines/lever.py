@@ -140,7 +140,7 @@ class LeverMachine:
         top = float(np.sin(self.beta(amplitude)))
         sine = top * cosine * cosine
         side = math.copysign(1.0, amplitude) * np.where(cosine < 0.0, -1.0, 1.0)
-        tau = side * np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine))))
+        tau = side * _tau_of_sine(sine)
         _, beta, delta, _ = shape.pose(tau)
         slope, _ = shape.slopes(tau)
         mass = self.inertia + self.turned_inertia * slope * slope
@@ -148,6 +148,12 @@ class LeverMachine:
         root = np.sqrt(2.0 * self.weight_torque / (1.0 + tau**4))
         per_tau = shape.base_radius * shape.u_per_tau(tau) / (shape.arm * np.cos(beta - delta))
         return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
+
+    def angle_of_potential(self, potential: float) -> float:
+        """Return θ ≥ 0 at which V is `potential` [J], at most the largest of the geometry."""
+        sine = np.array(min(potential / self.weight_torque, 1.0))
+        tau = min(float(_tau_of_sine(sine)), self.geometry.edges[1])
+        return float(self.geometry.theta(np.array([tau]))[0])
 
     def far_turning(self, amplitude: float) -> float:
         """Return θ at the other end of a free swing released at `amplitude` [rad]."""
@@ -193,3 +199,8 @@ class LeverMachine:
                 'thread, or the thread is wound up. Use a smaller angle or a longer lever'
             )
         return angle
+
+
+def _tau_of_sine(sine: FloatArray) -> FloatArray:
+    """Return |τ| = √tan(β/2) of sin β."""
+    return np.asarray(np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))))

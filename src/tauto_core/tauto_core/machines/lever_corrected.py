@@ -26,34 +26,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tauto_core.machines import lever_parts
+from tauto_core.machines.lever_parts import Pose
 from tauto_core.machines.quadrature import integrate
 from tauto_core.samples import FloatArray
 
-LEAST_COSINE = 0.1
-"""cos(β − δ) or cos β at the edge: beyond, lever and thread are all but in line, or it upright."""
-
-LEAST_FREE = 0.1
-"""Part of the thread that is still free at the edge; where ρ grows without bounds all is wound."""
-
-_SCAN = 2048
-_HALVINGS = 60
 _COMPLEX_STEP = 1e-30
-
-
-class Pose(NamedTuple):
-    """Where the parts are, arrays of any one shape.
-
-    Attributes:
-        u: θ − δ, the direction of the thread's line in the wheel's frame [rad].
-        beta: β of the lever above the level [rad].
-        delta: δ of the thread from the plumb line [rad].
-        free: length of the thread from the cam to B [m].
-    """
-
-    u: FloatArray
-    beta: FloatArray
-    delta: FloatArray
-    free: FloatArray
 
 
 class _Line(NamedTuple):
@@ -135,25 +113,13 @@ class CorrectedLeverGeometry:
         return line.ratio, line.bend
 
     def tau_of(self, theta: FloatArray) -> FloatArray:
-        """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
-        theta = np.asarray(theta, np.float64)
-        low, high = (np.full_like(theta, edge) for edge in self.edges)
-        tau: FloatArray = np.clip(theta / self._theta_rate(np.zeros(1))[0], low, high)
-        for _ in range(_HALVINGS):
-            beyond = self.theta(tau) - theta
-            low, high = np.where(beyond < 0.0, tau, low), np.where(beyond > 0.0, tau, high)
-            new = tau - beyond / self._theta_rate(tau)
-            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-            done = np.abs(new - tau) <= 2e-16 * np.abs(new)
-            tau = new
-            if done.all():
-                break
-        return tau
+        """Return τ of the wheel's angle, within the edges."""
+        return lever_parts.tau_of(theta, self.edges, self.theta, self._theta_rate)
 
     @cached_property
     def edges(self) -> tuple[float, float]:
         """Least and largest τ up to which thread, lever and a convex cam go together."""
-        return -self._edge(-1.0), self._edge(1.0)
+        return lever_parts.edges(self._usable)
 
     def lever_arm(self, tau: FloatArray) -> FloatArray:
         """Return t, the distance of the thread from the axle, with the sign of θ [m]."""
@@ -221,22 +187,7 @@ class CorrectedLeverGeometry:
         radius: FloatArray = line.arm + per_tau / (self._theta_rate(tau) * (1.0 - line.turns))
         return radius
 
-    def _edge(self, upright: float) -> float:
-        """Return |τ| at the edge on the side of `upright`, ±1: β is a right angle there."""
-        grid = upright * np.arange(1, _SCAN + 1) / _SCAN
-        usable = self._usable(grid)
-        if usable.all():
-            return 1.0
-        b = float(grid[np.argmin(usable)])
-        a = b - upright / _SCAN
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (a + b)
-            good = bool(self._usable(np.array([middle]))[0])
-            a, b = (middle, b) if good else (a, middle)
-        return abs(a)
-
     def _usable(self, tau: FloatArray) -> np.ndarray:
         line = self._line(tau)
-        least = np.minimum(np.cos(line.beta), np.cos(line.beta - line.delta))
-        fits = (least >= LEAST_COSINE) & (line.reach - line.p >= LEAST_FREE * self.length)
+        fits = lever_parts.clear(line.beta, line.delta, (line.reach - line.p) / self.length)
         return np.asarray(fits & (self.radius_of_curvature(tau) > 0.0))

@@ -15,37 +15,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
+from tauto_core.machines import lever_parts
+from tauto_core.machines.lever_parts import Pose
 from tauto_core.samples import FloatArray
-
-LEAST_COSINE = 0.1
-"""cos(β − δ) or cos β at the edge: beyond, the lever is within six degrees of a dead point (in
-line with the thread) or of upright."""
-
-LEAST_FREE = 0.1
-"""Part of the thread that is still free at the edge."""
-
-_SCAN = 4096
-_NEWTON = 60
-
-
-class Pose(NamedTuple):
-    """Where the parts are, arrays of any one shape.
-
-    Attributes:
-        u: θ − δ, what the thread has wound up [rad].
-        beta: β of the lever above the level [rad].
-        delta: δ of the thread from the plumb line [rad].
-        free: l of the thread [m].
-    """
-
-    u: FloatArray
-    beta: FloatArray
-    delta: FloatArray
-    free: FloatArray
 
 
 @dataclass(frozen=True)
@@ -103,25 +78,13 @@ class LeverGeometry:
         return first, second + first * sine / cosine * (first - inclines)
 
     def tau_of(self, theta: FloatArray) -> FloatArray:
-        """Return τ of the wheel's angle, within the edges (Newton's method, kept in brackets)."""
-        theta = np.asarray(theta, np.float64)
-        low, high = (np.full_like(theta, edge) for edge in self.edges)
-        tau = np.clip(theta / self.rates(np.zeros(1))[0][0], low, high)
-        for _ in range(_NEWTON):
-            beyond = self.theta(tau) - theta
-            low, high = np.where(beyond < 0.0, tau, low), np.where(beyond > 0.0, tau, high)
-            new = tau - beyond / self.rates(tau)[0]
-            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-            done = np.abs(new - tau) <= 2e-16 * np.abs(new)
-            tau = new
-            if done.all():
-                break
-        return np.asarray(tau)
+        """Return τ of the wheel's angle, within the edges."""
+        return lever_parts.tau_of(theta, self.edges, self.theta, lambda tau: self.rates(tau)[0])
 
     @cached_property
     def edges(self) -> tuple[float, float]:
         """Least and largest τ: where a dead point or the end of the thread is near."""
-        return -self._edge(-1.0), self._edge(1.0)
+        return lever_parts.edges(self._usable)
 
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (l₀² − l²)/τ² [m2] and l [m]."""
@@ -132,18 +95,6 @@ class LeverGeometry:
         free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
         return np.where(wound > 0.0, wound, np.nan), free
 
-    def _edge(self, upright: float) -> float:
-        """Return |τ| at the edge on the side of `upright`, ±1: β is a right angle there."""
-        grid = upright * np.arange(1, _SCAN + 1) / _SCAN
-        b = float(grid[np.argmin(self._usable(grid))])
-        a = b - upright / _SCAN
-        for _ in range(60):
-            middle = 0.5 * (a + b)
-            good = bool(self._usable(np.array([middle]))[0])
-            a, b = (middle, b) if good else (a, middle)
-        return abs(a)
-
     def _usable(self, tau: FloatArray) -> np.ndarray:
-        _, beta, delta, free = self.pose(tau)
-        least = np.minimum(np.cos(beta), np.cos(beta - delta))
-        return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE * self.length))
+        pose = self.pose(tau)
+        return lever_parts.clear(pose.beta, pose.delta, pose.free / self.length)

@@ -81,3 +81,46 @@ def gauss(
     # along the last axis, so that the order of summation does not depend on the shape
     total: FloatArray = np.sum(values * weights, axis=-1)
     return 0.5 * width * total
+
+
+def panel_nodes(edges: FloatArray) -> FloatArray:
+    """Return the 24 Gauss–Legendre nodes of each panel between edges, shape (panels, 24)."""
+    return edges[:-1, None] + np.diff(edges)[:, None] * (0.5 * (1.0 + _rule()[0]))
+
+
+def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
+    """Return the integrals from the first edge to each node, and to the last edge.
+
+    Args:
+        values: of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
+        edges: of the panels, ascending, shape (panels + 1,).
+    """
+    width = 0.5 * np.diff(edges)
+    parts = width * np.sum(values * _rule()[1], axis=-1)
+    before = np.concatenate([[0.0], np.cumsum(parts)])
+    within = width[:, None] * np.sum(values[:, None, :] * _from_left(), axis=-1)
+    return before[:-1, None] + within, float(before[-1])
+
+
+def unresolved(values: FloatArray) -> float:
+    """Return the size of the last Legendre coefficients of the panels against the largest value.
+
+    Args:
+        values: at `panel_nodes`, shape (panels, 24).
+    """
+    nodes, weights = _rule()
+    last = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]
+    tails = np.abs(np.sum(values[..., None] * last, axis=1)) * _NODES
+    return float(np.max(tails) / np.max(np.abs(values)))
+
+
+@lru_cache(maxsize=1)
+def _from_left() -> FloatArray:
+    """Return the weights of the integrals from −1 to each node, shape (24, 24)."""
+    nodes, weights = _rule()
+    basis = np.polynomial.legendre.legvander(nodes, _NODES)
+    orders = np.arange(1, _NODES)
+    integrals = (basis[:, 2:] - basis[:, :-2]) / (2.0 * orders + 1.0)
+    integrals = np.concatenate([nodes[:, None] + 1.0, integrals], axis=1)
+    projection = basis[:, :_NODES] * (2.0 * np.arange(_NODES) + 1.0) * 0.5 * weights[:, None]
+    return np.asarray(integrals @ projection.T)

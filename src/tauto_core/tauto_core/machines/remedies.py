@@ -7,14 +7,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tauto_core.curves import Hole, SpringCorrected, WeightCorrected
-from tauto_core.curves.nearest import nearest
+from tauto_core.curves.nearest import nearest, nearest_if_any
 from tauto_core.machines.hanging import LEAST_FREE, HangingMachine
 from tauto_core.machines.lever import LeverMachine
 from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
 from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.trochlea import Machine
-
-_MOST_DOUBLINGS = 40
 
 
 def wider_range(machine: Machine | LeverMachine | HangingMachine, amplitude: float) -> str:
@@ -37,6 +35,35 @@ def wider_range(machine: Machine | LeverMachine | HangingMachine, amplitude: flo
             return _farther(float(replace(cam, distance=math.inf).lever_arm(amplitude)))
         case _:
             return ' or give the cam a wider range'
+
+
+def resolvable(
+    machine: Machine | LeverMachine, resolved: Callable[[Machine | LeverMachine], bool]
+) -> str:
+    """Return the nearest machines whose motion is resolved, empty where none is near.
+
+    Args:
+        machine: whose motion is not.
+        resolved: of a machine whose range holds its release.
+    """
+
+    def released(angle: float) -> bool:
+        return resolved(replace(machine, release_angle=angle))
+
+    release = ('a release_angle of at most', 'rad', abs(machine.release_angle), 0.5, released)
+    if not isinstance(machine, LeverMachine):
+        return _that_work(release)
+    lever = machine
+
+    def heavier(inertia: float) -> bool:
+        geometry = lever.geometry
+        if isinstance(geometry, CorrectedLeverGeometry):
+            geometry = replace(geometry, inertia=inertia)
+        tried = replace(lever, inertia=inertia, geometry=geometry)
+        return abs(tried.release_angle) <= tried.range_rad and resolved(tried)
+
+    inertia = ('an inertia of the wheel of at least', 'kg m2', lever.inertia, 2.0, heavier)
+    return _that_work(inertia, release)
 
 
 def _farther(arm: float) -> str:
@@ -122,10 +149,17 @@ def _of_corrected_lever(
 
 
 def _choices(*choices: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+    """Return those remedies that work, as the end of a sentence."""
+    found = _that_work(*choices)
+    return f', or use {found}' if found else ''
+
+
+def _that_work(*choices: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
     """Return those remedies that work: each as words, unit, value, direction and test."""
-    said = [
-        f'{words} {nearest(value, factor, works):.4g} {unit}'
+    tried = (
+        (words, unit, nearest_if_any(value, factor, works))
         for words, unit, value, factor, works in choices
-        if any(works(value * factor**step) for step in range(1, _MOST_DOUBLINGS + 1))
-    ]
-    return f', or use {" or ".join(said)}' if said else ''
+    )
+    return ' or '.join(
+        f'{words} {found:.4g} {unit}' for words, unit, found in tried if found is not None
+    )

@@ -161,23 +161,51 @@ class Machine:
         if top == 0.0:
             return self.small_period
         joints = cam.joints[cam.joints < amplitude]
-        # a corrected cam knows the angle of a lift in closed form
-        falls = not isinstance(cam, CorrectedCam)
 
         def integrand(u: FloatArray) -> FloatArray:
-            sine, kinetic = np.sin(u), top * np.cos(u) ** 2
-            lift = self.lift_of_potential(top * sine * sine)
-            angle = cam.angle_of_lift(lift)
-            near = falls & (sine * sine > 0.5) & (angle > joints.max(initial=0.0))
-            angle[near] = self._angle_at(kinetic[near], angle[near], amplitude)
+            angle, lift = self._along(amplitude, top, u)
             mass = self.mass(angle)
-            self._check_taut(angle, lift, mass, kinetic)
-            return np.sqrt(mass) * sine / (self.pull(lift) * cam.lever_arm(angle))
+            self._check_taut(angle, lift, mass, top * np.cos(u) ** 2)
+            return np.sqrt(mass) * np.sin(u) / (self.pull(lift) * cam.lever_arm(angle))
 
         cuts = np.arcsin(np.sqrt(self.potential(joints) / top))
         edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
         parts = integrate(integrand, edges[:-1], edges[1:])
         return 4.0 * math.sqrt(2.0 * top) * float(np.sum(parts))
+
+    def swing(self, amplitude: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land.
+
+        V = V(A) sin²u runs from the middle to the turning point as u from 0 to π/2.
+
+        Args:
+            amplitude: A > 0, within the cam's range [rad].
+            u: in (0, π/2], any shape.
+        """
+        top = float(self.potential(amplitude))
+        angle, lift = self._along(amplitude, top, u)
+        torque = self.pull(lift) * self.cam.lever_arm(angle)
+        return angle, np.sqrt(2.0 * top * self.mass(angle)) * np.sin(u) / torque
+
+    def angle_of_potential(self, potential: float) -> float:
+        """Return ϑ ≥ 0 at which V is `potential` [J], at most the cam's range."""
+        edge = self.cam.range_rad
+        if math.isfinite(edge):
+            potential = min(potential, float(self.potential(edge)))
+        return float(self.cam.angle_of_lift(self.lift_of_potential(potential)))
+
+    def _along(self, amplitude: float, top: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ϑ and the lift where V = V(A) sin²u; `top` is V(A)."""
+        cam = self.cam
+        sine, kinetic = np.sin(u), top * np.cos(u) ** 2
+        lift = self.lift_of_potential(top * sine * sine)
+        angle = cam.angle_of_lift(lift)
+        # a corrected cam knows the angle of a lift in closed form
+        if not isinstance(cam, CorrectedCam):
+            last = cam.joints[cam.joints < amplitude].max(initial=0.0)
+            near = (sine * sine > 0.5) & (angle > last)
+            angle[near] = self._angle_at(kinetic[near], angle[near], amplitude)
+        return angle, lift
 
     def _angle_at(self, kinetic: FloatArray, near: FloatArray, amplitude: float) -> FloatArray:
         """Return the angle where a swing has a kinetic energy, counted from its turning point.

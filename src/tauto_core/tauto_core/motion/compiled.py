@@ -30,6 +30,7 @@ _KERNELS = (
     'lever_shape',
     'mechanism',
     'outside',
+    'roots',
     'rotation',
     'span_events',
     'spans',

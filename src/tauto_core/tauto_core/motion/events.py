@@ -10,7 +10,7 @@ length in x) of a step; `limits` (impulse angle, edge of the cam); `floats` and 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import types
 from numba.extending import overload
@@ -31,6 +31,7 @@ from tauto_core.motion.outside import (
     forcing_at,
     node_row,
 )
+from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between
 from tauto_core.motion.wells import (
     acceleration,
@@ -52,7 +53,6 @@ from tauto_core.motion.wells import (
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = range(6)
 """The negative of a kind is no event, but where the value of that kind stops falling."""
 
-TRIALS = 12
 DISCERNED = 1e-7
 """Part of the slope at a step's end that its beginning must fall with to count as falling."""
 
@@ -100,7 +100,7 @@ def expects_events(well: Any) -> bool:
 
 
 @compiled
-def _value(kind: int, limits: Any, mode: Any, state: Any) -> float:
+def value_of_state(kind: int, limits: Any, mode: Any, state: Any) -> float:
     """Return what is positive before an event and negative after it."""
     side, d = mode
     if kind == TURNING:
@@ -129,91 +129,39 @@ def slope(kind: int, mode: Any, state: Any, at: Any) -> float:
     return 0.0
 
 
-@compiled
-def value_at(kind: int, limits: Any, well: Any, mode: Any, q: float, w: float, at: Any) -> Any:
-    """Return an event's value and its time derivative in a state."""
-    state = acceleration(well, mode, q, w, at)
-    return _value(kind, limits, mode, state), slope(kind, mode, state, at)
+class Watch(NamedTuple):
+    """What tells an event's value within a step; of a negative kind, its time derivative less."""
+
+    kind: int
+    limits: Any
+    well: Any
+    mode: Any
+    omega: Any
+    floats: Any
+    place: Any
+    work: Any
 
 
-@compiled
-def _within(
-    kind: int,
-    limits: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    floats: Any,
-    place: Any,
-    xi: float,
-    work: Any,
-) -> float:
-    """Return an event's value at the fraction xi of the step."""
-    forcing, k, x0, hx = place
-    x, y = between(omega, 0, hx * forcing[0][k], xi, floats, work)
-    if kind == IMPULSE:
-        # the angle is enough
-        tilt = channel(forcing[2], k, x0 + xi * hx, 1.0)[0]
-        return limits[0] - mode[1] * (angle_at(well, x) + tilt)
-    at = forcing_at(forcing, k, x0 + xi * hx)
-    state = acceleration(well, mode, x, omega[0] * y, at)
-    if kind < 0:
-        return -slope(-kind, mode, state, at)
-    return _value(kind, limits, mode, state)
+@overload(value_of, strict=False)
+def _value_within(watch: Any, xi: Any) -> Any:
+    if getattr(watch, 'instance_class', None) is not Watch:
+        return None
 
+    def within(watch: Any, xi: Any) -> Any:
+        kind, limits, well, mode, omega, floats, place, work = watch
+        forcing, k, x0, hx = place
+        x, y = between(omega, 0, hx * forcing[0][k], xi, floats, work)
+        if kind == IMPULSE:
+            # the angle is enough
+            tilt = channel(forcing[2], k, x0 + xi * hx, 1.0)[0]
+            return limits[0] - mode[1] * (angle_at(well, x) + tilt)
+        at = forcing_at(forcing, k, x0 + xi * hx)
+        state = acceleration(well, mode, x, omega[0] * y, at)
+        if kind < 0:
+            return -slope(-kind, mode, state, at)
+        return value_of_state(kind, limits, mode, state)
 
-@compiled
-def _locate(
-    kind: int,
-    limits: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    floats: Any,
-    place: Any,
-    last: float,
-    at_last: float,
-    precision: float,
-    work: Any,
-) -> float:
-    """Return the fraction of the step at which an event's value falls to zero (Illinois).
-
-    Args:
-        last: where it is not positive any more.
-        at_last: its value there.
-        precision: how far off the fraction may be; the step to it finds the rest.
-    """
-    a, b, fb = 0.0, last, min(at_last, 0.0)
-    fa = _within(kind, limits, well, mode, omega, floats, place, a, work)
-    if not fa > 0.0:
-        # from where the last event was, the value may be positive for a moment only
-        for trial in range(1, TRIALS):
-            x = last * 0.25 ** (TRIALS - trial)
-            fx = _within(kind, limits, well, mode, omega, floats, place, x, work)
-            if fx > 0.0:
-                a, fa = x, fx
-            elif fa > 0.0:
-                b, fb = x, fx
-                break
-    if not fa > 0.0:
-        return 0.0
-    kept = 0
-    for _ in range(100):
-        x = (a * fb - b * fa) / (fb - fa)
-        if not a < x < b:
-            return b
-        fx = _within(kind, limits, well, mode, omega, floats, place, x, work)
-        if fx == 0.0 or x - a <= precision or b - x <= precision:
-            return x
-        if fx > 0.0:
-            a, fa = x, fx
-            fb = 0.5 * fb if kept == 1 else fb
-            kept = 1
-        else:
-            b, fb = x, fx
-            fa = 0.5 * fa if kept == -1 else fa
-            kept = -1
-    return b
+    return within
 
 
 def _node_state(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
@@ -310,12 +258,12 @@ def _dip(
     (2, 0) where it is not: only a value that falls at first and rises at last passes zero twice.
     What breaks loose from friction falls by a rounding at most.
     """
-    before = _within(-kind, limits, well, mode, omega, floats, place, 0.0, work)
-    after = _within(-kind, limits, well, mode, omega, floats, place, 1.0, work)
+    falling = Watch(-kind, limits, well, mode, omega, floats, place, work)
+    before, after = value_of(falling, 0.0), value_of(falling, 1.0)
     if not (after < 0.0 and before > -DISCERNED * after):
         return 2.0, 0.0
-    xi = _locate(-kind, limits, well, mode, omega, floats, place, 1.0, after, 1e-3, work)
-    value = _within(kind, limits, well, mode, omega, floats, place, xi, work)
+    xi = locate(falling, 1.0, after, 1e-3)
+    value = value_of(Watch(kind, limits, well, mode, omega, floats, place, work), xi)
     return (xi, value) if value < 0.0 else (2.0, 0.0)
 
 
@@ -348,7 +296,7 @@ def first_event(
     first, xi, reach = NO_EVENT, 2.0, 1.0
     state = acceleration(well, mode, end[0], end[1], forcing_at(forcing, k, x0 + hx))
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
-        at_last = _value(kind, limits, mode, state)
+        at_last = value_of_state(kind, limits, mode, state)
         last = reach if at_last <= 0.0 else 2.0
         if kind == TURNING and not (turns_abruptly(machine) or _kicks(machine[7])):
             continue
@@ -358,28 +306,17 @@ def first_event(
             continue
         if kind == AT_SLACK and not _has_weight_in(machine):
             continue
+        watch = Watch(kind, limits, well, mode, omega, floats, place, work)
         if last > 1.0 and (kind == KINK or (kind == TURNING and turns_abruptly(machine))):
             last, at_last = _dip(kind, limits, well, mode, omega, floats, place, work)
         if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
             last = passed[kind - AT_EDGE]
-            at_last = _within(kind, limits, well, mode, omega, floats, place, last, work)
+            at_last = value_of(watch, last)
         if last <= 1.0:
             # a smooth turning point need not be stepped to; a slack thread's value has no slope
             rough = kind == TURNING and not turns_abruptly(machine)
             precision = 1e-2 if rough else (1e-6 if kind < AT_EDGE else 1e-13)
-            at = _locate(
-                kind,
-                limits,
-                well,
-                mode,
-                omega,
-                floats,
-                place,
-                last,
-                at_last,
-                precision,
-                work,
-            )
+            at = locate(watch, last, at_last, precision)
             if at < xi:
                 first, xi = kind, at
             if kind == TURNING:

@@ -9,7 +9,9 @@ in mechanism; `scratch` a state to work with.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
+
+from numba.extending import overload
 
 from tauto_core.motion.compiled import compiled
 from tauto_core.motion.gauss import NODES, STAGES
@@ -26,6 +28,7 @@ from tauto_core.motion.mechanism import (
     outside_at,
     strike,
 )
+from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between, expand
 
 NO_EVENT, AT_TURNING, AT_IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4
@@ -48,70 +51,35 @@ def value(kind: int, angle: float, d: float, now: Any) -> float:
     return now[TENSION]
 
 
-@compiled
-def _within(
-    kind: int,
-    angle: float,
-    system: Any,
-    d: float,
-    omega: Any,
-    place: Any,
-    xi: float,
-    floats: Any,
-    memory: Any,
-    scratch: Any,
-) -> float:
-    """Return an event's value at the fraction xi of the step, from the stage polynomials."""
-    forcing, k, x0, hx = place
-    for p in range(len(omega)):
-        x, y = between(omega, p, hx * forcing[0][k], xi, floats, memory.work)
-        scratch[4 * p], scratch[4 * p + 2] = x, y
-    now = instant(system, d, omega, scratch, outside_at(forcing, k, x0 + xi * hx))
-    return value(kind, angle, d, now)
+class Watch(NamedTuple):
+    """What tells an event's value within a step."""
+
+    kind: int
+    angle: float
+    system: Any
+    d: float
+    omega: Any
+    place: Any
+    floats: Any
+    memory: Any
+    scratch: Any
 
 
-@compiled
-def _locate(
-    kind: int,
-    angle: float,
-    system: Any,
-    d: float,
-    omega: Any,
-    place: Any,
-    last: float,
-    floats: Any,
-    memory: Any,
-    scratch: Any,
-) -> float:
-    """Return the fraction of the step at which an event's value falls to zero (Illinois)."""
-    a, fa, b = 0.0, 0.0, last
-    fb = _within(kind, angle, system, d, omega, place, b, floats, memory, scratch)
-    for trial in range(4):
-        a = 0.0 if trial == 0 else last * 0.25 ** (4 - trial)
-        fa = _within(kind, angle, system, d, omega, place, a, floats, memory, scratch)
-        if fa > 0.0:
-            break
-    if not fa > 0.0:
-        return 0.0
-    if not fb < 0.0:
-        return b
-    kept = 0
-    for _ in range(100):
-        x = (a * fb - b * fa) / (fb - fa)
-        if not a < x < b:
-            return b
-        fx = _within(kind, angle, system, d, omega, place, x, floats, memory, scratch)
-        if fx == 0.0 or x - a <= 1e-13 or b - x <= 1e-13:
-            return x
-        if fx > 0.0:
-            a, fa = x, fx
-            fb = 0.5 * fb if kept == 1 else fb
-            kept = 1
-        else:
-            b, fb = x, fx
-            fa = 0.5 * fa if kept == -1 else fa
-            kept = -1
-    return b
+@overload(value_of, strict=False)
+def _value_within(watch: Any, xi: Any) -> Any:
+    if getattr(watch, 'instance_class', None) is not Watch:
+        return None
+
+    def within(watch: Any, xi: Any) -> Any:
+        kind, angle, system, d, omega, place, floats, memory, scratch = watch
+        forcing, k, x0, hx = place
+        for p in range(len(omega)):
+            x, y = between(omega, p, hx * forcing[0][k], xi, floats, memory.work)
+            scratch[4 * p], scratch[4 * p + 2] = x, y
+        now = instant(system, d, omega, scratch, outside_at(forcing, k, x0 + xi * hx))
+        return value(kind, angle, d, now)
+
+    return within
 
 
 @compiled
@@ -163,9 +131,11 @@ def first_event(
             last = min(edge, reach)
         elif kind == AT_SLACK:
             last = min(slack, reach)
-        if _within(kind, angle, system, d, omega, place, last, floats, memory, scratch) > 0.0:
+        watch = Watch(kind, angle, system, d, omega, place, floats, memory, scratch)
+        at_last = value_of(watch, last)
+        if at_last > 0.0:
             continue
-        at = _locate(kind, angle, system, d, omega, place, last, floats, memory, scratch)
+        at = locate(watch, last, at_last, 1e-13)
         if at < xi:
             first, xi = kind, at
         if kind == AT_TURNING:

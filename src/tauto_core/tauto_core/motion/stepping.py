@@ -40,8 +40,9 @@ from tauto_core.motion.events import (
     hold,
     limit_passed,
     set_off,
+    slope,
     turns_abruptly,
-    value_at,
+    value_of_state,
 )
 from tauto_core.motion.lanes import load, splat, store
 from tauto_core.motion.outside import (
@@ -88,6 +89,11 @@ COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
 """Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
 
 MAX_LEVEL = 24
+NEAR = 1e-5
+"""Angle of turning within which a state is carried to its event without another step [rad]."""
+
+SETTLED = 1e-16
+"""Error of an event's time that is rounding, as the angle turned in it [rad]."""
 
 
 class Trochlea(NamedTuple):
@@ -144,6 +150,45 @@ def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
 
 
 @compiled
+def _carry(
+    kind: int, xi: float, limits: Any, well: Any, mode: Any, omega: Any, place: Any, end: Any
+) -> tuple[float, bool]:
+    """Carry a state that is near an event to it; return the fraction, and whether it is there.
+
+    The midpoint rule errs by the cube of what it spans, and tells how the slope changes on the
+    way; a wheel that has just been released may lie so near its event that this takes repetition.
+    """
+    forcing, k, x0, hx = place
+    whole = hx * forcing[0][k]
+    for _ in range(8):
+        at = forcing_at(forcing, k, x0 + xi * hx)
+        state = acceleration(well, mode, end[0], omega[0] * end[2], at)
+        value, fall = value_of_state(kind, limits, mode, state), slope(kind, mode, state, at)
+        if not fall < 0.0:
+            return xi, True
+        late = -value / fall
+        reached = xi + late / whole
+        if not 0.0 < reached <= 1.0:
+            return xi, True
+        if not omega[0] * abs(late) < NEAR:
+            return reached, False
+        along, more = drift(well, mode, state, at)
+        x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
+        at = forcing_at(forcing, k, x0 + 0.5 * (xi + reached) * hx)
+        state = acceleration(well, mode, x, w, at)
+        along, more = drift(well, mode, state, at)
+        mean = slope(kind, mode, state, at)
+        late *= fall / mean if mean < 0.0 else 1.0
+        end[0] += late * along
+        end[2] += late * more / omega[0]
+        xi += late / whole
+        change = mean / fall - 1.0
+        if omega[0] * abs(late) * change * change <= SETTLED:
+            break
+    return xi, True
+
+
+@compiled
 def _step_to_event(
     kind: int,
     xi: float,
@@ -158,7 +203,6 @@ def _step_to_event(
     """Step to an event and correct its time by the state found there; return the fraction."""
     machine, lever, shape, _ = system
     forcing, k, x0, hx = place
-    length = forcing[0][k]
     work, end = memory.work, memory.end
     well = machine, lever, shape
     part = np.int64(PART_STEP)
@@ -167,28 +211,12 @@ def _step_to_event(
             copy_state(1, floats, end)
             return 0.0
         forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
-        h = xi * hx * length
+        h = xi * hx * forcing[0][k]
         collocate(system, mode, omega, h, part, floats, memory)
         finish(omega, h, part, floats, memory)
-        at = forcing_at(forcing, k, x0 + xi * hx)
-        value, slope = value_at(kind, limits, well, mode, end[0], omega[0] * end[2], at)
-        if not slope < 0.0:
+        xi, there = _carry(kind, xi, limits, well, mode, omega, place, end)
+        if there:
             return xi
-        late = -value / slope
-        reached = xi + late / (hx * length)
-        if not 0.0 < reached <= 1.0:
-            return xi
-        if omega[0] * abs(late) < 1e-5:
-            # the midpoint rule errs by the cube of this
-            state = acceleration(well, mode, end[0], omega[0] * end[2], at)
-            along, more = drift(well, mode, state, at)
-            x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
-            at = forcing_at(forcing, k, x0 + 0.5 * (xi + reached) * hx)
-            along, more = drift(well, mode, acceleration(well, mode, x, w, at), at)
-            end[0] += late * along
-            end[2] += late * more / omega[0]
-            return reached
-        xi = reached
     return xi
 
 

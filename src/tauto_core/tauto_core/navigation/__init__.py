@@ -1,16 +1,10 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
-from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model
-from tauto_core.navigation.kalman import (
-    ClockModel,
-    Estimate,
-    filter_phases,
-    predict,
-    prior,
-    update,
-)
+from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model, drift_warnings
+from tauto_core.navigation.filtering import Filtered, Known, filter_phases
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior, update
 from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
-from tauto_core.navigation.prize import prize_pounds
+from tauto_core.navigation.prize import prize_pounds, required_rate_s_per_day
 from tauto_core.navigation.route import Route
 from tauto_core.navigation.tally import LongitudeTally
 
@@ -20,13 +14,17 @@ __all__ = [
     'ClockModel',
     'DriftStage',
     'Estimate',
+    'Filtered',
+    'Known',
     'LongitudeStage',
     'LongitudeTally',
     'Route',
     'clock_model',
+    'drift_warnings',
     'filter_phases',
     'predict',
     'prior',
     'prize_pounds',
+    'required_rate_s_per_day',
     'update',
 ]

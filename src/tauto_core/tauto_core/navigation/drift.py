@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import ClassVar, cast
 
 import numpy as np
 
-from tauto_core.navigation.kalman import ClockModel, Estimate, filter_phases, predict, prior
+from tauto_core.navigation.filtering import REFUSED, REOPENED, Filtered, Known, filter_phases
+from tauto_core.navigation.kalman import (
+    RANDOM_WALK_FM_FLOOR_PER_S,
+    WHITE_FM_FLOOR_S,
+    ClockModel,
+    Estimate,
+    predict,
+    prior,
+)
 from tauto_core.navigation.ordering import AFTER_ALL, BEFORE_ALL, in_order
+from tauto_core.navigation.phases import observed_phases
+from tauto_core.navigation.track import Track
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -33,14 +42,28 @@ ESTIMATE_NAMES = ('offset_s', 'offset_sigma_s', 'rate_s_per_day', 'rate_sigma_s_
 HISTORY = 4096
 """Readings remembered, beyond those held back, for observations that come late."""
 
+AHEAD_NS = 86_400 * NS_PER_S
+"""An observation stamped later than this after the newest reading is of another clock."""
+
+PATIENCE = 3.0
+"""Observation intervals for which the filter trusts itself rather than an outlier."""
+
 
 def clock_model(scene: Scene) -> ClockModel:
-    """Return what `drift` says of the clock, with the noise of a good clock (the floors)."""
-    drift = scene.drift
+    """Return what `drift` says of the clock, with its noise or that of a good clock (the floors).
+
+    Outliers are refused for three observation intervals: after that, as at a landfall, the
+    clock is likelier to have changed than the observer to be wrong.
+    """
+    drift, clock = scene.drift, scene.clock
     return ClockModel(
         observation_sigma_s=drift.observation_sigma,
         prior_rate_sigma=drift.prior_rate_sigma / SECONDS_PER_DAY,
         states=drift.states,
+        white_fm_s=max(WHITE_FM_FLOOR_S, clock.white_fm_s),
+        random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, clock.random_walk_fm_per_s),
+        gate=drift.gate,
+        patience_s=PATIENCE * drift.observation_interval,
     )
 
 
@@ -49,15 +72,17 @@ class DriftStage:
 
     One `drift/estimate` and one `clock/corrected` go out for each `clock/reading`, at its stamp.
     The dial is taken as set right at the first reading. An observation is compared with the
-    reading at its stamp, or with the line between the readings on both sides of it.
+    reading at its stamp, or with the line between the readings on both sides of it. Outliers are
+    refused (`filtering`) and counted, and so is each time that the state was reopened.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.
         expect_schedule: an estimate at t uses every observation with stamp <= t, whatever the
             order of arrival between the topics: readings at and after the next scheduled
             observation wait until it, or a later one, has come, or until `finish`. False: an
-            observation counts for the readings that go out after it came; it may be late by
-            `HISTORY` readings.
+            observation counts for the readings that go out after it came. It may be late by
+            `HISTORY` readings, and by `track.REMEMBERED` later observations, which the filter
+            then goes over again in the order of the stamps.
     """
 
     inputs: ClassVar[tuple[str, ...]] = (READING, OBSERVATION)
@@ -69,14 +94,16 @@ class DriftStage:
         none = np.empty(0, np.int64)
         self._stamp, self._reference = none, none
         self._released = 0
-        self._pending: list[tuple[int, int]] = []
+        self._pending: dict[int, int] = {}
         self._last_reading_ns = BEFORE_ALL
         self._last_observation_ns = BEFORE_ALL
-        self._estimate = prior(self._model)
-        self._estimate_ns = BEFORE_ALL
+        self._track: Track | None = None
         self._health = {
             'readings_out_of_order': 0,
             'observations_out_of_order': 0,
+            'observations_repeated': 0,
+            'observations_delayed': 0,
+            'observations_from_future': 0,
             'observations_unscheduled': 0,
             'observations_missing': 0,
             'observations_too_old': 0,
@@ -99,7 +126,7 @@ class DriftStage:
             due = (self._schedule > last) & (self._schedule <= self._last_reading_ns)
             self._health['observations_missing'] += int(np.count_nonzero(due))
         self._health['observations_unmatched'] += len(self._pending)
-        self._pending = []
+        self._pending = {}
         return said
 
     def state(self) -> State:
@@ -108,11 +135,10 @@ class DriftStage:
             'stamp': self._stamp,
             'reference': self._reference,
             'released': self._released,
-            'pending': list(self._pending),
+            'pending': list(self._pending.items()),
             'last_reading_ns': self._last_reading_ns,
             'last_observation_ns': self._last_observation_ns,
-            'estimate': tuple(self._estimate),
-            'estimate_ns': self._estimate_ns,
+            'track': None if self._track is None else self._track.state(),
             'health': dict(self._health),
         }
 
@@ -121,16 +147,23 @@ class DriftStage:
         self._stamp = state['stamp']
         self._reference = state['reference']
         self._released = state['released']
-        self._pending = [(stamp, reference) for stamp, reference in state['pending']]
+        self._pending = dict(state['pending'])
         self._last_reading_ns = state['last_reading_ns']
         self._last_observation_ns = state['last_observation_ns']
-        self._estimate = Estimate(*state['estimate'])
-        self._estimate_ns = state['estimate_ns']
+        self._track = None
+        if state['track'] is not None:
+            self._track = Track(Known(0, prior(self._model)), self._model)
+            self._track.restore(state['track'])
         self._health = dict(state['health'])
 
     def health(self) -> dict[str, int]:
-        """Return counters: refused, missing and unused samples."""
-        return dict(self._health)
+        """Return counters: refused, missing, unused and delayed samples, states reopened."""
+        track = self._track
+        return {
+            **self._health,
+            'observations_gated': track.count(REFUSED) if track else 0,
+            'estimates_reopened': track.count(REOPENED) if track else 0,
+        }
 
     def _accept_readings(self, reading: TimeSamples) -> None:
         kept = in_order(reading.stamp_ns, self._last_reading_ns)
@@ -138,8 +171,8 @@ class DriftStage:
         self._health['readings_out_of_order'] += len(kept) - len(stamps)
         if not len(stamps):
             return
-        if self._estimate_ns == BEFORE_ALL:
-            self._estimate_ns = int(stamps[0])
+        if self._track is None:
+            self._track = Track(Known(int(stamps[0]), prior(self._model)), self._model)
         self._last_reading_ns = int(stamps[-1])
         self._stamp = np.concatenate((self._stamp, stamps))
         self._reference = np.concatenate((self._reference, reading.time_ref_ns[kept]))
@@ -147,22 +180,37 @@ class DriftStage:
     def _accept_observations(self, observation: TimeSamples) -> None:
         stamps: list[int] = observation.stamp_ns.tolist()
         references: list[int] = observation.time_ref_ns.tolist()
+        accepts = self._is_foreign_new if self._schedule is None else self._is_due
         for stamp, reference in zip(stamps, references, strict=True):
-            if stamp <= self._last_observation_ns:
-                self._health['observations_out_of_order'] += 1
-            elif self._scheduled(stamp):
-                self._pending.append((stamp, reference))
-                self._last_observation_ns = stamp
+            if accepts(stamp):
+                self._pending[stamp] = reference
+                self._last_observation_ns = max(stamp, self._last_observation_ns)
 
-    def _scheduled(self, stamp: int) -> bool:
-        if self._schedule is None:
-            return True
+    def _is_due(self, stamp: int) -> bool:
+        """Tell whether an observation is the next of the schedule, or one after it; count."""
+        assert self._schedule is not None
+        if stamp <= self._last_observation_ns:
+            self._health['observations_out_of_order'] += 1
+            return False
         place = int(np.searchsorted(self._schedule, stamp))
         if place == len(self._schedule) or self._schedule[place] != stamp:
             self._health['observations_unscheduled'] += 1
             return False
         expected = int(np.searchsorted(self._schedule, self._last_observation_ns, 'right'))
         self._health['observations_missing'] += place - expected
+        return True
+
+    def _is_foreign_new(self, stamp: int) -> bool:
+        """Tell whether an observation can be of this clock and is not a repetition; count."""
+        if self._track is not None and stamp > self._last_reading_ns + AHEAD_NS:
+            self._health['observations_from_future'] += 1
+            return False
+        if stamp > self._last_observation_ns:
+            return True
+        if stamp in self._pending or (self._track is not None and self._track.has(stamp)):
+            self._health['observations_repeated'] += 1
+            return False
+        self._health['observations_delayed'] += 1
         return True
 
     def _next_scheduled_ns(self) -> int:
@@ -176,70 +224,85 @@ class DriftStage:
         ready = int(np.searchsorted(self._stamp, before_ns))
         if not ready:
             return {}
-        since, known = self._use_observations(self._stamp[:ready])
+        way = self._use_observations(self._stamp[:ready])
         stamps = self._stamp[self._released : ready]
         references = self._reference[self._released : ready]
         remembered = 1 if self._schedule is not None else HISTORY
         forgotten = max(ready - remembered, 0)
         self._stamp, self._reference = self._stamp[forgotten:], self._reference[forgotten:]
         self._released = ready - forgotten
-        return _estimates(stamps, references, since, known, self._model) if len(stamps) else {}
+        return _estimates(stamps, references, way, self._model) if len(stamps) else {}
 
-    def _use_observations(self, ready: IntArray) -> tuple[IntArray, Estimate[FloatArray]]:
-        """Update with the observations that `ready` reaches.
-
-        Returns the stamps of the states known from the last one before on, and these states.
-        """
-        oldest, newest = int(ready[0]), int(ready[-1])
-        since, phases = [self._estimate_ns], []
-        reached = sum(stamp <= newest for stamp, _ in self._pending)
-        for stamp, observed in self._pending[:reached]:
-            if stamp < oldest:
-                self._health['observations_too_old'] += 1
-                continue
-            since.append(stamp)
-            phases.append((self._reading_error(stamp) - (observed - stamp)) / NS_PER_S)
-        self._pending = self._pending[reached:]
-        elapsed = [(late - early) / NS_PER_S for early, late in pairwise(since)]
-        known = filter_phases(self._estimate, elapsed, phases, self._model)
-        self._estimate = Estimate(*(float(column[-1]) for column in known))
-        self._estimate_ns = since[-1]
-        return np.array(since, np.int64), known
-
-    def _reading_error(self, stamp: int) -> float:
-        """Return reading minus true time [ns] at a stamp within the known readings."""
-        after = int(np.searchsorted(self._stamp, stamp))
-        right, right_error = self._error_at(after)
-        if right == stamp:
-            return float(right_error)
-        left, left_error = self._error_at(after - 1)
-        return left_error + (right_error - left_error) * (stamp - left) / (right - left)
-
-    def _error_at(self, index: int) -> tuple[int, int]:
-        stamp = int(self._stamp[index])
-        return stamp, int(self._reference[index]) - stamp
+    def _use_observations(self, ready: IntArray) -> Filtered:
+        """Update with the observations that `ready` reaches; return the filter's way to there."""
+        assert self._track is not None
+        newest, oldest = int(ready[-1]), max(int(ready[0]), self._track.oldest_ns)
+        reached = sorted(stamp for stamp in self._pending if stamp <= newest)
+        stamps = [stamp for stamp in reached if stamp >= oldest]
+        self._health['observations_too_old'] += len(reached) - len(stamps)
+        observed = {stamp: self._pending.pop(stamp) for stamp in reached}
+        if not stamps:
+            return filter_phases(self._track.last, [], [], self._model)
+        at = np.array(stamps, np.int64)
+        true = np.array([observed[stamp] for stamp in stamps], np.int64)
+        phases = observed_phases(self._stamp, self._reference, at, true)
+        return self._track.use(stamps, phases.tolist())
 
 
 def _estimates(
-    stamps: IntArray,
-    references: IntArray,
-    since: IntArray,
-    known: Estimate[FloatArray],
-    model: ClockModel,
+    stamps: IntArray, references: IntArray, way: Filtered, model: ClockModel
 ) -> Batches:
     """Return estimate and corrected time of readings, each from the last state known at it.
 
     Every reading is predicted from that state in one step: the result does not depend on the
     log interval.
     """
-    place = np.searchsorted(since[1:], stamps, 'right')
-    elapsed = (stamps - since[place]) / NS_PER_S
-    now = predict(Estimate(*(column[place] for column in known)), elapsed, model)
-    values = np.column_stack(
-        (now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY)
-    )
+    place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
+    elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
+    now = predict(Estimate(*(column[place] for column in way.states)), elapsed, model)
     corrected = references - np.rint(now.x * NS_PER_S).astype(np.int64)
     return {
-        ESTIMATE: scalars(stamps, ESTIMATE_NAMES, values),
+        ESTIMATE: scalars(stamps, ESTIMATE_NAMES, estimate_values(now)),
         CORRECTED: TimeSamples(stamps, '', corrected, same('corrected', len(stamps))),
     }
+
+
+def estimate_values(now: Estimate[FloatArray]) -> FloatArray:
+    """Return the values of `ESTIMATE_NAMES`, (n, 4)."""
+    return np.column_stack(
+        (now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY)
+    )
+
+
+_SAID = {
+    'readings_out_of_order': 'readings were out of order and left out',
+    'observations_out_of_order': 'observations came after later ones and were left out',
+    'observations_repeated': 'observations had the stamp of another and were left out',
+    'observations_delayed': 'observations came after later ones; the filter went back for them',
+    'observations_from_future': 'observations were stamped a day or more after the newest reading '
+    'and left out: check whose clock stamped them',
+    'observations_unscheduled': 'observations were not at the times of the scene and left out',
+    'observations_missing': 'observations of the scene did not come',
+    'observations_too_old': 'observations were older than what is remembered and left out',
+    'observations_unmatched': 'observations were stamped after the last reading and left out',
+    'observations_gated': 'observations were refused as outliers, beyond drift.gate = {gate:g} '
+    'sigmas',
+    'estimates_reopened': 'observations beyond drift.gate = {gate:g} sigmas had to be believed: '
+    'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
+    '{prior:g} s/day)',
+}
+
+
+def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
+    """Return in words what the drift stage counted.
+
+    Args:
+        health: its counters; those of other stages are passed over.
+        scene: that it ran with.
+    """
+    values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
+    return [
+        f'drift: {health[name]} {words.format(**values)}'
+        for name, words in _SAID.items()
+        if health.get(name)
+    ]

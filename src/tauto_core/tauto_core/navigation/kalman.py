@@ -17,11 +17,9 @@ sample or many, give the same bits.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
-
-import numpy as np
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene.errors import EstimationError
@@ -66,6 +64,9 @@ class ClockModel:
         white_fm_s: q1 [s], >= 0.
         random_walk_fm_per_s: q2 [1/s], >= 0.
         random_run_per_s3: q3 [1/s³], >= 0; of three states only.
+        gate: largest innovation that is believed, in its own sigmas, > 0; None: any.
+        patience_s: for how long after the last observation that was used others are refused [s],
+            > 0 (`filtering`).
 
     Raises:
         EstimationError: a value outside its range.
@@ -77,6 +78,8 @@ class ClockModel:
     white_fm_s: float = WHITE_FM_FLOOR_S
     random_walk_fm_per_s: float = RANDOM_WALK_FM_FLOOR_PER_S
     random_run_per_s3: float = 0.0
+    gate: float | None = None
+    patience_s: float = math.inf
 
     def __post_init__(self) -> None:
         if self.states not in (2, 3):
@@ -88,6 +91,10 @@ class ClockModel:
             _check(name, getattr(self, name), above_zero=True)
         for name in ('white_fm_s', 'random_walk_fm_per_s', 'random_run_per_s3'):
             _check(name, getattr(self, name), above_zero=False)
+        for name in ('gate', 'patience_s'):
+            value = getattr(self, name)
+            if value is not None and not value > 0.0:
+                raise EstimationError(f'{name} = {value}: must be > 0. Give the limit meant')
         if self.states == 2 and self.random_run_per_s3:
             raise EstimationError(
                 f'random_run_per_s3 = {self.random_run_per_s3}: must be 0 with 2 states. '
@@ -117,16 +124,54 @@ def predict(now: Estimate[Number], elapsed_s: Number, model: ClockModel) -> Esti
 
     F P Fᵀ + Q(τ) in exact discrete form (see the module).
     """
-    t = elapsed_s
+    law = law_of(model)
+    return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model)))
+
+
+def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate[float]:
+    """Return the state after an observed phase, by Joseph's form (I−KH) P (I−KH)ᵀ + K R Kᵀ.
+
+    Args:
+        now: the state predicted for the instant of the observation.
+        phase_s: z, reading minus observed true time [s].
+        variance_s2: R [s²], > 0.
+    """
+    return Estimate(*corrected_three(now, phase_s - now.x, now.xx + variance_s2, variance_s2))
+
+
+def reopen(ahead: Estimate[Number], innovation_s: Number, elapsed_s: Number) -> Estimate[Number]:
+    """Return a predicted state that no longer trusts itself (theory E7).
+
+    The offset may have jumped by the innovation ν, or the rate have changed by ν/τ when the last
+    observation had been used: P grows by ν² for the one and by (ν/τ)² (τ, 1)ᵀ(τ, 1) for the other.
+
+    Args:
+        ahead: the state predicted for the instant of the observation.
+        innovation_s: ν, observed less predicted phase [s].
+        elapsed_s: τ > 0, since the last observation that was used [s]; infinite where only the
+            offset can have changed.
+    """
+    v, w = innovation_s, innovation_s / elapsed_s
+    return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)
+
+
+def noise_of(model: ClockModel) -> tuple[float, float, float]:
+    """Return q1 [s], q2 [1/s], q3 [1/s³]."""
+    return model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3
+
+
+def ahead_three(
+    now: tuple[Number, ...], t: Number, q1: float, q2: float, q3: float
+) -> tuple[Number, ...]:
+    """Return x, y, d, xx, xy, xd, yy, yd, dd after a time t [s] (see the module)."""
     x, y, d, xx, xy, xd, yy, yd, dd = now
-    q1, q2, q3 = model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3
     h = 0.5 * t * t
     fxx = xx + t * xy + h * xd
     fxy = xy + t * yy + h * yd
     fxd = xd + t * yd + h * dd
     fyy = yy + t * yd
     fyd = yd + t * dd
-    return Estimate(
+    return (
         x + t * y + h * d,
         y + t * d,
         d,
@@ -139,23 +184,31 @@ def predict(now: Estimate[Number], elapsed_s: Number, model: ClockModel) -> Esti
     )
 
 
-def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate[float]:
-    """Return the state after an observed phase, by Joseph's form (I−KH) P (I−KH)ᵀ + K R Kᵀ.
+def ahead_two(
+    now: tuple[Number, ...], t: Number, q1: float, q2: float, _q3: float
+) -> tuple[Number, ...]:
+    """Return x, y, xx, xy, yy after a time t [s]: the bits of `ahead_three` without ageing."""
+    x, y, xx, xy, yy = now
+    fxy = xy + t * yy
+    return (
+        x + t * y,
+        y,
+        xx + t * xy + t * fxy + t * (q1 + t * t * (q2 / 3.0)),
+        fxy + 0.5 * t * t * q2,
+        yy + t * q2,
+    )
 
-    Args:
-        now: the state predicted for the instant of the observation.
-        phase_s: z, reading minus observed true time [s].
-        variance_s2: R [s²], > 0.
-    """
+
+def corrected_three(
+    now: tuple[float, ...], innovation: float, s: float, r: float
+) -> tuple[float, ...]:
+    """Return the nine numbers after an observation of variance r; s = xx + r."""
     x, y, d, xx, xy, xd, yy, yd, dd = now
-    r = variance_s2
-    s = xx + r
     kx, ky, kd = xx / s, xy / s, xd / s
-    innovation = phase_s - x
     # 1 - xx/s would lose the digits of a precise observation
     g = r / s
     ay, ad = g * xy, g * xd
-    return Estimate(
+    return (
         x + kx * innovation,
         y + ky * innovation,
         d + kd * innovation,
@@ -168,22 +221,54 @@ def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate
     )
 
 
-def filter_phases(
-    start: Estimate[float], elapsed_s: Iterable[float], phase_s: Iterable[float], model: ClockModel
-) -> Estimate[FloatArray]:
-    """Return the start and the state after each of n observations, as arrays of length n + 1.
+def corrected_two(
+    now: tuple[float, ...], innovation: float, s: float, r: float
+) -> tuple[float, ...]:
+    """Return the five numbers after an observation: the bits of `corrected_three`."""
+    x, y, xx, xy, yy = now
+    kx, ky, g = xx / s, xy / s, r / s
+    ay = g * xy
+    return (
+        x + kx * innovation,
+        y + ky * innovation,
+        g * g * xx + kx * kx * r,
+        g * ay + kx * ky * r,
+        (yy - ky * xy) - ky * ay + ky * ky * r,
+    )
+
+
+@dataclass(frozen=True)
+class Law:
+    """The filter's arithmetic on as many numbers as the model has: five or nine.
 
     Args:
-        start: the state to begin with.
-        elapsed_s: time from the start to the first observation, then between observations [s],
-            each >= 0; n values.
-        phase_s: observed phases [s]; n values.
-        model: noise and variance of the observations.
+        fields: places of these numbers in an `Estimate`.
+        xx: place of the variance of x among them.
+        ahead: (numbers, elapsed time, q1, q2, q3) -> numbers predicted.
+        corrected: (numbers predicted, innovation, its variance, R) -> numbers.
     """
-    variance = model.observation_sigma_s * model.observation_sigma_s
-    now = start
-    rows = [now]
-    for elapsed, phase in zip(elapsed_s, phase_s, strict=True):
-        now = update(predict(now, elapsed, model), phase, variance)
-        rows.append(now)
-    return Estimate(*np.array(rows, np.float64).T)
+
+    fields: tuple[int, ...]
+    xx: int
+    ahead: Callable[..., tuple[Any, ...]]
+    corrected: Callable[..., tuple[Any, ...]]
+
+    def part(self, whole: Estimate[Number]) -> tuple[Number, ...]:
+        """Return the numbers of an estimate that the law moves."""
+        return tuple(whole[field] for field in self.fields)
+
+    def whole(self, rest: Estimate[Number], part: tuple[Number, ...]) -> Estimate[Number]:
+        """Return an estimate of these numbers and, of those the law lets be, the `rest`."""
+        names = (Estimate._fields[field] for field in self.fields)
+        return rest._replace(**dict(zip(names, part, strict=True)))
+
+
+_LAWS = {
+    2: Law((0, 1, 3, 4, 6), 2, ahead_two, corrected_two),
+    3: Law(tuple(range(9)), 3, ahead_three, corrected_three),
+}
+
+
+def law_of(model: ClockModel) -> Law:
+    """Return the arithmetic of a model: what a scene leaves out is not computed."""
+    return _LAWS[model.states]

@@ -36,6 +36,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError
+from tauto_core.ship.legs import wrap_degrees
 
 ERROR_NAMES = (
     'raw_error_arcmin',
@@ -60,15 +61,6 @@ def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
     λ = −15″ x: a fast clock puts the ship west of its true meridian (theory E6).
     """
     return -ARCMIN_PER_S * clock_error_s
-
-
-def wrap_degrees(longitude: FloatArray) -> FloatArray:
-    """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
-    inside = (longitude >= -180.0) & (longitude < 180.0)
-    wrapped = np.mod(longitude + 180.0, 360.0) - 180.0
-    # mod rounds what is just below 360 up to 360
-    wrapped = np.where(wrapped < 180.0, wrapped, -180.0)
-    return np.where(inside, longitude, wrapped)
 
 
 def column(samples: JointSamples, name: str) -> FloatArray:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from tauto_core.scene.errors import EstimationError
+import math
 
-AWARDS = ((30.0, 20_000), (40.0, 15_000), (60.0, 10_000))
+from tauto_core.navigation.longitude import ARCMIN_PER_S
+from tauto_core.scene.errors import EstimationError
+from tauto_core.scene.voyages import WIDEST_AWARD_NMI
+
+AWARDS = ((30.0, 20_000), (40.0, 15_000), (WIDEST_AWARD_NMI, 10_000))
 """(distance [nautical miles], pounds): within half a degree, two thirds, one degree."""
 
 
@@ -26,3 +30,24 @@ def prize_pounds(distance_nmi: float) -> int:
             'Give the magnitude of the error in nautical miles'
         )
     return next((pounds for limit, pounds in AWARDS if distance_nmi <= limit), 0)
+
+
+def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
+    """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
+
+    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, from when the clock was last compared
+    with the true time (theory E6).
+
+    Args:
+        days: since then [days], > 0.
+        latitude_deg: of the place where the longitude is judged [degrees].
+
+    Raises:
+        EstimationError: no time has passed.
+    """
+    if not days > 0.0:
+        raise EstimationError(
+            f'days = {days}: must be > 0. Give the time since the clock was last compared'
+        )
+    seconds = AWARDS[0][0] / (ARCMIN_PER_S * math.cos(math.radians(latitude_deg)))
+    return seconds / days

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from geographiclib.geodesic import Geodesic
 
 from tauto_core.samples import FixSamples, FloatArray, IntArray
 from tauto_core.scene import Scene
-from tauto_core.scene.times import nanoseconds
+from tauto_core.ship import Passage
 
 FRAME_ID = 'clock_mount'
 STATUS_FIX = 0
@@ -18,26 +17,23 @@ POSITION_VARIANCE_M2 = 1.0
 
 
 class Route:
-    """The voyage along the geodesic of WGS 84 from departure to arrival (Karney, J. Geod. 2013).
+    """The true places of a scene's ship, as fixes.
 
-    Until `voyage.sails_at` the ship lies at the departure, from `voyage.arrives_at` on at the
-    arrival, in between it makes constant speed. Without a voyage it lies at 0°, 0°, where a
-    minute of longitude is a nautical mile.
+    Until `voyage.sails_at` she lies at the departure, from her arrival on at the arrival, in
+    between she makes constant speed over the waypoints (`ship.Passage`). Without a voyage she
+    lies at 0°, 0°, where a minute of longitude is a nautical mile.
 
     Attributes:
-        length_m: length of the geodesic [m].
+        length_m: length of the way [m]; 0 without a voyage.
+
+    Raises:
+        SceneError: a way that cannot be sailed, as `Passage` says.
     """
 
     def __init__(self, scene: Scene) -> None:
-        voyage = scene.voyage
-        self._departure = voyage.departure if voyage else (0.0, 0.0)
-        self._arrival = voyage.arrival if voyage else (0.0, 0.0)
-        self._sails_ns = scene.starts_at_ns + (nanoseconds(voyage.sails_at) if voyage else 0)
-        self._arrives_ns = scene.starts_at_ns + (nanoseconds(voyage.arrives_at) if voyage else 0)
-        self._line = Geodesic.WGS84.InverseLine(
-            *self._departure, *self._arrival, Geodesic.STANDARD | Geodesic.DISTANCE_IN
-        )
-        self.length_m: float = self._line.s13
+        self._starts_at_ns = scene.starts_at_ns
+        self._passage = None if scene.voyage is None else Passage(scene, scene.voyage)
+        self.length_m = 0.0 if self._passage is None else self._passage.length_m
 
     def fixes(self, stamp_ns: IntArray) -> FixSamples:
         """Return the true positions at some stamps [ns]; degrees, altitude 0, frame `clock_mount`.
@@ -45,21 +41,12 @@ class Route:
         The frame is that of the place whose position is told, as NavSatFix asks. Each position
         depends on its own stamp alone.
         """
-        places = np.full((len(stamp_ns), 2), self._departure)
-        places[stamp_ns >= self._arrives_ns] = self._arrival
-        at_sea = np.flatnonzero((stamp_ns > self._sails_ns) & (stamp_ns < self._arrives_ns))
-        for index in at_sea.tolist():
-            places[index] = self._place(int(stamp_ns[index]))
+        if self._passage is None:
+            latitude, longitude = np.zeros((2, len(stamp_ns)))
+        else:
+            latitude, longitude = self._passage.places(stamp_ns - self._starts_at_ns)
         variances = np.full((len(stamp_ns), 3), POSITION_VARIANCE_M2)
-        latitude, longitude = np.ascontiguousarray(places.T)
         return fix_samples(stamp_ns, latitude, longitude, variances)
-
-    def _place(self, stamp: int) -> tuple[float, float]:
-        part = (stamp - self._sails_ns) / (self._arrives_ns - self._sails_ns)
-        position = self._line.Position(
-            part * self.length_m, Geodesic.LATITUDE | Geodesic.LONGITUDE
-        )
-        return position['lat2'], position['lon2']
 
 
 def fix_samples(

@@ -1,20 +1,92 @@
-"""The verdict over a whole voyage, from the topic `longitude/error` alone."""
+"""The verdict over a whole voyage, from what is on the topics alone."""
 
 from __future__ import annotations
+
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from tauto_core.navigation.longitude import ERROR_NAMES, column
-from tauto_core.navigation.prize import prize_pounds
-from tauto_core.samples import JointSamples, count
+from tauto_core.navigation.ordering import BEFORE_ALL
+from tauto_core.navigation.prize import prize_pounds, required_rate_s_per_day
+from tauto_core.samples import (
+    NS_PER_S,
+    SECONDS_PER_DAY,
+    FixSamples,
+    FloatArray,
+    IntArray,
+    JointSamples,
+    TimeSamples,
+    count,
+)
+
+LANDFALL = 'landfall'
+"""Source of the observations that tell that the ship has made land."""
+
+_JUDGED = ('raw_error_nmi', 'error_nmi')
+
+Row: TypeAlias = tuple[int, FloatArray]
+
+
+class _Moment(NamedTuple):
+    distance_nmi: float
+    stamp_ns: int
+
+
+class _RowsBefore:
+    """Of a topic, the last row, and the last one before each of some instants."""
+
+    def __init__(self) -> None:
+        self.last: Row | None = None
+        self.before: dict[int, Row | None] = {}
+
+    def mark(self, instant_ns: int) -> None:
+        """Keep the last row before an instant, unknown where later rows have come already."""
+        came = self.last is not None and self.last[0] >= instant_ns
+        self.before[instant_ns] = None if came else self.last
+
+    def feed(self, stamp_ns: IntArray, rows: FloatArray) -> None:
+        """Take the next rows, (n, m), n > 0."""
+        for instant in self.before:
+            place = int(np.searchsorted(stamp_ns, instant))
+            if place:
+                self.before[instant] = (int(stamp_ns[place - 1]), rows[place - 1].copy())
+        self.last = (int(stamp_ns[-1]), rows[-1].copy())
 
 
 class LongitudeTally:
-    """Final and worst error of the longitude over all batches fed."""
+    """Error of the longitude at landfalls, at the end and at the worst moment, over all batches.
+
+    A landfall is judged by the last sample before its observation: by what the clock told before
+    it was checked. The worst moment is sought from the last observation in port on: before, the
+    clock was being rated. Feed the observations no later than the errors that know of them.
+    """
 
     def __init__(self) -> None:
-        self._final: dict[str, float] = {}
-        self._worst_nmi = 0.0
+        self._errors, self._latitudes = _RowsBefore(), _RowsBefore()
+        self._first_ns = 0
+        self._worst: dict[str, _Moment] = {}
+        self._in_port_ns = BEFORE_ALL
+        self._checked_before: dict[int, int | None] = {}
+        self._last_checked: int | None = None
+
+    def observe(self, observations: TimeSamples) -> None:
+        """Take the next batch of `clock/observation`."""
+        marks = zip(observations.stamp_ns.tolist(), observations.source.tolist(), strict=True)
+        for stamp, source in marks:
+            if source == LANDFALL:
+                self._checked_before[stamp] = self._last_checked
+                self._errors.mark(stamp)
+                self._latitudes.mark(stamp)
+            else:
+                self._in_port_ns = stamp
+                self._worst = {}
+            self._last_checked = stamp
+
+    def place(self, fixes: FixSamples) -> None:
+        """Take the next batch of `longitude/fix`, which has the latitude."""
+        if count(fixes):
+            self._latitudes.feed(fixes.stamp_ns, fixes.latitude[:, None])
 
     def feed(self, errors: JointSamples) -> None:
         """Take the next batch of `longitude/error`.
@@ -25,16 +97,73 @@ class LongitudeTally:
         columns = {name: column(errors, name) for name in ERROR_NAMES}
         if not count(errors):
             return
-        self._final = {name: float(values[-1]) for name, values in columns.items()}
-        self._worst_nmi = max(self._worst_nmi, float(np.abs(columns['error_nmi']).max()))
+        if self._errors.last is None:
+            self._first_ns = int(errors.stamp_ns[0])
+        self._errors.feed(errors.stamp_ns, np.column_stack(list(columns.values())))
+        left_port = int(np.searchsorted(errors.stamp_ns, self._in_port_ns))
+        if left_port < count(errors):
+            for name in _JUDGED:
+                self._seek_worst(name, columns[name][left_port:], errors.stamp_ns[left_port:])
 
-    def result(self) -> dict[str, float] | None:
-        """Return the last errors, the worst corrected distance and the prize; None if none came.
+    def _seek_worst(self, name: str, errors_nmi: FloatArray, stamp_ns: IntArray) -> None:
+        sizes = np.abs(errors_nmi)
+        place = int(sizes.argmax())
+        known = self._worst.get(name)
+        if known is None or sizes[place] > known.distance_nmi:
+            self._worst[name] = _Moment(float(sizes[place]), int(stamp_ns[place]))
 
-        Keys: `ERROR_NAMES` at the last stamp, `worst_error_nmi` (magnitude), `prize_pounds` (an
-        int) for the last corrected distance, as the Act was judged at the landfall.
+    def result(self) -> dict[str, Any] | None:
+        """Return the verdict, None if no error came. Times are from the first error [s].
+
+        Keys: those of each of the `landfalls`, at the last of them, or at the last sample where
+        there is none; `landfalls`, a list; `worst_error_nmi` (magnitude), `worst_at_s`,
+        `worst_prize_pounds` of the corrected clock since the last observation in port, and
+        `worst_raw_…` of the dial.
+
+        A landfall has `at_s`; `ERROR_NAMES`; `prize_pounds` for the corrected distance, as the Act
+        was judged, and `raw_prize_pounds`; `unchecked_days` since the observation before it, and
+        `required_rate_s_per_day` for £20,000 after so long, both None where there was none.
         """
-        if not self._final:
+        if self._errors.last is None:
             return None
-        pounds = prize_pounds(abs(self._final['error_nmi']))
-        return {**self._final, 'worst_error_nmi': self._worst_nmi, 'prize_pounds': pounds}
+        landfalls = [
+            self._verdict(row, self._latitudes.before[mark], self._checked_before[mark])
+            for mark, row in self._errors.before.items()
+            if row is not None
+        ]
+        at_end = self._verdict(self._errors.last, self._latitudes.last, self._last_checked)
+        stamp, values = self._errors.last
+        last = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
+        raw, corrected = (
+            self._worst.get(name, _Moment(abs(last[name]), stamp)) for name in _JUDGED
+        )
+        return {
+            **(landfalls[-1] if landfalls else at_end),
+            'landfalls': landfalls,
+            'worst_error_nmi': corrected.distance_nmi,
+            'worst_at_s': self._time_s(corrected.stamp_ns),
+            'worst_prize_pounds': prize_pounds(corrected.distance_nmi),
+            'worst_raw_error_nmi': raw.distance_nmi,
+            'worst_raw_at_s': self._time_s(raw.stamp_ns),
+            'worst_raw_prize_pounds': prize_pounds(raw.distance_nmi),
+        }
+
+    def _verdict(self, row: Row, latitude: Row | None, checked_ns: int | None) -> dict[str, Any]:
+        stamp, values = row
+        errors = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
+        days = required = None
+        if checked_ns is not None and stamp > checked_ns:
+            days = (stamp - checked_ns) / NS_PER_S / SECONDS_PER_DAY
+            if latitude is not None:
+                required = required_rate_s_per_day(days, float(latitude[1][0]))
+        return {
+            'at_s': self._time_s(stamp),
+            **errors,
+            'prize_pounds': prize_pounds(abs(errors['error_nmi'])),
+            'raw_prize_pounds': prize_pounds(abs(errors['raw_error_nmi'])),
+            'unchecked_days': days,
+            'required_rate_s_per_day': required,
+        }
+
+    def _time_s(self, stamp: int) -> float:
+        return (stamp - self._first_ns) / NS_PER_S

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
         scene_yaml,
         shipped_scenes,
     )
-    from tauto_core.scene.models import Clock, DriftSettings, Log, Scene, Solver, Voyage
+    from tauto_core.scene.models import Clock, DriftSettings, Log, Scene, Solver
     from tauto_core.scene.regulators import (
         CircularArcCam,
         Drag,
@@ -42,13 +42,16 @@ if TYPE_CHECKING:
         AxleSuspension,
         Component,
         ComponentsShip,
+        Rao,
         Recorded,
         RecordedShip,
         Roll,
         Sea,
         SeaShip,
+        SpectrumTable,
         StillShip,
     )
+    from tauto_core.scene.voyages import Voyage, Waypoint
 
 __all__ = [
     'DEFAULT_SCENE',
@@ -69,6 +72,7 @@ __all__ = [
     'LeverCorrectedCam',
     'LeverThread',
     'Log',
+    'Rao',
     'Recorded',
     'RecordedShip',
     'Roll',
@@ -77,6 +81,7 @@ __all__ = [
     'Sea',
     'SeaShip',
     'Solver',
+    'SpectrumTable',
     'SpringCorrectedCam',
     'SpringPower',
     'StillShip',
@@ -85,6 +90,7 @@ __all__ = [
     'Trochlea',
     'VerticalThread',
     'Voyage',
+    'Waypoint',
     'WeightCorrectedCam',
     'WeightPower',
     'data_path',
@@ -94,7 +100,7 @@ __all__ = [
     'shipped_scenes',
 ]
 
-_HOMES = ('data', 'regulators', 'ships', 'models', 'loader')
+_HOMES = ('data', 'regulators', 'ships', 'voyages', 'models', 'loader')
 
 
 def __getattr__(name: str) -> Any:

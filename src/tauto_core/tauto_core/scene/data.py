@@ -6,9 +6,10 @@ user's own. A shipped path means the same on every machine, so a bag can carry i
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import Problem, UsageError
 
 PREFIX = 'shipped:'
 _DATA = Path(__file__).parent / 'data'
@@ -41,3 +42,40 @@ def data_path(path: str) -> Path:
             f'{path}: must stay within the shipped data. Use one of {", ".join(shipped_data())}.'
         )
     return _DATA / name
+
+
+def source_name(path: str) -> str:
+    """Return what a scene says of a file whose contents it holds: its name, not its folder."""
+    return path if is_shipped(path) else Path(path).name
+
+
+def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]:
+    """Return what keeps a file of a scene from being read: one problem, or none.
+
+    Args:
+        key: of the scene, that names it.
+        path: as the scene says it.
+        folders: whether a folder (a bag) will do.
+    """
+    shipped = f'Shipped data: {", ".join(shipped_data())}.'
+    try:
+        file = data_path(path)
+    except UsageError:
+        return [Problem(key, path, 'must stay within the shipped data', shipped)]
+    remedy = (
+        shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute."
+    )
+    try:
+        file.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return [Problem(key, path, 'there is no such file', remedy)]
+    except (OSError, ValueError) as error:
+        said = f'cannot be read: {getattr(error, "strerror", None) or error}'
+        return [Problem(key, path, said, remedy)]
+    if file.is_dir() and not folders:
+        bag = '; for a bag give ship.recorded.topic' if key == 'ship.recorded.path' else ''
+        remedy = f'Name the CSV file in it{bag}.'
+        return [Problem(key, path, 'is a folder', remedy)]
+    if not os.access(file, os.R_OK):
+        return [Problem(key, path, 'cannot be read: no permission', 'Make it readable.')]
+    return []

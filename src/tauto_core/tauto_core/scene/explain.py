@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -13,6 +14,8 @@ from pydantic_core import ErrorDetails
 from tauto_core.scene.errors import ABSENT, Problem
 
 _LONGEST_KEY = 80
+# Keys that tell the kinds of a section apart.
+_TAGS = ('kind', 'spectrum')
 _ORDER = {
     'greater_than': ('greater than', 'gt'),
     'greater_than_equal': ('at least', 'ge'),
@@ -118,20 +121,22 @@ def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tu
     keys = list(owner.model_fields)
     near = difflib.get_close_matches(name, keys, 1)
     remedy = f'Did you mean `{near[0]}`? ' if near else ''
-    elsewhere = [_kind_of(other) for other in _siblings(owner, root) if name in other.model_fields]
+    elsewhere = [_kinds(other) for other in _siblings(owner, root) if name in other.model_fields]
+    tag, kinds = _tag(owner), ' or '.join(_kinds(owner))
     if elsewhere:
-        remedy += f'`{name}` goes with kind {" or ".join(elsewhere)}. '
-    kind = _kind_of(owner)
-    what = f'is no key of kind {kind}' if kind else 'is no key of this section'
+        remedy += f'`{name}` goes with {tag} {" or ".join(chain(*elsewhere))}. '
+    what = f'is no key of {tag} {kinds}' if kinds else 'is no key of this section'
     return what, f'{remedy}Keys here: {", ".join(keys)}.'
 
 
 def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
-    kinds = [_kind_of(model) for model in _models(field)]
+    models = _models(field)
+    tag, kinds = _tag(models[0]), [kind for model in models for kind in _kinds(model)]
+    kinds += [] if field is None else [str(each) for each in field.examples or ()]
     remedy = f'Use one of {", ".join(kinds)}.'
-    if not isinstance(value, dict) or 'kind' not in value:
-        return Problem(f'{key}.kind', ABSENT, 'is missing', remedy)
-    return Problem(f'{key}.kind', value['kind'], 'is no kind that is known', remedy)
+    if not isinstance(value, dict) or tag not in value:
+        return Problem(f'{key}.{tag}', ABSENT, 'is missing', remedy)
+    return Problem(f'{key}.{tag}', value[tag], f'is no {tag} that is known', remedy)
 
 
 def _models(field: FieldInfo | None) -> list[type[BaseModel]]:
@@ -146,9 +151,15 @@ def _models(field: FieldInfo | None) -> list[type[BaseModel]]:
     return [] if field is None else list(walk(field.annotation))
 
 
-def _kind_of(model: type[BaseModel]) -> str:
-    field = model.model_fields.get('kind')
-    return '' if field is None else str(get_args(field.annotation)[0])
+def _tag(model: type[BaseModel]) -> str:
+    """Return the key that tells a model from its siblings; empty if it has none."""
+    return next((tag for tag in _TAGS if tag in model.model_fields), '')
+
+
+def _kinds(model: type[BaseModel]) -> list[str]:
+    """Return the values of that key that name this model."""
+    tag = _tag(model)
+    return [str(kind) for kind in get_args(model.model_fields[tag].annotation)] if tag else []
 
 
 def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseModel]]:
@@ -176,7 +187,7 @@ def _locate(
             continue
         models = _models(field)
         if field is not None and field.discriminator is not None:
-            owner = next(model for model in models if _kind_of(model) == part)
+            owner = next(model for model in models if part in _kinds(model))
             field = None
             continue
         if models:

@@ -9,8 +9,7 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
-STANDARD_GRAVITY = 9.80665
-DAY_S = 86_400.0
+LONGEST_TEXT = 1000
 
 Number: TypeAlias = Annotated[float, Strict()]
 Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
@@ -18,7 +17,9 @@ NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]
 Flag: TypeAlias = Annotated[bool, Strict()]
 # One line: no control characters, no line or paragraph separators.
 Text: TypeAlias = Annotated[
-    str, Strict(), Field(min_length=1, max_length=1000, pattern=r'^[^\p{Cc}\p{Zl}\p{Zp}]+$')
+    str,
+    Strict(),
+    Field(min_length=1, max_length=LONGEST_TEXT, pattern=r'^[^\p{Cc}\p{Zl}\p{Zp}]+$'),
 ]
 Latitude: TypeAlias = Annotated[float, Strict(), Field(ge=-90.0, le=90.0)]
 Longitude: TypeAlias = Annotated[float, Strict(), Field(ge=-180.0, le=180.0)]

@@ -10,8 +10,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from tauto_core.scene.data import data_path, is_shipped, shipped_data
-from tauto_core.scene.errors import Problem, SceneError, UsageError
+from tauto_core.scene.data import is_shipped, missing_file
+from tauto_core.scene.errors import Problem, SceneError
 from tauto_core.scene.explain import explain
 from tauto_core.scene.models import Scene
 from tauto_core.scene.regulators import TableCam
@@ -20,6 +20,14 @@ from tauto_core.scene.yaml_text import read_mapping, write_mapping
 
 DEFAULT_SCENE = 'measured'
 
+# Where a scene names files.
+_PATHS = (
+    ('trochlea', 'cam', 'path'),
+    ('ship', 'recorded', 'path'),
+    ('ship', 'sea', 'path'),
+    ('ship', 'rao', 'path'),
+    ('ship', 'roll', 'decay', 'path'),
+)
 _SHIPPED = Path(__file__).parent / 'shipped'
 # A scene is a page of text; more is another file by mistake.
 _LARGEST_FILE = 1_000_000
@@ -51,16 +59,19 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
     content = {'name': file.stem} | content | copy.deepcopy(given)
     _resolve_paths(content, file.parent)
     scene = _validated(content, origin, given)
-    missing = tuple(_missing_files(scene))
+    missing = _missing_files(scene)
+    if 'duration' not in given:  # a voyage may be cut short
+        missing += _never_sails(scene)
     if missing:
-        raise _scene_error(origin, missing)
+        raise _scene_error(origin, tuple(missing))
     return scene
 
 
 def parse_scene(text: str, origin: str) -> Scene:
     """Return the scene of a YAML text, such as the `scene` topic of a bag.
 
-    Data files need not exist: a bag is replayed on any machine.
+    Data files need not exist: a bag is replayed on any machine. Only the files that a sea names
+    are read here; the scene of a bag has their contents instead.
 
     Args:
         text: YAML.
@@ -78,6 +89,11 @@ def scene_yaml(scene: Scene) -> str:
 
 
 def _validated(content: dict[str, Any], origin: str, given: dict[str, object]) -> Scene:
+    ship = content.get('ship')
+    if isinstance(ship, dict) and ship.get('kind') == 'sea':
+        from tauto_core.scene.sea_files import with_files_read
+
+        content = with_files_read(content, origin)
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
@@ -140,7 +156,7 @@ def _nearest_scene(name: str) -> str:
 
 def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
     """Make relative paths absolute where there are any; validation judges everything else."""
-    for *sections, key in (('ship', 'recorded', 'path'), ('trochlea', 'cam', 'path')):
+    for *sections, key in _PATHS:
         section: Any = content
         for name in sections:
             section = section.get(name) if isinstance(section, dict) else None
@@ -149,36 +165,21 @@ def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
             section[key] = os.path.abspath(folder / path)
 
 
+def _never_sails(scene: Scene) -> list[Problem]:
+    voyage = scene.voyage
+    if voyage is None or voyage.sails_at <= scene.duration:
+        return []
+    said = f'lies beyond the end of the scene, duration {scene.duration!r} s: she never sails'
+    remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
+    return [Problem('voyage.sails_at', voyage.sails_at, said, remedy)]
+
+
 def _missing_files(scene: Scene) -> list[Problem]:
     found = []
     if scene.trochlea is not None and isinstance(scene.trochlea.cam, TableCam):
-        found += _missing_file('trochlea.cam.path', scene.trochlea.cam.path, folders=False)
+        found += missing_file('trochlea.cam.path', scene.trochlea.cam.path, folders=False)
     if isinstance(scene.ship, RecordedShip):
         recorded = scene.ship.recorded
         folders = recorded.topic is not None
-        found += _missing_file('ship.recorded.path', recorded.path, folders=folders)
+        found += missing_file('ship.recorded.path', recorded.path, folders=folders)
     return found
-
-
-def _missing_file(key: str, path: str, *, folders: bool) -> list[Problem]:
-    shipped = f'Shipped data: {", ".join(shipped_data())}.'
-    try:
-        file = data_path(path)
-    except UsageError:
-        return [Problem(key, path, 'must stay within the shipped data', shipped)]
-    remedy = (
-        shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute."
-    )
-    try:
-        file.stat()
-    except (FileNotFoundError, NotADirectoryError):
-        return [Problem(key, path, 'there is no such file', remedy)]
-    except (OSError, ValueError) as error:
-        said = f'cannot be read: {getattr(error, "strerror", None) or error}'
-        return [Problem(key, path, said, remedy)]
-    if file.is_dir() and not folders:
-        remedy = 'Name the CSV file in it; for a bag give ship.recorded.topic.'
-        return [Problem(key, path, 'is a folder', remedy)]
-    if not os.access(file, os.R_OK):
-        return [Problem(key, path, 'cannot be read: no permission', 'Make it readable.')]
-    return []

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 # Squares of ratios of three such numbers neither overflow nor vanish.
 LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
+# A hundred thousand turns of thread; beyond, an angle's rounding is seen in the clock.
+LARGEST_ANGLE = 1e6
 
 _SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'suspension')
 # What is only ever added to something larger may be as small as it likes.
@@ -37,7 +39,14 @@ def out_of_proportion(scene: Scene) -> Iterator[Problem]:
     content = scene.model_dump(include=set(_SECTIONS))
     for key, value in _numbers('', content):
         size = abs(value)
-        if size > LARGEST_SIZE:
+        if key == 'trochlea.release_angle' and size > LARGEST_ANGLE:
+            yield Problem(
+                key,
+                value,
+                f'must be at most {LARGEST_ANGLE:g} rad in size: nobody winds a thread so far',
+                f'Release the wheel at {LARGEST_ANGLE:g} rad or nearer to rest.',
+            )
+        elif size > LARGEST_SIZE:
             yield Problem(
                 key,
                 value,

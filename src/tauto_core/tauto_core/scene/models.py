@@ -6,43 +6,62 @@ tie several keys together are in `checks`.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.scene.checks import problems, samples_beyond_end
+from tauto_core.scene.checks import problems
+from tauto_core.scene.constants import DAY_S, STANDARD_GRAVITY
 from tauto_core.scene.fields import (
-    DAY_S,
-    STANDARD_GRAVITY,
     Flag,
-    NonNegative,
     Number,
-    Position,
     Positive,
     Section,
     Text,
 )
 from tauto_core.scene.regulators import Drag, Escapement, FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.ships import AxleSuspension, Ship, StillShip
-from tauto_core.scene.times import nanoseconds, step_of_rate
+from tauto_core.scene.times import nanoseconds, samples_beyond_end, step_of_rate
+from tauto_core.scene.voyages import Voyage
+
+Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 
 
 class Clock(Section):
-    """The dial. Without a nominal period it is the regulator's small-amplitude period."""
+    """The dial. Without a nominal period it is the regulator's small-amplitude period.
+
+    Noise is not simulated where it is left out or 0 (theory E8).
+    """
 
     nominal_period: Positive | None = Field(
         default=None, description='time the dial gains in a full swing [s]'
     )
+    white_fm: Wander | None = Field(
+        default=None,
+        description='white frequency noise: standard deviation of the reading after a day, '
+        'growing with the root of time, 0 to 86400 [s]',
+    )
+    random_walk_fm: Wander | None = Field(
+        default=None,
+        description='random walk of the frequency: standard deviation of the rate after a day, '
+        'growing with the root of time, 0 to 86400 [s/day]',
+    )
 
+    @property
+    def white_fm_s(self) -> float:
+        """q1: variance of the reading in a second [s²/s]."""
+        return (self.white_fm or 0.0) ** 2 / DAY_S
 
-class Voyage(Section):
-    """From port to port on the geodesic; times from the start of the scene."""
+    @property
+    def random_walk_fm_per_s(self) -> float:
+        """q2: variance of the relative rate in a second [1/s]."""
+        return ((self.random_walk_fm or 0.0) / DAY_S) ** 2 / DAY_S
 
-    departure: Position = Field(description='[latitude, longitude] in degrees, north and east +')
-    arrival: Position = Field(description='[latitude, longitude] in degrees, north and east +')
-    sails_at: NonNegative = Field(description='time of setting sail, from the start [s]')
-    arrives_at: Positive = Field(description='time of landfall, from the start [s]')
+    @property
+    def is_noisy(self) -> bool:
+        """Whether the dial has noise of its own."""
+        return bool(self.white_fm or self.random_walk_fm)
 
 
 class DriftSettings(Section):
@@ -58,6 +77,11 @@ class DriftSettings(Section):
     prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
         default=10.0,
         description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]",
+    )
+    gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
+        default=5.0,
+        description='sigmas beyond which an observation is refused as an outlier, 1 to 1e9 '
+        '(1e9: none is)',
     )
 
 
@@ -106,9 +130,12 @@ class Scene(Section):
         default=None,
         description='mapping: kind, support_radius, axle_radius, depth, gyration_radius, …',
     )
-    clock: Clock = Field(default=Clock(), description='mapping: nominal_period')
+    clock: Clock = Field(
+        default=Clock(), description='mapping: nominal_period, white_fm, random_walk_fm'
+    )
     voyage: Voyage | None = Field(
-        default=None, description='mapping: departure, arrival, sails_at, arrives_at'
+        default=None,
+        description='mapping: departure, arrival, sails_at, arrives_at or speed, …',
     )
     drift: DriftSettings = Field(
         default=DriftSettings(), description='mapping: observation_interval, …'

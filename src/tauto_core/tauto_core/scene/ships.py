@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
 from tauto_core.scene.fields import Flag, NonNegative, Number, Positive, Section, Text
+
+ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
+# Courses are in degrees elsewhere; 90 is out of range, so that it is not taken for radians.
+Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
 
 class Component(Section):
@@ -28,9 +33,7 @@ class Sea(Section):
     gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
         default=3.3, description='peak enhancement of jonswap, 1 to 10; 3.3 when left out'
     )
-    components: Annotated[int, Strict(), Field(ge=1, le=4096)] = Field(
-        default=64, description='number of components, 1 to 4096'
-    )
+    components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
     @model_serializer(mode='wrap')
     def _without_foreign_gamma(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -40,12 +43,46 @@ class Sea(Section):
         return keys
 
 
+class SpectrumTable(Section):
+    """Measured spectrum of a long-crested sea, linear between its rows."""
+
+    spectrum: Literal['table'] = Field(description='table')
+    source: Text = Field(description='where the spectrum is from, and of when')
+    frequency: tuple[Positive, ...] = Field(description='list of rising frequencies [Hz]')
+    energy_density: tuple[NonNegative, ...] = Field(
+        description='list of energy densities [m2/Hz], one a frequency'
+    )
+    components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
+
+
 class Roll(Section):
     """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (theory E5)."""
 
     natural_period: Positive = Field(description='natural period 2π/ω_n of the roll [s]')
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
     slope_coefficient: NonNegative = Field(description='effective wave-slope coefficient κ_e')
+    fitted_to: Text | None = Field(
+        default=None, description='decay test that period and damping ratio are from'
+    )
+
+
+class Rao(Section):
+    """Response amplitude operator at one heading, of exp(iωt), for a ship at rest."""
+
+    source: Text = Field(description='where the operator is from')
+    heading: Heading = Field(
+        description='direction the waves run to, from the bow to port [rad]: 0 following, 1.5708 '
+        'beam, 3.1416 head seas'
+    )
+    angular_frequency: tuple[Positive, ...] = Field(description='list of rising ω [rad/s]')
+    roll_real: tuple[Number, ...] = Field(description='list of real parts of the roll [rad/m]')
+    roll_imaginary: tuple[Number, ...] = Field(description='list of imaginary parts [rad/m]')
+    heave_real: tuple[Number, ...] | None = Field(
+        default=None, description='list of real parts of the heave [m/m]'
+    )
+    heave_imaginary: tuple[Number, ...] | None = Field(
+        default=None, description='list of imaginary parts of the heave [m/m]'
+    )
 
 
 class Recorded(Section):
@@ -93,12 +130,39 @@ class ComponentsShip(_Ship):
 
 
 class SeaShip(_Ship):
-    """Roll, and heave where asked, from a sea."""
+    """Roll, and heave where asked, from a sea that the ship meets at a speed and heading.
+
+    Roll follows from `roll` or from `rao`. Heave is the elevation, or what `rao` makes of it.
+    """
 
     kind: Literal['sea'] = 'sea'
-    sea: Sea = Field(description='mapping: spectrum, significant_wave_height, peak_period, …')
-    roll: Roll = Field(description='mapping: natural_period, damping_ratio, slope_coefficient')
-    heave: Flag = Field(default=False, description='true: the ship follows the elevation')
+    sea: Annotated[Sea | SpectrumTable, Field(discriminator='spectrum')] = Field(
+        description='mapping: spectrum, significant_wave_height, peak_period, …; or spectrum '
+        'file, path',
+        # read before a scene is checked, and then a table
+        examples=['file'],
+    )
+    roll: Roll | None = Field(
+        default=None,
+        description='mapping: natural_period, damping_ratio (or decay), slope_coefficient',
+    )
+    rao: Rao | None = Field(default=None, description='mapping: path, heading')
+    heading: Heading | None = Field(
+        default=None,
+        description='with roll: direction the waves run to, from the bow to port [rad]: 0 '
+        'following, 1.5708 beam (when left out), 3.1416 head seas',
+    )
+    speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] = Field(
+        default=0.0, description='speed of the ship, at most 50 [m/s]'
+    )
+    heave: Flag = Field(default=False, description='true: heave is simulated')
+
+    @property
+    def relative_heading(self) -> float:
+        """Direction the waves run to, from the bow to port [rad], of `rao` or `heading`."""
+        if self.rao is not None:
+            return self.rao.heading
+        return 0.5 * math.pi if self.heading is None else self.heading
 
 
 class RecordedShip(_Ship):

@@ -7,37 +7,46 @@ import numpy as np
 from tauto_core.samples import NS_PER_S, IntArray, TimeSamples
 from tauto_core.scene import Scene
 from tauto_core.scene.times import nanoseconds
+from tauto_core.ship.passage import Passage
 
 
 def schedule(scene: Scene) -> IntArray:
     """Return the stamps of the observations [ns], on the log grid, strictly increasing.
 
     In port: every `drift.observation_interval` from the start until setting sail, both counted.
-    At landfall: `voyage.arrives_at`, rounded down to the log grid. A scene without a voyage is
-    in port throughout. Nothing after the end of the scene.
+    Of each landfall: one, as `landfalls` says. A scene without a voyage is in port throughout.
+    Nothing after the end of the scene.
+
+    Raises:
+        SceneError: a voyage that cannot be sailed, as `Passage` says.
     """
-    return scene.starts_at_ns + _from_start(scene)
+    return np.union1d(_in_port(scene), landfalls(scene))
 
 
-def _from_start(scene: Scene) -> IntArray:
-    interval = nanoseconds(scene.drift.observation_interval)
+def landfalls(scene: Scene) -> IntArray:
+    """Return the stamps of the observations at landfalls [ns], in order, none beyond the end.
+
+    The land is made at the first logged instant at or after the ship's passing it, and the clock
+    checked at the next one: so the estimate at the landfall is what the clock told beforehand.
+
+    Raises:
+        SceneError: a voyage that cannot be sailed, as `Passage` says.
+    """
+    if scene.voyage is None:
+        return np.empty(0, np.int64)
+    interval = scene.log_interval_ns
+    made = [-(-time // interval) for time in Passage(scene, scene.voyage).landfalls_ns]
+    checked = [interval * (logged + 1) for logged in made]
+    within = [time for time in checked if time <= scene.duration_ns]
+    return scene.starts_at_ns + np.unique(np.array(within, np.int64))
+
+
+def _in_port(scene: Scene) -> IntArray:
     end = scene.duration_ns
-    if scene.voyage is None:
-        return np.arange(0, end + 1, interval, dtype=np.int64)
-    in_port = min(nanoseconds(scene.voyage.sails_at), end)
-    times = np.arange(0, in_port + 1, interval, dtype=np.int64)
-    landfall = _landfall(scene)
-    if times[-1] < landfall <= end:
-        times = np.append(times, landfall)
-    return times
-
-
-def _landfall(scene: Scene) -> int:
-    """Return the time of landfall from the start [ns], on the log grid; -1 without a voyage."""
-    if scene.voyage is None:
-        return -1
-    arrives_at = nanoseconds(scene.voyage.arrives_at)
-    return arrives_at - arrives_at % scene.log_interval_ns
+    if scene.voyage is not None:
+        end = min(nanoseconds(scene.voyage.sails_at), end)
+    interval = nanoseconds(scene.drift.observation_interval)
+    return scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
 
 
 class Observations:
@@ -48,10 +57,10 @@ class Observations:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._stamps = schedule(scene)
+        self._landfalls = landfalls(scene)
+        self._stamps = np.union1d(_in_port(scene), self._landfalls)
         self._seed = scene.seed
         self._sigma = scene.drift.observation_sigma
-        self._landfall = scene.starts_at_ns + _landfall(scene)
 
     def between(self, first_ns: int, last_ns: int) -> TimeSamples:
         """Return the observations with first_ns <= stamp < last_ns, maybe none.
@@ -63,7 +72,7 @@ class Observations:
         stamps = self._stamps[first:last]
         errors = np.array([self._error_ns(k) for k in range(first, last)], np.int64)
         source = np.full(len(stamps), 'port', object)
-        source[stamps == self._landfall] = 'landfall'
+        source[np.isin(stamps, self._landfalls)] = 'landfall'
         return TimeSamples(stamps, '', stamps + errors, source)
 
     def _error_ns(self, k: int) -> int:

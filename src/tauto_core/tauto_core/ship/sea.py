@@ -1,7 +1,8 @@
-"""A long-crested sea and the ship's linear answer to it (theory E5)."""
+"""A long-crested sea, and how the ship moves in it (theory E5)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,9 @@ import numpy as np
 from tauto_core.samples import FloatArray
 from tauto_core.scene import SceneError
 from tauto_core.scene.models import Scene
-from tauto_core.scene.ships import Roll, Sea, SeaShip
+from tauto_core.scene.ships import Sea, SeaShip, SpectrumTable
+from tauto_core.ship.encounter import Course
+from tauto_core.ship.response import operator_answer, roll_answer
 from tauto_core.ship.waves import Harmonics
 
 LOWEST = 0.5
@@ -20,10 +23,19 @@ _STREAM = 1  # observations draw from SeedSequence([seed, k]); this keeps the se
 
 @dataclass(frozen=True)
 class SeaMotion:
-    """Wave elevation at the ship [m], upwards, and the roll it makes [rad]."""
+    """What a ship meets and does in a sea, at frequencies of encounter.
+
+    Attributes:
+        elevation: of the waves at the ship [m], upwards.
+        roll: [rad], starboard down positive.
+        heave: [m], upwards; None: not asked for.
+        left_out: share of the waves' energy outside the response operator.
+    """
 
     elevation: Harmonics
     roll: Harmonics
+    heave: Harmonics | None
+    left_out: float
 
 
 def bretschneider(
@@ -62,26 +74,76 @@ def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatA
     return shape
 
 
-def elevation(sea: Sea, seed: int) -> Harmonics:
-    """Return the wave elevation at the ship, sum a_i cos(omega_i t + eps_i) [m].
-
-    The band from half to four times the peak frequency (all but 0.5 % of a Bretschneider sea's
-    energy) is cut into `components` bins of equal ratio. Each omega_i is drawn uniformly within
-    its bin and eps_i uniformly over a turn, so that no two are commensurate and the sea does not
-    repeat. a_i = sqrt(2 S(omega_i) delta omega_i), times one common factor that makes the
-    significant height 4 sqrt(sum a_i^2/2) equal Hs to rounding.
+def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
+    """Return the energy of a measured spectrum below a frequency, its exact integral [m2].
 
     Args:
-        sea: spectrum, Hs, Tp, number of components.
+        spectrum: linear between its rows, nothing outside them.
+        frequency: [Hz], within the rows, any shape.
+    """
+    rows, density = np.array(spectrum.frequency), np.array(spectrum.energy_density)
+    width = np.diff(rows)
+    before = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * width)])
+    row = np.clip(np.searchsorted(rows, frequency, side='right') - 1, 0, len(rows) - 2)
+    into = frequency - rows[row]
+    bent = 0.5 * (np.diff(density) / width)[row]
+    energy: FloatArray = before[row] + into * (density[row] + bent * into)
+    return energy
+
+
+def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
+    """Return the significant wave height [m] and the peak period [s] of a spectrum.
+
+    Of a measured one Hs = 4 sqrt(m0), m0 its integral; Tp is of the row with the most energy.
+    """
+    if isinstance(sea, Sea):
+        return sea.significant_wave_height, sea.peak_period
+    energy = energy_below(sea, np.array(sea.frequency[-1]))
+    peak = sea.frequency[int(np.argmax(sea.energy_density))]
+    return 4.0 * math.sqrt(float(energy)), 1.0 / peak
+
+
+def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
+    """Return the lowest and the highest frequency that the components come from [Hz].
+
+    Half to four times the peak frequency (all but 0.5 % of a Bretschneider sea's energy); of a
+    measured spectrum the rows up to the last ones without energy at either end.
+    """
+    if isinstance(sea, Sea):
+        return LOWEST / sea.peak_period, HIGHEST / sea.peak_period
+    waves = np.flatnonzero(sea.energy_density)
+    first, last = max(int(waves[0]) - 1, 0), min(int(waves[-1]) + 1, len(sea.frequency) - 1)
+    return sea.frequency[first], sea.frequency[last]
+
+
+def elevation(sea: Sea | SpectrumTable, seed: int) -> Harmonics:
+    """Return the wave elevation at a ship at rest, sum a_i cos(omega_i t + eps_i) [m].
+
+    The band is cut into `components` bins of equal ratio. Each omega_i is drawn uniformly within
+    its bin and eps_i uniformly over a turn, so that no two are commensurate and the sea does not
+    repeat. a_i = sqrt(2 S(omega_i) delta omega_i), times one common factor that makes the
+    significant height 4 sqrt(sum a_i^2/2) equal Hs to rounding; of a measured spectrum a_i^2/2 is
+    the energy of the bin itself.
+
+    Args:
+        sea: spectrum and number of components.
         seed: of the PCG64 generator.
     """
-    edges = 2.0 * np.pi / sea.peak_period * np.geomspace(LOWEST, HIGHEST, sea.components + 1)
     random = np.random.Generator(
         np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(_STREAM,)))
     )
+    if isinstance(sea, SpectrumTable):
+        edges_hz = np.geomspace(*band_hz(sea), sea.components + 1)
+        edges = 2.0 * np.pi * edges_hz
+    else:
+        edges = 2.0 * np.pi / sea.peak_period * np.geomspace(LOWEST, HIGHEST, sea.components + 1)
     width = np.diff(edges)
     omega = edges[:-1] + width * random.random(sea.components)
     phase = 2.0 * np.pi * random.random(sea.components)
+    if isinstance(sea, SpectrumTable):
+        # rounding may leave an empty bin below 0
+        energy = np.maximum(np.diff(energy_below(sea, edges_hz)), 0.0)
+        return Harmonics(np.sqrt(2.0 * energy), 2.0 * np.pi / omega, phase)
     spectrum = bretschneider(omega, sea.significant_wave_height, sea.peak_period)
     if sea.spectrum == 'jonswap':
         spectrum = spectrum * jonswap_shape(omega, sea.peak_period, sea.gamma)
@@ -92,63 +154,85 @@ def elevation(sea: Sea, seed: int) -> Harmonics:
     )
 
 
-def roll_answer(waves: Harmonics, roll: Roll, gravity: float) -> Harmonics:
-    """Return the steady roll of rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa slope [rad].
-
-    Waves run to port, elevation a cos(omega t - k y + eps), so that at the ship the slope to port
-    is (a omega^2/g) cos(omega t + eps - pi/2) in deep water; a surface that rises to port
-    turns the starboard side down: positive. The transfer is
-    H = w^2 kappa/(w^2 - omega^2 + 2 i zeta w omega), and roll = |H| slope at phase + arg H.
-
-    Args:
-        waves: elevation at the ship [m].
-        roll: w = 2 pi/natural_period, zeta, kappa.
-        gravity: g [m/s2].
-    """
-    omega = waves.angular_frequency
-    natural = 2.0 * np.pi / roll.natural_period
-    answer = (
-        natural**2
-        * roll.slope_coefficient
-        / (natural**2 - omega**2 + 2j * roll.damping_ratio * natural * omega)
-    )
-    return Harmonics(
-        waves.amplitude * omega**2 / gravity * np.abs(answer),
-        waves.period,
-        waves.phase - 0.5 * np.pi + np.angle(answer),
-    )
+def course_of(scene: Scene, ship: SeaShip) -> Course:
+    """Return how the ship of a scene meets the waves."""
+    return Course(ship.speed, ship.relative_heading, scene.gravity)
 
 
 def sea_motion(scene: Scene, ship: SeaShip) -> SeaMotion:
-    """Return elevation and roll of a scene with a sea.
+    """Return waves, roll and heave of a scene with a sea.
 
     Raises:
-        SceneError: the waves are too short for `ship.rate`, or the roll exceeds what a ship does.
+        SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
     """
-    sea = ship.sea
-    if HIGHEST / sea.peak_period >= 0.5 * ship.rate:
-        raise SceneError(
-            scene.name,
-            'ship.sea.peak_period',
-            sea.peak_period,
-            f'the shortest waves have {HIGHEST / sea.peak_period:.6g} Hz, which must be below '
-            f'half of ship.rate ({ship.rate!r} Hz)',
-            f'Raise ship.rate above {2.0 * HIGHEST / sea.peak_period:.6g} Hz.',
-        )
-    waves = elevation(sea, scene.seed)
-    return SeaMotion(waves, roll_answer(waves, ship.roll, scene.gravity))
+    course = course_of(scene, ship)
+    waves = elevation(ship.sea, scene.seed)
+    _check_rate(scene, ship, waves, course)
+    met = course.met(waves)
+    if ship.rao is not None:
+        found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
+        return SeaMotion(met, found.roll, found.heave, found.left_out)
+    assert ship.roll is not None  # a scene has one of them
+    roll = roll_answer(waves, ship.roll, course)
+    return SeaMotion(met, roll, met if ship.heave else None, 0.0)
+
+
+def _check_rate(scene: Scene, ship: SeaShip, waves: Harmonics, course: Course) -> None:
+    """Refuse waves that the samples of the motion cannot follow."""
+    omega = np.append(waves.angular_frequency, 2.0 * np.pi * band_hz(ship.sea)[1])
+    shortest = float(np.max(np.abs(course.frequency(omega)))) / (2.0 * np.pi)
+    if shortest < 0.5 * ship.rate:
+        return
+    parametric = isinstance(ship.sea, Sea)
+    meets = '' if ship.speed == 0.0 else f', met at {ship.speed:g} m/s,'
+    raise SceneError(
+        scene.name,
+        'ship.sea.peak_period' if parametric else 'ship.sea.frequency',
+        height_and_period(ship.sea)[1] if parametric else band_hz(ship.sea)[1],
+        f'the shortest waves{meets} have {shortest:.6g} Hz, which must be below half of '
+        f'ship.rate ({ship.rate!r} Hz)',
+        f'Raise ship.rate above {2.0 * shortest:.6g} Hz.',
+    )
 
 
 def sea_metadata(scene: Scene, ship: SeaShip) -> dict[str, Any]:
-    """Return what a sea was made from, for reports."""
+    """Return what a sea was made from and how the ship meets it, for reports and bags."""
     sea = ship.sea
-    metadata = {
+    height, period = height_and_period(sea)
+    metadata: dict[str, Any] = {
         'spectrum': sea.spectrum,
-        'significant_wave_height_m': sea.significant_wave_height,
-        'peak_period_s': sea.peak_period,
+        'significant_wave_height_m': height,
+        'peak_period_s': period,
         'components': sea.components,
-        'band_hz': [LOWEST / sea.peak_period, HIGHEST / sea.peak_period],
+        'band_hz': list(band_hz(sea)),
         'seed': scene.seed,
+        'heading_rad': ship.relative_heading,
+        'speed_m_s': ship.speed,
         'heave': ship.heave,
     }
-    return metadata | ({'gamma': sea.gamma} if sea.spectrum == 'jonswap' else {})
+    if isinstance(sea, SpectrumTable):
+        metadata['source'] = sea.source
+    elif sea.spectrum == 'jonswap':
+        metadata['gamma'] = sea.gamma
+    if ship.rao is not None:
+        metadata['operator'] = ship.rao.source
+    elif ship.roll is not None and ship.roll.fitted_to is not None:
+        metadata['roll_fitted_to'] = ship.roll.fitted_to
+    return metadata
+
+
+def bag_metadata(scene: Scene) -> dict[str, Any]:
+    """Return what a bag says of the ship's sea, by names that begin with `sea.`; else nothing."""
+    if not isinstance(scene.ship, SeaShip):
+        return {}
+    return {f'sea.{key}': value for key, value in sea_metadata(scene, scene.ship).items()}
+
+
+def sea_warnings(motion: SeaMotion) -> tuple[str, ...]:
+    """Say what of the waves the ship does not answer."""
+    if motion.left_out == 0.0:
+        return ()
+    return (
+        f'{100.0 * motion.left_out:.2g} % of the energy of the waves lies outside the '
+        "frequencies of ship.rao: it is left out of the ship's motion",
+    )

@@ -11,7 +11,7 @@ from tauto_core.samples import ImuSamples, State
 from tauto_core.scene import Component, ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
 from tauto_core.ship.imu import imu_from_roll, imu_samples
 from tauto_core.ship.recorded import recorded_metadata, recorded_motion
-from tauto_core.ship.sea import sea_metadata, sea_motion
+from tauto_core.ship.sea import sea_metadata, sea_motion, sea_warnings
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 
@@ -37,11 +37,11 @@ class ShipMotion:
         total: number of samples in all.
         metadata: what the motion was made from: kind, and spectrum, pass-band, seed ... where
             they apply.
-        warnings: what was odd about measured motion.
+        warnings: what was odd about measured motion, or left out of a sea.
 
     Raises:
         MotionDataError: measured motion that cannot be used.
-        SceneError: a sea whose waves are too short for `ship.rate`.
+        SceneError: a sea whose waves are too short for `ship.rate` or lie outside `ship.rao`.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -112,8 +112,12 @@ def _channels(scene: Scene) -> _Channels:
         return _Channels(_harmonics(ship.components), heave, metadata=metadata)
     if isinstance(ship, SeaShip):
         sea = sea_motion(scene, ship)
-        elevation = sea.elevation if ship.heave else None
-        return _Channels(sea.roll, elevation, metadata=sea_metadata(scene, ship))
+        return _Channels(
+            sea.roll,
+            sea.heave,
+            metadata=sea_metadata(scene, ship),
+            warnings=sea_warnings(sea),
+        )
     return _recorded(scene, ship)
 
 

@@ -17,8 +17,9 @@ import numpy as np
 from tauto_core.motion.bearing import BearingMotion, CaseMotion, CaseSwing
 from tauto_core.motion.limits import beyond_small_angles, lifted_off
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, State
-from tauto_core.scene import AxleSuspension, Scene
+from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer
+from tauto_core.ship.contact import Case, lost_at, pressing
 from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import attitude, imu_from_roll
 
@@ -92,13 +93,14 @@ class Suspension:
         assert scene.suspension is not None
         hung = scene.suspension
         self._large = hung.large_angles
-        self._e = hung.support_radius - hung.axle_radius
-        self._c, self._k = hung.depth, hung.gyration_radius
-        self._swing = _swing_of(hung, self._e, scene.gravity)
+        e = hung.support_radius - hung.axle_radius
+        self._case = Case(e, hung.depth, hung.gyration_radius, scene.gravity)
+        self._swing = _swing_of(self._large, self._case)
         self._buffer = _BearingBuffer(
             step_ns=scene.step_ns, felt_ns=felt_step_ns(scene), max_gap_s=max_gap_s
         )
         self._released = False
+        self._last = np.zeros(4)
 
     @property
     def bridged(self) -> int:
@@ -131,9 +133,14 @@ class Suspension:
         if bearing is None:
             return None
         case = self._swing.advance(bearing)
-        contact = self._contact(case, *bearing.at_ends())
-        self._check(case, contact, bearing.end_ns)
         delta = case.phi - case.theta
+        wide = (self._case.c / self._case.k) * np.sin(delta)
+        pressed = pressing(self._case, case, *bearing.at_ends())
+        contact = pressed / (1.0 + wide * wide)
+        if self._large:
+            _check_contact(contact, bearing.end_ns)
+        else:
+            self._check_small(case, bearing, pressed)
         columns = [
             case.phi,
             case.phi_rate,
@@ -158,32 +165,33 @@ class Suspension:
         if not lift > 0.0:
             raise lifted_off(0.0)
         tilt = self._swing.release(sway, lift)
+        self._last = np.array([tilt, tilt, 0.0, 0.0])
         return tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
 
-    def _contact(self, case: CaseMotion, sway: FloatArray, lift: FloatArray) -> FloatArray:
-        """Return N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ)."""
-        delta = case.phi - case.theta
-        wide = (self._c / self._k) * np.sin(delta)
-        pressed = lift * np.cos(case.theta) - sway * np.sin(case.theta)
-        pressed += self._e * case.theta_rate**2
-        pressed += self._c * np.cos(delta) * case.phi_rate**2
-        return np.asarray(pressed / (1.0 + wide * wide))
+    def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
+        """Refuse a case that lifts off, between samples too, or swings too wide, whichever first.
 
-    def _check(self, case: CaseMotion, contact: FloatArray, end_ns: IntArray) -> None:
-        lost = contact <= 0.0
-        if not self._large:
-            size = np.maximum(np.abs(case.theta), np.abs(case.phi))
-            beyond = size > SMALL_ANGLE
-            if np.any(beyond) and not np.any(lost[: np.argmax(beyond)]):
-                at = int(np.argmax(beyond))
-                raise beyond_small_angles(float(size[at]), SMALL_ANGLE, float(end_ns[at] * 1e-9))
-        if np.any(lost):
-            raise lifted_off(float(end_ns[np.argmax(lost)] * 1e-9))
+        What lies between the last sample of a batch and the first of the next belongs to the
+        next: where batches end does not matter.
+        """
+        after = np.stack([case.theta, case.phi, case.theta_rate, case.phi_rate])
+        before = np.concatenate([self._last[:, None], after[:, :-1]], axis=1)
+        self._last = after[:, -1].copy()
+        lost_s = lost_at(self._case, bearing, CaseMotion(*before), case, pressed)
+        size = np.maximum(np.abs(case.theta), np.abs(case.phi))
+        beyond = np.flatnonzero(size > SMALL_ANGLE)
+        if beyond.size:
+            at_s = float(bearing.end_ns[beyond[0]] * 1e-9)
+            if lost_s is None or at_s < lost_s:
+                raise beyond_small_angles(float(size[beyond[0]]), SMALL_ANGLE, at_s)
+        if lost_s is not None:
+            raise lifted_off(lost_s)
 
     def state(self) -> State:
         """Return all that the next output depends on."""
         return {
             'released': self._released,
+            'last': self._last.copy(),
             'buffer': self._buffer.state(),
             'swing': self._swing.state(),
         }
@@ -191,15 +199,23 @@ class Suspension:
     def restore(self, state: State) -> None:
         """Go on from a state."""
         self._released = state['released']
+        self._last = np.array(state['last'])
         self._buffer.restore(state['buffer'])
         self._swing.restore(state['swing'])
 
 
-def _swing_of(hung: AxleSuspension, e: float, gravity: float) -> CaseSwing:
-    if hung.large_angles:
+def _check_contact(contact: FloatArray, end_ns: IntArray) -> None:
+    """Refuse a case that lifts off at a sample; between them its propagator looks."""
+    lost = contact <= 0.0
+    if np.any(lost):
+        raise lifted_off(float(end_ns[np.argmax(lost)] * 1e-9))
+
+
+def _swing_of(large: bool, case: Case) -> CaseSwing:
+    if large:
         from tauto_core.motion.axle_swing import AxleSwing  # imports numba
 
-        return AxleSwing(e, hung.depth, hung.gyration_radius, gravity)
+        return AxleSwing(*case)
     from tauto_core.motion.axle_modes import AxleModes
 
-    return AxleModes(e, hung.depth, hung.gyration_radius, gravity)
+    return AxleModes(*case)

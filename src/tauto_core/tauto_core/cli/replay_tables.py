@@ -1,0 +1,76 @@
+"""A replay as tables to read: the voyage, the drift in hindsight, the stability of the clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.console import Group
+from rich.table import Table
+
+from tauto_core.cli.tables import replay_table
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+
+def replay_tables(result: Mapping[str, Any]) -> RenderableType:
+    """Return the tables of a replay: that of the voyage, and what else was asked for."""
+    tables = [replay_table(result)]
+    if smoothed := result.get('smoothed'):
+        tables.append(_hindsight(smoothed))
+    if stability := result.get('stability'):
+        tables.append(_stability(stability))
+    return Group(*tables)
+
+
+def _hindsight(smoothed: Mapping[str, Any]) -> Table:
+    count = len(smoothed['stamp_s'])
+    table = Table(
+        title=f'the drift in hindsight, from {count:,} observations',
+        title_justify='left',
+        show_header=False,
+    )
+    table.add_column()
+    table.add_column(justify='right')
+    for when, prefix in (('as it was known', 'at_the_time_'), ('in hindsight', '')):
+        table.add_row(f'error left {when}, rms', f'{smoothed[f"{prefix}rms_s"]:.6f} s')
+        table.add_row(f'error left {when}, worst', f'{smoothed[f"{prefix}worst_s"]:.6f} s')
+    if count:
+        rates, sigmas = smoothed['rate_s_per_day'], smoothed['rate_sigma_s_per_day']
+        for name, place in (('least', rates.index(min(rates))), ('most', rates.index(max(rates)))):
+            table.add_row(
+                f'rate in hindsight, {name}', f'{rates[place]:+.6f} ± {sigmas[place]:.6f} s/day'
+            )
+    return table
+
+
+def _stability(stability: Mapping[str, Any]) -> Table:
+    percent = f'{100.0 * stability["confidence"]:g} %'
+    table = Table(
+        title=f'stability from {stability["samples"]:,} readings; −% +%: {percent} confidence',
+        title_justify='left',
+        box=box.SIMPLE,
+        pad_edge=False,
+    )
+    for name in ('τ, s', 'Allan', 'modified', 'Hadamard', 'time, s'):
+        table.add_column(name, justify='right', no_wrap=True)
+    table.add_column('noise', no_wrap=True)
+    for row in stability['rows']:
+        deviations = [_bounded(row, kind) for kind in ('allan', 'modified', 'hadamard')]
+        table.add_row(f'{row["tau_s"]:g}', *deviations, f'{row["time"]:.1e}', _short(row['noise']))
+    return table
+
+
+def _bounded(row: Mapping[str, Any], kind: str) -> str:
+    value, low, high = row[kind], row[f'{kind}_low'], row[f'{kind}_high']
+    if not value:
+        return '0'
+    return f'{value:.1e} −{100.0 * (1.0 - low / value):.0f} +{100.0 * (high / value - 1.0):.0f}'
+
+
+def _short(noise: str) -> str:
+    """Return the usual abbreviation of a kind of noise: RWFM of a random walk FM."""
+    *words, modulation = noise.split()
+    return ''.join(word[0].upper() for word in words) + modulation

@@ -1,0 +1,289 @@
+"""The steady swing, in which the escapement gives what the drag takes (theory E2).
+
+From the turning point A to the angle of the impulse, and back in time to it from the other one,
+the kinetic energy is what a free swing has there, h sin²W, and the loss δ since then:
+
+    dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ,   V = h cos²W,   h = V(A).
+
+The swing is steady where all these arcs together lose what the impulses give. In an even well
+that is exact for any drag; in the lever's both turning points are taken to be at the same height,
+which errs by the square of the loss. On land.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tauto_core.machines.lever import LeverMachine
+from tauto_core.machines.quadrature import QuadratureError, panel_nodes, running, unresolved
+from tauto_core.machines.trochlea import Machine
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import TautoError
+from tauto_core.scene.regulators import Drag
+
+SETTLED = 1e-14
+"""Change of the energy lost on an arc, against all of it, at which its iteration ends."""
+
+_FAR_TOO_MUCH = 1e6
+"""Energy lost on an arc, against h, beyond which it does not matter how much it is."""
+
+_ITERATIONS = 200
+_UNRESOLVED = 1e-11
+_HALVINGS = 6
+_SHORT_OF_EDGE = 1e-6
+_DOUBLINGS = 200
+_TRIALS = 100
+_NUDGE = 1e-4
+_SAME = 4.0 * np.finfo(float).eps
+_SMALLEST = 1e-9
+
+
+@dataclass(frozen=True)
+class SteadySwing:
+    """The swing that repeats, on land.
+
+    Attributes:
+        amplitude: A; of the lever, the turning point on the positive side [rad].
+        period: of the swing with drag and impulses [s].
+        free_period: of a free swing of the same amplitude [s].
+        time_constant: in which a small departure of the swing's energy from the steady one falls
+            e-fold, to first order in the loss [s]; inf where nothing drives and nothing resists.
+    """
+
+    amplitude: float
+    period: float
+    free_period: float
+    time_constant: float
+
+
+@dataclass(frozen=True)
+class NoSteadySwing:
+    """Why no swing repeats.
+
+    Attributes:
+        why: what happens instead, with the quantity and its limit.
+    """
+
+    why: str
+
+
+class _Leg(NamedTuple):
+    """An arc between a turning point and the impulse.
+
+    Attributes:
+        lost: energy that the drag takes [J].
+        time: [s]; inf where the wheel comes to rest on the way.
+    """
+
+    lost: float
+    time: float
+
+
+def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing:
+    """Return the swing in which a clock settles on land, released as its scene says.
+
+    Where there is no drag, and no impulse, that is the swing released.
+    """
+    drag, escapement = _drag(machine), machine.escapement
+    try:
+        if drag is None:
+            if escapement is None or abs(machine.release_angle) <= abs(escapement.angle):
+                period = machine.period(machine.release_angle)
+                return SteadySwing(abs(machine.release_angle), period, period, math.inf)
+            return NoSteadySwing(
+                'the swing grows for ever, or to the end of its range: there is an escapement, '
+                'and no drag to take what it gives'
+            )
+        if escapement is None:
+            return NoSteadySwing(
+                'the swing dies away: there is drag, and no escapement to make good for it'
+            )
+        return _driven(machine, drag, escapement.angle, 2.0 * escapement.energy)
+    except TautoError as error:
+        return NoSteadySwing(str(error))
+
+
+def _drag(machine: Machine | LeverMachine) -> Drag | None:
+    """Return the drag, None where all of it is 0."""
+    drag = machine.drag
+    return drag if drag and (drag.viscous or drag.quadratic or drag.coulomb) else None
+
+
+def _driven(
+    machine: Machine | LeverMachine, drag: Drag, angle: float, work: float
+) -> SteadySwing | NoSteadySwing:
+    """Return the steady swing of impulses that give `work` [J] in a swing, at `angle` [rad]."""
+    (least, edge), start = _reach(machine, angle), machine.release_angle
+    if abs(start) <= least:
+        return NoSteadySwing(
+            f'the clock stops: released at {abs(start):.6g} rad it does not swing beyond the '
+            f'{least:.6g} rad of the impulse'
+        )
+    least = max(least, _SMALLEST * abs(start))
+
+    def loss(amplitude: float) -> float:
+        return sum(leg.lost for leg in _legs(machine, drag, angle, amplitude))
+
+    if loss(least) >= work:
+        return NoSteadySwing(
+            f'the clock stops: the escapement gives {work:.6g} J in a swing, less than the '
+            f'{loss(least):.6g} J that the drag takes from the smallest swing that reaches it, '
+            f'of {least:.6g} rad'
+        )
+    top = edge if math.isfinite(edge) else _beyond(loss, work, abs(start))
+    if loss(top) < work:
+        return NoSteadySwing(
+            f'the swing grows to the end of its range: at {top:.6g} rad the drag takes '
+            f'{loss(top):.6g} J in a swing, the escapement gives {work:.6g} J'
+        )
+    amplitude = _where(loss, work, least, top)
+    legs = _legs(machine, drag, angle, amplitude)
+    first = _leg(machine, drag, start, -math.copysign(1.0, start) * angle, -1.0)
+    period = sum(leg.time for leg in legs)
+    if not math.isfinite(period + first.time):
+        return NoSteadySwing(
+            f'the clock stops: with {work:.6g} J in a swing from the escapement the drag brings '
+            'the wheel to rest before it comes to the next impulse'
+        )
+    below, above = amplitude * (1.0 - _NUDGE), min(amplitude * (1.0 + _NUDGE), edge)
+    rise = float(machine.potential(above) - machine.potential(below))
+    settling = period * rise / (loss(above) - loss(below))
+    return SteadySwing(amplitude, period, machine.period(amplitude), settling)
+
+
+def _beyond(loss: Callable[[float], float], work: float, amplitude: float) -> float:
+    """Return an amplitude, at least the one given, at which the loss is more than the work."""
+    for _ in range(_DOUBLINGS):
+        if loss(amplitude) > work:
+            break
+        amplitude *= 2.0
+    return amplitude
+
+
+def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]:
+    """Return the least amplitude that reaches ±angle on both sides, and the largest there is."""
+    if isinstance(machine, Machine):
+        return abs(angle), machine.range_rad * (1.0 - _SHORT_OF_EDGE)
+    geometry, (low, high) = machine.geometry, machine.geometry.edges
+    both = geometry.tau_of(np.array([abs(angle), -abs(angle)]))
+    ends = np.array([np.max(np.abs(both)), min(-low, high) * (1.0 - _SHORT_OF_EDGE)])
+    least, edge = geometry.theta(ends).tolist()
+    return least, edge
+
+
+def _legs(
+    machine: Machine | LeverMachine, drag: Drag, angle: float, amplitude: float
+) -> list[_Leg]:
+    """Return the four arcs of a swing: to and from the impulse, there and back."""
+    if isinstance(machine, Machine):
+        pair = [
+            _leg(machine, drag, -amplitude, angle, -1.0),
+            _leg(machine, drag, amplitude, angle, 1.0),
+        ]
+        return pair + pair
+    far = machine.far_turning(amplitude)
+    return [
+        _leg(machine, drag, far, angle, -1.0),
+        _leg(machine, drag, amplitude, angle, 1.0),
+        _leg(machine, drag, amplitude, -angle, -1.0),
+        _leg(machine, drag, far, -angle, 1.0),
+    ]
+
+
+def _leg(
+    machine: Machine | LeverMachine, drag: Drag, turning: float, end: float, sign: float
+) -> _Leg:
+    """Return what happens between a turning point and an angle.
+
+    Args:
+        turning: where the wheel is at rest [rad].
+        end: the angle [rad].
+        sign: −1 where the turning point comes first, 1 where it comes last.
+    """
+    top = float(machine.potential(turning))
+    across = math.sqrt(min(float(machine.potential(end)) / top, 1.0))
+    last = math.acos(math.copysign(across, end * turning))
+    if last == 0.0:
+        return _Leg(0.0, 0.0)
+    edges, w, mass, slowness = _free_swing(machine, turning, last)
+    sine = np.sin(w)
+    speed, path = np.sqrt(2.0 * top / mass) * sine, slowness * np.sqrt(2.0 * top / mass) * sine
+    share, since = np.ones_like(w), np.zeros_like(w)
+    for _ in range(_ITERATIONS):
+        v = speed * np.sqrt(share)
+        torque = drag.viscous * v + drag.quadratic * v * v + drag.coulomb
+        before, (since, lost) = since, running(torque * path, edges)
+        if lost > _FAR_TOO_MUCH * top:
+            break
+        share = np.maximum(1.0 + sign * since / (top * sine * sine), 0.0)
+        if np.max(np.abs(since - before)) <= SETTLED * lost:
+            if np.min(share) <= 0.0:
+                break
+            return _Leg(lost, running(slowness / np.sqrt(share), edges)[1])
+    return _Leg(lost, math.inf)
+
+
+def _free_swing(
+    machine: Machine | LeverMachine, turning: float, last: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing.
+
+    Raises:
+        QuadratureError: too many panels.
+    """
+    cuts = [0.5 * math.pi]
+    if isinstance(machine, Machine):
+        joints = machine.cam.joints[machine.cam.joints < abs(turning)]
+        inner = np.sqrt(machine.potential(joints) / machine.potential(turning))
+        cuts += [*np.arccos(inner), *np.arccos(-inner)]
+    edges = np.array([0.0, *sorted(cut for cut in cuts if 0.0 < cut < last), last])
+    for _ in range(_HALVINGS):
+        w = panel_nodes(edges)
+        mass, slowness = _along(machine, turning, w)
+        if unresolved(slowness) <= _UNRESOLVED:
+            return edges, w, mass, slowness
+        edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
+    raise QuadratureError(
+        f'a swing of {abs(turning):.6g} rad is too stiff to be followed; use more drag or a '
+        'weaker escapement'
+    )
+
+
+def _along(
+    machine: Machine | LeverMachine, turning: float, w: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return M and dt/dW where V = V(A) cos²W in a free swing from A."""
+    if isinstance(machine, LeverMachine):
+        tau, slowness = machine.swing(turning, w)
+        ratio = machine.geometry.slopes(tau)[0]
+        return machine.inertia + machine.turned_inertia * ratio * ratio, slowness
+    angle, slowness = machine.swing(abs(turning), np.abs(0.5 * math.pi - w))
+    return machine.mass(angle), slowness
+
+
+def _where(loss: Callable[[float], float], work: float, low: float, high: float) -> float:
+    """Return the amplitude between two others at which the loss is the work.
+
+    The loss goes about with a power of the amplitude: both by their logarithms.
+
+    Raises:
+        QuadratureError: it is not found.
+    """
+
+    from scipy.optimize import brentq  # slow to import
+
+    def missing(log_amplitude: float) -> float:
+        return math.log(work / loss(math.exp(log_amplitude)))
+
+    ends = math.log(low), math.log(high)
+    log_amplitude, found = brentq(
+        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=_TRIALS, full_output=True, disp=False
+    )
+    if not found.converged:
+        raise QuadratureError(f'no swing between {low:.6g} and {high:.6g} rad loses {work:.6g} J')
+    return math.exp(log_amplitude)

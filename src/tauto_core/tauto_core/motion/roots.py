@@ -1,0 +1,66 @@
+"""When, within a step, a value that was positive falls to zero.
+
+`watch` is what a driver needs to tell the value at a fraction of the step; the driver overloads
+`value_of` for its type.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tauto_core.motion.compiled import compiled
+
+TRIALS = 12
+MOST = 200
+
+
+def value_of(watch: Any, xi: float) -> float:
+    """Return the watched value at the fraction xi of the step, from the stage polynomials."""
+    raise TypeError('value_of runs in compiled code only')
+
+
+@compiled
+def locate(watch: Any, last: float, at_last: float, precision: float) -> float:
+    """Return the fraction of the step at which a value falls to zero; 0: it was never positive.
+
+    False position in the form of Illinois (Dowell and Jarratt, BIT 11, 1971, 168), probing no
+    closer to a bound than half the precision: else a root would be seen wherever a value that
+    is tiny at the beginning draws the first probe to it.
+
+    Args:
+        last: where it is not positive any more.
+        at_last: its value there.
+        precision: how far off the fraction may be.
+    """
+    a, b, fb = 0.0, last, min(at_last, 0.0)
+    fa = value_of(watch, a)
+    if not fa > 0.0:
+        # from where the last event was, the value may be positive for a moment only
+        for trial in range(1, TRIALS):
+            x = last * 0.25 ** (TRIALS - trial)
+            fx = value_of(watch, x)
+            if fx > 0.0:
+                a, fa = x, fx
+            elif fa > 0.0:
+                b, fb = x, fx
+                break
+    if not fa > 0.0:
+        return 0.0
+    kept = 0
+    for _ in range(MOST):
+        x = (a * fb - b * fa) / (fb - fa)
+        if b - a <= precision:
+            return x
+        x = min(max(x, a + 0.5 * precision), b - 0.5 * precision)
+        fx = value_of(watch, x)
+        if fx == 0.0:
+            return x
+        if fx > 0.0:
+            a, fa = x, fx
+            fb = 0.5 * fb if kept == 1 else fb
+            kept = 1
+        else:
+            b, fb = x, fx
+            fa = 0.5 * fa if kept == -1 else fa
+            kept = -1
+    return b

@@ -1,0 +1,159 @@
+"""The filter over a run of observations: which it believes, and the state after each of them.
+
+An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once or
+twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped, or was
+never as good as assumed, all that follow disagree; so the third in a row, and any that comes later
+than `patience_s` after the last one used, is used after all, and the state reopened (`reopen`). So
+is one that comes before three have been used since the beginning or the last reopening: trust in
+oneself is earned.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.navigation.kalman import (
+    ClockModel,
+    Estimate,
+    law_of,
+    noise_of,
+    predict,
+    reopen,
+)
+from tauto_core.samples import NS_PER_S, FloatArray, IntArray
+
+REFUSED_IN_A_ROW = 2
+"""So many outliers in a row are taken for blunders; one more, and the clock is to blame."""
+
+TRUSTED = 3
+"""So many observations must have been used before an outlier is refused."""
+
+USED, REFUSED, REOPENED = 0, 1, 2
+"""What became of an observation: used, refused as an outlier, used after reopening the state."""
+
+
+class Known(NamedTuple):
+    """The state where a run of observations begins.
+
+    Args:
+        stamp_ns: of the last observation used, or of the setting of the dial.
+        estimate: at that stamp.
+        refused: outliers since, in a row.
+        used: observations used since the beginning or the last reopening.
+    """
+
+    stamp_ns: int
+    estimate: Estimate[float]
+    refused: int = 0
+    used: int = 0
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """What the filter made of n observations, of which it used m.
+
+    Args:
+        stamp_ns: of the start and of the observations used, (m + 1,).
+        states: at these stamps, (m + 1,).
+        phase_s: the phases used, (m,).
+        opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
+        fate: USED, REFUSED or REOPENED of each observation, (n,).
+        start: where it began.
+    """
+
+    stamp_ns: IntArray
+    states: Estimate[FloatArray]
+    phase_s: FloatArray
+    opened_s: FloatArray
+    fate: NDArray[np.int8]
+    start: Known
+
+    def after(self, count: int) -> Known:
+        """Return what was known after the first `count` observations, 0 to n."""
+        fate = self.fate[:count]
+        used = np.flatnonzero(fate != REFUSED)
+        reopened = np.flatnonzero(fate == REOPENED)
+        place = len(used)
+        estimate = Estimate(*(float(column[place]) for column in self.states))
+        return Known(
+            int(self.stamp_ns[place]),
+            estimate,
+            count - int(used[-1]) - 1 if place else self.start.refused + count,
+            int(np.sum(used >= reopened[-1])) if len(reopened) else self.start.used + place,
+        )
+
+    def elapsed_s(self) -> FloatArray:
+        """Return the time to each observation used from the one before [s], (m,)."""
+        return np.diff(self.stamp_ns) / NS_PER_S
+
+    def expected(self, model: ClockModel) -> Estimate[FloatArray]:
+        """Return the states just before each observation used, reopened or not, (m,)."""
+        elapsed = self.elapsed_s()
+        ahead = predict(Estimate(*(column[:-1] for column in self.states)), elapsed, model)
+        return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
+
+
+def filter_phases(
+    start: Known, stamp_ns: Sequence[int], phase_s: Sequence[float], model: ClockModel
+) -> Filtered:
+    """Return what the filter makes of observed phases, in order of their stamps.
+
+    One observation at a time or many at once give the same bits: each is predicted in one step
+    from the last one used.
+
+    Args:
+        start: where to begin.
+        stamp_ns: of the observations, rising, none before the start; n values.
+        phase_s: reading minus observed true time [s]; n values.
+        model: noise, variance of the observations, gate.
+    """
+    law, noise = law_of(model), noise_of(model)
+    ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
+    r = model.observation_sigma_s * model.observation_sigma_s
+    limit = math.inf if model.gate is None else model.gate * model.gate
+    since, now = start.stamp_ns, law.part(start.estimate)
+    refused, trust = start.refused, start.used
+    stamps, numbers, fate = [since], list(now), bytearray()
+    used: list[float] = []
+    opened: dict[int, float] = {}
+    for stamp, phase in zip(stamp_ns, phase_s, strict=True):
+        elapsed = (stamp - since) / NS_PER_S
+        ahead = ahead_of(now, elapsed, *noise)
+        innovation = phase - ahead[0]
+        s = ahead[xx] + r
+        if innovation * innovation > limit * s:
+            if refused < REFUSED_IN_A_ROW and trust >= TRUSTED and elapsed <= model.patience_s:
+                refused += 1
+                fate.append(REFUSED)
+                continue
+            opened[len(used)] = innovation
+            # in no time the rate cannot have changed
+            whole = law.whole(start.estimate, ahead)
+            ahead = law.part(reopen(whole, innovation, elapsed or math.inf))
+            s, trust = ahead[xx] + r, 0
+            fate.append(REOPENED)
+        else:
+            fate.append(USED)
+        now, since, refused = corrected(ahead, innovation, s, r), stamp, 0
+        trust += 1
+        stamps.append(stamp)
+        used.append(phase)
+        numbers += now
+    rows = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
+    rest = Estimate(*(np.full(len(stamps), value) for value in start.estimate))
+    opened_s = np.zeros(len(used))
+    opened_s[list(opened)] = list(opened.values())
+    return Filtered(
+        np.array(stamps, np.int64),
+        law.whole(rest, tuple(rows.T)),
+        np.array(used, np.float64),
+        opened_s,
+        np.frombuffer(bytes(fate), np.int8),
+        start,
+    )

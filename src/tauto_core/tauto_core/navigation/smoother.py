@@ -1,0 +1,124 @@
+"""The fixed-interval smoother: the drift as it was, in the light of all observations.
+
+What Rauch, Tung and Striebel's smoother gives, in the form of Bryson and Frazier, which inverts no
+covariance (Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18,
+1973). Backwards over the observations used, with innovation ν of variance S, gain K, H = (1, 0, 0)
+and transition F, an adjoint λ and its information Λ are carried:
+
+    before an observation:  λ ← (I − KH)ᵀ λ − Hᵀ ν/S,   Λ ← (I − KH)ᵀ Λ (I − KH) + Hᵀ H/S
+    over a time τ:          λ ← Fᵀ λ,                   Λ ← Fᵀ Λ F
+
+The smoothed state at any instant is x̂ − P λ, its covariance P − P Λ P, with x̂ and P what the
+filter knew at that instant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauto_core.navigation.filtering import Filtered
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict
+from tauto_core.samples import NS_PER_S, FloatArray, IntArray
+
+BLOCK = 65_536
+"""Instants smoothed at once: nine numbers for each are held."""
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """What is known in hindsight.
+
+    Args:
+        way: of the filter.
+        model: that it ran with.
+        adjoint: λ just before each observation used, (m, 3).
+        information: Λ just before each, (m, 3, 3).
+        rate_variance: by which reopening at the observation to come widens the rate from each
+            state of the way on, (m + 1,).
+    """
+
+    way: Filtered
+    model: ClockModel
+    adjoint: FloatArray
+    information: FloatArray
+    rate_variance: FloatArray
+
+    def at(self, stamp_ns: IntArray) -> Estimate[FloatArray]:
+        """Return mean and covariance in the light of all observations, (n,).
+
+        Args:
+            stamp_ns: in any order, none before the start of the filter; after the last
+                observation it is the filter's own prediction. Where the rate is taken to have
+                changed at once, the rate after it.
+        """
+        blocks = [
+            self._block(stamp_ns[first : first + BLOCK])
+            for first in range(0, max(len(stamp_ns), 1), BLOCK)
+        ]
+        return Estimate(*(np.concatenate(columns) for columns in zip(*blocks, strict=True)))
+
+    def _block(self, stamp_ns: IntArray) -> Estimate[FloatArray]:
+        known = self.way.stamp_ns
+        place = np.searchsorted(known[1:], stamp_ns, 'right')
+        since = (stamp_ns - known[place]) / NS_PER_S
+        known_then = Estimate(*(column[place] for column in self.way.states))
+        # where the next observation reopened the state, a changed rate began here
+        changed = known_then.yy + self.rate_variance[place]
+        now = predict(known_then._replace(yy=changed), since, self.model)
+        later = place < len(self.adjoint)
+        if not later.any():
+            return now
+        ahead = np.minimum(place, len(self.adjoint) - 1)
+        f = _transition(np.where(later, known[ahead + 1] - stamp_ns, 0) / NS_PER_S)
+        p = _covariance(now)
+        weight = later.astype(np.float64)[:, None]
+        pulled = p @ np.swapaxes(f, 1, 2)
+        mean = np.column_stack(now[:3]) - weight * (pulled @ self.adjoint[ahead, :, None])[:, :, 0]
+        less = pulled @ self.information[ahead] @ np.swapaxes(pulled, 1, 2)
+        spread = p - weight[:, :, None] * less
+        rows, columns = np.triu_indices(3)
+        return Estimate(*mean.T, *spread[:, rows, columns].T)
+
+
+def smooth(way: Filtered, model: ClockModel) -> Smoother:
+    """Return the smoother of what the filter made of all observations.
+
+    Args:
+        way: all of it, from the setting of the dial.
+        model: that the filter ran with.
+    """
+    expected, elapsed = way.expected(model), way.elapsed_s()
+    variance = expected.xx + model.observation_sigma_s * model.observation_sigma_s
+    innovation = way.phase_s - expected.x
+    gain = np.column_stack((expected.xx, expected.xy, expected.xd)) / variance[:, None]
+    count = len(elapsed)
+    adjoint, information = np.empty((count, 3)), np.empty((count, 3, 3))
+    between = _transition(elapsed)
+    keep = np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+    keep[:, :, 0] -= gain
+    back, known = np.zeros(3), np.zeros((3, 3))
+    for k in reversed(range(count)):
+        back, known = keep[k].T @ back, keep[k].T @ known @ keep[k]
+        back[0] -= innovation[k] / variance[k]
+        known[0, 0] += 1.0 / variance[k]
+        adjoint[k], information[k] = back, known
+        back, known = between[k].T @ back, between[k].T @ known @ between[k]
+    rate = way.opened_s / np.where(elapsed > 0.0, elapsed, np.inf)
+    return Smoother(way, model, adjoint, information, np.append(rate * rate, 0.0))
+
+
+def _transition(elapsed_s: FloatArray) -> FloatArray:
+    """Return F over each time, (n, 3, 3)."""
+    f = np.broadcast_to(np.eye(3), (len(elapsed_s), 3, 3)).copy()
+    f[:, 0, 1] = f[:, 1, 2] = elapsed_s
+    f[:, 0, 2] = 0.5 * elapsed_s * elapsed_s
+    return f
+
+
+def _covariance(estimate: Estimate[FloatArray]) -> FloatArray:
+    """Return P of each estimate, (n, 3, 3)."""
+    _, _, _, xx, xy, xd, yy, yd, dd = estimate
+    rows = np.array([[xx, xy, xd], [xy, yy, yd], [xd, yd, dd]])
+    return np.moveaxis(rows, 2, 0)

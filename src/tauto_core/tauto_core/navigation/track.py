@@ -1,0 +1,127 @@
+"""The filter's way so far, short enough to be gone over again when an observation comes late."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from tauto_core.navigation.filtering import REFUSED, REOPENED, Filtered, Known, filter_phases
+from tauto_core.navigation.kalman import ClockModel, Estimate
+from tauto_core.samples import State
+
+REMEMBERED = 64
+"""Observations at least that can be gone over again."""
+
+
+class Seen(NamedTuple):
+    """An observation that was looked at, and what became of it (`filtering`)."""
+
+    stamp_ns: int
+    phase_s: float
+    fate: int
+
+
+class Track:
+    """Takes observations in any order; the state is that of the order of their stamps.
+
+    Args:
+        start: the state when the dial was set.
+        model: noise, variance of the observations, gate.
+    """
+
+    def __init__(self, start: Known, model: ClockModel) -> None:
+        self._model = model
+        self._base = self._last = start
+        self._oldest_ns = start.stamp_ns
+        self._seen: list[Seen] = []
+        self._counts = {REFUSED: 0, REOPENED: 0}
+
+    @property
+    def oldest_ns(self) -> int:
+        """The earliest stamp that an observation may still have."""
+        return self._oldest_ns
+
+    @property
+    def last(self) -> Known:
+        """What is known after all observations so far."""
+        return self._last
+
+    def has(self, stamp_ns: int) -> bool:
+        """Tell whether an observation of this stamp is among those remembered."""
+        return any(seen.stamp_ns == stamp_ns for seen in reversed(self._seen))
+
+    def count(self, fate: int) -> int:
+        """Return how many observations were REFUSED or REOPENED the state."""
+        return self._counts[fate] + sum(seen.fate == fate for seen in self._seen)
+
+    def use(self, stamp_ns: Sequence[int], phase_s: Sequence[float]) -> Filtered:
+        """Take observations of new stamps, none before `oldest_ns`; return the way from there.
+
+        It begins at the last state before the first of them, or earlier.
+        """
+        new = sorted(zip(stamp_ns, phase_s, strict=True))
+        start, kept = self._last, self._seen
+        if kept and new and new[0][0] < kept[-1].stamp_ns:
+            start, kept = self._base, []
+            new = sorted(new + [(seen.stamp_ns, seen.phase_s) for seen in self._seen])
+        stamps, phases = [stamp for stamp, _ in new], [phase for _, phase in new]
+        way = filter_phases(start, stamps, phases, self._model)
+        self._last = way.after(len(new))
+        self._remember(kept, stamps, phases, way)
+        return way
+
+    def _remember(
+        self, kept: list[Seen], stamps: list[int], phases: list[float], way: Filtered
+    ) -> None:
+        """Let the base move up where more than enough has been seen since.
+
+        Args:
+            kept: seen since the base, before the observations of the way.
+            stamps, phases: these observations.
+            way: what the filter made of them.
+        """
+        total = len(kept) + len(stamps)
+        first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
+        tail = list(map(Seen, stamps[first:], phases[first:], way.fate[first:].tolist()))
+        self._seen = kept + tail
+        if total < 2 * REMEMBERED:
+            return
+        if first:
+            self._base = way.after(first)
+            self._oldest_ns = stamps[first - 1] + 1
+            gone = [*(seen.fate for seen in kept), *way.fate[:first].tolist()]
+        else:
+            old, tail = self._seen[:-REMEMBERED], self._seen[-REMEMBERED:]
+            again = [seen.stamp_ns for seen in old], [seen.phase_s for seen in old]
+            self._base = filter_phases(self._base, *again, self._model).after(len(old))
+            self._oldest_ns = old[-1].stamp_ns + 1
+            gone = [seen.fate for seen in old]
+        self._seen = tail
+        for fate in self._counts:
+            self._counts[fate] += gone.count(fate)
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {
+            'base': _plain(self._base),
+            'last': _plain(self._last),
+            'oldest_ns': self._oldest_ns,
+            'seen': [tuple(seen) for seen in self._seen],
+            'counts': dict(self._counts),
+        }
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._base, self._last = _known(state['base']), _known(state['last'])
+        self._oldest_ns = state['oldest_ns']
+        self._seen = [Seen(*seen) for seen in state['seen']]
+        self._counts = dict(state['counts'])
+
+
+def _plain(known: Known) -> tuple[int, tuple[float, ...], int, int]:
+    return known.stamp_ns, tuple(known.estimate), known.refused, known.used
+
+
+def _known(plain: tuple[int, tuple[float, ...], int, int]) -> Known:
+    stamp_ns, estimate, refused, used = plain
+    return Known(stamp_ns, Estimate(*estimate), refused, used)

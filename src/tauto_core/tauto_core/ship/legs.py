@@ -1,0 +1,208 @@
+"""Legs of a voyage on WGS 84: geodesics and rhumb lines, as Chebyshev series along the way.
+
+A series costs additions and multiplications only, which give the same bits wherever a sample
+lies in its array; the elementary functions left are those of `math`, sample by sample.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.polynomial.legendre import leggauss
+
+from tauto_core.motion.chebyshev_fit import coefficients, nodes
+from tauto_core.samples import FloatArray
+
+EQUATOR_M = 6_378_137.0
+FLATTENING = 1.0 / 298.257223563
+_SQUARED_ECCENTRICITY = FLATTENING * (2.0 - FLATTENING)
+
+# cos(σ) over half a turn, and the third harmonic of the flattening, fall below rounding by then
+_GEODESIC_NODES = 32
+# enough for the secant of the latitude from 89.7° south to 89.7° north, the hardest leg
+_RHUMB_NODES = 512
+_QUADRATURE_NODES, _QUADRATURE_WEIGHTS = leggauss(32)
+
+
+class Leg(Protocol):
+    """The way between two places."""
+
+    @property
+    def length_m(self) -> float:
+        """Length of the way [m]."""
+        ...
+
+    @property
+    def highest_deg(self) -> float:
+        """Largest |latitude| on the way [degrees]."""
+        ...
+
+    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return latitudes, and longitudes in [−180, 180), of parts of the way, both (n,).
+
+        Args:
+            part: way made over way in all, 0 to 1, (n,).
+
+        Returns:
+            Degrees, each of its own part alone to the bit.
+        """
+        ...
+
+
+def wrap_degrees(longitude: FloatArray) -> FloatArray:
+    """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
+    inside = (longitude >= -180.0) & (longitude < 180.0)
+    wrapped = np.mod(longitude + 180.0, 360.0) - 180.0
+    # mod rounds what is just below 360 up to 360
+    wrapped = np.where(wrapped < 180.0, wrapped, -180.0)
+    return np.where(inside, longitude, wrapped)
+
+
+@dataclass(frozen=True)
+class GeodesicLeg:
+    """The shortest way (Karney, J. Geod. 87, 2013), by the direction of the vertical along it.
+
+    Attributes:
+        unique: whether no other way is as short; nearly antipodal places may have two.
+        vertical: Chebyshev coefficients of (cos φ cos λ, cos φ sin λ, sin φ), (m, 3).
+    """
+
+    length_m: float
+    highest_deg: float
+    unique: bool
+    vertical: FloatArray
+
+    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the places at parts of the way, as `Leg` says."""
+        x, y, z = chebyshev.chebval(2.0 * part - 1.0, self.vertical).tolist()
+        latitude = [
+            math.degrees(math.atan2(c, math.hypot(a, b))) for a, b, c in zip(x, y, z, strict=True)
+        ]
+        longitude = [math.degrees(math.atan2(b, a)) for a, b in zip(x, y, strict=True)]
+        return np.array(latitude), wrap_degrees(np.array(longitude))
+
+
+def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> GeodesicLeg:
+    """Return the geodesic between two places [degrees]."""
+    from geographiclib.geodesic import Geodesic
+
+    line = Geodesic.WGS84.InverseLine(*start, *end, Geodesic.STANDARD | Geodesic.DISTANCE_IN)
+    length: float = line.s13
+
+    ways = (0.5 * length * (nodes(_GEODESIC_NODES) + 1.0)).tolist()
+    found = [line.Position(way, Geodesic.LATITUDE | Geodesic.LONGITUDE) for way in ways]
+    latitude, longitude = np.radians([(each['lat2'], each['lon2']) for each in found]).T
+    across = np.cos(latitude)
+    vertical = np.stack((across * np.cos(longitude), across * np.sin(longitude), np.sin(latitude)))
+    azimuths = line.azi1, line.Position(length, Geodesic.AZIMUTH)['azi2']
+    # Karney, section 3: of places on opposite parallels a second way has the azimuths exchanged
+    opposite = abs(start[0] + end[0]) < 1e-6 and abs(start[1] - end[1]) > 90.0
+    return GeodesicLeg(
+        length,
+        _highest(start[0], end[0], azimuths),
+        not (opposite and abs(math.remainder(azimuths[1] - azimuths[0], 360.0)) > 1e-3),
+        coefficients(vertical).T,
+    )
+
+
+def _highest(start: float, end: float, azimuths: tuple[float, float]) -> float:
+    """Return the largest |latitude| [degrees] of a geodesic, by Clairaut's cos β sin α."""
+    northing = [math.cos(math.radians(azimuth)) for azimuth in azimuths]
+    if northing[0] * northing[1] >= 0.0:  # it does not turn back on the way
+        return max(abs(start), abs(end))
+    reduced = math.atan((1.0 - FLATTENING) * math.tan(math.radians(start)))
+    least = math.cos(reduced) * abs(math.sin(math.radians(azimuths[0])))
+    return math.degrees(math.atan2(math.sqrt(1.0 - least * least), (1.0 - FLATTENING) * least))
+
+
+@dataclass(frozen=True)
+class RhumbLeg:
+    """The way of one course, by latitude and longitude along it.
+
+    Attributes:
+        course_deg: of the ship, from north to east.
+        latitude: Chebyshev coefficients [degrees].
+        longitude: Chebyshev coefficients [degrees], not wrapped.
+    """
+
+    length_m: float
+    highest_deg: float
+    course_deg: float
+    latitude: FloatArray
+    longitude: FloatArray
+
+    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the places at parts of the way, as `Leg` says."""
+        along = 2.0 * part - 1.0
+        latitude, longitude = (
+            np.asarray(chebyshev.chebval(along, series), np.float64)
+            for series in (self.latitude, self.longitude)
+        )
+        return latitude, wrap_degrees(longitude)
+
+
+def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
+    """Return the rhumb line between two places [degrees], the shorter way round (theory E6).
+
+    On a course α the way s makes dm = cos α ds of meridian and dλ = sin α ds/r, r the radius of
+    the parallel. So r⁻¹ has the same mean over the way as over the meridian, and a departure
+    p = Δλ/⟨r⁻¹⟩ with the meridian Δm makes s = √(Δm² + p²), tan α = p/Δm, on any course.
+    """
+    first, turn = math.radians(start[0]), math.radians(end[0] - start[0])
+    eastward = math.remainder(end[1] - start[1], 360.0)
+
+    part = _part_of_turn(first, turn, 0.5 * (nodes(_RHUMB_NODES) + 1.0))
+    gained = chebyshev.chebint(_series(1.0 / _parallel_m(first + turn * part)), lbnd=-1)
+    over_all = float(chebyshev.chebval(1.0, gained))
+    meridian = float(_mean_curvature_m(first, turn, np.ones(1))[0]) * turn
+    departure = math.radians(eastward) * 2.0 / over_all
+    longitude = np.asarray(gained * (eastward / over_all), np.float64)
+    longitude[0] += start[1]
+    latitude = (end[0] - start[0]) * _series(part)
+    latitude[0] += start[0]
+    return RhumbLeg(
+        math.hypot(meridian, departure),
+        max(abs(start[0]), abs(end[0])),
+        math.degrees(math.atan2(departure, meridian)) % 360.0,
+        latitude,
+        longitude,
+    )
+
+
+def _series(values: FloatArray) -> FloatArray:
+    """Return the Chebyshev series through values at the nodes, without what rounding left."""
+    found = coefficients(values)
+    return np.asarray(chebyshev.chebtrim(found, 2e-16 * float(np.abs(values).max())), np.float64)
+
+
+def _part_of_turn(first: float, turn: float, part: FloatArray) -> FloatArray:
+    """Return the part of a change of latitude that is made in a part of its meridian."""
+    whole = _mean_curvature_m(first, turn, np.ones(1))
+    found = part
+    for _ in range(4):  # Newton, from within the 1 % by which the radius of curvature varies
+        excess = found * _mean_curvature_m(first, turn, found) - part * whole
+        found = found - excess / _curvature_m(first + turn * found)
+    return found
+
+
+def _mean_curvature_m(first: float, turn: float, part: FloatArray) -> FloatArray:
+    """Return the mean radius of curvature of the meridian over parts of a change of latitude."""
+    angles = first + 0.5 * turn * part[:, None] * (_QUADRATURE_NODES + 1.0)
+    means: FloatArray = 0.5 * (_curvature_m(angles) * _QUADRATURE_WEIGHTS).sum(axis=1)
+    return means
+
+
+def _curvature_m(latitude_rad: FloatArray) -> FloatArray:
+    """Return the meridian's radius of curvature [m]: a (1 − e²)/(1 − e² sin²φ)^(3/2)."""
+    squeezed = 1.0 - _SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    return np.asarray(EQUATOR_M * (1.0 - _SQUARED_ECCENTRICITY) / (squeezed * np.sqrt(squeezed)))
+
+
+def _parallel_m(latitude_rad: FloatArray) -> FloatArray:
+    """Return the radius of a parallel [m]: a cos φ/√(1 − e² sin²φ)."""
+    squeezed = 1.0 - _SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    return np.asarray(EQUATOR_M * np.cos(latitude_rad) / np.sqrt(squeezed))

@@ -1,0 +1,140 @@
+"""What a ship makes of the waves that it meets: roll and heave (theory E5)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.ships import Rao, Roll
+from tauto_core.ship.encounter import Course
+from tauto_core.ship.waves import Harmonics
+
+NEGLIGIBLE = 0.01
+"""Share of the waves' energy that may lie outside an operator; those waves are left out."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Roll [rad] and, where the operator has it, heave [m] of a ship; what was left out.
+
+    `left_out` is the share of the waves' energy outside the operator's frequencies.
+    """
+
+    roll: Harmonics
+    heave: Harmonics | None
+    left_out: float
+
+
+def roll_answer(waves: Harmonics, roll: Roll, course: Course) -> Harmonics:
+    """Return the steady roll of rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa slope [rad].
+
+    In beam seas waves run to port, elevation a cos(omega t - k y + eps), so that at the ship the
+    slope to port is (a omega^2/g) sin(mu) cos(omega_e t + eps - pi/2) in deep water; a surface
+    that rises to port turns the starboard side down: positive. The transfer is
+    H = w^2 kappa/(w^2 - omega_e^2 + 2 i zeta w omega_e), and roll = |H| slope at phase + arg H.
+
+    Args:
+        waves: elevation [m], with the frequencies omega of a ship at rest.
+        roll: w = 2 pi/natural_period, zeta, kappa.
+        course: speed, heading mu, gravity.
+    """
+    omega = waves.angular_frequency
+    met = course.frequency(omega)
+    natural = 2.0 * np.pi / roll.natural_period
+    answer = (
+        natural**2
+        * roll.slope_coefficient
+        / (natural**2 - met**2 + 2j * roll.damping_ratio * natural * met)
+    )
+    across = math.sin(course.heading)
+    slope = waves.amplitude * omega**2 / course.gravity * abs(across)
+    # waves to starboard heel the ship the other way
+    lead = -0.5 * np.pi if across >= 0.0 else 0.5 * np.pi
+    return course.answer(waves, slope * np.abs(answer), lead + np.angle(answer))
+
+
+def operator_answer(
+    scene_name: str, waves: Harmonics, rao: Rao, course: Course, *, heave: bool
+) -> Answer:
+    """Return roll and heave by the response operator of a ship at rest.
+
+    The operator's values are joined by Akima's interpolant. Roll answers to the wave's slope at
+    the frequency of encounter, R(omega_e) (omega/omega_e)^2 for the operator R [rad/m], as in
+    `roll_answer`; minus its conjugate where the ship overtakes the waves. Heave is the wave's
+    averaged over the hull, which goes by the length of the wave: its operator is read at omega.
+
+    Args:
+        scene_name: for errors.
+        waves: elevation [m], with the frequencies omega of a ship at rest.
+        rao: the operator at the heading of the course.
+        course: speed, heading, gravity.
+        heave: whether heave is asked for.
+
+    Raises:
+        SceneError: more than `NEGLIGIBLE` of the waves' energy lies outside the operator's
+            frequencies. What lies outside is left out of the answer, never extrapolated.
+    """
+    omega = waves.angular_frequency
+    met = course.frequency(omega)
+    low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
+    inside = (np.abs(met) >= low) & (np.abs(met) <= high)
+    if heave:
+        inside &= (omega >= low) & (omega <= high)
+    energy = waves.amplitude**2
+    left_out = float(np.sum(energy[~inside]) / np.sum(energy))
+    if left_out > NEGLIGIBLE:
+        raise _uncovered(scene_name, left_out, (omega, np.abs(met)), rao, course)
+    kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
+    omega, met = omega[inside], met[inside]
+    roll = _at(rao, rao.roll_real, rao.roll_imaginary, np.abs(met)) * (omega / met) ** 2
+    # -i of the slope is the wave's shape, the rest the ship's answer to a rising frequency
+    answered = [np.where(met < 0.0, -np.conj(roll), roll)]
+    if heave and rao.heave_real is not None and rao.heave_imaginary is not None:
+        answered.append(_at(rao, rao.heave_real, rao.heave_imaginary, omega))
+    found = [
+        course.answer(kept, kept.amplitude * np.abs(each), np.angle(each)) for each in answered
+    ]
+    return Answer(found[0], found[1] if len(found) > 1 else None, left_out)
+
+
+def _at(
+    rao: Rao, real: tuple[float, ...], imaginary: tuple[float, ...], omega: FloatArray
+) -> NDArray[np.complex128]:
+    from scipy.interpolate import Akima1DInterpolator  # slow to import
+
+    frequency = np.array(rao.angular_frequency)
+    parts = [Akima1DInterpolator(frequency, np.array(part))(omega) for part in (real, imaginary)]
+    joined: NDArray[np.complex128] = parts[0] + 1j * parts[1]
+    return joined
+
+
+def _uncovered(
+    name: str,
+    share: float,
+    of_waves: tuple[FloatArray, FloatArray],
+    rao: Rao,
+    course: Course,
+) -> SceneError:
+    omega, met = of_waves
+    low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
+    encounter = (
+        ''
+        if course.speed == 0.0
+        else f', met at {np.min(met):.4g} to {np.max(met):.4g} rad/s by a ship at '
+        f'{course.speed:g} m/s'
+    )
+    return SceneError(
+        name,
+        'ship.rao.angular_frequency',
+        [low, high],
+        f'covers {low:.4g} to {high:.4g} rad/s, but the waves have {np.min(omega):.4g} to '
+        f'{np.max(omega):.4g} rad/s{encounter}: {100.0 * share:.3g} % of their energy lies '
+        f'outside, where at most {100.0 * NEGLIGIBLE:g} % may be left out',
+        'Give an operator that reaches further, or another sea, heading or speed; it is not '
+        'extrapolated.',
+    )

@@ -1,0 +1,124 @@
+"""`tauto replay`: hindsight, stability, their figure, and what is said of bad observations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from tauto_core.cli.app import app
+from tauto_core.navigation import ESTIMATE_NAMES
+
+SCENE = """\
+name: a noisy clock
+duration: 2400.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: involute, base_radius: 0.010}
+  thread: {kind: vertical}
+  power: {kind: force, force: 2.0}
+  release_angle: 1.0
+clock: {white_fm: 2.0}
+drift: {observation_interval: 600.0, observation_sigma: 0.01, prior_rate_sigma: 100.0}
+log: {interval: 10.0}
+"""
+
+
+def tauto(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp('replay')
+    (folder / 'noisy.yaml').write_text(SCENE, encoding='utf-8')
+    sailed = tauto('sail', folder / 'noisy.yaml', '--out', folder / 'bag')
+    assert sailed.exit_code == 0, sailed.stderr
+    assert sailed.stderr == ''
+    return folder / 'bag'
+
+
+def test_what_is_not_asked_for_is_not_told(bag: Path) -> None:
+    told = json.loads(tauto('replay', bag, '--json').stdout)
+    assert not told.keys() & {'smoothed', 'stability'}
+
+
+def test_the_drift_in_hindsight(bag: Path) -> None:
+    told = json.loads(tauto('replay', bag, '--smooth', '--json').stdout)
+    smoothed = told['smoothed']
+    assert [len(smoothed[name]) for name in ('stamp_s', *ESTIMATE_NAMES)] == [5] * 5
+    # at the last observation, which is at the end, hindsight is the estimate
+    for name in ESTIMATE_NAMES:
+        assert smoothed[name][-1] == pytest.approx(told['drift'][name], rel=1e-9)
+    assert smoothed['rate_sigma_s_per_day'][0] < 100.0
+    assert smoothed['rms_s'] < smoothed['at_the_time_rms_s']
+    shown = tauto('replay', bag, '--smooth').stdout
+    assert 'in hindsight, from 5 observations' in shown
+
+
+def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
+    figure = tmp_path / 'stability.svg'
+    run = tauto('replay', bag, '--stability', '--plot', figure, '--json')
+    assert run.exit_code == 0, run.stderr
+    stability = json.loads(run.stdout)['stability']
+    assert (stability['samples'], stability['interval_s']) == (241, 10.0)
+    rows = stability['rows']
+    assert [row['tau_s'] for row in rows] == [10.0, 20.0, 40.0, 80.0, 160.0, 320.0]
+    # white noise of the scene: σ² = q1/τ; 95 % intervals of one clock, so a few may miss
+    true = [np.sqrt(2.0**2 / 86_400.0 / row['tau_s']) for row in rows]
+    for kind in ('allan', 'hadamard'):
+        held = [
+            row[f'{kind}_low'] < x < row[f'{kind}_high'] for row, x in zip(rows, true, strict=True)
+        ]
+        assert sum(held) >= 5
+    assert figure.read_text(encoding='utf-8').startswith('<?xml')
+    again = tmp_path / 'again.svg'
+    tauto('replay', bag, '--stability', '--plot', again)
+    assert again.read_bytes() == figure.read_bytes()
+    shown = tauto('replay', bag, '--stability').stdout
+    assert 'WFM' in shown
+    assert 'τ, s' in shown
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (('--plot', 'x.svg'), '--plot draws what --stability tells'),
+        (('--stability', '--plot', 'x.pdf'), 'must end in .svg or .png'),
+        (('--stability', '--plot', 'no_such_folder/x.svg'), 'no folder no_such_folder'),
+    ],
+)
+def test_figures_that_cannot_be_are_refused_first(
+    bag: Path, arguments: tuple[str, ...], words: str
+) -> None:
+    run = tauto('replay', bag, *arguments)
+    assert run.exit_code == 2
+    assert words in run.stderr
+    assert run.stdout == ''
+
+
+def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) -> None:
+    scene = tmp_path / 'off.yaml'
+    # the dial gains a thousandth, 86 s/day, where 0.1 s/day was assumed
+    off = SCENE.replace('white_fm: 2.0', 'nominal_period: 0.888').replace('100.0}', '0.1}')
+    scene.write_text(off, encoding='utf-8')
+    sailed = tauto('sail', scene, '--out', tmp_path / 'bag')
+    replayed = tauto('replay', tmp_path / 'bag')
+    for run in (sailed, replayed):
+        assert run.exit_code == 0
+        assert (
+            'drift: 1 observations beyond drift.gate = 5 sigmas had to be believed' in run.stderr
+        )
+        assert 'drift.prior_rate_sigma = 0.1 s/day' in run.stderr
+
+
+def test_too_short_a_bag_has_no_stability(tmp_path: Path) -> None:
+    scene = tmp_path / 'short.yaml'
+    scene.write_text(SCENE.replace('10.0}', '600.0}'), encoding='utf-8')
+    assert tauto('sail', scene, '--out', tmp_path / 'bag').exit_code == 0
+    run = tauto('replay', tmp_path / 'bag', '--stability')
+    assert run.exit_code == 1
+    assert '5 readings are too few' in run.stderr

@@ -1,0 +1,158 @@
+"""Noise of the dial: its covariance, its Allan deviation, and the same bits in any pieces."""
+
+import pickle
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.clockwork.dial_noise import BLOCK, DialNoise
+from tauto_core.samples import READING, join, take
+from tauto_core.scene import load_scene
+from tauto_core.ship import ShipMotion
+
+DAY = 86_400.0
+NOISE = {'white_fm': 0.3, 'random_walk_fm': 2.0}
+
+
+def noisy(duration=40.0, interval=1.0, seed=1726, clock=None):
+    return load_scene(
+        'ideal',
+        duration=duration,
+        seed=seed,
+        clock=NOISE if clock is None else clock,
+        log={'interval': interval},
+        drift={'observation_interval': duration},
+    )
+
+
+def test_a_step_has_the_covariance_of_the_exact_discretisation():
+    # half an hour: the walk's share of the phase is as large as the white noise's
+    tau, steps = 1800.0, 40_000
+    scene = noisy(duration=tau * 4, interval=tau, clock={'white_fm': 0.3, 'random_walk_fm': 80.0})
+    x, y = DialNoise(scene).advance(steps)
+    own = np.diff(x) - tau * y[:-1], np.diff(y)
+    q1, q2 = 0.3**2 / DAY, (80.0 / DAY) ** 2 / DAY
+    q = np.array(
+        [
+            [q1 * tau + q2 * tau**3 / 3.0, q2 * tau**2 / 2.0],
+            [q2 * tau**2 / 2.0, q2 * tau],
+        ]
+    )
+    found = np.cov(own)
+    # sampling error of a covariance: sqrt((q_ii q_jj + q_ij^2)/n); five of them
+    spread = np.sqrt((np.outer(np.diag(q), np.diag(q)) + q**2) / steps)
+    assert (np.abs(found - q) < 5.0 * spread).all()
+    # the terms that a wrong discretisation would leave out are far larger
+    assert q[0, 1] > 50.0 * spread[0, 1]
+    assert q2 * tau**3 / 12.0 > 20.0 * spread[0, 0]
+    # steps do not know of each other
+    for a in own:
+        assert abs(np.corrcoef(a[:-1], a[1:])[0, 1]) < 5.0 / np.sqrt(steps)
+
+
+@pytest.mark.parametrize(
+    'clock',
+    [{'white_fm': 0.3}, {'random_walk_fm': 2.0}, {'white_fm': 0.3, 'random_walk_fm': 6.0}],
+    ids=['white', 'walk', 'both'],
+)
+def test_ensembles_have_the_allan_deviation_of_the_closed_form(clock):
+    tau0, count, runs = 600.0, 1000, 60
+    variances = {m: [] for m in (1, 10, 100)}
+    for seed in range(runs):
+        noise = DialNoise(noisy(duration=1200.0, interval=tau0, seed=seed, clock=clock))
+        x = noise.offsets_ns(np.arange(count)) / 1e9
+        for m, found in variances.items():
+            second = x[2 * m :] - 2.0 * x[m:-m] + x[: -2 * m]
+            found.append(np.mean(second**2) / (2.0 * (m * tau0) ** 2))
+    q1 = clock.get('white_fm', 0.0) ** 2 / DAY
+    q2 = (clock.get('random_walk_fm', 0.0) / DAY) ** 2 / DAY
+    for m, found in variances.items():
+        tau = m * tau0
+        expected = q1 / tau + q2 * tau / 3.0
+        error = np.std(found) / np.sqrt(runs)
+        assert abs(np.mean(found) - expected) < 4.0 * error
+        assert error < 0.1 * expected
+
+
+def test_after_a_day_the_reading_has_wandered_by_what_the_scene_says():
+    ends = []
+    for seed in range(400):
+        scene = noisy(DAY, DAY / 4.0, seed, {'white_fm': 0.3})
+        ends.append(DialNoise(scene).offsets_ns(np.arange(5))[-1] / 1e9)
+    # relative error of a standard deviation from 400: 3.5 %
+    assert np.std(ends) == pytest.approx(0.3, rel=0.15)
+
+
+def test_noise_is_added_to_the_reading_and_to_nothing_else():
+    imu = ShipMotion(noisy()).produce(10**6)
+    plain, noise = (
+        TrochleaStage(scene).feed({'ship/imu': imu})
+        for scene in (
+            noisy(clock={'nominal_period': 1.0}),
+            noisy(clock={'nominal_period': 1.0} | NOISE),
+        )
+    )
+    added = noise[READING].time_ref_ns - plain[READING].time_ref_ns
+    np.testing.assert_array_equal(added, DialNoise(noisy()).offsets_ns(np.arange(41)))
+    assert added[0] == 0
+    assert np.unique(added).size == 41
+    for topic in plain.keys() - {READING}:
+        np.testing.assert_array_equal(plain[topic].position, noise[topic].position)
+
+
+def test_seeds_give_other_clocks():
+    one, other = (DialNoise(noisy(seed=seed)).offsets_ns(np.arange(9)) for seed in (1, 2))
+    assert not (one[1:] == other[1:]).any()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.integers(0, 41), max_size=5), st.integers(0, 5))
+def test_any_split_and_any_resumption_give_the_same_readings(cuts, resumed):
+    scene = noisy()
+    imu = ShipMotion(scene).produce(10**6)
+    whole = TrochleaStage(scene).feed({'ship/imu': imu})[READING]
+    edges = [0, *sorted(cuts), 41]
+    stage, parts = TrochleaStage(scene), []
+    for k, (a, b) in enumerate(pairwise(edges)):
+        if k == resumed:
+            saved = pickle.loads(pickle.dumps(stage.state()))
+            stage = TrochleaStage(scene)
+            stage.restore(saved)
+        parts.append(stage.feed({'ship/imu': take(imu, slice(a, b))}))
+    said = join([part[READING] for part in parts if READING in part])
+    np.testing.assert_array_equal(said.time_ref_ns, whole.time_ref_ns)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.sets(st.integers(1, 3 * BLOCK), min_size=1, max_size=8))
+def test_neither_pieces_nor_gaps_nor_blocks_change_the_noise(asked):
+    whole = DialNoise(noisy()).offsets_ns(np.arange(3 * BLOCK + 1))
+    noise, order = DialNoise(noisy()), np.array(sorted(asked))
+    for part in np.array_split(order, 3):
+        if len(part):
+            np.testing.assert_array_equal(noise.offsets_ns(part), whole[part])
+            resumed = DialNoise(noisy())
+            resumed.restore(noise.state())
+            noise = resumed
+
+
+def test_a_scene_without_noise_does_not_import_it():
+    program = (
+        'import sys\n'
+        'from tauto_core.clockwork import TrochleaStage\n'
+        'from tauto_core.scene import load_scene\n'
+        'stage = TrochleaStage(load_scene("ideal", clock={"white_fm": 0.0}))\n'
+        'assert "noise" not in stage.state()\n'
+        'print(*sys.modules)'
+    )
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
+    )
+    assert 'tauto_core.clockwork.trochlea' in run.stdout.split()
+    assert 'tauto_core.clockwork.dial_noise' not in run.stdout.split()

@@ -1,0 +1,108 @@
+"""How far the wheel swings and when the clock stopped, from the topics alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from tauto_core.cli.tables import voyage_table
+from tauto_core.clockwork import SwingTally, TrochleaStage
+from tauto_core.machines import LeverMachine, Machine, compile_machine
+from tauto_core.machines.amplitude import amplitude_of, swing_energy
+from tauto_core.samples import JOINT_STATES, PHASE, scalars, take
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
+from tauto_core.ship import ShipMotion
+from tauto_core.voyage import sail
+
+IDEAL = yaml.safe_load(scene_yaml(load_scene('ideal')))
+MACHINE = compile_machine(load_scene('ideal'))
+OMEGA, STIFFNESS = MACHINE.frequency, MACHINE.inertia * MACHINE.frequency**2
+
+
+def scene_of(**changes: Any) -> Scene:
+    return parse_scene(yaml.safe_dump(IDEAL | changes), 'test')
+
+
+def test_friction_stops_a_clock_and_the_summary_says_when():
+    """Each half swing loses 2 s = 2 c₀/k; the wheel stays where it turns within s of the middle.
+
+    Here that is at 0.02 rad, on the side from which it came at 0.04: the beat before is the last.
+    """
+    slip, half = 0.03, math.pi / OMEGA
+    scene = scene_of(drag={'coulomb': slip * STIFFNESS}, duration=60.0, log={'interval': 0.05})
+    last = math.ceil((1.0 - slip) / (2.0 * slip))
+    rests_at = abs(1.0 - 2.0 * slip * last)
+    report = sail(scene)
+    assert (last - 2) * half <= report['trochlea']['stopped_s'] <= (last - 1) * half + 0.05
+    assert report['trochlea']['amplitude_rad'] == pytest.approx(rests_at, abs=1e-9)
+    rows = dict(zip(*(column.cells for column in voyage_table(report).columns), strict=True))
+    assert rows['the clock stopped'] == f'after {report["trochlea"]["stopped_s"]:.9g} s'
+
+
+def test_a_swing_that_no_longer_reaches_the_impulse_has_stopped():
+    """Until then the energy rises at every impulse, and never after it."""
+    scene = scene_of(
+        drag={'coulomb': 1e-4},
+        escapement={'kind': 'impulse', 'energy': 5e-5, 'angle': 0.6},
+        duration=120.0,
+        log={'interval': 0.05},
+    )
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    said = stage.feed({'ship/imu': ship.produce(ship.total)})
+    wheel, phase = said[JOINT_STATES], said[PHASE]
+    machine = compile_machine(scene)
+    energy = swing_energy(machine, wheel.position[:, 0], wheel.velocity[:, 0])
+    last_impulse = float(np.flatnonzero(np.diff(energy) > 1e-9)[-1] + 1) * 0.05
+    tally = SwingTally(scene)
+    tally.feed({JOINT_STATES: wheel, PHASE: phase})
+    stopped = tally.result()['stopped_s']
+    assert stopped is not None
+    # from the impulse to the turning point and back to 0.6 rad, with an energy that still suffices
+    assert last_impulse - 0.05 <= stopped <= last_impulse + math.pi / OMEGA
+    # beats go on
+    assert phase.position[-1, 3] > phase.position[round(stopped / 0.05), 3] + 10
+    in_parts = SwingTally(scene)
+    for topic, samples in ((PHASE, phase), (JOINT_STATES, wheel)):
+        for k in range(0, len(samples.stamp_ns), 77):
+            in_parts.feed({topic: take(samples, slice(k, k + 77))})
+    assert in_parts.result() == tally.result()
+
+
+@pytest.mark.parametrize(
+    'name', ['cheek_before_euler', 'portsmouth_jamaica', 'sully_lever_at_sea', 'ideal']
+)
+def test_energy_and_amplitude_belong_together(name):
+    machine = compile_machine(load_scene(name))
+    assert isinstance(machine, Machine | LeverMachine)
+    amplitude = 0.8
+    at_rest = swing_energy(machine, np.array([amplitude]), np.zeros(1))
+    assert amplitude_of(machine, float(at_rest[0])) == pytest.approx(amplitude, rel=1e-12)
+    mass = machine.mass(0.0) if isinstance(machine, Machine) else machine.mass_at(0.0)
+    rate = np.sqrt(2.0 * at_rest / mass)
+    moving = swing_energy(machine, np.zeros(1), rate)
+    assert amplitude_of(machine, float(moving[0])) == pytest.approx(amplitude, rel=1e-12)
+
+
+def test_the_amplitude_is_that_of_the_last_swings():
+    scene, swings = scene_of(), 300
+    stamps = scene.starts_at_ns + np.arange(swings) * 10**9
+    sizes = np.where(np.arange(swings) < 200, 0.2, 0.7)
+    turned = np.arange(swings) * 1.7
+    wheel = replace(
+        scalars(stamps, ('wheel',), (sizes * np.cos(turned))[:, None]),
+        velocity=(-OMEGA * sizes * np.sin(turned))[:, None],
+    )
+    tally = SwingTally(scene)
+    tally.feed({JOINT_STATES: wheel})
+    assert tally.result()['amplitude_rad'] == pytest.approx(0.7, rel=1e-12)
+
+
+def test_a_clock_that_goes_has_not_stopped():
+    said = sail(load_scene('ideal', duration=60.0))['trochlea']
+    assert said['stopped_s'] is None
+    assert said['amplitude_rad'] == pytest.approx(1.0, rel=1e-12)

@@ -1,0 +1,201 @@
+"""The steady swing: closed forms, Airy's theorem, and half swings by DOP853."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tauto_core.machines import (
+    Machine,
+    NoSteadySwing,
+    SteadySwing,
+    compile_machine,
+    steady_swing,
+)
+from tauto_core.scene import load_scene
+from tauto_core.scene.regulators import Drag, Escapement
+
+HARMONIC = compile_machine(load_scene('ideal'))
+HEAVY = compile_machine(load_scene('portsmouth_jamaica'))
+LEVER = compile_machine(load_scene('sully_lever_at_sea'))
+INERTIA, OMEGA = HARMONIC.inertia, HARMONIC.frequency
+STIFFNESS = INERTIA * OMEGA**2
+
+
+def clock(machine: Any, drag: dict[str, float], energy: float, angle: float, release=1.0) -> Any:
+    return replace(
+        machine,
+        drag=Drag(**drag),
+        escapement=Escapement(energy=energy, angle=angle),
+        release_angle=release,
+    )
+
+
+def settled(*args: Any) -> SteadySwing:
+    found = steady_swing(clock(*args))
+    assert isinstance(found, SteadySwing), found
+    return found
+
+
+def no_swing(*args: Any) -> str:
+    found = steady_swing(clock(*args))
+    assert isinstance(found, NoSteadySwing), found
+    return found.why
+
+
+@pytest.mark.parametrize(
+    ('kind', 'size', 'loss', 'settling'),
+    [
+        # loss of half a swing of 1 rad, and e-folding time, to first order
+        ('viscous', 2e-5, lambda c: 0.5 * math.pi * c * OMEGA, lambda c: INERTIA / c),
+        ('quadratic', 1e-6, lambda c: 4 / 3 * c * OMEGA**2,
+         lambda c: math.pi * INERTIA / (4 * c * OMEGA)),
+        ('coulomb', 2e-4, lambda c: 2 * c, lambda c: math.pi * STIFFNESS / (2 * OMEGA * c)),
+    ],
+)  # fmt: skip
+def test_work_equals_loss_in_a_harmonic_well(kind, size, loss, settling):
+    """The closed forms are of first order in the loss, so they are left by the square."""
+    missed = []
+    for c in (size, 0.5 * size):
+        found = settled(HARMONIC, {kind: c}, loss(c), 0.0)
+        missed.append(found.amplitude - 1.0)
+        assert found.time_constant == pytest.approx(settling(c), rel=1e-3)
+        assert found.free_period == pytest.approx(math.tau / OMEGA, rel=1e-14)
+    if kind == 'coulomb':  # exact: friction takes 2 c₀ A from any half swing
+        assert missed == pytest.approx([0.0, 0.0], abs=1e-13)
+    else:
+        assert abs(missed[0]) < 1e-4
+        assert missed[0] / missed[1] == pytest.approx(4.0, rel=0.01)
+
+
+@pytest.mark.parametrize('angle', [0.5, -0.3])
+@pytest.mark.parametrize('kind', ['viscous', 'quadratic', 'coulomb'])
+def test_airys_theorem(kind, angle):
+    """An impulse after the middle loses, one before it gains: −E tan χ/(π I ω² A²), A sin χ = α.
+
+    First order in the impulse: of half the energy the difference is a quarter.
+    """
+    per_unit = {'viscous': 0.5 * math.pi * OMEGA, 'quadratic': 4 / 3 * OMEGA**2, 'coulomb': 2.0}
+    left = []
+    for energy in (2e-4, 1e-4):
+        found = settled(HARMONIC, {kind: energy / per_unit[kind]}, energy, angle)
+        rate = found.free_period / found.period - 1.0
+        work = energy / (math.pi * STIFFNESS * found.amplitude**2)
+        airy = -work * math.tan(math.asin(angle / found.amplitude))
+        assert math.copysign(1.0, rate) == -math.copysign(1.0, angle)
+        left.append(rate - airy)
+    assert abs(left[0]) < 1e-4
+    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize('kind', ['viscous', 'quadratic', 'coulomb'])
+def test_an_impulse_at_the_middle_leaves_the_rate_alone(kind):
+    per_unit = {'viscous': 0.5 * math.pi * OMEGA, 'quadratic': 4 / 3 * OMEGA**2, 'coulomb': 2.0}
+    left = []
+    for energy in (2e-4, 1e-4):
+        found = settled(HARMONIC, {kind: energy / per_unit[kind]}, energy, 0.0)
+        left.append(found.free_period / found.period - 1.0)
+    assert abs(left[0]) < 1e-4
+    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
+
+
+def half_swing(machine: Machine, amplitude: float) -> tuple[float, float]:
+    """Return the next turning point and its time from −A, by DOP853 from event to event."""
+    assert machine.drag
+    assert machine.escapement
+    drag, where = machine.drag, machine.escapement.angle
+
+    def rise(_: float, state: Any) -> tuple[float, float]:
+        angle, rate = state
+        arm, slope = float(machine.cam.lever_arm(angle)), float(machine.cam.lever_rate(angle))
+        pushed = float(machine.pull(machine.cam.lift(angle))) * arm
+        pushed += machine.carried_mass * arm * slope * rate * rate
+        pushed += drag.viscous * rate + drag.quadratic * rate * rate + drag.coulomb
+        return rate, -pushed / float(machine.mass(angle))
+
+    def reached(_: float, state: Any) -> float:
+        return float(state[0] - where)
+
+    def turned(_: float, state: Any) -> float:
+        return float(state[1])
+
+    reached.terminal = turned.terminal = True
+    turned.direction = -1
+    exact = {'method': 'DOP853', 'rtol': 1e-13, 'atol': 1e-14}
+    first = solve_ivp(rise, (0.0, 10.0), (-amplitude, 0.0), events=reached, **exact)
+    angle, rate = first.y[:, -1]
+    faster = math.sqrt(rate**2 + 2.0 * machine.escapement.energy / float(machine.mass(angle)))
+    last = solve_ivp(rise, (0.0, 10.0), (angle, faster), events=turned, **exact)
+    return float(last.y[0, -1]), float(first.t[-1] + last.t[-1])
+
+
+@pytest.mark.parametrize(
+    ('machine', 'drag', 'energy', 'angle'),
+    [
+        (HARMONIC, {'quadratic': 2e-5}, 1e-3, 0.2),
+        (HARMONIC, {'viscous': 5e-4, 'coulomb': 1e-4}, 6e-3, -0.3),
+        (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 2e-3, 0.3),
+        # a quality factor of 2
+        (HARMONIC, {'viscous': 1.25e-3}, 8e-3, 0.1),
+    ],
+)
+def test_the_steady_swing_repeats(machine, drag, energy, angle):
+    """Tolerance: DOP853's, over a quarter of a swing each."""
+    this = clock(machine, drag, energy, angle)
+    found = steady_swing(this)
+    assert isinstance(found, SteadySwing)
+    turning, time = half_swing(this, found.amplitude)
+    assert turning == pytest.approx(found.amplitude, rel=1e-11)
+    assert 2.0 * time == pytest.approx(found.period, rel=1e-11)
+
+
+def test_without_drag_and_escapement_the_swing_is_the_one_released():
+    found = steady_swing(replace(HEAVY, drag=None, escapement=None, release_angle=-0.7))
+    assert isinstance(found, SteadySwing)
+    assert (found.amplitude, found.time_constant) == (0.7, math.inf)
+    assert found.period == found.free_period == HEAVY.period(0.7)
+    short_of_it = replace(HEAVY, drag=None, escapement=Escapement(energy=1e-6, angle=-0.8))
+    assert steady_swing(replace(short_of_it, release_angle=-0.7)) == found
+
+
+def test_what_has_no_steady_swing_says_why():
+    friction, drag = {'coulomb': 1e-3}, {'viscous': 1e-6}
+    assert 'dies away' in steady_swing(replace(HARMONIC, drag=Drag(**drag))).why
+    forever = replace(HARMONIC, escapement=Escapement(energy=1e-6), drag=Drag())
+    assert 'grows for ever' in steady_swing(forever).why
+    # 4 c₀ A = 3.6 mJ from a swing of 0.9 rad
+    too_little = no_swing(HARMONIC, friction, 1e-3, 0.9)
+    assert 'gives 0.002 J in a swing, less than the 0.0036 J' in too_little
+    assert 'released at 0.3 rad it does not swing beyond the 0.4 rad' in no_swing(
+        HARMONIC, friction, 1e-3, -0.4, 0.3
+    )
+    # E = 2 c₀ A: it would be 0.1 rad, where the thread's torque k A does not overcome c₀
+    held = {'coulomb': 0.2 * STIFFNESS}
+    assert 'brings the wheel to rest' in no_swing(HARMONIC, held, 0.04 * STIFFNESS, 0.0)
+    assert 'end of its range' in no_swing(HARMONIC, drag, 1e-2, 0.0)
+    assert 'end of its range' in no_swing(LEVER, drag, 1e-2, 0.0)
+    # π c₁ ω A² grows without end, and so the swing of an involute settles wherever it must
+    assert settled(HEAVY, {'viscous': 1e-6}, 1e-2, 0.0).amplitude > 20.0
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.3])
+def test_the_lever_swings_between_two_different_angles(angle):
+    """c ∫ θ̇² dt of both free half swings, by the rectangle rule, is what two impulses give.
+
+    To first order: the quality factor is in the thousands.
+    """
+    drag, energy, nodes = 1e-6, 2e-6, 400
+    found = settled(LEVER, {'viscous': drag}, energy, angle)
+    phase, lost = (np.arange(nodes) + 0.5) * math.pi / nodes, 0.0
+    for turning in (found.amplitude, LEVER.far_turning(found.amplitude)):
+        tau, slowness = LEVER.swing(turning, phase)
+        ratio = LEVER.geometry.slopes(tau)[0]
+        mass = LEVER.inertia + LEVER.turned_inertia * ratio**2
+        square = 2.0 * float(LEVER.potential(turning)) / mass * np.sin(phase) ** 2
+        lost += drag * float(np.sum(square * slowness)) * math.pi / nodes
+    assert lost == pytest.approx(2.0 * energy, rel=2e-3)

@@ -1,0 +1,122 @@
+"""The escapement simulated: Airy's theorem, and the steady swing that is foretold."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, run, scene_of
+
+from tauto_core.machines import LeverMachine, Machine, SteadySwing, compile_machine, steady_swing
+from tauto_core.machines.amplitude import amplitude_of, swing_energy
+from tauto_core.samples import JOINT_STATES, NS_PER_S, PHASE
+from tauto_core.scene import Scene
+
+STIFFNESS = FORCE * LEVER_RATE
+SWINGS = 20
+
+
+def foretold(scene: Scene) -> SteadySwing:
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine | LeverMachine)
+    found = steady_swing(machine)
+    assert isinstance(found, SteadySwing)
+    return found
+
+
+def released_steady(period: float, amplitude: float, **sections: Any) -> Scene:
+    """Return a clock released in its steady swing, logged once a swing, to the nanosecond."""
+    interval = round(period, 9)
+    trochlea = {**sections.pop('trochlea', {}), 'release_angle': amplitude}
+    return scene_of(
+        trochlea=trochlea,
+        log={'interval': interval},
+        duration=round(SWINGS * interval, 9),
+        drift={'observation_interval': round(SWINGS * interval, 9)},
+        **sections,
+    )
+
+
+def simulated_rate(scene: Scene) -> float:
+    """Return the mean rate of the phase over about SWINGS whole swings, less that of ω, over it.
+
+    The last sample is not just a swing's multiple after the first; φ̇ there makes good for it.
+    """
+    phase = run(scene)[PHASE]
+    elapsed = float(phase.stamp_ns[-1] - phase.stamp_ns[0]) / NS_PER_S
+    beyond = phase.position[-1, 0] - math.tau * SWINGS
+    period = (elapsed - beyond / phase.velocity[-1, 0]) / SWINGS
+    return math.tau / OMEGA / period - 1.0
+
+
+@pytest.mark.parametrize('angle', [0.3, -0.3, 0.0])
+def test_airys_theorem(angle):
+    """Friction takes 2 c₀ A from half a swing: released at A = E/(2 c₀) it repeats at once."""
+    left = []
+    for energy in (8e-4, 4e-4):
+        scene = released_steady(
+            math.tau / OMEGA,
+            1.0,
+            drag={'coulomb': 0.5 * energy},
+            escapement={'kind': 'impulse', 'energy': energy, 'angle': angle},
+        )
+        airy = -energy * math.tan(math.asin(angle)) / (math.pi * STIFFNESS)
+        left.append(simulated_rate(scene) - airy)
+    assert abs(left[0]) < 0.02 * 8e-4 / STIFFNESS
+    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
+
+
+CHEEK = {
+    'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': LEVER_RATE},
+    'thread': {'kind': 'vertical'},
+}
+
+
+@pytest.mark.parametrize(
+    ('trochlea', 'drag', 'energy', 'angle'),
+    [({}, {'coulomb': 1e-3}, 2e-3, -0.4), (CHEEK, {'viscous': 2e-4}, 3e-3, 0.25)],
+)
+def test_a_clock_released_in_its_steady_swing_repeats_it(trochlea, drag, energy, angle):
+    """Quality factors of 10 to 30, so that nothing is small."""
+    sections = {
+        'drag': drag,
+        'escapement': {'kind': 'impulse', 'energy': energy, 'angle': angle},
+    }
+    found = foretold(scene_of(trochlea=trochlea, **sections))
+    scene = released_steady(found.period, found.amplitude, trochlea=trochlea, **sections)
+    joints = run(scene)[JOINT_STATES]
+    # the log is up to half a nanosecond a swing beside the turning point
+    late = SWINGS * abs(found.period - round(found.period, 9))
+    bend = STIFFNESS / INERTIA * 4.0
+    np.testing.assert_allclose(joints.position[:, 0], found.amplitude, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(joints.velocity[:, 0], 0.0, rtol=0, atol=bend * late + 1e-9)
+
+
+def test_sullys_lever_settles_where_it_is_foretold():
+    """Its turning points are not quite at one height: the amplitude errs by the loss squared.
+
+    20 swings are 10 time constants, then 5.
+    """
+    trochlea = {
+        'cam': {'kind': 'involute', 'base_radius': 0.02},
+        'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+        'power': {'kind': 'weight', 'mass': 0.05},
+    }
+    missed = []
+    for part in (1.0, 0.5):
+        sections = {
+            'drag': {'viscous': part * 2e-4},
+            'escapement': {'kind': 'impulse', 'energy': part * 2e-3, 'angle': 0.3},
+        }
+        found = foretold(scene_of(trochlea=trochlea, **sections))
+        scene = released_steady(found.period, found.amplitude, trochlea=trochlea, **sections)
+        said, machine = run(scene), compile_machine(scene)
+        turned = np.diff(said[PHASE].position[-2:, 0])[0] / math.tau
+        assert turned == pytest.approx(1.0, abs=2e-7)
+        wheel = said[JOINT_STATES]
+        energy = swing_energy(machine, wheel.position[-1], wheel.velocity[-1])[0]
+        missed.append(amplitude_of(machine, float(energy)) / found.amplitude - 1.0)
+    assert abs(missed[0]) < 1e-5
+    assert missed[0] / missed[1] == pytest.approx(4.0, rel=0.1)

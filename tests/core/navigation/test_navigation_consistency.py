@@ -1,0 +1,80 @@
+"""Clocks with the noise of a scene, through the real stages: as wrong as the navigator thinks."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, clock_model, prior
+from tauto_core.navigation.hindsight import filtered_drift
+from tauto_core.samples import ESTIMATE, OBSERVATION, READING, TimeSamples
+from tauto_core.scene import load_scene
+from tauto_core.ship import Observations, ShipMotion
+
+DAY = 86_400.0
+DAYS, RUNS = 20, 70
+
+
+def noisy(seed, states):
+    return load_scene(
+        'ideal',
+        duration=DAYS * DAY,
+        seed=seed,
+        clock={'white_fm': 0.3, 'random_walk_fm': 0.5},
+        log={'interval': DAY},
+        drift={'observation_interval': DAY, 'states': states, 'gate': 1e9},
+    )
+
+
+def voyage(seed, states):
+    """Scene, readings of a clock drawn from the prior, and observations of one seed."""
+    scene = noisy(seed, states)
+    said = TrochleaStage(scene).feed({'ship/imu': ShipMotion(scene).produce(10**6)})[READING]
+    spread = prior(clock_model(scene))
+    sigmas = np.sqrt([spread.xx, spread.yy, spread.dd])
+    offset, rate, ageing = sigmas * np.random.default_rng(seed + 10**6).normal(size=3)
+    t = (said.stamp_ns - said.stamp_ns[0]) / 1e9
+    drift = np.rint(1e9 * (offset + rate * t + 0.5 * ageing * t * t)).astype(np.int64)
+    reading = TimeSamples(said.stamp_ns, '', said.time_ref_ns + drift, said.source)
+    return scene, reading, Observations(scene).between(0, 10**18)
+
+
+@pytest.fixture(scope='module', params=[2, 3])
+def ensemble(request):
+    return [voyage(seed, request.param) for seed in range(RUNS)]
+
+
+def within(total, freedom):
+    # two-sided at 1e-4: a seeded ensemble, so it passes always or never
+    low, high = chi2.ppf([5e-5, 1 - 5e-5], freedom)
+    return low < total < high
+
+
+def test_innovations_and_errors_are_as_large_as_the_filter_says(ensemble):
+    nis, errors = 0.0, np.zeros(2)
+    for scene, reading, observation in ensemble:
+        model = clock_model(scene)
+        assert model.white_fm_s == 0.3**2 / DAY
+        assert model.random_walk_fm_per_s == (0.5 / DAY) ** 2 / DAY
+        way = filtered_drift(reading, observation, model)
+        ahead = way.expected(model)
+        nis += np.sum((way.phase_s - ahead.x) ** 2 / (ahead.xx + 0.25))
+        said = DriftStage(scene).feed({READING: reading, OBSERVATION: observation})[ESTIMATE]
+        assert said.name == ESTIMATE_NAMES
+        x = (reading.time_ref_ns - reading.stamp_ns) / 1e9
+        estimate = said.position
+        for k, place in enumerate((DAYS // 2, DAYS)):
+            errors[k] += ((estimate[place, 0] - x[place]) / estimate[place, 1]) ** 2
+    assert within(nis, RUNS * (DAYS + 1))
+    for total in errors:
+        assert within(total, RUNS)
+
+
+def test_a_filter_that_knows_nothing_of_the_noise_is_found_out(ensemble):
+    nis = 0.0
+    for scene, reading, observation in ensemble[:20]:
+        deaf = clock_model(scene.model_copy(update={'clock': type(scene.clock)()}))
+        way = filtered_drift(reading, observation, deaf)
+        ahead = way.expected(deaf)
+        nis += np.sum((way.phase_s - ahead.x) ** 2 / (ahead.xx + 0.25))
+    assert nis > chi2.ppf(1 - 1e-9, 20 * (DAYS + 1))

@@ -1,0 +1,161 @@
+"""Waves met by a ship under way, against the waves of a fixed sea at the place of the ship."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tauto_core.scene import Rao, Roll, SceneError, Sea, load_scene
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.encounter import Course
+from tauto_core.ship.response import NEGLIGIBLE, operator_answer, roll_answer
+from tauto_core.ship.sea import elevation, sea_motion
+from tauto_core.ship.waves import Harmonics
+
+G = 9.80665
+SEA = Sea(spectrum='jonswap', significant_wave_height=3.0, peak_period=8.0)
+ROLL = Roll(natural_period=11.0, damping_ratio=0.08, slope_coefficient=0.7)
+OPERATOR = 'shipped:supply_rao/supply_rao.csv'
+# The last overtakes its waves: g/(2 pi) 4 s is 6.2 m/s, and 12 m/s cos 0.5 is 10.5.
+COURSES = [
+    Course(0.0, 0.5 * math.pi, G),
+    Course(7.0, math.pi, G),
+    Course(5.0, 1.9, G),
+    Course(8.0, 5.2, G),
+    Course(12.0, 0.5, G),
+]
+T = np.linspace(0.0, 300.0, 150)[:, None]
+
+
+def waves() -> Harmonics:
+    return elevation(SEA, 5)
+
+
+def at(harmonics: Harmonics, order: int = 0) -> np.ndarray:
+    w = harmonics.angular_frequency
+    turned = w * T + harmonics.phase + 0.5 * np.pi * order
+    return np.sum(harmonics.amplitude * w**order * np.cos(turned), axis=1)
+
+
+def angles(course: Course) -> np.ndarray:
+    """Return omega t - k x + eps at the ship, x = V t along its bow."""
+    w = waves().angular_frequency
+    along = w**2 / G * math.cos(course.heading)
+    return w * T - along * (course.speed * T) + waves().phase
+
+
+@pytest.mark.parametrize('course', COURSES, ids=str)
+def test_the_elevation_is_that_of_the_sea_where_the_ship_is(course):
+    expected = np.sum(waves().amplitude * np.cos(angles(course)), axis=1)
+    # rounding of angles of some thousand radians
+    np.testing.assert_allclose(at(course.met(waves())), expected, rtol=0, atol=1e-11)
+
+
+def test_some_waves_are_overtaken():
+    met = COURSES[-1].frequency(waves().angular_frequency)
+    assert (met < 0.0).any()
+    assert (met > 0.0).any()
+    periods = COURSES[-1].met(waves()).period
+    np.testing.assert_allclose(2.0 * np.pi / periods, np.abs(met), rtol=1e-14)
+
+
+@pytest.mark.parametrize('course', COURSES, ids=str)
+def test_roll_under_way_solves_its_equation(course):
+    """The slope to port where the ship is, d/dy of a cos(omega t - k (x cos mu + y sin mu))."""
+    w = waves().angular_frequency
+    across = w**2 / G * math.sin(course.heading)
+    slope = np.sum(waves().amplitude * across * np.sin(angles(course)), axis=1)
+    natural = 2.0 * np.pi / 11.0
+    roll = roll_answer(waves(), ROLL, course)
+    terms = at(roll, 2), 2.0 * 0.08 * natural * at(roll, 1), natural**2 * at(roll)
+    np.testing.assert_allclose(sum(terms), natural**2 * 0.7 * slope, rtol=0, atol=1e-12)
+
+
+def operator_of_the_equation(heading: float) -> Rao:
+    """Return what the roll equation answers a ship at rest, densely."""
+    w = np.geomspace(0.005, 12.0, 6000)
+    natural = 2.0 * np.pi / 11.0
+    own = natural**2 * 0.7 / (natural**2 - w**2 + 2j * 0.08 * natural * w)
+    answer = -1j * w**2 / G * math.sin(heading) * own
+    return Rao(
+        source='equation',
+        heading=heading,
+        angular_frequency=tuple(w),
+        roll_real=tuple(answer.real),
+        roll_imaginary=tuple(answer.imag),
+    )
+
+
+@pytest.mark.parametrize('course', COURSES, ids=str)
+def test_an_operator_answers_as_the_equation_that_it_is_of(course):
+    """The operator is of a ship at rest: under way both take the slope at the encounter."""
+    rao = operator_of_the_equation(course.heading)
+    found = operator_answer('x', waves(), rao, course, heave=False)
+    expected = at(roll_answer(waves(), ROLL, course))
+    assert found.left_out == 0.0
+    # Akima between 6000 values; the rolls reach some hundredths of a radian
+    np.testing.assert_allclose(at(found.roll), expected, rtol=0, atol=1e-6)
+    # head seas roll no ship
+    assert np.abs(expected).max() > 1e-3 or course.heading == math.pi
+
+
+def test_heave_is_read_at_the_frequency_of_the_wave():
+    """A hull that halves what is shorter than some length does so at any speed."""
+    w = np.geomspace(0.05, 12.0, 3000)
+    none = tuple(0.0 * w)
+    rao = Rao(
+        source='hull',
+        heading=math.pi,
+        angular_frequency=tuple(w),
+        roll_real=none,
+        roll_imaginary=none,
+        heave_real=tuple(1.0 / (1.0 + w**2)),
+        heave_imaginary=none,
+    )
+    for speed in (0.0, 6.0):
+        course = Course(speed, math.pi, G)
+        heave = operator_answer('x', waves(), rao, course, heave=True).heave
+        omega = waves().angular_frequency
+        np.testing.assert_allclose(
+            heave.amplitude, waves().amplitude / (1.0 + omega**2), rtol=1e-6
+        )
+        np.testing.assert_allclose(2.0 * np.pi / heave.period, course.frequency(omega), rtol=1e-13)
+
+
+def ship(**keys: object) -> dict[str, object]:
+    sea = {'spectrum': 'bretschneider', 'significant_wave_height': 2.0, 'peak_period': 10.0}
+    rao = {'path': OPERATOR, 'heading': 2.5}
+    return {'kind': 'sea', 'sea': sea, 'rao': rao, **keys}
+
+
+def test_an_operator_that_does_not_cover_the_waves_is_refused():
+    scene = load_scene('ideal', ship=ship(speed=10.0))
+    message = (
+        r'covers 0\.1047 to 3\.142 rad/s, but the waves have 0\.3\d* to 2\.4\d* rad/s, met at .* '
+        r'by a ship at 10 m/s: .* % of their energy lies outside, where at most 1 % .* extrapol'
+    )
+    with pytest.raises(SceneError, match=message):
+        ShipMotion(scene)
+
+
+def test_what_little_lies_outside_is_left_out_and_told():
+    scene = load_scene('ideal', ship=ship(speed=4.0), duration=60.0)
+    motion = sea_motion(scene, scene.ship)
+    met = motion.elevation
+    outside = met.angular_frequency > scene.ship.rao.angular_frequency[-1]
+    share = np.sum(met.amplitude[outside] ** 2) / np.sum(met.amplitude**2)
+    assert 0.0 < share < NEGLIGIBLE
+    assert motion.left_out == pytest.approx(share, rel=1e-12)
+    assert len(motion.roll.period) == np.count_nonzero(~outside)
+    [warning] = ShipMotion(scene).warnings
+    assert f'{100.0 * share:.2g} % of the energy' in warning
+    assert ShipMotion(load_scene('ideal', ship=ship(), duration=60.0)).warnings == ()
+
+
+def test_waves_that_the_ship_meets_too_often_for_the_rate_are_refused():
+    roll = {'natural_period': 11.0, 'damping_ratio': 0.1, 'slope_coefficient': 0.7}
+    keys = {'rao': None, 'roll': roll, 'heading': math.pi, 'speed': 20.0, 'rate': 2.0}
+    slow = {k: v for k, v in ship(**keys).items() if v is not None}
+    with pytest.raises(SceneError, match=r'met at 20 m/s, have 2\.4\d* Hz.*Raise ship\.rate'):
+        ShipMotion(load_scene('ideal', ship=slow))
+    ShipMotion(load_scene('ideal', ship={**slow, 'speed': 0.0}))

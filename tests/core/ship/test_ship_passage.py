@@ -1,0 +1,143 @@
+"""The passage: places and times over waypoints, and voyages that cannot be sailed."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from geographiclib.geodesic import Geodesic
+
+from tauto_core.readiness import check_scene
+from tauto_core.scene import load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import SceneError
+from tauto_core.ship import Observations, Passage, schedule
+
+S = 1_000_000_000
+DAY = 86_400
+MADEIRA = [32.75, -16.95]
+JAMAICA = {
+    'departure': [50.79, -1.11],
+    'waypoints': [[48.5, -6.0], {'place': MADEIRA, 'landfall': True}, [15.5, -61.4]],
+    'arrival': [17.93, -76.84],
+    'sails_at': 14.0 * DAY,
+    'arrives_at': 95.0 * DAY,
+}
+
+PORT = {'observation_interval': 86_400.0}
+
+
+def scene_of(duration=100.0 * DAY, **changes):
+    voyage = {key: value for key, value in (JAMAICA | changes).items() if value is not None}
+    return load_scene(
+        'ideal', duration=duration, log={'interval': 600.0}, drift=PORT, voyage=voyage
+    )
+
+
+def passage_of(duration=100.0 * DAY, **changes):
+    scene = scene_of(duration, **changes)
+    return Passage(scene, scene.voyage)
+
+
+def refusal(**changes):
+    with pytest.raises(SceneError) as caught:
+        check_scene(scene_of(**changes))
+    assert caught.value.remedy.endswith('.')
+    return caught.value
+
+
+@pytest.mark.parametrize('track', [None, 'geodesic', 'rhumb'])
+def test_the_ship_passes_every_waypoint_at_constant_speed(track):
+    passage = passage_of(track=track)
+    landfall, arrival = passage.landfalls_ns
+    assert arrival == passage.arrives_ns == 95 * DAY * S
+    latitude, longitude = passage.places(np.array([0, landfall, 95 * DAY * S]))
+    # a nanosecond of the way is a picometre; the series leave 1e-13 degrees
+    np.testing.assert_allclose(latitude, [50.79, MADEIRA[0], 17.93], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(longitude, [-1.11, MADEIRA[1], -76.84], rtol=0, atol=1e-12)
+    made = np.linspace(14 * DAY, 95 * DAY, 811).astype(np.int64) * S
+    places = np.stack(passage.places(made), axis=1).tolist()
+    steps = [Geodesic.WGS84.Inverse(*one, *other)['s12'] for one, other in pairwise(places)]
+    # 11 km a step: geodesic and rhumb line agree to 1e-6; a corner shortens three of them
+    even = np.sort(steps)[3:]
+    np.testing.assert_allclose(even, passage.length_m / 810, rtol=1e-6)
+
+
+def test_a_rhumb_line_is_longer_than_the_geodesic():
+    assert passage_of(track='rhumb').length_m > 1.001 * passage_of().length_m
+
+
+def test_speed_tells_the_arrival():
+    passage = passage_of(arrives_at=None, speed=1.5)
+    assert passage.arrives_ns == 14 * DAY * S + round(passage.length_m / 1.5 * S)
+    assert passage.length_m == passage_of().length_m
+
+
+@pytest.mark.parametrize('track', ['geodesic', 'rhumb'])
+def test_places_do_not_depend_on_the_batch(track):
+    passage = passage_of(track=track)
+    at = np.linspace(13 * DAY * S, 96 * DAY * S, 103).astype(np.int64)
+    whole = np.stack(passage.places(at))
+    for size in (1, 2, 7):
+        parts = [np.stack(passage.places(at[k : k + size])) for k in range(0, 103, size)]
+        np.testing.assert_array_equal(np.concatenate(parts, axis=1), whole)
+
+
+def test_the_way_goes_on_over_the_date_line():
+    passage = passage_of(
+        departure=[-40.0, 175.0], waypoints=None, arrival=[-50.0, -170.0], track='rhumb'
+    )
+    _, longitude = passage.places(np.linspace(14 * DAY, 95 * DAY, 500).astype(np.int64) * S)
+    assert longitude.min() >= -180.0
+    assert longitude.max() < 180.0
+    steps = np.remainder(np.diff(longitude), 360.0)
+    assert steps.max() < 0.04
+
+
+def test_each_landfall_is_observed_at_the_logged_instant_after_it():
+    scene = scene_of()
+    landfall, _ = Passage(scene, scene.voyage).landfalls_ns
+    seen = Observations(scene).between(0, 10**18)
+    stamps = seen.stamp_ns[seen.source == 'landfall'] - scene.starts_at_ns
+    grid = 600 * S
+    assert stamps.tolist() == [(landfall // grid + 2) * grid, (95 * DAY + 600) * S]
+    assert np.array_equal(seen.stamp_ns, schedule(scene))
+    assert len(schedule(scene)) == 15 + 2
+
+
+def test_a_voyage_is_read_back_as_it_was_written():
+    scene = scene_of(track='rhumb', arrives_at=None, speed=1.5)
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+    bare = scene_of(waypoints=None)
+    assert 'waypoints' not in scene_yaml(bare)
+    assert 'track' not in scene_yaml(bare)
+
+
+def test_a_way_over_a_pole_is_refused():
+    error = refusal(departure=[70.0, 10.0], waypoints=[[70.0, -170.0]])
+    assert (error.key, error.value) == ('voyage.waypoints[0]', [70.0, -170.0])
+    assert '90.0000° of latitude; beyond 89.68°' in str(error)
+    # half the parallel of 89.68° is 60 nautical miles
+    near = {'departure': [89.6, 0.0], 'waypoints': None, 'arrival': [89.6, 120.0]}
+    assert refusal(**near).key == 'voyage.arrival'
+    check_scene(scene_of(**near | {'track': 'rhumb'}))
+
+
+def test_opposite_places_are_refused():
+    error = refusal(departure=[5.0, 0.0], waypoints=None, arrival=[-5.0, 179.8])
+    assert error.key == 'voyage.arrival'
+    assert 'two shortest ways' in str(error)
+    check_scene(scene_of(departure=[5.0, 0.0], waypoints=[[0.0, 90.0]], arrival=[-5.0, 179.8]))
+
+
+@pytest.mark.parametrize(
+    ('speed', 'duration', 'said'),
+    [
+        (0.5, 100.0 * DAY, 'Give a speed of at least 1.204, '),
+        (1e-300, 100.0 * DAY, 'after the end of the scene'),
+        (1.0, 10.0 * DAY, 'Give a longer duration'),
+        (1e300, 100.0 * DAY, 'less than a nanosecond'),
+    ],
+)
+def test_a_speed_that_does_not_fit_the_scene_is_refused(speed, duration, said):
+    error = refusal(duration=duration, arrives_at=None, speed=speed)
+    assert (error.key, error.value) == ('voyage.speed', speed)
+    assert said in str(error)
