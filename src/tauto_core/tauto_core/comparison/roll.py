@@ -36,8 +36,8 @@ def significant_roll_deg(scene: Scene) -> float | None:
 def with_roll(scene: Scene, roll_deg: float) -> Scene:
     """Return the scene with a ship that rolls by another significant amplitude.
 
-    Every harmonic of the roll is scaled alike, through the slope coefficient in a sea; waves and
-    heave stay.
+    Every harmonic of the roll is scaled alike, in a sea through the slope coefficient or the
+    response operator; waves and heave stay.
 
     Args:
         scene: its ship must be of kind sea or components, and must roll.
@@ -61,9 +61,16 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
         )
     factor = roll_deg / now
     scaled: dict[str, Any]
-    if isinstance(ship, SeaShip):
+    if isinstance(ship, SeaShip) and ship.roll is not None:
         slope = factor * ship.roll.slope_coefficient
         scaled = {'roll': ship.roll.model_copy(update={'slope_coefficient': slope})}
+    elif isinstance(ship, SeaShip):
+        assert ship.rao is not None  # a scene has one of them
+        parts = {
+            key: tuple(factor * each for each in getattr(ship.rao, key))
+            for key in ('roll_real', 'roll_imaginary')
+        }
+        scaled = {'rao': ship.rao.model_copy(update=parts)}
     else:
         assert isinstance(ship, ComponentsShip)
         scaled = {

@@ -20,7 +20,6 @@ from typing import Any, TypeAlias
 from tauto_core import voyage
 from tauto_core.comparison.entries import Entry
 from tauto_core.comparison.trace import ErrorTrace
-from tauto_core.navigation import prize_pounds
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, TautoError, UsageError
 from tauto_core.summary import scene_propagator
@@ -37,7 +36,7 @@ class ComparisonError(TautoError):
 
 @dataclass(frozen=True)
 class Stop:
-    """The event that ended a clock's motion: when [s] from the start, and which."""
+    """What stopped a clock: when [s] from the start, and why."""
 
     at_s: float
     why: str
@@ -45,7 +44,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of a clock. Figures at the end are None where an event stopped it.
+    """What became of a clock. Figures at the end are None where an event ended its motion.
 
     Attributes:
         clock: name of the scene.
@@ -62,7 +61,8 @@ class Row:
         error_nmi: the same by the reading corrected for the rate observed in port.
         raw_prize_pounds: what the Act of 1714 would have paid for the former.
         prize_pounds: what for the latter.
-        stopped: the event that stopped it, or None.
+        stopped: the event that ended its motion, or when its swing became too small to go on;
+            None of a clock that goes.
         time_s: ends of the pieces, from the start, up to an event.
         trace_s: the clock's error then [s].
         run_s: processor time it took.
@@ -142,7 +142,9 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
     except PropagationError as error:
         stopped = Stop(error.time_s, str(error))
     clock, longitude = report.get('clock', {}), report.get('longitude', {})
-    raw_nmi = longitude.get('raw_error_nmi')
+    went_s = report.get('trochlea', {}).get('stopped_s')
+    if went_s is not None:
+        stopped = Stop(went_s, f'at t = {went_s:.9f} s: the swing has become too small')
     return Row(
         clock=scene.name,
         scene=entry.origin,
@@ -153,9 +155,9 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
         rate_s_per_day=clock.get('rate_s_per_day'),
         rate_spread_s_per_day=trace.rate_spread(),
         error_s=clock.get('error_s'),
-        raw_error_nmi=raw_nmi,
+        raw_error_nmi=longitude.get('raw_error_nmi'),
         error_nmi=longitude.get('error_nmi'),
-        raw_prize_pounds=None if raw_nmi is None else prize_pounds(abs(raw_nmi)),
+        raw_prize_pounds=longitude.get('raw_prize_pounds'),
         prize_pounds=longitude.get('prize_pounds'),
         stopped=stopped,
         time_s=trace.time_s.tolist(),
