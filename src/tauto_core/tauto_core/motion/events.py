@@ -56,6 +56,12 @@ NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = range(6)
 DISCERNED = 1e-7
 """Part of the slope at a step's end that its beginning must fall with to count as falling."""
 
+CLEAR = 0.05
+"""Part of a step's largest angle that its nodes keep from a kink that is surely not passed."""
+
+WELL_WITHIN = 0.97
+"""Part of the range within which all nodes of a step must lie, that all of it surely does."""
+
 STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
 DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
 
@@ -151,8 +157,9 @@ def _value_within(watch: Any, xi: Any) -> Any:
         kind, limits, well, mode, omega, floats, place, work = watch
         forcing, k, x0, hx = place
         x, y = between(omega, 0, hx * forcing[0][k], xi, floats, work)
+        if kind == KINK:
+            return mode[0] * angle_at(well, x)
         if kind == IMPULSE:
-            # the angle is enough
             tilt = channel(forcing[2], k, x0 + xi * hx, 1.0)[0]
             return limits[0] - mode[1] * (angle_at(well, x) + tilt)
         at = forcing_at(forcing, k, x0 + xi * hx)
@@ -268,6 +275,43 @@ def _dip(
 
 
 @compiled
+def _may_dip(kind: int, mode: Any, machine: Any, work: Any) -> bool:
+    """Return whether an event's value may pass zero twice within the step.
+
+    Not the angle, where no node is near the kink: between two nodes it is no more bent than that.
+    """
+    if kind == KINK:
+        q = load(work, X_ROW)
+        return least(mode[0] * q) < CLEAR * largest(q)
+    return kind == TURNING and turns_abruptly(machine)
+
+
+@compiled
+def turns_quietly(limits: Any, passed: Any, well: Any, after: Any, ints: Any, work: Any) -> bool:
+    """Turn where a turning point lies within the step, and surely nothing else.
+
+    Args:
+        passed: as `limit_passed` returns.
+        after: `acceleration` at the end of the step.
+    """
+    d, side = float(ints[DIRECTION]), float(ints[SIDE])
+    if turns_abruptly(well[0]) or min(passed[0], passed[1]) <= 1.0 or not d * after[1] < 0.0:
+        return False
+    # the turning point lies farther out than the end
+    if ints[ARMED] == 1 or not -d * after[0] < limits[0]:
+        return False
+    q = load(work, X_ROW)
+    size = largest(q)
+    if not size <= WELL_WITHIN * limits[1]:
+        return False
+    if kinked(well[1]) and not (side * after[4] > 0.0 and least(side * q) >= CLEAR * size):
+        return False
+    ints[DIRECTION] = -ints[DIRECTION]
+    ints[ARMED] = 1
+    return True
+
+
+@compiled
 def first_event(
     limits: Any,
     passed: Any,
@@ -277,7 +321,7 @@ def first_event(
     armed: bool,
     stalled: bool,
     floats: Any,
-    end: Any,
+    after: Any,
     place: Any,
     work: Any,
 ) -> tuple[int, float]:
@@ -289,12 +333,12 @@ def first_event(
         passed: as `limit_passed` returns.
         armed: whether an impulse is due in this swing.
         stalled: whether turning points and kinks are passed over, since time stands still.
-        end: q and w at the end of the step.
+        after: `acceleration` at the end of the step.
     """
     machine, lever, _ = well
     forcing, k, x0, hx = place
     first, xi, reach = NO_EVENT, 2.0, 1.0
-    state = acceleration(well, mode, end[0], end[1], forcing_at(forcing, k, x0 + hx))
+    state = after
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
         at_last = value_of_state(kind, limits, mode, state)
         last = reach if at_last <= 0.0 else 2.0
@@ -307,7 +351,7 @@ def first_event(
         if kind == AT_SLACK and not _has_weight_in(machine):
             continue
         watch = Watch(kind, limits, well, mode, omega, floats, place, work)
-        if last > 1.0 and (kind == KINK or (kind == TURNING and turns_abruptly(machine))):
+        if last > 1.0 and _may_dip(kind, mode, machine, work):
             last, at_last = _dip(kind, limits, well, mode, omega, floats, place, work)
         if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
             last = passed[kind - AT_EDGE]

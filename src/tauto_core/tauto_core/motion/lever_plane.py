@@ -98,22 +98,23 @@ def _values(shape: Any, s: float) -> Any:
     """Return n, w, χ', cos β, sin β and θ."""
     series = shape.near if abs(s - shape.near.middle) <= shape.near.half else shape.whole
     x, terms = (s - series.middle) / series.half, series.terms
+    twice = 2.0 * x
     n = w = bend = cosine = sine = angle = 0.0
     n_old = w_old = bend_old = cosine_old = sine_old = angle_old = 0.0
     for j in range(terms.shape[1] - 1, 0, -1):
-        n, n_old = 2.0 * x * n + (terms[SHORTENING, j] - n_old), n
-        w, w_old = 2.0 * x * w + (terms[RIDE, j] - w_old), w
-        bend, bend_old = 2.0 * x * bend + (terms[BEND, j] - bend_old), bend
-        cosine, cosine_old = 2.0 * x * cosine + (terms[COSINE, j] - cosine_old), cosine
-        sine, sine_old = 2.0 * x * sine + (terms[SINE, j] - sine_old), sine
-        angle, angle_old = 2.0 * x * angle + (terms[ANGLE, j] - angle_old), angle
+        n, n_old = fma(twice, n, terms[SHORTENING, j] - n_old), n
+        w, w_old = fma(twice, w, terms[RIDE, j] - w_old), w
+        bend, bend_old = fma(twice, bend, terms[BEND, j] - bend_old), bend
+        cosine, cosine_old = fma(twice, cosine, terms[COSINE, j] - cosine_old), cosine
+        sine, sine_old = fma(twice, sine, terms[SINE, j] - sine_old), sine
+        angle, angle_old = fma(twice, angle, terms[ANGLE, j] - angle_old), angle
     return (
-        x * n + (terms[SHORTENING, 0] - n_old),
-        x * w + (terms[RIDE, 0] - w_old),
-        x * bend + (terms[BEND, 0] - bend_old),
-        x * cosine + (terms[COSINE, 0] - cosine_old),
-        x * sine + (terms[SINE, 0] - sine_old),
-        x * angle + (terms[ANGLE, 0] - angle_old),
+        fma(x, n, terms[SHORTENING, 0] - n_old),
+        fma(x, w, terms[RIDE, 0] - w_old),
+        fma(x, bend, terms[BEND, 0] - bend_old),
+        fma(x, cosine, terms[COSINE, 0] - cosine_old),
+        fma(x, sine, terms[SINE, 0] - sine_old),
+        fma(x, angle, terms[ANGLE, 0] - angle_old),
     )
 
 

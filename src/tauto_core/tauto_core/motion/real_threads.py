@@ -18,6 +18,7 @@ from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
+from tauto_core.motion.span_events import ABRUPTLY, NEVER, SMOOTHLY
 from tauto_core.motion.step_size import (
     ERROR_OF_LAST_STRONG,
     MARGIN,
@@ -185,12 +186,12 @@ class RealThreads:
         still = np.zeros((len(forcing.length_s), 1))
         return forcing.length_s, still, still, still + self._machine.gravity
 
-    def _watched(self) -> tuple[bool, float]:
+    def _watched(self) -> tuple[int, float]:
         drag, escapement = self._machine.drag, self._machine.escapement
-        abrupt = drag is not None and drag.quadratic > 0.0
-        if escapement is None:
-            return abrupt, math.inf
-        return True, escapement.angle
+        turns = NEVER if escapement is None else SMOOTHLY
+        if drag is not None and drag.quadratic > 0.0:
+            turns = ABRUPTLY
+        return turns, math.inf if escapement is None else escapement.angle
 
     def _place(self, case: Case) -> None:
         """Put the wheel at rest in the case at the release angle."""
@@ -223,7 +224,7 @@ class RealThreads:
             (tolerance, ERROR_OF_LAST_STRONG),
             self._machine.frequency,
             longest_s,
-            (False, math.inf) if trial else self._watched(),
+            (NEVER, math.inf) if trial else self._watched(),
             system._replace(quadratic=0.0) if trial else system,
             self._model.omega,
             self._outside(forcing),

@@ -2,8 +2,8 @@
 
 Turning points of θ, where quadratic drag or an escapement need them; impulses; the end of the
 range; a slack thread. Each has a value that is positive before it and negative after it.
-`watched`: whether turning points matter, and the angle of the impulse [rad], else inf; `place` as
-in mechanism; `scratch` a state to work with.
+`watched`: how turning points matter, and the angle of the impulse [rad], else inf; `place` as in
+mechanism; `scratch` a state to work with.
 """
 
 from __future__ import annotations
@@ -36,7 +36,16 @@ DIRECTION, ARMED, SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(8)
 LAST_X, LAST_Y, EXTRA = 0, 1, 2
 """Numbers behind the state in `floats`: where the phase was last."""
 
-_NEVER = 2.0
+NEVER, SMOOTHLY, ABRUPTLY = 0, 1, 2
+"""How turning points matter: not at all, for the escapement, or for a drag with a kink there."""
+
+CLEAR = 0.05
+"""Margin of all nodes of a step that is surely within the range, as `mechanism.MARGIN`."""
+
+PRECISION = 1e-9
+"""Of an event's place in a step: near enough to be carried there."""
+
+_NOWHERE = 2.0
 
 
 @compiled
@@ -86,11 +95,27 @@ def _value_within(watch: Any, xi: Any) -> Any:
 def _first_below(values: Any) -> float:
     """Return the first node with a value that is not positive; 2: none."""
     if least(values) > 0.0:
-        return _NEVER
+        return _NOWHERE
     for i in range(STAGES):
         if not lane(values, i) > 0.0:
             return NODES[i]
-    return _NEVER
+    return _NOWHERE
+
+
+@compiled
+def _turns_quietly(
+    watched: Any, d: float, after: Any, tension: Any, margin: Any, ints: Any
+) -> bool:
+    """Turn where a turning point lies within the step, and surely nothing else that matters."""
+    if watched[0] == ABRUPTLY or ints[ARMED] == 1 or not d * after[RATE] < 0.0:
+        return False
+    # the turning point lies farther out than the end
+    clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
+    if not clear or not -d * after[ANGLE] < watched[1]:
+        return False
+    ints[DIRECTION] = -ints[DIRECTION]
+    ints[ARMED] = 1
+    return True
 
 
 @compiled
@@ -99,32 +124,40 @@ def first_event(
     system: Any,
     d: float,
     omega: Any,
-    armed: bool,
+    ints: Any,
     stalled: bool,
     place: Any,
+    after: Any,
     floats: Any,
     memory: Any,
     scratch: Any,
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
-    What is reached before a turning point and left again after it is looked for up to there.
+    What is reached before a turning point and left again after it is looked for up to there. A
+    turning point where nothing happens is no event; it is taken note of.
+
+    Args:
+        after: `instant` at the end of the step.
     """
     turns, angle = watched
-    forcing, k, x0, hx = place
+    armed = ints[ARMED] == 1
     tension, margin = margins(system, d, omega, memory.work)
     slack, edge = _first_below(tension), _first_below(margin)
-    now = instant(system, d, omega, memory.end, outside_at(forcing, k, x0 + hx))
-    quiet = not turns or stalled or d * now[RATE] > 0.0
-    missed = not armed or d * now[ANGLE] < angle
-    inside = now[MARGIN] > 0.0 and now[TENSION] > 0.0
-    first, xi = NO_EVENT, _NEVER
+    quiet = turns == NEVER or stalled or d * after[RATE] > 0.0
+    missed = not armed or d * after[ANGLE] < angle
+    inside = after[MARGIN] > 0.0 and after[TENSION] > 0.0
+    first, xi = NO_EVENT, _NOWHERE
     if quiet and missed and inside and min(slack, edge) > 1.0:
+        return first, xi
+    if not quiet and _turns_quietly(watched, d, after, tension, margin, ints):
         return first, xi
     expand(len(omega), memory.work)
     reach = 1.0
     for kind in range(AT_TURNING, AT_SLACK + 1):
-        if (kind == AT_TURNING and (not turns or stalled)) or (kind == AT_IMPULSE and not armed):
+        if kind == AT_TURNING and (turns == NEVER or stalled):
+            continue
+        if kind == AT_IMPULSE and not armed:
             continue
         last = reach
         if kind == AT_EDGE:
@@ -135,7 +168,7 @@ def first_event(
         at_last = value_of(watch, last)
         if at_last > 0.0:
             continue
-        at = locate(watch, last, at_last, 1e-13)
+        at = locate(watch, last, at_last, PRECISION)
         if at < xi:
             first, xi = kind, at
         if kind == AT_TURNING:

@@ -39,6 +39,7 @@ from tauto_core.motion.span_events import (
     LAST_X,
     LAST_Y,
     LEVEL,
+    NEVER,
     NEWTON,
     NO_EVENT,
     TURNS,
@@ -47,18 +48,41 @@ from tauto_core.motion.span_events import (
     happen,
     value,
 )
-from tauto_core.motion.step_size import step_error
-from tauto_core.motion.turning import PART_STEP, WHOLE_STEP, collocate, copy_state, finish
+from tauto_core.motion.step_size import settled_at, step_error
+from tauto_core.motion.turning import (
+    PART_STEP,
+    WHOLE_STEP,
+    between,
+    collocate,
+    copy_state,
+    expand,
+    finish,
+)
 
 __all__ = ['EXTRA', 'INTS', 'LEVEL', 'NEWTON', 'advance', 'release']
 
+_NOTHING = (0.0,) * 9
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 ROW = 8
 MAX_EVENTS = 10_000
 MAX_STALLED = 4
 MAX_LEVEL = 24
+NEAR = 1e-8
+"""Angle of turning over which the polynomials of a step carry a state beyond its end [rad]."""
+
 COARSEN = 2.0**-17
 """Part of the tolerance below which steps double: their error grows by 2^16."""
+
+
+@compiled
+def _carry(omega: Any, h: float, late: float, floats: Any, memory: Any) -> None:
+    """Carry the state at the end of a step of h a little further, along its polynomials."""
+    expand(len(omega), memory.work)
+    for p in range(len(omega)):
+        x, y = between(omega, p, h, 1.0, floats, memory.work)
+        to_x, to_y = between(omega, p, h, 1.0 + late / h, floats, memory.work)
+        memory.end[4 * p] += to_x - x
+        memory.end[4 * p + 2] += to_y - y
 
 
 @compiled
@@ -66,6 +90,7 @@ def _step_to_event(
     kind: int,
     xi: float,
     angle: float,
+    settled: float,
     system: Any,
     d: float,
     omega: Any,
@@ -81,7 +106,7 @@ def _step_to_event(
             copy_state(len(omega), floats, memory.end)
             return 0.0
         at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
-        collocate(system, d, omega, xi * length, part, floats, memory)
+        collocate(system, d, omega, xi * length, part, settled, floats, memory)
         finish(omega, xi * length, part, floats, memory)
         now = instant(system, d, omega, memory.end, outside_at(forcing, k, x0 + xi * hx))
         slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
@@ -89,8 +114,11 @@ def _step_to_event(
             return xi
         late = -value(kind, angle, d, now) / slope
         reached = xi + late / length
-        if not 0.0 < reached <= 1.0 or omega[0] * abs(late) <= 1e-15:
+        if not 0.0 < reached <= 1.0:
             return xi
+        if omega[0] * abs(late) <= NEAR:
+            _carry(omega, xi * length, late, floats, memory)
+            return reached
         xi = reached
     return xi
 
@@ -107,27 +135,34 @@ def _move(
     ints: Any,
     memory: Any,
     scratch: Any,
-) -> tuple[int, float, float]:
-    """Advance over hx or to the first event; return the event, the fraction, the error."""
+) -> Any:
+    """Advance over hx or to the first event.
+
+    Returns the event, the fraction of hx, the error, and `instant` at the end of hx.
+    """
     forcing, k, x0, hx = place
     d, h, planes = float(ints[DIRECTION]), hx * forcing[0][k], len(omega)
-    kind = WHOLE_STEP if x0 == 0.0 or not watched[0] else PART_STEP
+    kind = WHOLE_STEP if x0 == 0.0 or watched[0] == NEVER else PART_STEP
     at_nodes(system, place, memory.work)
-    last, newton = collocate(system, d, omega, h, kind, floats, memory)
+    settled = settled_at(tolerance[0])
+    last, newton = collocate(system, d, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
-        return NO_EVENT, 0.0, error
+        return NO_EVENT, 0.0, error, _NOTHING
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
+    after = instant(system, d, omega, memory.end, outside_at(forcing, k, x0 + hx))
     event, xi = first_event(
-        watched, system, d, omega, ints[ARMED] == 1, stalled, place, floats, memory, scratch
+        watched, system, d, omega, ints, stalled, place, after, floats, memory, scratch
     )
     if event == NO_EVENT:
         xi = 1.0
     else:
-        xi = _step_to_event(event, xi, watched[1], system, d, omega, place, floats, memory)
+        xi = _step_to_event(
+            event, xi, watched[1], settled, system, d, omega, place, floats, memory
+        )
     copy_state(planes, memory.end, floats)
-    return event, xi, error
+    return event, xi, error, after
 
 
 @compiled
@@ -192,7 +227,7 @@ def _span(
     while cell < cells:
         place = forcing, k, begin[k] + (cell + f) / cells * whole, (1.0 - f) / cells * whole
         pause = stalled > MAX_STALLED
-        kind, xi, error = _move(
+        kind, xi, error, now = _move(
             tolerance, watched, system, omega, pause, place, floats, ints, memory, scratch
         )
         if not error <= tolerance[0]:
@@ -210,11 +245,11 @@ def _span(
         x = end[k] if cell == cells else begin[k] + (cell + f) / cells * whole
         if kind >= AT_EDGE or events > MAX_EVENTS:
             return EDGE if kind == AT_EDGE else SLACK if kind == AT_SLACK else NO_CONVERGENCE, x
-        at = outside_at(forcing, k, x)
         if kind != NO_EVENT:
+            at = outside_at(forcing, k, x)
             happen(kind, watched, system, omega, at, floats, ints)
-        d = float(ints[DIRECTION])
-        count(phase_rate, instant(system, d, omega, floats, at), where, ints)
+            now = instant(system, float(ints[DIRECTION]), omega, floats, at)
+        count(phase_rate, now, where, ints)
     if ints[LEVEL] > 0 and worst < tolerance[0] * COARSEN:
         ints[LEVEL] -= 1
     return OK, 0.0
@@ -243,7 +278,7 @@ def advance(
             of its last coefficient.
         phase_rate: ω of the phase [rad/s].
         longest_s: longest step [s].
-        watched: whether turning points matter, and the angle of the impulse [rad], else inf.
+        watched: how turning points matter, and the angle of the impulse [rad], else inf.
         system: the mechanism.
         omega: ω of each plane [rad/s].
         forcing: lengths of the pieces; β, τ and g_eff as coefficients in each.

@@ -42,6 +42,7 @@ from tauto_core.motion.events import (
     set_off,
     slope,
     turns_abruptly,
+    turns_quietly,
     value_of_state,
 )
 from tauto_core.motion.lanes import load, splat, store
@@ -59,7 +60,7 @@ from tauto_core.motion.outside import (
     node_row,
     presence,
 )
-from tauto_core.motion.step_size import step_error
+from tauto_core.motion.step_size import settled_at, step_error
 from tauto_core.motion.turning import (
     PART_STEP,
     WHOLE_STEP,
@@ -193,6 +194,7 @@ def _step_to_event(
     kind: int,
     xi: float,
     limits: Any,
+    settled: float,
     system: Any,
     mode: Any,
     omega: Any,
@@ -212,7 +214,7 @@ def _step_to_event(
             return 0.0
         forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
         h = xi * hx * forcing[0][k]
-        collocate(system, mode, omega, h, part, floats, memory)
+        collocate(system, mode, omega, h, part, settled, floats, memory)
         finish(omega, h, part, floats, memory)
         xi, there = _carry(kind, xi, limits, well, mode, omega, place, end)
         if there:
@@ -230,7 +232,7 @@ def _turns_smoothly(
     place: Any,
     floats: Any,
     ints: Any,
-    end: Any,
+    after: Any,
     work: Any,
 ) -> bool:
     """Turn without a step to the turning point, where nothing happens there or after it."""
@@ -240,7 +242,6 @@ def _turns_smoothly(
     mode = float(ints[SIDE]), float(ints[DIRECTION])
     q, y = turning.between(omega, 0, hx * forcing[0][k], xi, floats, work)
     there = acceleration(well, mode, q, omega[0] * y, forcing_at(forcing, k, x0 + xi * hx))
-    after = acceleration(well, mode, end[0], omega[0] * end[2], forcing_at(forcing, k, x0 + hx))
     back = -ints[DIRECTION]
     if abs(after[4]) >= limits[1] or not after[5] > 0.0:
         return False
@@ -275,7 +276,8 @@ def _move(
     h = hx * forcing[0][k]
     kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
-    last, newton = collocate(system, mode, omega, h, kind, floats, memory)
+    settled = settled_at(tolerance[0])
+    last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error
@@ -284,20 +286,26 @@ def _move(
     passed = limit_passed(limits, well, mode, omega, felt, work)
     event, xi = NO_EVENT, 1.0
     if expects_events(well) or min(passed[0], passed[1]) <= 1.0:
+        at = forcing_at(forcing, k, x0 + hx)
+        after = acceleration(well, mode, end[0], omega[0] * end[2], at)
+        if not stalled and turns_quietly(limits, passed, well, after, ints, work):
+            copy_state(1, end, floats)
+            return NO_EVENT, 1.0, error
         expand(1, work)
-        last_state = end[0], omega[0] * end[2]
         armed = ints[ARMED] == 1
         event, xi = first_event(
-            limits, passed, well, mode, omega, armed, stalled, floats, last_state, place, work
+            limits, passed, well, mode, omega, armed, stalled, floats, after, place, work
         )
         if event == TURNING and _turns_smoothly(
-            xi, limits, passed, well, omega, place, floats, ints, end, work
+            xi, limits, passed, well, omega, place, floats, ints, after, work
         ):
             event = NO_EVENT
         if event == NO_EVENT:
             xi = 1.0
         else:
-            xi = _step_to_event(event, xi, limits, system, mode, omega, place, floats, memory)
+            xi = _step_to_event(
+                event, xi, limits, settled, system, mode, omega, place, floats, memory
+            )
     copy_state(1, end, floats)
     return event, xi, error
 

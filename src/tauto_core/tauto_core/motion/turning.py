@@ -11,8 +11,8 @@ the angle ω(t − t₀), only the disturbance is left to integrate:
 
 Eight Gauss stages make this symmetric, symplectic and of order 16 in the step; the error falls
 with the strength of the disturbance too, and no disturbance is solved exactly. The stage
-equations are iterated to rounding; where the disturbance is too strong for that, Newton's method
-takes over. The state is kept in twofold numbers and turned by a twofold rotation, so that what n
+equations are iterated, to rounding if need be; where the disturbance is too strong for that,
+Newton's method takes over. The state is kept in twofold numbers and turned by a twofold rotation, so that what n
 steps lose grows like √n.
 
 Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tauto_core.motion.compiled import compiled, inlined
-from tauto_core.motion.gauss import COLUMNS, NODES, PROJECTION, STAGES, WEIGHTS
+from tauto_core.motion.gauss import COLUMNS, INTEGRAL, NODES, PROJECTION, STAGES, WEIGHTS
 from tauto_core.motion.lanes import fma, lane, larger, largest, load, splat, store, total
 from tauto_core.motion.rotation import (
     multiply_exactly,
@@ -51,11 +51,10 @@ WHOLE_STEP, PART_STEP = 0, 1
 MAX_SWEEPS = 60
 MAX_NEWTON = 12
 ROUNDING = 2.0**-53
-# (n + 2) P_{n+2} = (2n + 3) y P_{n+1} − (n + 1) P_n,  ∫P_{n+1} = (P_{n+2} − P_n)/(2n + 3)
-_RISE = tuple((2 * n + 3) / (n + 2) for n in range(STAGES))
-_FALL = tuple((n + 1) / (n + 2) for n in range(STAGES))
-_HALF = tuple(0.5 / (2 * n + 3) for n in range(STAGES))
-EXPANSION = np.ascontiguousarray(PROJECTION.T)
+SETTLED = 0.25 * ROUNDING
+"""Part of the state to which stages can be told."""
+
+EXPANSION = np.ascontiguousarray(INTEGRAL.T)
 
 
 @inlined
@@ -194,11 +193,18 @@ def _size(planes: int, work: Any) -> float:
 
 @inlined
 def _iterate(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, work: Any
+    system: Any,
+    mode: Any,
+    omega: Any,
+    h: float,
+    kind: int,
+    settled: float,
+    state: Any,
+    work: Any,
 ) -> tuple[bool, float]:
-    """Iterate to rounding; return whether it converges, and the size of the stages.
+    """Iterate until stages have settled; return whether they do, and their size.
 
-    It converges where the rate of convergence, as measured, leaves less than rounding to come.
+    They do where the rate of convergence, as measured, leaves less than that to come.
     """
     planes = len(omega)
     for p in range(planes):
@@ -210,7 +216,7 @@ def _iterate(
         change = _sweep(system, mode, omega, h, kind, state, work)
         if n == 0:
             size = _size(planes, work)
-            floor = 0.25 * ROUNDING * size
+            floor = settled * size
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             return True, size
         if not change < before and n > 0:
@@ -314,7 +320,14 @@ def _solve(
 
 @compiled
 def collocate(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, memory: Any
+    system: Any,
+    mode: Any,
+    omega: Any,
+    h: float,
+    kind: int,
+    settled: float,
+    state: Any,
+    memory: Any,
 ) -> tuple[float, bool]:
     """Solve the stage equations of a step of h from `state`.
 
@@ -324,6 +337,7 @@ def collocate(
         omega: ω of each plane [rad/s], a tuple.
         h: length of the step [s], |ωh| ≤ MAX_ANGLE.
         kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        settled: part of the state to which the stage equations are solved, >= SETTLED.
         state: X and Y of each plane, each in two doubles, shape (4P,).
         memory: from `make_memory`.
 
@@ -334,7 +348,7 @@ def collocate(
     work, turned, _, _, _, _ = memory
     planes = len(omega)
     turn_to(omega, h, kind, work, turned)
-    converged, size = _iterate(system, mode, omega, h, kind, state, work)
+    converged, size = _iterate(system, mode, omega, h, kind, settled, state, work)
     newton = not converged
     if newton:
         converged, size = _solve(system, mode, omega, h, kind, state, memory)
@@ -388,7 +402,7 @@ def copy_state(planes: int, source: Any, target: Any) -> None:
 
 @compiled
 def expand(planes: int, work: Any) -> None:
-    """Fill F1, F2 with the Legendre coefficients of the slopes: what `between` reads."""
+    """Fill F1, F2 with the slopes' integrals in powers of the fraction: what `between` reads."""
     for r in range(2 * planes):
         slopes = load(work, row(K1, planes, r))
         coefficients = load(EXPANSION, 0) * lane(slopes, 0)
@@ -401,14 +415,11 @@ def expand(planes: int, work: Any) -> None:
 def between(omega: Any, p: int, h: float, xi: float, state: Any, work: Any) -> Any:
     """Return X and Y of plane p at the fraction xi of the step, from the stage polynomials."""
     planes = len(omega)
-    u, v = state[4 * p], state[4 * p + 2]
-    y = 2.0 * xi - 1.0
-    older, old, integral = 1.0, y, xi
-    for n in range(STAGES):
-        u += h * work[row(F1, planes, p), n] * integral
-        v += h * work[row(F2, planes, p), n] * integral
-        new = _RISE[n] * (y * old) - _FALL[n] * older
-        integral = _HALF[n] * (new - older)
-        older, old = old, new
+    first, second = row(F1, planes, p), row(F2, planes, p)
+    u, v = work[first, STAGES - 1], work[second, STAGES - 1]
+    for n in range(STAGES - 2, -1, -1):
+        u = fma(u, xi, work[first, n])
+        v = fma(v, xi, work[second, n])
+    u, v = fma(u, xi * h, state[4 * p]), fma(v, xi * h, state[4 * p + 2])
     c, s = rotation(omega[p] * (xi * h))
     return c * u + s * v, c * v - s * u

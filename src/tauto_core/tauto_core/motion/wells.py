@@ -47,9 +47,9 @@ def horner(coefficients: Any, k: int, x: float) -> tuple[float, float, float]:
     """Return Σ c_kj x^j and its first two derivatives in x."""
     value = first = half_second = 0.0
     for j in range(coefficients.shape[1] - 1, -1, -1):
-        half_second = half_second * x + first
-        first = first * x + value
-        value = value * x + coefficients[k, j]
+        half_second = fma(half_second, x, first)
+        first = fma(first, x, value)
+        value = fma(value, x, coefficients[k, j])
     return value, first, 2.0 * half_second
 
 
