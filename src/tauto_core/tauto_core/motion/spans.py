@@ -67,6 +67,9 @@ ROW = 8
 MAX_EVENTS = 10_000
 MAX_STALLED = 4
 MAX_LEVEL = 24
+FEW = 16
+"""Steps of a span that is short enough for them to be laid out anew after an event."""
+
 NEAR = 1e-8
 """Angle of turning over which the polynomials of a step carry a state beyond its end [rad]."""
 
@@ -86,10 +89,20 @@ def _carry(omega: Any, h: float, late: float, floats: Any, memory: Any) -> None:
 
 
 @compiled
+def _read(omega: Any, xi: float, h: float, floats: Any, memory: Any) -> None:
+    """Read the state at the fraction xi of a step of h off its polynomials."""
+    for p in range(len(omega)):
+        x, y = between(omega, p, h, xi, floats, memory.work)
+        memory.end[4 * p], memory.end[4 * p + 1] = x, 0.0
+        memory.end[4 * p + 2], memory.end[4 * p + 3] = y, 0.0
+
+
+@compiled
 def _step_to_event(
     kind: int,
     xi: float,
     angle: float,
+    read: bool,
     settled: float,
     system: Any,
     d: float,
@@ -98,13 +111,20 @@ def _step_to_event(
     floats: Any,
     memory: Any,
 ) -> float:
-    """Step to an event, correct its time by the state found there; return the fraction."""
+    """Step to an event, correct its time by the state found there; return the fraction.
+
+    Args:
+        read: whether the polynomials of the step last collocated are good enough.
+    """
     forcing, k, x0, hx = place
     length, part = hx * forcing[0][k], np.int64(PART_STEP)
     for _ in range(4):
         if xi <= 0.0:
             copy_state(len(omega), floats, memory.end)
             return 0.0
+        if read:
+            _read(omega, xi, length, floats, memory)
+            return xi
         at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
         collocate(system, d, omega, xi * length, part, settled, floats, memory)
         finish(omega, xi * length, part, floats, memory)
@@ -159,7 +179,7 @@ def _move(
         xi = 1.0
     else:
         xi = _step_to_event(
-            event, xi, watched[1], settled, system, d, omega, place, floats, memory
+            event, xi, watched[1], last <= tolerance[0], settled, system, d, omega, place, floats, memory
         )
     copy_state(planes, memory.end, floats)
     return event, xi, error, after
@@ -219,13 +239,14 @@ def _span(
 ) -> tuple[int, float]:
     """Advance over one span; return a code and, of a failure, the fraction of the piece."""
     begin, end, _ = spans
-    worst, events, stalled, whole = 0.0, 0, 0, end[k] - begin[k]
+    worst, events, stalled = 0.0, 0, 0
+    start, whole = begin[k], end[k] - begin[k]
     where = floats[4 * len(omega) :]
     # Time is a cell and a fraction of it: it keeps its resolution in spans of a day.
     steps = max(1, int(math.ceil(whole * forcing[0][k] / longest_s - 1e-9)))
     cells, cell, f = steps << ints[LEVEL], 0, 0.0
     while cell < cells:
-        place = forcing, k, begin[k] + (cell + f) / cells * whole, (1.0 - f) / cells * whole
+        place = forcing, k, start + (cell + f) / cells * whole, (1.0 - f) / cells * whole
         pause = stalled > MAX_STALLED
         kind, xi, error, now = _move(
             tolerance, watched, system, omega, pause, place, floats, ints, memory, scratch
@@ -242,13 +263,17 @@ def _span(
         stalled = stalled + 1 if reached == f else 0
         events = 0 if reached == 1.0 else events + 1
         cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
-        x = end[k] if cell == cells else begin[k] + (cell + f) / cells * whole
+        x = end[k] if cell == cells else start + (cell + f) / cells * whole
         if kind >= AT_EDGE or events > MAX_EVENTS:
             return EDGE if kind == AT_EDGE else SLACK if kind == AT_SLACK else NO_CONVERGENCE, x
         if kind != NO_EVENT:
             at = outside_at(forcing, k, x)
             happen(kind, watched, system, omega, at, floats, ints)
             now = instant(system, float(ints[DIRECTION]), omega, floats, at)
+            if cell < cells <= FEW << ints[LEVEL] and events == 1:
+                start, whole = x, end[k] - x
+                steps = max(1, int(math.ceil(whole * forcing[0][k] / longest_s - 1e-9)))
+                cells, cell, f = steps << ints[LEVEL], 0, 0.0
         count(phase_rate, now, where, ints)
     if ints[LEVEL] > 0 and worst < tolerance[0] * COARSEN:
         ints[LEVEL] -= 1

@@ -90,6 +90,9 @@ COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
 """Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
 
 MAX_LEVEL = 24
+FEW = 16
+"""Steps of a span that is short enough for them to be laid out anew after an event."""
+
 NEAR = 1e-5
 """Angle of turning within which a state is carried to its event without another step [rad]."""
 
@@ -223,6 +226,26 @@ def _step_to_event(
 
 
 @compiled
+def _read_to_event(
+    kind: int,
+    xi: float,
+    limits: Any,
+    well: Any,
+    mode: Any,
+    omega: Any,
+    place: Any,
+    floats: Any,
+    memory: Any,
+) -> tuple[float, bool]:
+    """Read the state at an event off the polynomials; return the fraction, and whether it is."""
+    forcing, k, _, hx = place
+    end = memory.end
+    end[0], end[2] = turning.between(omega, 0, hx * forcing[0][k], xi, floats, memory.work)
+    end[1] = end[3] = 0.0
+    return _carry(kind, xi, limits, well, mode, omega, place, end)
+
+
+@compiled
 def _turns_smoothly(
     xi: float,
     limits: Any,
@@ -303,9 +326,15 @@ def _move(
         if event == NO_EVENT:
             xi = 1.0
         else:
-            xi = _step_to_event(
-                event, xi, limits, settled, system, mode, omega, place, floats, memory
-            )
+            there = False
+            if last <= tolerance[0]:
+                xi, there = _read_to_event(
+                    event, xi, limits, well, mode, omega, place, floats, memory
+                )
+            if not there:
+                xi = _step_to_event(
+                    event, xi, limits, settled, system, mode, omega, place, floats, memory
+                )
     copy_state(1, end, floats)
     return event, xi, error
 
@@ -409,12 +438,12 @@ def advance(
     written = 0
     for k in range(len(begin)):
         worst, events, stalled = 0.0, 0, 0
-        whole = end[k] - begin[k]
+        start, whole = begin[k], end[k] - begin[k]
         # Time is a cell and a fraction of it: it keeps its resolution in spans of a day.
         cells = _first_steps(longest_s, whole * forcing[0][k]) << ints[LEVEL]
         cell, f = 0, 0.0
         while cell < cells:
-            place = forcing, k, begin[k] + (cell + f) / cells * whole, (1.0 - f) / cells * whole
+            place = forcing, k, start + (cell + f) / cells * whole, (1.0 - f) / cells * whole
             kind, xi, error = _move(
                 tolerance,
                 limits,
@@ -438,11 +467,15 @@ def advance(
             stalled = stalled + 1 if reached == f else 0
             events = 0 if reached == 1.0 else events + 1
             cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
-            x = end[k] if cell == cells else begin[k] + (cell + f) / cells * whole
+            x = end[k] if cell == cells else start + (cell + f) / cells * whole
             if kind in (AT_EDGE, AT_SLACK):
                 return (EDGE if kind == AT_EDGE else SLACK), k, x
             if kind != NO_EVENT:
                 happen(kind, limits, well, omega, forcing_at(forcing, k, x), floats, ints)
+                if cell < cells <= FEW << ints[LEVEL] and events == 1:
+                    start, whole = x, end[k] - x
+                    cells = _first_steps(longest_s, whole * forcing[0][k]) << ints[LEVEL]
+                    cell, f = 0, 0.0
             _count(floats[STATE] + _tilt(tilt_end, k), floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
