@@ -19,7 +19,7 @@ from tauto_core.motion.compiled import compiled, entry, inlined
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import fma, largest, least, load, splat, store
 from tauto_core.motion.rotation import sine_versine
-from tauto_core.motion.step_size import settled_at, step_error
+from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
     D1,
     D2,
@@ -172,7 +172,7 @@ def _over(
     x = load(work, FRACTIONS) * hx + x0
     store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, splat(0.0)))
     store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, splat(0.0)))
-    last, newton = collocate(system, 0.0, omega, h, kind, settled_at(tolerance), state, memory)
+    last, newton = collocate(system, 0.0, omega, h, kind, state, memory)
     if not step_error(1.0, last, newton) <= tolerance:
         return NO_CONVERGENCE, 0.0
     if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:

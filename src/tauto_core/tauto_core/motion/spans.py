@@ -48,7 +48,7 @@ from tauto_core.motion.span_events import (
     happen,
     value,
 )
-from tauto_core.motion.step_size import settled_at, step_error
+from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
     PART_STEP,
     WHOLE_STEP,
@@ -89,21 +89,10 @@ def _carry(omega: Any, h: float, late: float, floats: Any, memory: Any) -> None:
 
 
 @compiled
-def _read(omega: Any, xi: float, h: float, floats: Any, memory: Any) -> None:
-    """Read the state at the fraction xi of a step of h off its polynomials."""
-    for p in range(len(omega)):
-        x, y = between(omega, p, h, xi, floats, memory.work)
-        memory.end[4 * p], memory.end[4 * p + 1] = x, 0.0
-        memory.end[4 * p + 2], memory.end[4 * p + 3] = y, 0.0
-
-
-@compiled
 def _step_to_event(
     kind: int,
     xi: float,
     angle: float,
-    read: bool,
-    settled: float,
     system: Any,
     d: float,
     omega: Any,
@@ -111,22 +100,15 @@ def _step_to_event(
     floats: Any,
     memory: Any,
 ) -> float:
-    """Step to an event, correct its time by the state found there; return the fraction.
-
-    Args:
-        read: whether the polynomials of the step last collocated are good enough.
-    """
+    """Step to an event, correct its time by the state found there; return the fraction."""
     forcing, k, x0, hx = place
     length, part = hx * forcing[0][k], np.int64(PART_STEP)
     for _ in range(4):
         if xi <= 0.0:
             copy_state(len(omega), floats, memory.end)
             return 0.0
-        if read:
-            _read(omega, xi, length, floats, memory)
-            return xi
         at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
-        collocate(system, d, omega, xi * length, part, settled, floats, memory)
+        collocate(system, d, omega, xi * length, part, floats, memory)
         finish(omega, xi * length, part, floats, memory)
         now = instant(system, d, omega, memory.end, outside_at(forcing, k, x0 + xi * hx))
         slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
@@ -164,8 +146,7 @@ def _move(
     d, h, planes = float(ints[DIRECTION]), hx * forcing[0][k], len(omega)
     kind = WHOLE_STEP if x0 == 0.0 or watched[0] == NEVER else PART_STEP
     at_nodes(system, place, memory.work)
-    settled = settled_at(tolerance[0])
-    last, newton = collocate(system, d, omega, h, kind, settled, floats, memory)
+    last, newton = collocate(system, d, omega, h, kind, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error, _NOTHING
@@ -178,9 +159,7 @@ def _move(
     if event == NO_EVENT:
         xi = 1.0
     else:
-        xi = _step_to_event(
-            event, xi, watched[1], last <= tolerance[0], settled, system, d, omega, place, floats, memory
-        )
+        xi = _step_to_event(event, xi, watched[1], system, d, omega, place, floats, memory)
     copy_state(planes, memory.end, floats)
     return event, xi, error, after
 

@@ -10,7 +10,6 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
 from tauto_core.motion.compiled import inlined
 from tauto_core.motion.gauss import NODES, PROJECTION, STAGES
-from tauto_core.motion.turning import SETTLED
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
@@ -57,12 +56,6 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
-
-
-@inlined
-def settled_at(tolerance: float) -> float:
-    """Return how well, relative to the state, the stages of a step must be known."""
-    return max(SETTLED, 1e-5 * tolerance)
 
 
 @inlined

@@ -60,7 +60,7 @@ from tauto_core.motion.outside import (
     node_row,
     presence,
 )
-from tauto_core.motion.step_size import settled_at, step_error
+from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
     PART_STEP,
     WHOLE_STEP,
@@ -197,7 +197,6 @@ def _step_to_event(
     kind: int,
     xi: float,
     limits: Any,
-    settled: float,
     system: Any,
     mode: Any,
     omega: Any,
@@ -217,32 +216,12 @@ def _step_to_event(
             return 0.0
         forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
         h = xi * hx * forcing[0][k]
-        collocate(system, mode, omega, h, part, settled, floats, memory)
+        collocate(system, mode, omega, h, part, floats, memory)
         finish(omega, h, part, floats, memory)
         xi, there = _carry(kind, xi, limits, well, mode, omega, place, end)
         if there:
             return xi
     return xi
-
-
-@compiled
-def _read_to_event(
-    kind: int,
-    xi: float,
-    limits: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    place: Any,
-    floats: Any,
-    memory: Any,
-) -> tuple[float, bool]:
-    """Read the state at an event off the polynomials; return the fraction, and whether it is."""
-    forcing, k, _, hx = place
-    end = memory.end
-    end[0], end[2] = turning.between(omega, 0, hx * forcing[0][k], xi, floats, memory.work)
-    end[1] = end[3] = 0.0
-    return _carry(kind, xi, limits, well, mode, omega, place, end)
 
 
 @compiled
@@ -299,8 +278,7 @@ def _move(
     h = hx * forcing[0][k]
     kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
-    settled = settled_at(tolerance[0])
-    last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
+    last, newton = collocate(system, mode, omega, h, kind, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error
@@ -326,15 +304,7 @@ def _move(
         if event == NO_EVENT:
             xi = 1.0
         else:
-            there = False
-            if last <= tolerance[0]:
-                xi, there = _read_to_event(
-                    event, xi, limits, well, mode, omega, place, floats, memory
-                )
-            if not there:
-                xi = _step_to_event(
-                    event, xi, limits, settled, system, mode, omega, place, floats, memory
-                )
+            xi = _step_to_event(event, xi, limits, system, mode, omega, place, floats, memory)
     copy_state(1, end, floats)
     return event, xi, error
 
