@@ -219,6 +219,14 @@ def test_base_circle_of_paragraph_20():
     assert back == pytest.approx(expected['AO_back'], rel=1e-15)
 
 
+@pytest.mark.parametrize('amplitude', [0.0, -1.0, math.nan, math.inf, 1e300, 1.001e6])
+def test_amplitudes_that_no_thread_is_wound_to(amplitude):
+    endless = machine(Involute(0.01), mass=0.1)
+    assert isochronism(endless, [1e6])['rows'][0]['amplitude_rad'] == 1e6
+    with pytest.raises(UsageError, match=r'range of the machine, 1000000\.0 rad'):
+        isochronism(endless, [amplitude])
+
+
 def test_isochronism():
     regulator = compile_machine(scene(**HOLE, power=SPRING))
     table = isochronism(regulator, [1.0, 0.1])

@@ -98,6 +98,11 @@ def _cheeks(
             f'{curve.range_rad!r} rad. Give another, or leave it out'
         )
     if not any(files.values()):
+        if thread_mm:
+            raise UsageError(
+                f'--thread = {thread_mm} mm: counts for a cheek that is written; the points '
+                'printed are those of a thin thread. Add --csv, --svg or --dxf, or leave it out'
+            )
         _print_rows(HEADER, _few_of_cam(curve, reach))
         return
     cut = cheeks(curve, points, reach, thread_mm / MM_PER_M)
