@@ -160,6 +160,12 @@ def test_a_thread_that_does_not_fit(arguments, said, tmp_path):
     assert not dxf.exists()
 
 
+def test_a_thickness_that_changes_nothing_is_refused():
+    result = CliRunner().invoke(app, ['cam', 'ideal', '--thread', '0.5'])
+    assert result.exit_code == 2
+    assert 'Add --csv' in result.stderr
+
+
 def test_the_remedy_of_a_thread_that_does_not_fit_works():
     cam = Involute(0.01)
     assert cheeks(cam, 10, 7.0, 0.5e-3).angle[-1] == 7.0

@@ -99,10 +99,15 @@ def test_the_disc_that_is_the_base_circle_lacks_one_of_four():
         (['--disc-is-base', '--disc-radius', '1'], '--disc-is-base makes'),
         (['--disc-is-base', '--period', '1'], 'Leave out exactly one'),
         (['--gravity', '0'], '--gravity = 0'),
+        # their squares would overflow or vanish
+        (['--period', '1e-300', '--inertia', '1', '--pull', '1'], '--period = 1e-300'),
+        (['--pull', '1e300', '--inertia', '1', '--base-radius', '1'], '--pull = 1e+300'),
+        (['--disc-weight', '1e30', '--disc-radius', '1e9', '--period', '1', '--pull', '1'],
+         'from 1e-30 to 1e+30'),
         (['--length-unit', 'ell'], 'scruple'),
         (['--weight-unit', 'stone'], 'pound'),
     ],
-)
+)  # fmt: skip
 def test_refused(arguments, said):
     result = CliRunner().invoke(app, ['design', *arguments])
     assert result.exit_code == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -160,6 +161,11 @@ def test_a_suspension_is_named_with_its_periods(tmp_path: Path) -> None:
     assert (slow + fast, slow * fast) == pytest.approx((0.14, 3.75e-4), rel=1e-12)
     assert found['suspension']['periods_s'] == pytest.approx([0.74337, 0.10487], rel=1e-4)
     assert found['suspension']['step_s'] == 0.00625
+    # Ω²(1/ω² + 1/ω′²) to the first order: a case far below its own swings
+    departure = (0.74337**2 + 0.10487**2) / 9.0**2
+    assert found['suspension']['departure'] == pytest.approx(departure, rel=0.02)
+    tilt = 3.0 * 0.1 * (2.0 * math.pi / 9.0) ** 2 / 9.80665 / math.sqrt(2.0)
+    assert found['suspension']['departure_rad'] == pytest.approx(departure * tilt, rel=0.02)
     assert 'suspension' not in found['left_out']
     assert 'the swing of the case in a harmonic well' in found['reason']
     text = ' '.join(printed(found, 160))
@@ -186,3 +192,36 @@ def test_the_swing_in_which_the_clock_settles_is_foretold(tmp_path: Path) -> Non
     assert 'none: the clock stops' in ' '.join(printed(stops, 200))
     assert scene_facts('globe_in_oil')['steady_swing'] is None
     assert scene_facts('hanging_thread_at_sea')['steady_swing'] is None
+
+
+HUNG = {'kind': 'axle', 'support_radius': 0.02, 'axle_radius': 0.005, 'depth': 0.1}
+
+
+@pytest.mark.parametrize(
+    ('gyration_radius', 'resonance'),
+    [
+        (0.05, None),
+        (0.1192, 'suspension: swings by itself in 1 s and 0.1858 s, in resonance with'),
+    ],
+)
+def test_a_case_in_resonance_with_the_wheel_is_warned_of(
+    tmp_path: Path, gyration_radius: float, resonance: str | None
+) -> None:
+    found = facts(tmp_path, ship=ROLL, suspension=HUNG | {'gyration_radius': gyration_radius})
+    warnings = ' '.join(found.get('warnings', []))
+    assert (resonance or '') in warnings
+    assert bool(warnings) == bool(resonance)
+
+
+def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
+    assert facts(tmp_path)['thread'] is None
+    found = facts(tmp_path, VERTICAL, ship=ROLL)
+    # g/ω² = I/(m r) and g/Ω²
+    lengths = [TROCHLEA['inertia'] / (0.16 * 0.01), 9.80665 * (9.0 / (2.0 * math.pi)) ** 2]
+    assert found['thread']['fair_lengths_m'] == pytest.approx(lengths, rel=1e-12)
+    assert found['thread']['swings_in_s'] is None
+    words = StringIO()
+    Console(file=words, width=200).print(facts_table(found))
+    assert 'ideal, which is fair where' in words.getvalue()
+    assert '≪ length ≪ 20.1 m (waves)' in words.getvalue()
+    assert facts(tmp_path, VERTICAL)['thread']['fair_lengths_m'][1] is None

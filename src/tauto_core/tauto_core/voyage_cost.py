@@ -87,7 +87,7 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     swing_s = _swing_s(machine)
     steps = _steps(scene, machine, swing_s) if name == 'collocation' else None
-    waves, bearing = _waves(scene), 0.0
+    waves, bearing = scene_waves(scene), 0.0
     if scene.suspension is not None:
         waves, seas = _in_the_case(scene, waves), waves
         bearing = _bearing_error_s(seas, waves, machine, scene.step_ns / NS_PER_S)
@@ -159,8 +159,11 @@ class Waves:
     heave: FloatArray
 
 
-def _waves(scene: Scene) -> Waves:
-    """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (theory E1)."""
+def scene_waves(scene: Scene) -> Waves:
+    """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (theory E1).
+
+    None of a ship that lies still, or whose motion was measured.
+    """
     from tauto_core.ship.sea import sea_motion
 
     ship = scene.ship

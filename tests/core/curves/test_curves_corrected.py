@@ -71,7 +71,7 @@ def test_golden_points(entry):
     assert found.keys() == expected.keys()
     for key, value in found.items():
         # the rounded parameters cost τ⁷'s condition in R
-        assert float(value) == pytest.approx(expected[key], rel=1e-13), key
+        assert float(value) == pytest.approx(expected[key], rel=1e-13, abs=0.0), key
 
 
 @pytest.mark.parametrize('entry', POINTS, ids=lambda entry: entry['id'])
@@ -100,10 +100,13 @@ def test_golden_periods(name):
     cam = WeightCorrected(rate, p['m'] / p['I'])
     machine = Machine(p['I'], p['m'], p['m'], 0.0, 0.0, p['g'], cam, False, None, None, 0.1)
     ratio = machine.period(amplitude) * p['omega'] / math.tau
-    assert ratio == pytest.approx(1.0, rel=2e-15)
+    expected = float(entry['expected']['T_over_2pi_omega_corrected'])
+    assert ratio == pytest.approx(expected, rel=2e-15)
     chi = math.atan(float(cam.slope(amplitude)))
     # χ feels the rounding of an amplitude near the edge of the range
-    assert chi == pytest.approx(float(entry['expected']['chi_A']), rel=5e-14)
+    assert chi == pytest.approx(float(entry['expected']['chi_A']), rel=5e-14, abs=0.0)
+    share = float(name) * float(cam.angle_of_slope(1e150))
+    assert share == pytest.approx(amplitude, rel=1e-13, abs=0.0)
 
 
 def test_small_angles_are_the_involute():

@@ -64,5 +64,8 @@ def test_greatest_radius_of_curvature(entry):
     close(cam.radius_of_curvature(place), expected['Rmax'])
     aside = cam.radius_of_curvature([place * 0.999, place * 1.001])
     assert np.all(aside < expected['Rmax'])
+    # level there: a place off by 2e-6 of itself would tilt it by more
+    low, high = cam.radius_of_curvature([place * 0.9999, place * 1.0001])
+    assert abs(high - low) < 5e-9 * expected['Rmax']
     close(cam.range_rad, expected['phi_max'])
     close(cam.psi(cam.range_rad), expected['psi_max'])

@@ -1,6 +1,7 @@
 """Tabulated cams: the spline, its kernel form, and every table that is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -169,6 +170,36 @@ def test_cams_of_a_scene(tmp_path):
         cam = make_cam(trochlea(table, thread), 9.81)
         assert isinstance(cam, Table)
         assert (cam.range_rad, cam.hole_distance) == (6.0, distance)
+
+
+@pytest.mark.parametrize(
+    ('law', 'hollow'),
+    [
+        # R = t + t'' is −0.2 (ϑ + ϑ³) and 0.4 ϑ − 0.1 ϑ³
+        (Polynomial([0.0, 1.0, 0.0, -0.2]), (0.0, 2.0)),
+        (Polynomial([0.0, 1.0, 0.0, -0.1]), (2.0, 2.5)),
+    ],
+    ids=['from the tip', 'from 2 rad'],
+)
+def test_a_table_that_no_thread_can_wrap(law, hollow, tmp_path):
+    angles = np.linspace(0.0, hollow[1], 26)
+    file = write(tmp_path / 'cam.csv', angles.tolist(), (0.01 * law(angles)).tolist())
+    table = trochlea(TableCam(path=str(file)), VerticalThread())
+    begin, end = hollow
+    with pytest.raises(SceneError, match='a thread bridges a hollow') as caught:
+        make_cam(table, 9.81)
+    said = re.search(r'hollow from ([\d.]+) to ([\d.]+) rad', str(caught.value))
+    np.testing.assert_allclose([float(x) for x in said.groups()], [begin, end], atol=1e-5)
+    assert ('End the table before 2' in str(caught.value)) == (begin > 0.0)
+    if begin:
+        few = angles < begin
+        write(file, angles[few].tolist(), (0.01 * law(angles[few])).tolist())
+        assert make_cam(table, 9.81).range_rad == angles[few][-1]
+
+
+def test_the_place_where_a_lever_arm_leaves_the_hole_is_a_plain_number(tmp_path):
+    with pytest.raises(SceneError, match=r'the lever arm at 2\.0 rad is longer'):
+        sampled(tmp_path / 'cam.csv', np.sinh, 2.0, 12, distance=1.0)
 
 
 @pytest.mark.parametrize(

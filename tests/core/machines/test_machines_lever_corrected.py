@@ -170,3 +170,16 @@ def test_edges():
     assert heavy.edges[1] < 0.2 * high
     assert np.isnan(heavy.theta(np.array([0.9])))[0]
     assert np.isnan(heavy.pose(np.array([0.9])).free)[0]
+
+
+def test_a_cam_that_ends_where_the_thread_lies_level():
+    """The search for its end comes upon δ = π/2 itself, where tan δ has no value."""
+    cam = CorrectedLeverGeometry(
+        0.00037191386067335114,
+        4.4293872708872835,
+        0.006538581953352763,
+        1.327128005244895e-05,
+        0.010317415791880004,
+        0.00820910980476584,
+    )
+    assert np.all(np.isfinite(cam.theta(np.array(cam.edges))))

@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipe, ellipk
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import Machine, SlackThreadError, rate_s_per_day
+from tauto_core.machines.anharmonic import weight_period_excess
 from tauto_core.machines.quadrature import integrate
 from tauto_core.scene.errors import CamRangeError
 
@@ -50,10 +51,14 @@ def test_weight_with_inertia(entry):
     regulator = machine(Involute(given['r']), inertia, mass=given['P_over_Q'], gravity=given['g'])
     period = regulator.period(given['A'])
     # golden holds 1e-13 relative; the excess is a difference, so absolute
-    assert regulator.small_period == pytest.approx(expected['T0_s'], rel=1e-14)
-    assert period == pytest.approx(expected['T_s'], rel=1e-14)
+    assert regulator.small_period == pytest.approx(expected['T0_s'], rel=1e-14, abs=0.0)
+    assert period == pytest.approx(expected['T_s'], rel=1e-14, abs=0.0)
     ratio = period / regulator.small_period
     assert ratio - 1 == pytest.approx(expected['excess'], abs=1e-14 * ratio)
+    assert ratio == pytest.approx(expected['T_over_T0'], rel=1e-14)
+    loss = -rate_s_per_day(period, regulator.small_period)
+    # a difference, as the excess
+    assert loss == pytest.approx(expected['loss_s_per_day'], abs=86400 * 1e-14)
 
 
 @pytest.mark.parametrize('entry', entries('D-period-amp'))
@@ -64,6 +69,9 @@ def test_involute_beside_the_corrected_cam(entry):
     ratio = regulator.period(expected['amplitude_rad']) / regulator.small_period
     assert ratio == pytest.approx(expected['T_ratio_involute_same_r'], rel=1e-14)
     assert ratio - 1 == pytest.approx(expected['involute_excess'], abs=1e-14)
+    eps = given['m'] * (rate * expected['amplitude_rad']) ** 2 / given['I']
+    excess = weight_period_excess(eps)
+    assert excess == pytest.approx(expected['involute_excess'], rel=1e-13, abs=0.0)
 
 
 @pytest.mark.parametrize('amplitude', [1e-9, 1e-3, 1.0, 6.0, 300.0])

@@ -200,9 +200,9 @@ def test_pendulum_length_of_a_disc(name):
     g, pull, r = given['g'], given['P'], given['r']
     inertia = disc_inertia(given['Q'], given['a'], g)
     length = equivalent_pendulum_length(inertia, pull, r, g)
-    assert length == pytest.approx(expected['L_m'], rel=1e-14)
-    assert half_period(length, g) == pytest.approx(expected['half_period_s'], rel=1e-14)
-    assert lever_rate_for(inertia, pull, length, g) == pytest.approx(r, rel=1e-14)
+    assert length == pytest.approx(expected['L_m'], rel=1e-14, abs=0.0)
+    assert half_period(length, g) == pytest.approx(expected['half_period_s'], rel=1e-14, abs=0.0)
+    assert lever_rate_for(inertia, pull, length, g) == pytest.approx(r, rel=1e-14, abs=0.0)
     # the machine of that design beats as that pendulum
     regulator = Machine(inertia, 0.0, 0.0, pull, 0.0, g, Involute(r), False, None, None, 0.1)
     assert regulator.period(1.0) / 2 == pytest.approx(expected['half_period_s'], rel=1e-14)
@@ -211,8 +211,20 @@ def test_pendulum_length_of_a_disc(name):
 
 
 def test_base_circle_of_paragraph_20():
-    expected = float(GOLDEN['A20-BC']['expected']['BC_scruple'])
-    assert base_radius_of_disc(100.0, 1.0, 3166.0) == pytest.approx(expected, rel=1e-15)
+    expected = {key: float(value) for key, value in GOLDEN['A20-BC']['expected'].items()}
+    radius = base_radius_of_disc(100.0, 1.0, 3166.0)
+    assert radius == pytest.approx(expected['BC_scruple'], rel=1e-15)
+    # the printed 63 scruples make a shorter pendulum
+    back = equivalent_pendulum_length(disc_inertia(100.0, 63.0, 9.81), 1.0, 63.0, 9.81)
+    assert back == pytest.approx(expected['AO_back'], rel=1e-15)
+
+
+@pytest.mark.parametrize('amplitude', [0.0, -1.0, math.nan, math.inf, 1e300, 1.001e6])
+def test_amplitudes_that_no_thread_is_wound_to(amplitude):
+    endless = machine(Involute(0.01), mass=0.1)
+    assert isochronism(endless, [1e6])['rows'][0]['amplitude_rad'] == 1e6
+    with pytest.raises(UsageError, match=r'range of the machine, 1000000\.0 rad'):
+        isochronism(endless, [amplitude])
 
 
 def test_isochronism():

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
 if TYPE_CHECKING:
     from tauto_core.curves.drawing import Cheeks
     from tauto_core.curves.workshop import Drawing
+    from tauto_core.machines.lever_cheeks import Cheek
 
 MM_PER_M = 1000.0
 MM_PER_INCH = 25.4
@@ -55,18 +55,18 @@ def write_points(path: Path, cut: Cheeks) -> None:
     write_rows(path, COLUMNS, rows)
 
 
-def write_sides(
-    path: Path,
-    left: tuple[FloatArray, FloatArray],
-    right: tuple[FloatArray, FloatArray],
-    angles: tuple[FloatArray, FloatArray],
-) -> None:
-    """Write two cheeks that are no mirror images [mm], from the end of the right to the left's."""
+def write_sides(path: Path, left: Cheek, right: Cheek) -> None:
+    """Write two cheeks that are no mirror images, from the end of the right to the left's.
+
+    A tip common to both is written once.
+    """
+    common = left.angle[0] == right.angle[0]
     columns = [
-        np.concatenate([second[:0:-1], first]).tolist()
-        for first, second in ((left[0], right[0]), (left[1], right[1]), angles)
+        (MM_PER_M * np.concatenate([second[::-1], first[int(common) :]])).tolist()
+        for first, second in ((left.x, right.x), (left.y, right.y))
     ]
-    write_rows(path, COLUMNS, zip(*columns, strict=True))
+    angles = np.concatenate([right.angle[::-1], left.angle[int(common) :]]).tolist()
+    write_rows(path, COLUMNS, zip(*columns, angles, strict=True))
 
 
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]]) -> None:

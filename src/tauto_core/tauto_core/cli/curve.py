@@ -14,6 +14,8 @@ from tauto_core.scene.errors import UsageError, naming
 if TYPE_CHECKING:
     from tauto_core.curves import Cam, DescentCurve
     from tauto_core.curves.workshop import Drawing
+    from tauto_core.machines.lever_cheeks import Cheek
+    from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
     from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
 
@@ -98,6 +100,7 @@ def _cheeks(
             f'{curve.range_rad!r} rad. Give another, or leave it out'
         )
     if not any(files.values()):
+        _refuse_thickness(thread_mm)
         _print_rows(HEADER, _few_of_cam(curve, reach))
         return
     cut = cheeks(curve, points, reach, thread_mm / MM_PER_M)
@@ -112,7 +115,7 @@ def _lever_cheeks(
     """Print or write the cheeks of a lever's own cam, which are no mirror images.
 
     Raises:
-        UsageError: a reach beyond the cam, or a thread's thickness.
+        UsageError: a reach beyond the cam, or a thread too thick for it.
         SceneError: a cam that cannot be built.
     """
     import numpy as np
@@ -120,47 +123,61 @@ def _lever_cheeks(
     from tauto_core.cli import cam_files
     from tauto_core.curves.workshop import draw_uneven
     from tauto_core.machines import LeverMachine, compile_machine
+    from tauto_core.machines.lever_cheeks import cheek
     from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
 
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)
     assert isinstance(machine.geometry, CorrectedLeverGeometry)
     shape, edge = machine.geometry, machine.range_rad
-    if thread_mm:
-        raise UsageError(
-            f'--thread = {thread_mm} mm: the cheeks of a lever are drawn for a thin thread only. '
-            'Leave it out'
-        )
     if reach is not None and not 0.0 < reach <= edge:
         raise UsageError(
             f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, {edge!r} rad. '
             'Give another, or leave it out'
         )
-    many = points if any(files.values()) else 11
-    last = shape.tau_of(np.array([-1.0, 1.0]) * (edge if reach is None else reach))
-    sides = [np.linspace(0.0, end, many) for end in last.tolist()]
-    (right, left), (less, more) = (
-        [np.stack(shape.contact(tau)) * MM_PER_M for tau in sides],
-        [shape.theta(tau) for tau in sides],
-    )
+    ends = shape.tau_of(np.array([-1.0, 1.0]) * (edge if reach is None else reach)).tolist()
     if not any(files.values()):
-        lengths = (shape.lever_arm(sides[1]), shape.radius_of_curvature(sides[1]))
-        arm, radius = (MM_PER_M * length for length in lengths)
-        _print_rows(HEADER, (more, arm, left[0], left[1], radius))
+        _refuse_thickness(thread_mm)
+        tau = np.linspace(0.0, ends[1], 11)
+        lengths = (shape.lever_arm(tau), *shape.contact(tau), shape.radius_of_curvature(tau))
+        _print_rows(HEADER, (shape.theta(tau), *(MM_PER_M * length for length in lengths)))
         return
+    right, left = (cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
     if (csv := files['csv']) is not None:
-        cam_files.write_sides(csv, (left[0], left[1]), (right[0], right[1]), (more, less))
-    words = [
+        cam_files.write_sides(csv, left, right)
+    rate = MM_PER_M * shape.base_radius
+    at_left, at_right = ((MM_PER_M * side.x, MM_PER_M * side.y) for side in (left, right))
+    _write_drawings(
+        draw_uneven(
+            at_left, at_right, rate, scene.name, _lever_words(shape, left, right, thread_mm)
+        ),
+        files,
+    )
+
+
+def _lever_words(
+    shape: CorrectedLeverGeometry, left: Cheek, right: Cheek, thread_mm: float
+) -> list[str]:
+    """Return what must be known to cut and to mount the cheeks, a line each."""
+    return [
         'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
-        f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {more[-1]:.6g} rad',
+        f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {left.angle[-1]:.6g} rad',
         f'fulcrum level with the end B of the thread at rest, AB {MM_PER_M * shape.arm:.6g} mm; '
         f'free thread {MM_PER_M * shape.length:.6g} mm',
-        'for a thin thread: nothing is taken off for its thickness',
+        f'cheeks cut back by half the thread, {thread_mm:.6g} mm thick; they act from '
+        f'{right.angle[0]:.6g} and {left.angle[0]:.6g} rad on'
+        if thread_mm
+        else 'for a thin thread: nothing is taken off for its thickness',
     ]
-    rate = MM_PER_M * shape.base_radius
-    _write_drawings(
-        draw_uneven((left[0], left[1]), (right[0], right[1]), rate, scene.name, words), files
-    )
+
+
+def _refuse_thickness(thread_mm: float) -> None:
+    """Refuse a thickness where only the curve of the centre line is printed."""
+    if thread_mm:
+        raise UsageError(
+            f'--thread = {thread_mm} mm: counts for a cheek that is written; the points printed '
+            'are those of a thin thread. Add --csv, --svg or --dxf, or leave it out'
+        )
 
 
 def _in_fluid(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -58,8 +57,9 @@ def design(
 
     A disc counts as two numbers, weight and radius, one of which may be what is left out.
     """
-    if not 0.0 < gravity < math.inf:
-        raise UsageError(f'--gravity = {gravity}: must be > 0 m/s2. Leave it out for 9.80665')
+    from tauto_core.machines.design import check_size
+
+    check_size('--gravity', gravity)
     metres, newtons = _units(length_unit, weight_unit, gravity)
     given = {
         'period': (period, 1.0),
@@ -71,8 +71,8 @@ def design(
         'base-radius': (base_radius, metres),
     }
     for name, (value, _) in given.items():
-        if value is not None and not 0.0 < value < math.inf:
-            raise UsageError(f'--{name} = {value}: must be > 0 and finite. Give another')
+        if value is not None:
+            check_size(f'--{name}', value)
     known = {name: value * unit for name, (value, unit) in given.items() if value is not None}
     found, disc = _solved(known, gravity, disc_is_base)
     facts = _facts(found, disc, gravity)

@@ -40,7 +40,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
-    from tauto_core.cli.what_runs import hangs, left_out, reason, way
+    from tauto_core.cli.what_runs import hangs, left_out, reason, resonances, thread, way
     from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
@@ -53,6 +53,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     with naming(name_or_path, scene.name):
         check_scene(scene)
     machine, motion = compile_machine(scene), ShipMotion(scene)
+    warnings = [*motion.warnings, *resonances(scene, machine)]
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     expected = forecast(scene, machine, motion)
     stepping = expected.steps_a_swing is not None
@@ -71,7 +72,8 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         **({'sea': motion.metadata} if isinstance(scene.ship, SeaShip) else {}),
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
-        'suspension': hangs(scene),
+        'suspension': hangs(scene, machine),
+        'thread': thread(scene, machine),
         'voyage': way(scene),
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
@@ -80,7 +82,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'nominal_period_s': scene.clock.nominal_period or machine.small_period,
         **_regulator_facts(scene, machine),
         'steady_swing': _steady_swing(scene, machine),
-        **({'warnings': list(motion.warnings)} if motion.warnings else {}),
+        **({'warnings': warnings} if warnings else {}),
     }
 
 
@@ -168,6 +170,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ),
         *([('sea', sea_words(facts['sea']))] if 'sea' in facts else []),
         *_suspension_row(facts['suspension']),
+        *_thread_row(facts['thread']),
         *_voyage_row(facts['voyage']),
         (
             'log',
@@ -220,9 +223,30 @@ def _suspension_row(hung: dict[str, Any] | None) -> list[tuple[str, str]]:
         (
             'suspension',
             f'{hung["kind"]}, {angles}: the case swings in {slow:.6g} s and {fast:.6g} s, '
-            f'sampled every {hung["step_s"]:g} s',
+            f'sampled every {hung["step_s"]:g} s' + _departs(hung),
         )
     ]
+
+
+def _thread_row(hanging: dict[str, Any] | None) -> list[tuple[str, str]]:
+    if hanging is None:
+        return []
+    low, high = hanging['fair_lengths_m']
+    until = '' if high is None else f' ≪ {high:.3g} m (waves)'
+    fair = f'fair where {low:.3g} m (wheel) ≪ length{until}'
+    if hanging['swings_in_s'] is None:
+        return [('thread', f'ideal, which is {fair}')]
+    own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.6g} s'
+    return [('thread', f'{own}{_departs(hanging)}; an ideal one is {fair}')]
+
+
+def _departs(hung: dict[str, Any]) -> str:
+    if hung['departure'] is None:
+        return ''
+    return (
+        f'; departs from the apparent vertical by {1e3 * hung["departure_rad"]:.2g} mrad rms, '
+        f'{hung["departure"]:.2g} of its tilt'
+    )
 
 
 def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-from tauto_core.machines import AnyMachine, FluidPendulum, LeverMachine, Machine
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    HangingMachine,
+    LeverMachine,
+    Machine,
+)
 from tauto_core.scene import Drag, RecordedShip, Scene, StillShip, WeightPower
 
 
@@ -95,26 +100,78 @@ def _and(names: list[str]) -> str:
     return ' and '.join(names)
 
 
-def hangs(scene: Scene) -> dict[str, Any] | None:
+def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
     """Return how the case hangs and swings, None where it is fixed to the ship.
 
     Returns:
-        The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, and
-        the step of the motion that the clock feels [s].
+        The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the
+        step of the motion that the clock feels [s], and the departure from the apparent vertical
+        [rad] and by the tilt of that (`following.Following`).
     """
-    if scene.suspension is None:
+    if scene.suspension is None or isinstance(machine, FluidPendulum):
         return None
+    from tauto_core.following import case_following
     from tauto_core.ship.felt_step import case_modes, felt_step_ns
 
-    own = case_modes(scene.suspension)
-    slow, fast = own.squared_frequencies(scene.gravity)
+    own, found = case_modes(scene.suspension), case_following(scene, machine)
+    assert found is not None
     return {
         'kind': scene.suspension.kind,
         'lengths_m': [own.b, own.b_prime],
-        'periods_s': [math.tau / math.sqrt(slow), math.tau / math.sqrt(fast)],
+        'periods_s': list(found.periods_s),
         'large_angles': scene.suspension.large_angles,
         'step_s': felt_step_ns(scene) * 1e-9,
+        'departure_rad': found.departure_rad,
+        'departure': found.departure,
     }
+
+
+def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+    """Return how fair a model an ideal vertical thread is, None where none hangs freely.
+
+    Returns:
+        Length [m], own period [s] and departure from the apparent vertical of a thread that
+        swings, None of an ideal one; the lengths [m] far between which the two agree.
+    """
+    from tauto_core.following import lengths_between, thread_following
+
+    lengths = lengths_between(scene, machine)
+    if lengths is None:
+        return None
+    found = thread_following(scene, machine) if isinstance(machine, HangingMachine) else None
+    return {
+        'length_m': machine.length if isinstance(machine, HangingMachine) else None,
+        'swings_in_s': found.periods_s[0] if found is not None else None,
+        'departure_rad': found.departure_rad if found is not None else None,
+        'departure': found.departure if found is not None else None,
+        'fair_lengths_m': list(lengths),
+    }
+
+
+def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+    """Return warnings of a thread or a case that swings in resonance with the wheel or the waves.
+
+    Args:
+        scene: what runs.
+        machine: of the scene.
+    """
+    if isinstance(machine, FluidPendulum):
+        return []
+    from tauto_core.following import case_following, thread_following
+
+    found = {'suspension': case_following(scene, machine)}
+    if isinstance(machine, HangingMachine):
+        found['trochlea.thread.length'] = thread_following(scene, machine)
+    said = []
+    for key, each in found.items():
+        if each is not None and each.resonates_with:
+            own = _and([f'{period:.4g} s' for period in each.periods_s])
+            with_whom = _and([f'the {name}' for name in each.resonates_with])
+            said.append(
+                f'{scene.name}: {key}: swings by itself in {own}, in resonance with {with_whom}. '
+                'Change its dimensions'
+            )
+    return said
 
 
 def way(scene: Scene) -> dict[str, Any] | None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
 from tauto_core.curves.corrected import SpringCorrected, WeightCorrected
 from tauto_core.curves.curvature import hollow
 from tauto_core.curves.nearest import nearest
-from tauto_core.curves.table import load_table
+from tauto_core.curves.table import Table, load_table
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.regulators import (
@@ -54,7 +55,7 @@ def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
         case CircularArcCam(radius=radius, root_depth=depth), VerticalThread(), _:
             return CircularArc(radius, depth)
         case TableCam(path=path), VerticalThread() | HoleThread(), _:
-            return load_table(data_path(path), distance)
+            return _tabulated(data_path(path), distance)
         case (
             WeightCorrectedCam(period=period),
             VerticalThread() | HoleThread(),
@@ -75,6 +76,24 @@ def make_cam(trochlea: Trochlea, gravity: float) -> Cam:
                 'weight that has inertia, spring_corrected with a spring; lever and hanging take '
                 'an involute, lever lever_corrected too.',
             )
+
+
+def _tabulated(path: Path, distance: float) -> Table:
+    """Return a tabulated cam that a thread can wrap, with the hole at a distance [m]."""
+    table = load_table(path, distance)
+    stretch = hollow(table, table.range_rad)
+    if stretch is None:
+        return table
+    start, end = stretch
+    sooner = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
+    raise SceneError(
+        str(path),
+        'lever_arm_m',
+        float(table.lever_arm(start)),
+        f'the cheek would be hollow from {start:.6g} to {end:.6g} rad (a radius of curvature '
+        'below 0), and a thread bridges a hollow',
+        f'{sooner} the lever arm bend down less there.',
+    )
 
 
 def _lever_rate(trochlea: Trochlea, period: float, pull: float) -> float:

@@ -237,7 +237,7 @@ def _check_spline(path: Path, table: Table) -> None:
         raise SceneError(name, 'lever rate at 0', slope, problem, remedy)
     extremes = table._rate.roots(extrapolate=False)
     angles = np.append(extremes[np.isfinite(extremes)], table.range_rad)
-    lowest, highest = (angles[pick(arm(angles))] for pick in (np.argmin, np.argmax))
+    lowest, highest = (float(angles[pick(arm(angles))]) for pick in (np.argmin, np.argmax))
     if not arm(lowest) > 0.0:
         problem = f'the spline through the rows falls to this lever arm at {lowest!r} rad'
         remedy = 'Tabulate more angles near there.'

@@ -127,7 +127,7 @@ def draw_uneven(
     lines = [
         Line(CHEEK_LEFT, *left),
         Line(CHEEK_RIGHT, *right),
-        Line(THREAD, np.zeros(2), np.array([float(left[1][0]), top])),
+        Line(THREAD, np.zeros(2), np.array([rate, top])),
     ]
     circles = [Circle(AXLE, 0.0, 0.0, _AXLE_MM), Circle(BASE_CIRCLE, 0.0, 0.0, rate)]
     return _explained(title, lines, circles, words)

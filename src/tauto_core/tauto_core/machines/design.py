@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 from tauto_core.scene.errors import UsageError
+from tauto_core.scene.magnitudes import LARGEST_SIZE, LEAST_SIZE
 
 
 @dataclass(frozen=True)
@@ -43,13 +44,13 @@ def complete(
     """Return the design that three of its four numbers determine: I (2π/T)² = P b.
 
     Args:
-        period: T of a full swing [s], > 0.
-        inertia: I of the wheel [kg m2], > 0.
-        pull: P in the thread [N], > 0.
-        lever_rate: b, the base radius of an involute [m/rad], > 0.
+        period: T of a full swing [s].
+        inertia: I of the wheel [kg m2].
+        pull: P in the thread [N].
+        lever_rate: b, the base radius of an involute [m/rad].
 
     Raises:
-        UsageError: not exactly one is left out, or one is not positive and finite.
+        UsageError: not exactly one is left out, or one is not between 1e-30 and 1e30.
     """
     given = {'period': period, 'inertia': inertia, 'pull': pull, 'lever_rate': lever_rate}
     missing = [name for name, value in given.items() if value is None]
@@ -59,8 +60,8 @@ def complete(
             f'left out: {", ".join(missing) or "none"}. Leave out exactly one'
         )
     for name, value in given.items():
-        if value is not None and not 0.0 < value < math.inf:
-            raise UsageError(f'{name} = {value!r}: must be > 0 and finite. Give another')
+        if value is not None:
+            check_size(name, value)
     if period is None:
         period = math.tau * math.sqrt((inertia or 0.0) / ((pull or 0.0) * (lever_rate or 0.0)))
     stiffness = (math.tau / period) ** 2
@@ -71,6 +72,23 @@ def complete(
     if lever_rate is None:
         lever_rate = inertia * stiffness / pull
     return Design(period, inertia, pull, lever_rate)
+
+
+def check_size(name: str, value: float) -> None:
+    """Refuse a quantity that no design has.
+
+    Args:
+        name: of the quantity, for the message.
+        value: in whatever unit.
+
+    Raises:
+        UsageError: not between 1e-30 and 1e30.
+    """
+    if not LEAST_SIZE <= value <= LARGEST_SIZE:
+        raise UsageError(
+            f'{name} = {value!r}: must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. '
+            'Give another'
+        )
 
 
 def disc_inertia(weight: float, radius: float, gravity: float) -> float:

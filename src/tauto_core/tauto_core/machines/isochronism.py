@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from typing import TypedDict
 
 from tauto_core.machines.regulator import Regulator
 from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.scene.errors import UsageError
+from tauto_core.scene.magnitudes import LARGEST_ANGLE
 
 
 class IsochronismRow(TypedDict):
@@ -54,7 +54,7 @@ def isochronism(
 
     Args:
         machine: drag and escapement are left aside.
-        amplitudes: [rad], each > 0 and within the machine's range.
+        amplitudes: [rad], each > 0, within the machine's range and at most 1e6.
         nominal_period_s: what the dial gains in a full swing; the small-amplitude period when
             left out.
 
@@ -63,11 +63,11 @@ def isochronism(
         SlackThreadError: a swing in which the thread goes slack.
     """
     asked = tuple(amplitudes)
-    edge = machine.range_rad
+    edge = min(machine.range_rad, LARGEST_ANGLE)
     if not asked:
         raise UsageError('amplitudes: none given; give at least one, in radians')
     for amplitude in asked:
-        if not 0.0 < amplitude <= edge or math.isinf(amplitude):
+        if not 0.0 < amplitude <= edge:
             raise UsageError(
                 f'amplitude {amplitude!r} rad: must be > 0 and within the range of the machine, '
                 f'{edge!r} rad; give another'

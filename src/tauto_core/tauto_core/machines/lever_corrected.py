@@ -156,7 +156,7 @@ class CorrectedLeverGeometry:
         per = self.frequency * math.sqrt(self.inertia)
         return 2.0 / per * np.sqrt(left / (1.0 + quartic))
 
-    @np.errstate(invalid='ignore')
+    @np.errstate(invalid='ignore', divide='ignore')
     def _line(self, tau: Any) -> _Line:
         """Return the thread's line; NaN beyond the cam."""
         quartic = tau**4

@@ -1,0 +1,76 @@
+"""The cheeks of a lever's own cam as polylines, cut for a thread of some thickness."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import UsageError
+
+_PROBES = 2000
+_HALVINGS = 60
+
+
+class Cheek(NamedTuple):
+    """One cheek, in the wheel's frame, from the tip on; arrays of shape (n,).
+
+    Attributes:
+        angle: of the wheel where the thread leaves the cheek [rad].
+        x: of the cheek [m].
+        y: likewise.
+    """
+
+    angle: FloatArray
+    x: FloatArray
+    y: FloatArray
+
+
+def cheek(
+    shape: CorrectedLeverGeometry, end: float, points: int, thread_thickness: float = 0.0
+) -> Cheek:
+    """Return one cheek: the curve that `curves.drawing.cheeks` cuts for cams with an ideal thread.
+
+    The thread's centre line follows the cam, the cheek is the parallel curve e/2 inwards. It
+    begins where the radius of curvature reaches e/2; up to there the thread bends round its edge.
+
+    Args:
+        shape: of the cam.
+        end: τ up to which it is drawn, < 0 for negative angles.
+        points: ≥ 2.
+        thread_thickness: e [m], ≥ 0.
+
+    Raises:
+        UsageError: a cheek that such a thread cannot follow up to there.
+    """
+    half = 0.5 * thread_thickness
+    start = _start(shape, end, half) if half else 0.0
+    tau = np.linspace(start, end, points)
+    (x, y), angle = shape.contact(tau), shape.theta(tau)
+    if half:
+        u, inwards = shape.pose(tau).u, -half * float(np.sign(end))
+        x, y = x + inwards * np.cos(u), y + inwards * np.sin(u)
+    return Cheek(angle, x, y)
+
+
+def _start(shape: CorrectedLeverGeometry, end: float, radius: float) -> float:
+    """Return the τ from which on R is at least a radius."""
+    tau = np.linspace(0.0, end, _PROBES)
+    sharp = np.flatnonzero(shape.radius_of_curvature(tau) < radius)
+    last = int(sharp[-1]) if len(sharp) else 0
+    if last == len(tau) - 1 or not np.array_equal(sharp, np.arange(last + 1)):
+        greatest = float(np.max(shape.radius_of_curvature(tau)))
+        reach = float(shape.theta(tau[-1:])[0])
+        raise UsageError(
+            f'thread thickness {2.0 * radius!r} m: up to {reach:.6g} rad the cheek is not '
+            'everywhere beyond its tip as round as half of it; its greatest '
+            f'radius of curvature is {greatest:.6g} m. Use a thinner thread or a shorter --reach'
+        )
+    low, high = tau[last], tau[last + 1]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        round_enough = bool(shape.radius_of_curvature(np.array([middle]))[0] >= radius)
+        low, high = (low, middle) if round_enough else (middle, high)
+    return float(high)

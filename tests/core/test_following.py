@@ -1,0 +1,88 @@
+"""What hangs on the ship: its answer to the waves, and the resonances that are told beforehand."""
+
+import math
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tauto_core.following import answers, case_following, lengths_between, thread_following
+from tauto_core.machines import compile_machine
+from tauto_core.machines.modes import modes
+from tauto_core.scene.loader import parse_scene
+
+G = 9.80665
+SIZES = st.floats(0.01, 10.0)
+
+
+@given(SIZES, SIZES, SIZES, st.floats(0.05, 50.0))
+def test_the_answer_solves_the_equations(e, c, k, frequency):
+    """−eX θ − cX φ + gθ = gτ and −k²X φ + gc(φ − θ) = 0 with X = Ω², away from resonance."""
+    own, square = modes(e, c, k * k), frequency**2
+    apart = min(abs(square / mode - 1.0) for mode in own.squared_frequencies(G))
+    if apart < 0.01:
+        return
+    system = [[G - e * square, -c * square], [-G * c, G * c - k * k * square]]
+    expected = np.linalg.solve(system, [G, 0.0])
+    found = np.ravel(answers(own, c, k * k, np.array([frequency]), G, 1e9))
+    # θ vanishes where the body is its own absorber: by the larger of both
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_in_resonance_the_answer_grows_with_the_duration():
+    own = modes(0.015, 0.1, 0.04)
+    slow = math.sqrt(own.squared_frequencies(G)[0])
+    short, long = (answers(own, 0.1, 0.04, np.array([slow]), G, t)[1][0] for t in (1e3, 1e4))
+    assert long == pytest.approx(10.0 * short, rel=1e-9)
+
+
+def hanging(length, **changes):
+    content = {
+        'name': 'test',
+        'duration': 3600.0,
+        'trochlea': {
+            'inertia': 4e-4,
+            'cam': {'kind': 'involute', 'base_radius': 0.005},
+            'thread': {'kind': 'hanging', 'length': length},
+            'power': {'kind': 'weight', 'mass': 0.322},
+            'release_angle': 0.5,
+        },
+        'ship': {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]},
+        **changes,
+    }
+    scene = parse_scene(yaml.safe_dump(content), 'test')
+    return scene, compile_machine(scene)
+
+
+@pytest.mark.parametrize(
+    ('length', 'resonates'),
+    [
+        # theory A: the rows of the table of threads that gain and lose
+        (0.2, ('wheel',)), (0.26, ('wheel',)), (0.5, ()), (1.0, ()), (4.0, ()),
+        (16.0, ('waves',)), (20.0, ('waves',)), (32.0, ('waves',)),
+    ],
+)  # fmt: skip
+def test_the_threads_that_the_theory_warns_of(length, resonates):
+    found = thread_following(*hanging(length))
+    assert found.resonates_with == resonates
+    if not resonates:
+        # a plain pendulum beside a wheel that hardly moves it: X/(ω² − X)
+        ratio = (found.periods_s[0] / 9.0) ** 2
+        assert found.departure == pytest.approx(ratio / (1.0 - ratio), rel=0.02)
+        tilt = 3.0 * 0.1 * (math.tau / 9.0) ** 2 / G / math.sqrt(2.0)
+        assert found.departure_rad == pytest.approx(found.departure * tilt, rel=1e-12)
+
+
+def test_between_which_lengths_a_thread_is_fair():
+    """Theory A: 0.248 m and 20.1 m."""
+    assert lengths_between(*hanging(1.0)) == pytest.approx((0.248, 20.1), rel=3e-3)
+
+
+def test_where_no_wave_is_known_no_departure_is_told():
+    scene, machine = hanging(1.0, ship={'kind': 'still'})
+    found = thread_following(scene, machine)
+    assert (found.departure, found.departure_rad, found.resonates_with) == (None, None, ())
+    assert lengths_between(scene, machine)[1] is None
+    assert case_following(scene, machine) is None
