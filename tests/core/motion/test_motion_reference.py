@@ -77,6 +77,16 @@ AT_SEA = {
         'drag': {'viscous': 1e-5, 'quadratic': 1e-4, 'coulomb': 1e-5},
         'escapement': {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1},
     },
+    'weight, drag, recoil': {
+        'trochlea': WEIGHT,
+        'drag': {'viscous': 1e-5, 'quadratic': 1e-4},
+        'escapement': {
+            'kind': 'impulse',
+            'energy': 2e-4,
+            'angle': 0.1,
+            'rest': {'friction': 1e-5, 'recoil': 5e-4},
+        },
+    },
     'arc': {
         'trochlea': {
             'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},

@@ -28,6 +28,7 @@ from tauto_core.motion.events import (
     LEVEL,
     NEWTON,
     NO_EVENT,
+    PALLET,
     SIDE,
     STATE,
     THETA_SIGN,
@@ -39,6 +40,7 @@ from tauto_core.motion.events import (
     happen,
     hold,
     limit_passed,
+    mode_of,
     set_off,
     slope,
     turns_abruptly,
@@ -70,13 +72,13 @@ from tauto_core.motion.turning import (
 )
 from tauto_core.motion.wells import (
     acceleration,
-    drag_of,
     drift,
     excess,
     kinked,
     lever_arm,
     pull_of,
     rate_of,
+    resistance,
     ride,
     shape_at,
 )
@@ -119,16 +121,15 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
 
 def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
     machine, lever, _, felt = system
-    side, d = mode
     q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
     line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-    t, t1, lift = lever_arm(lever, side, q)
+    t, t1, lift = lever_arm(lever, mode[0], q)
     rate = rate_of(machine[0], t, w, line_rate)
     v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
     pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
     more = excess(lever, q, t, pull, omega[0] * omega[0])
-    more = more + ride(machine[0], t, t1, rate) - drag_of(machine, v, d)
+    more = more + ride(machine[0], t, t1, rate) - resistance(machine, v, mode)
     store(work, D1_ROW, rate - w)
     store(work, D2_ROW, more * per_omega)
 
@@ -144,7 +145,7 @@ def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
     pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
     square = omega[0] * omega[0] - lever.rate * pull + pull * less
-    more = s * (square + rate * (line_rate * slope)) - n * drag_of(machine, v, mode[1])
+    more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
     store(work, D1_ROW, splat(0.0) - carried)
     store(work, D2_ROW, more * per_omega)
 
@@ -237,7 +238,7 @@ def _turns_smoothly(
     forcing, k, x0, hx = place
     if turns_abruptly(well[0]) or kinked(well[1]) or min(passed[0], passed[1]) <= 1.0:
         return False
-    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    mode = mode_of(ints)
     q, y = turning.between(omega, 0, hx * forcing[0][k], xi, floats, work)
     there = acceleration(well, mode, q, omega[0] * y, forcing_at(forcing, k, x0 + xi * hx))
     after = acceleration(well, mode, end[0], omega[0] * end[2], forcing_at(forcing, k, x0 + hx))
@@ -271,7 +272,7 @@ def _move(
     well = machine, lever, shape
     if ints[HELD]:
         return NO_EVENT, hold(limits, well, omega, place, floats, ints), 0.0
-    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    mode = mode_of(ints)
     h = hx * forcing[0][k]
     kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
@@ -323,7 +324,8 @@ def _write(well: Any, omega: Any, at: Any, floats: Any, ints: Any, row: Any) -> 
     Turns are counted in the plane of the momentum; a row's go with the rate.
     """
     held = ints[HELD] == 1
-    mode = float(ints[SIDE]), 0.0 if held else float(ints[DIRECTION])
+    side, d, s = mode_of(ints)
+    mode = side, 0.0 if held else d, s
     x, y = floats[STATE], floats[STATE + 2]
     angle, v, rate, bend, q, tension = acceleration(well, mode, x, omega[0] * y, at)
     if held:
@@ -351,6 +353,7 @@ def release(
     at = forcing_at(forcing, 0, x0)
     ints[:] = 0
     ints[SIDE] = ints[DIRECTION] = 1
+    ints[PALLET] = -1 if release_angle < 0.0 else 1
     set_off(limits, well, omega, release_angle, at, floats, ints)
     ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
     floats[LAST_X], floats[LAST_Y] = floats[STATE], floats[STATE + 2]
