@@ -183,3 +183,17 @@ def test_recoil_starts_a_wheel_that_lies_short_of_its_impulse():
     assert np.max(np.abs(angle[-200:])) == pytest.approx(found.amplitude, rel=0.02)
     stuck = replace(machine, drag=machine.drag.model_copy(update={'coulomb': 4.5e-3}))
     assert 'released at 0.1 rad it does not swing' in steady_swing(stuck).why
+
+
+def test_friction_holds_the_wheel_where_recoil_and_well_leave_it():
+    """Short of any impulse s stays: arcs about −0.1 home and −0.4 out turn at −1.2, 0.4, −0.6.
+
+    At −0.2 rad kθ + R = 1e-3 N m is within the friction.
+    """
+    scene = scene_of(escapement=escapement(1e-6, 2.0, recoil=5e-3, friction=3e-3), duration=10.0)
+    times, angle, rate = angles(scene)
+    turned = np.searchsorted(times, math.pi / OMEGA * np.arange(1, 5))
+    np.testing.assert_allclose(angle[turned], [-1.2, 0.4, -0.6, -0.2], rtol=0, atol=0.1)
+    held = times > 4.0 * math.pi / OMEGA
+    np.testing.assert_allclose(angle[held], -0.2, rtol=0, atol=1e-13)
+    assert not np.any(rate[held])
