@@ -126,6 +126,33 @@ def test_two_minutes_at_sea_against_dop853_on_the_same_samples(name):
     assert exact.half_turns[-1] > 40
 
 
+@pytest.mark.parametrize('angle', [0.004, 0.012])
+def test_an_impulse_just_after_the_middle_makes_no_beat_of_its_own(angle):
+    """Beats are changes of sign of θ, 57 of them, also where a span ends between θ = 0 and angle."""
+    scene = scene_of(
+        trochlea=WEIGHT,
+        ship=SEA,
+        drag={'viscous': 1e-5, 'quadratic': 1e-4, 'coulomb': 1e-5},
+        escapement={'kind': 'impulse', 'energy': 2e-4, 'angle': angle},
+        duration=120.0,
+        log={'interval': 0.05},
+    )
+    machine = compile_machine(scene)
+    spans = sampled_forcing(scene, machine)
+    angles = np.append(machine.release_angle, collocated(machine, spans).angle)
+    passages = np.count_nonzero(np.diff(np.sign(angles)))
+    for interval in (0.05, 1.0):
+        log = scene.log.model_copy(update={'interval': interval})
+        coarse = sampled_forcing(scene.model_copy(update={'log': log}), machine)
+        assert collocated(machine, coarse).beats[-1] == passages
+
+
+def collocated(machine, forcing):
+    engine = Collocation(machine)
+    engine.release(forcing)
+    return engine.advance(forcing)
+
+
 def test_a_kink_passed_twice_within_a_step_is_seen():
     """A swing of 1.5 mrad, all of it the roll's doing, that turns back just beyond the middle."""
     trochlea = {**AT_SEA['arc']['trochlea'], 'inertia': 4e-4, 'release_angle': 1e-6}

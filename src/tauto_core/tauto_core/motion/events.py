@@ -94,6 +94,12 @@ def feels_drag(machine: Any) -> bool:
 
 
 @compiled
+def feels_case(machine: Any) -> bool:
+    """Return whether the tilt in the case is known within a span, since something feels it."""
+    return feels_drag(machine) or _kicks(machine[7])
+
+
+@compiled
 def expects_events(well: Any) -> bool:
     """Return whether anything but the ends of the cam and the thread is watched."""
     machine, lever, _ = well

@@ -35,6 +35,7 @@ from tauto_core.motion.events import (
     TURNING,
     TURNS,
     expects_events,
+    feels_case,
     feels_drag,
     first_event,
     happen,
@@ -56,6 +57,7 @@ from tauto_core.motion.outside import (
     TILT_RATE,
     X_ROW,
     Y_ROW,
+    channel,
     forcing_at,
     forcing_at_nodes,
     node_row,
@@ -72,6 +74,7 @@ from tauto_core.motion.turning import (
 )
 from tauto_core.motion.wells import (
     acceleration,
+    angle_at,
     drift,
     excess,
     kinked,
@@ -361,11 +364,16 @@ def release(
 
 
 @compiled
-def _tilt(tilt_end: Any, k: int) -> float:
-    """Return γ − α_c at the end of the span; near enough within it to count by."""
+def _angle(well: Any, forcing: Any, tilt_end: Any, k: int, x: float, floats: Any) -> float:
+    """Return θ at x in piece k to count beats by.
+
+    Where nothing feels the case within a span, γ − α_c is known at its end only: near enough.
+    """
     if tilt_end is None:
-        return 0.0
-    return tilt_end[k]
+        return floats[STATE]
+    if feels_case(well[0]):
+        return angle_at(well, floats[STATE]) + channel(forcing[2], k, x, 1.0)[0]
+    return floats[STATE] + tilt_end[k]
 
 
 @compiled
@@ -438,7 +446,7 @@ def advance(
                 return (EDGE if kind == AT_EDGE else SLACK), k, x
             if kind != NO_EVENT:
                 happen(kind, limits, well, omega, forcing_at(forcing, k, x), floats, ints)
-            _count(floats[STATE] + _tilt(tilt_end, k), floats, ints)
+            _count(_angle(well, forcing, tilt_end, k, x, floats), floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
         coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
