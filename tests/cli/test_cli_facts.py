@@ -51,6 +51,8 @@ def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) 
         ({'drag': {'coulomb': 1e-9}}, 'collocation', ['friction turns round']),
         ({'trochlea': VERTICAL, 'drag': {}}, 'collocation', ['leave it out']),
         ({'escapement': {'energy': 1e-6}}, 'collocation', ['acts at an instant']),
+        ({'escapement': {'energy': 1e-6, 'rest': {'friction': 1e-9, 'recoil': 1e-6}}},
+         'collocation', ['friction turns round', 'recoil turns round at each impulse']),
         ({'trochlea': VERTICAL, 'ship': HEAVE}, 'collocation',
          ['the apparent gravity moves the weight', "not harmonic (the weight's inertia)"]),
     ],
@@ -80,12 +82,16 @@ def test_what_a_scene_does_not_contain_is_left_out(tmp_path: Path) -> None:
         massless,
         ship=ROLL | HEAVE,
         drag={'viscous': 1e-6, 'coulomb': 1e-9},
-        escapement={'energy': 1e-6},
+        escapement={'energy': 1e-6, 'rest': {'recoil': 1e-6}},
         voyage={'departure': [0, 0], 'arrival': [1, 1], 'sails_at': 0.0, 'arrives_at': 9.0},
         clock={'white_fm': 0.1},
     )
     assert full['left_out'] == ['quadratic drag', 'suspension', "the weight's inertia"]
     assert 'apparent gravity' in facts(tmp_path, ship=ROLL)['left_out']
+    driven = facts(tmp_path, escapement={'energy': 1e-6})['left_out']
+    assert driven[:2] == ['drag', 'recoil']
+    rubbing = facts(tmp_path, escapement={'energy': 1e-6, 'rest': {'friction': 1e-9}})['left_out']
+    assert rubbing[:3] == ['viscous drag', 'quadratic drag', 'recoil']
 
 
 def test_a_voyage_is_told_with_its_length_speed_and_landfalls(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import yaml
 from tauto_core.cli.tables import voyage_table
 from tauto_core.clockwork import SwingTally, TrochleaStage
 from tauto_core.machines import LeverMachine, Machine, compile_machine
-from tauto_core.machines.amplitude import amplitude_of, swing_energy
+from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
 from tauto_core.samples import JOINT_STATES, PHASE, scalars, take
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion
@@ -86,6 +86,25 @@ def test_energy_and_amplitude_belong_together(name):
     rate = np.sqrt(2.0 * at_rest / mass)
     moving = swing_energy(machine, np.zeros(1), rate)
     assert amplitude_of(machine, float(moving[0])) == pytest.approx(amplitude, rel=1e-12)
+
+
+@pytest.mark.parametrize('angle', [0.3, 0.0, -0.3])
+def test_the_amplitude_of_a_clock_with_recoil_is_where_it_turns(angle):
+    """Without drag V + ½ M θ̇² + R s θ is kept from impulse to impulse, all round the swing.
+
+    Half a swing of harmonic arcs about −R/k, from −angle to A and home to −angle.
+    """
+    amplitude, recoil = 0.9, 0.1 * STIFFNESS
+    rest = {'kind': 'impulse', 'energy': 1e-3, 'angle': angle, 'rest': {'recoil': recoil}}
+    machine = compile_machine(scene_of(escapement=rest, drag={'viscous': 1e-6}))
+    reach = amplitude + 0.1
+    first, last = -math.acos((angle + 0.1) / reach), math.acos((0.1 - angle) / reach)
+    phase = np.linspace(first, last, 50)[1:-1]
+    theta, rate = reach * np.cos(phase) - 0.1, -reach * OMEGA * np.sin(phase)
+    theta, rate = np.append(theta, -theta), np.append(rate, -rate)
+    energy = swing_energy(machine, theta, rate) + recoil_energy(machine, theta, rate)
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-13)
+    assert amplitude_of(machine, float(np.mean(energy))) == pytest.approx(amplitude, rel=1e-13)
 
 
 def test_the_amplitude_is_that_of_the_last_swings():

@@ -18,7 +18,7 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.scene import load_scene
-from tauto_core.scene.regulators import Drag, Escapement
+from tauto_core.scene.regulators import Drag, Escapement, Rest
 
 HARMONIC = compile_machine(load_scene('ideal'))
 HEAVY = compile_machine(load_scene('portsmouth_jamaica'))
@@ -27,11 +27,13 @@ INERTIA, OMEGA = HARMONIC.inertia, HARMONIC.frequency
 STIFFNESS = INERTIA * OMEGA**2
 
 
-def clock(machine: Any, drag: dict[str, float], energy: float, angle: float, release=1.0) -> Any:
+def clock(
+    machine: Any, drag: dict[str, float], energy: float, angle: float, release=1.0, recoil=0.0
+) -> Any:
     return replace(
         machine,
         drag=Drag(**drag),
-        escapement=Escapement(energy=energy, angle=angle),
+        escapement=Escapement(energy=energy, angle=angle, rest=Rest(recoil=recoil)),
         release_angle=release,
     )
 
@@ -104,49 +106,72 @@ def test_an_impulse_at_the_middle_leaves_the_rate_alone(kind):
     assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
 
 
+@pytest.mark.parametrize('kind', ['viscous', 'quadratic', 'coulomb'])
+def test_recoil_gains_whatever_the_drag(kind):
+    """2R/(πkA) √(1 − α²/A²) of the rate, to first order: of half of it a quarter is left."""
+    per_unit = {'viscous': 0.5 * math.pi * OMEGA, 'quadratic': 4 / 3 * OMEGA**2, 'coulomb': 2.0}
+    left, angle = [], 0.5
+    for recoil in (2e-4, 1e-4):
+        found = settled(HARMONIC, {kind: 2 * recoil * angle / per_unit[kind]}, 0, angle, 1, recoil)
+        gain = 2 * recoil / (math.pi * STIFFNESS * found.amplitude)
+        gain *= math.sqrt(1.0 - (angle / found.amplitude) ** 2)
+        left.append(found.free_period / found.period - 1.0 - gain)
+        assert abs(left[-1]) < 0.05 * gain
+    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
+
+
 def half_swing(machine: Machine, amplitude: float) -> tuple[float, float]:
-    """Return the next turning point and its time from −A, by DOP853 from event to event."""
+    """Return the next turning point and its time from −A, by DOP853 from event to event.
+
+    The tooth pushes towards the middle up to the impulse, and back from it afterwards.
+    """
     assert machine.drag
     assert machine.escapement
-    drag, where = machine.drag, machine.escapement.angle
+    drag, where, recoil = machine.drag, machine.escapement.angle, machine.escapement.recoil
 
-    def rise(_: float, state: Any) -> tuple[float, float]:
+    def rise(_: float, state: Any, back: float) -> tuple[float, float]:
         angle, rate = state
         arm, slope = float(machine.cam.lever_arm(angle)), float(machine.cam.lever_rate(angle))
         pushed = float(machine.pull(machine.cam.lift(angle))) * arm
         pushed += machine.carried_mass * arm * slope * rate * rate
-        pushed += drag.viscous * rate + drag.quadratic * rate * rate + drag.coulomb
+        pushed += drag.viscous * rate + drag.quadratic * rate * rate + drag.coulomb + back
         return rate, -pushed / float(machine.mass(angle))
 
-    def reached(_: float, state: Any) -> float:
+    def reached(_: float, state: Any, _back: float) -> float:
         return float(state[0] - where)
 
-    def turned(_: float, state: Any) -> float:
+    def turned(_: float, state: Any, _back: float) -> float:
         return float(state[1])
 
     reached.terminal = turned.terminal = True
     turned.direction = -1
     exact = {'method': 'DOP853', 'rtol': 1e-13, 'atol': 1e-14}
-    first = solve_ivp(rise, (0.0, 10.0), (-amplitude, 0.0), events=reached, **exact)
+    first = solve_ivp(
+        rise, (0.0, 10.0), (-amplitude, 0.0), events=reached, args=(-recoil,), **exact
+    )
     angle, rate = first.y[:, -1]
     faster = math.sqrt(rate**2 + 2.0 * machine.escapement.energy / float(machine.mass(angle)))
-    last = solve_ivp(rise, (0.0, 10.0), (angle, faster), events=turned, **exact)
+    last = solve_ivp(rise, (0.0, 10.0), (angle, faster), events=turned, args=(recoil,), **exact)
     return float(last.y[0, -1]), float(first.t[-1] + last.t[-1])
 
 
 @pytest.mark.parametrize(
-    ('machine', 'drag', 'energy', 'angle'),
+    ('machine', 'drag', 'energy', 'angle', 'recoil'),
     [
-        (HARMONIC, {'quadratic': 2e-5}, 1e-3, 0.2),
-        (HARMONIC, {'viscous': 5e-4, 'coulomb': 1e-4}, 6e-3, -0.3),
-        (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 2e-3, 0.3),
+        (HARMONIC, {'quadratic': 2e-5}, 1e-3, 0.2, 0.0),
+        (HARMONIC, {'viscous': 5e-4, 'coulomb': 1e-4}, 6e-3, -0.3, 0.0),
+        (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 2e-3, 0.3, 0.0),
         # a quality factor of 2
-        (HARMONIC, {'viscous': 1.25e-3}, 8e-3, 0.1),
+        (HARMONIC, {'viscous': 1.25e-3}, 8e-3, 0.1, 0.0),
+        (HARMONIC, {'viscous': 1e-4}, 0.0, 0.4, 4e-3),
+        (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 1e-3, 0.3, 2e-3),
+        # recoil takes more than half of what the impulses give
+        (HEAVY, {'quadratic': 1e-5, 'coulomb': 1e-4}, 3e-3, -0.4, 2e-3),
     ],
 )
-def test_the_steady_swing_repeats(machine, drag, energy, angle):
+def test_the_steady_swing_repeats(machine, drag, energy, angle, recoil):
     """Tolerance: DOP853's, over a quarter of a swing each."""
-    this = clock(machine, drag, energy, angle)
+    this = clock(machine, drag, energy, angle, recoil=recoil)
     found = steady_swing(this)
     assert isinstance(found, SteadySwing)
     turning, time = half_swing(this, found.amplitude)
@@ -181,6 +206,23 @@ def test_what_has_no_steady_swing_says_why():
     assert 'end of its range' in no_swing(LEVER, drag, 1e-2, 0.0)
     # π c₁ ω A² grows without end, and so the swing of an involute settles wherever it must
     assert settled(HEAVY, {'viscous': 1e-6}, 1e-2, 0.0).amplitude > 20.0
+
+
+def test_recoil_that_does_not_drive_says_why():
+    viscous = {'viscous': 1e-5}
+    assert 'recoil that begins before the middle takes 0.0012 J' in no_swing(
+        HARMONIC, viscous, 5e-4, -0.3, 1.0, 1e-3
+    )
+    assert 'grows for ever' in no_swing(HARMONIC, {}, 0.0, 0.3, 1.0, 1e-3)
+    # R = 1e-3 N m holds the wheel at R/k, and 0.3 rad is not reached from 0.1
+    assert 'does not swing beyond the 0.3 rad' in no_swing(HARMONIC, {}, 1e-3, 0.3, 0.1, 1e-3)
+    # kα²/2 − kθ²/2 = R (θ + α): just enough without drag
+    enough = 0.5 * STIFFNESS * (0.3 - 0.1)
+    assert 'grows for ever' in no_swing(HARMONIC, {}, 1e-3, 0.3, 0.1, 1.001 * enough)
+    short = no_swing(HARMONIC, {}, 1e-3, 0.3, -0.1, 0.999 * enough)
+    assert 'does not swing beyond' in short
+    assert 'does not swing beyond' in no_swing(HARMONIC, viscous, 1e-3, 0.3, 0.1, 1.001 * enough)
+    assert settled(HARMONIC, viscous, 1e-3, 0.3, 0.1, 2.0 * enough).amplitude > 0.3
 
 
 @pytest.mark.parametrize('angle', [0.0, 0.3])

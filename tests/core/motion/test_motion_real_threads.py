@@ -46,6 +46,10 @@ HELD = {
     'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
 }
+RECOILING = {
+    'drag': {'viscous': 2e-5, 'quadratic': 1e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
+}
 
 
 def on_land(count, step_s, every=1):
@@ -77,9 +81,11 @@ def sampled(scene, stride=2):
 CASES = {
     'lever': (LEVER, {}),
     'lever, drag, escapement': (LEVER, HELD),
+    'lever, drag, recoil': (LEVER, RECOILING),
     'short thread': (HANGING, {}),
     'long thread': (LONGER, {}),
     'long thread, drag, escapement': (LONGER, HELD),
+    'long thread, drag, recoil': (LONGER, RECOILING),
 }
 
 
@@ -221,7 +227,9 @@ def test_a_long_thread_at_sea_becomes_the_ideal_vertical_one():
     np.testing.assert_allclose(apart[1:], np.array(apart[:-1]) / 10.0, rtol=0.1)
 
 
-@pytest.mark.parametrize('name', ['lever, drag, escapement', 'long thread, drag, escapement'])
+@pytest.mark.parametrize(
+    'name', ['lever, drag, escapement', 'long thread, drag, escapement', 'lever, drag, recoil']
+)
 def test_chunks_and_resumption_change_no_bit(name):
     trochlea, more = CASES[name]
     scene = scene_of(trochlea=trochlea, ship=SEA, duration=20.0, log={'interval': 0.5}, **more)

@@ -77,6 +77,16 @@ AT_SEA = {
         'drag': {'viscous': 1e-5, 'quadratic': 1e-4, 'coulomb': 1e-5},
         'escapement': {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1},
     },
+    'weight, drag, recoil': {
+        'trochlea': WEIGHT,
+        'drag': {'viscous': 1e-5, 'quadratic': 1e-4},
+        'escapement': {
+            'kind': 'impulse',
+            'energy': 2e-4,
+            'angle': 0.1,
+            'rest': {'friction': 1e-5, 'recoil': 5e-4},
+        },
+    },
     'arc': {
         'trochlea': {
             'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
@@ -114,6 +124,33 @@ def test_two_minutes_at_sea_against_dop853_on_the_same_samples(name):
         np.testing.assert_array_equal(found.half_turns, exact.half_turns)
         np.testing.assert_array_equal(found.beats, exact.beats)
     assert exact.half_turns[-1] > 40
+
+
+@pytest.mark.parametrize('angle', [0.004, 0.012])
+def test_an_impulse_just_after_the_middle_makes_no_beat_of_its_own(angle):
+    """Beats are changes of sign of θ, also where a span ends between θ = 0 and the angle."""
+    scene = scene_of(
+        trochlea=WEIGHT,
+        ship=SEA,
+        drag={'viscous': 1e-5, 'quadratic': 1e-4, 'coulomb': 1e-5},
+        escapement={'kind': 'impulse', 'energy': 2e-4, 'angle': angle},
+        duration=120.0,
+        log={'interval': 0.05},
+    )
+    machine = compile_machine(scene)
+    spans = sampled_forcing(scene, machine)
+    angles = np.append(machine.release_angle, collocated(machine, spans).angle)
+    passages = np.count_nonzero(np.diff(np.sign(angles)))
+    for interval in (0.05, 1.0):
+        log = scene.log.model_copy(update={'interval': interval})
+        coarse = sampled_forcing(scene.model_copy(update={'log': log}), machine)
+        assert collocated(machine, coarse).beats[-1] == passages
+
+
+def collocated(machine, forcing):
+    engine = Collocation(machine)
+    engine.release(forcing)
+    return engine.advance(forcing)
 
 
 def test_a_kink_passed_twice_within_a_step_is_seen():

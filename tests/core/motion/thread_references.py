@@ -87,14 +87,14 @@ class LeverReference:
         carried = (inertia + turned * first) * turn
         return (float(y[1]) - carried) / (inertia + turned * first * first)
 
-    def slopes(self, t: float, y: np.ndarray, outside: Outside, direction: float) -> list[float]:
+    def slopes(self, t: float, y: np.ndarray, outside: Outside, signs: Any) -> list[float]:
         machine = self.machine
         _, tilt, turn, gravity = outside(t)
         beta, first, second = self.geometry(float(y[0]))
         rate = self.rate(y, turn)
         pushed = machine.turned_inertia * second * rate * (first * rate + turn)
         pushed -= machine.mass * machine.weight_arm * gravity * math.cos(beta - tilt) * first
-        return [rate, pushed - resistance(machine, rate, direction)]
+        return [rate, pushed - resistance(machine, rate, signs)]
 
     def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
         return float(y[0]), self.rate(y, outside(t)[2])
@@ -128,7 +128,7 @@ class HangingReference:
         angle = self.machine.release_angle + vertical - tilt
         return np.array([angle, vertical, turn, rate])
 
-    def slopes(self, t: float, y: np.ndarray, outside: Outside, direction: float) -> list[float]:
+    def slopes(self, t: float, y: np.ndarray, outside: Outside, signs: Any) -> list[float]:
         machine = self.machine
         vertical, _, turn, gravity = outside(t)
         psi, delta, psi_rate, delta_rate = y.tolist()
@@ -154,7 +154,7 @@ class HangingReference:
             m * normal[i] * (pull_normal - rest_normal) + m * along[i] * (pull_along - rest_along)
             for i in (0, 1)
         ]
-        force[0] -= resistance(machine, psi_rate - turn, direction)
+        force[0] -= resistance(machine, psi_rate - turn, signs)
         bends = np.linalg.solve(mass, force)
         return [psi_rate, delta_rate, float(bends[0]), float(bends[1])]
 
@@ -170,10 +170,15 @@ class HangingReference:
         return y + np.array([0.0, 0.0, kick, -r * kick / (machine.length - 0.5 * r * u * u)])
 
 
-def resistance(machine: Any, rate: float, direction: float) -> float:
-    if machine.drag is None:
-        return 0.0
-    return machine.drag.viscous * rate + direction * machine.drag.quadratic * rate * rate
+def resistance(machine: Any, rate: float, signs: tuple[float, float]) -> float:
+    """Drag and recoil; the signs of θ̇ and of the last impulse."""
+    direction, struck = signs
+    against = 0.0
+    if machine.drag is not None:
+        against += machine.drag.viscous * rate + direction * machine.drag.quadratic * rate * rate
+    if machine.escapement is not None and machine.escapement.rest is not None:
+        against += machine.escapement.rest.recoil * struck
+    return against
 
 
 def swing(reference: Any, forcing: Any) -> np.ndarray:
@@ -181,7 +186,8 @@ def swing(reference: Any, forcing: Any) -> np.ndarray:
     machine, rows = reference.machine, []
     outside = Outside(forcing, 0, machine.gravity)
     y = reference.start(outside)
-    direction = -math.copysign(1.0, machine.release_angle)
+    struck = math.copysign(1.0, machine.release_angle)
+    direction = -struck
     angle = math.inf if machine.escapement is None else machine.escapement.angle
     armed = direction * machine.release_angle < angle < math.inf
     for k in range(len(forcing.end)):
@@ -194,7 +200,7 @@ def swing(reference: Any, forcing: Any) -> np.ndarray:
                 (t, outside.seconds),
                 y,
                 'DOP853',
-                args=(outside, direction),
+                args=(outside, (direction, struck)),
                 events=events,
                 rtol=1e-13,
                 atol=1e-15,
@@ -206,6 +212,7 @@ def swing(reference: Any, forcing: Any) -> np.ndarray:
                 continue
             if hit[0] == 1:
                 y, armed = reference.struck(y, outside, t, direction), False
+                struck = direction
             else:
                 direction = -direction
                 armed = direction * reference.angle(y, outside, t)[0] < angle < math.inf

@@ -49,6 +49,18 @@ def test_what_is_left_out_is_not_simulated() -> None:
     assert scene.gravity == 9.80665
 
 
+def test_recoil_past_the_middle_drives_without_an_impulse() -> None:
+    """4 R α in a swing; at the middle or before it the impulse must have an energy."""
+    text = 'escapement: {{energy: 0.0, angle: {}, rest: {{recoil: {}}}}}\n'
+    scene = parse_scene(SHORTEST + text.format(0.2, 1e-3), 's')
+    assert scene.escapement is not None
+    assert scene.escapement.work == pytest.approx(8e-4, rel=1e-15)
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+    for angle, recoil in ((0.0, 1e-3), (-0.2, 1e-3), (0.2, 0.0)):
+        with pytest.raises(SceneError, match=r'escapement\.energy = 0\.0: must be greater than 0'):
+            parse_scene(SHORTEST + text.format(angle, recoil), 's')
+
+
 @pytest.mark.parametrize('tolerance', [1e-15, 1e-12, 1e-3])
 def test_a_tolerance_is_kept_up_to_both_limits(tolerance: float) -> None:
     scene = parse_scene(SHORTEST + f'solver: {{tolerance: {tolerance!r}}}\n', 's')

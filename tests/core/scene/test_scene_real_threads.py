@@ -65,6 +65,11 @@ def test_they_survive_the_round_trip(kind: str) -> None:
             'cam of kind involute',
         ),
         ({'drag': {'coulomb': 1e-6}}, 'drag.coulomb', 'Use viscous or quadratic drag'),
+        (
+            {'escapement': {'kind': 'impulse', 'energy': 1e-5, 'rest': {'friction': 1e-6}}},
+            'rest.friction',
+            'Use viscous or quadratic drag',
+        ),
     ],
 )
 def test_what_does_not_go_with_them(

@@ -60,6 +60,9 @@ def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str
         'the apparent gravity moves the weight': not lever and not still,
         'drag in a well that is not harmonic': lever and drag,
         'the escapement acts at an instant': machine.escapement is not None,
+        'recoil turns round at each impulse': bool(
+            machine.escapement and machine.escapement.recoil
+        ),
     }
     words = [each for each, present in found.items() if present]
     return '; '.join(words) or 'the thread goes slack in the swing'
@@ -88,6 +91,9 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
         'quadratic drag is not linear': drag.quadratic > 0.0,
         'friction turns round with the wheel': drag.coulomb > 0.0,
         'the escapement acts at an instant': machine.escapement is not None,
+        'recoil turns round at each impulse': bool(
+            machine.escapement and machine.escapement.recoil
+        ),
     }
     return [words for words, present in found.items() if present] or [
         'the thread goes slack in the swing'
@@ -199,7 +205,7 @@ def way(scene: Scene) -> dict[str, Any] | None:
 
 def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
     """Return the terms that a scene does not contain; they are not in the code that runs."""
-    ship, drag = scene.ship, scene.drag
+    ship, drag, escapement = scene.ship, machine.drag, scene.escapement
     power = None if scene.trochlea is None else scene.trochlea.power
     still = isinstance(ship, StillShip)
     if isinstance(ship, RecordedShip):
@@ -212,7 +218,8 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
         'viscous drag': drag is not None and not drag.viscous,
         'quadratic drag': drag is not None and not drag.quadratic,
         'friction': drag is not None and not drag.coulomb,
-        'escapement': scene.escapement is None,
+        'escapement': escapement is None,
+        'recoil': escapement is not None and not escapement.recoil,
         'roll': still,
         'heave': not heave,
         'apparent gravity': not still and not machine.feels_gravity,

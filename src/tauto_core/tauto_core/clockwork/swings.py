@@ -9,7 +9,7 @@ import numpy as np
 
 from tauto_core.clockwork.trochlea import PHASE_NAMES
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
-from tauto_core.machines.amplitude import amplitude_of, swing_energy
+from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
 from tauto_core.samples import (
     JOINT_STATES,
     NS_PER_S,
@@ -61,9 +61,10 @@ class SwingTally:
         machine = self._machine
         if machine is None or not len(self._angle):
             return {}
-        energy = float(np.mean(swing_energy(machine, self._angle, self._rate)))
+        energy = swing_energy(machine, self._angle, self._rate)
+        energy = energy + recoil_energy(machine, self._angle, self._rate)
         return {
-            'amplitude_rad': amplitude_of(machine, energy),
+            'amplitude_rad': amplitude_of(machine, float(np.mean(energy))),
             'stopped_s': self._stopped(machine),
         }
 

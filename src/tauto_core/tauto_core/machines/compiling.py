@@ -17,6 +17,7 @@ from tauto_core.scene.errors import ABSENT, SceneError, naming
 from tauto_core.scene.models import Scene
 from tauto_core.scene.regulators import (
     Cam,
+    Drag,
     ForcePower,
     HangingThread,
     InvoluteCam,
@@ -52,6 +53,15 @@ def compile_machine(scene: Scene) -> AnyMachine | FluidPendulum:
     return machine
 
 
+def _drag(scene: Scene) -> Drag | None:
+    """Return the drag, and with it the friction of the teeth that rest."""
+    friction = 0.0 if scene.escapement is None else scene.escapement.friction
+    if friction == 0.0:
+        return scene.drag
+    drag = scene.drag or Drag()
+    return Drag(viscous=drag.viscous, quadratic=drag.quadratic, coulomb=drag.coulomb + friction)
+
+
 def _trochlea(scene: Scene) -> Trochlea:
     if scene.trochlea is None:
         raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give one, or a regulator.')
@@ -69,7 +79,7 @@ def _of_thread(scene: Scene) -> AnyMachine:
                 lever_inertia=thread.inertia,
                 geometry=_lever_geometry(scene, trochlea, thread, cam, mass),
                 gravity=scene.gravity,
-                drag=scene.drag,
+                drag=_drag(scene),
                 escapement=scene.escapement,
                 release_angle=trochlea.release_angle,
             )
@@ -80,7 +90,7 @@ def _of_thread(scene: Scene) -> AnyMachine:
                 base_radius=radius,
                 length=length,
                 gravity=scene.gravity,
-                drag=scene.drag,
+                drag=_drag(scene),
                 escapement=scene.escapement,
                 release_angle=trochlea.release_angle,
             )
@@ -142,7 +152,7 @@ def compile_ideal(scene: Scene) -> Machine:
         gravity=scene.gravity,
         cam=cam,
         follows_apparent_vertical=pulling > 0.0 and isinstance(trochlea.thread, VerticalThread),
-        drag=scene.drag,
+        drag=_drag(scene),
         escapement=scene.escapement,
         release_angle=trochlea.release_angle,
     )

@@ -3,11 +3,12 @@
 From the turning point A to the angle of the impulse, and back in time to it from the other one,
 the kinetic energy is what a free swing has there, h sin²W, and the loss δ since then:
 
-    dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ,   V = h cos²W,   h = V(A).
+    dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ + R |A − θ|,   V = h cos²W,   h = V(A),
 
-The swing is steady where all these arcs together lose what the impulses give. In an even well
-that is exact for any drag; in the lever's both turning points are taken to be at the same height,
-which errs by the square of the loss. On land.
+R the recoil. The swing is steady where all these arcs together lose what the escapement gives:
+two impulses, and 4 R α of the recoil. In an even well that is exact for any drag; in the lever's
+V + R |θ| is taken to be the same at both turning points, which errs by the square of the loss. On
+land.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from tauto_core.machines.quadrature import QuadratureError, panel_nodes, running
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
-from tauto_core.scene.regulators import Drag
+from tauto_core.scene.regulators import Drag, Escapement
 
 SETTLED = 1e-14
 """Change of the energy lost on an arc, against all of it, at which its iteration ends."""
@@ -41,6 +42,7 @@ _TRIALS = 100
 _NUDGE = 1e-4
 _SAME = 4.0 * np.finfo(float).eps
 _SMALLEST = 1e-9
+_START_ERROR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,24 @@ class NoSteadySwing:
     why: str
 
 
+_GROWS = (
+    'the swing grows for ever, or to the end of its range: there is an escapement, '
+    'and no drag to take what it gives'
+)
+
+
+class _Torques(NamedTuple):
+    """What acts on the wheel besides the thread: drag and recoil [N m]."""
+
+    drag: Drag
+    recoil: float
+
+    def against(self, rate: FloatArray) -> FloatArray:
+        """Return the torque of the drag at θ̇ > 0."""
+        drag = self.drag
+        return drag.viscous * rate + drag.quadratic * rate * rate + drag.coulomb
+
+
 class _Leg(NamedTuple):
     """An arc between a turning point and the impulse.
 
@@ -91,21 +111,25 @@ def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing
     """
     drag, escapement = _drag(machine), machine.escapement
     try:
-        if drag is None:
-            if escapement is None or abs(machine.release_angle) <= abs(escapement.angle):
-                period = machine.period(machine.release_angle)
-                return SteadySwing(abs(machine.release_angle), period, period, math.inf)
-            return NoSteadySwing(
-                'the swing grows for ever, or to the end of its range: there is an escapement, '
-                'and no drag to take what it gives'
-            )
         if escapement is None:
+            if drag is None:
+                return _free(machine)
             return NoSteadySwing(
                 'the swing dies away: there is drag, and no escapement to make good for it'
             )
-        return _driven(machine, drag, escapement.angle, 2.0 * escapement.energy)
+        if drag is None and not escapement.recoil:
+            if abs(machine.release_angle) <= abs(escapement.angle):
+                return _free(machine)
+            return NoSteadySwing(_GROWS)
+        return _driven(machine, drag, escapement)
     except TautoError as error:
         return NoSteadySwing(str(error))
+
+
+def _free(machine: Machine | LeverMachine) -> SteadySwing:
+    """Return the swing released, which nothing drives or resists."""
+    period = machine.period(machine.release_angle)
+    return SteadySwing(abs(machine.release_angle), period, period, math.inf)
 
 
 def _drag(machine: Machine | LeverMachine) -> Drag | None:
@@ -115,19 +139,18 @@ def _drag(machine: Machine | LeverMachine) -> Drag | None:
 
 
 def _driven(
-    machine: Machine | LeverMachine, drag: Drag, angle: float, work: float
+    machine: Machine | LeverMachine, drag: Drag | None, escapement: Escapement
 ) -> SteadySwing | NoSteadySwing:
-    """Return the steady swing of impulses that give `work` [J] in a swing, at `angle` [rad]."""
-    (least, edge), start = _reach(machine, angle), machine.release_angle
-    if abs(start) <= least:
-        return NoSteadySwing(
-            f'the clock stops: released at {abs(start):.6g} rad it does not swing beyond the '
-            f'{least:.6g} rad of the impulse'
-        )
+    """Return the steady swing in which drag takes what the escapement gives."""
+    (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
+    work, torques = escapement.work, _Torques(drag or Drag(), escapement.recoil)
+    hindered = _hindrance(machine, torques, escapement, least)
+    if hindered or drag is None:
+        return NoSteadySwing(hindered or _GROWS)
     least = max(least, _SMALLEST * abs(start))
 
     def loss(amplitude: float) -> float:
-        return sum(leg.lost for leg in _legs(machine, drag, angle, amplitude))
+        return sum(leg.lost for leg in _legs(machine, torques, escapement.angle, amplitude))
 
     if loss(least) >= work:
         return NoSteadySwing(
@@ -142,18 +165,40 @@ def _driven(
             f'{loss(top):.6g} J in a swing, the escapement gives {work:.6g} J'
         )
     amplitude = _where(loss, work, least, top)
-    legs = _legs(machine, drag, angle, amplitude)
-    first = _leg(machine, drag, start, -math.copysign(1.0, start) * angle, -1.0)
-    period = sum(leg.time for leg in legs)
-    if not math.isfinite(period + first.time):
+    legs = _legs(machine, torques, escapement.angle, amplitude)
+    if abs(start) > least:
+        legs.append(
+            _leg(machine, torques, start, -math.copysign(1.0, start) * escapement.angle, -1.0)
+        )
+    period = sum(leg.time for leg in legs[:4])
+    if not all(math.isfinite(leg.time) for leg in legs):
         return NoSteadySwing(
             f'the clock stops: with {work:.6g} J in a swing from the escapement the drag brings '
             'the wheel to rest before it comes to the next impulse'
         )
     below, above = amplitude * (1.0 - _NUDGE), min(amplitude * (1.0 + _NUDGE), edge)
     rise = float(machine.potential(above) - machine.potential(below))
+    rise += torques.recoil * (above - below)
     settling = period * rise / (loss(above) - loss(below))
     return SteadySwing(amplitude, period, machine.period(amplitude), settling)
+
+
+def _hindrance(
+    machine: Machine | LeverMachine, torques: _Torques, escapement: Escapement, least: float
+) -> str:
+    """Return why the escapement does not even begin to drive the wheel, or ''."""
+    start, impulses = abs(machine.release_angle), 2.0 * escapement.energy
+    if start <= least and not _starts_itself(machine, torques, escapement.angle):
+        return (
+            f'the clock stops: released at {start:.6g} rad it does not swing beyond the '
+            f'{least:.6g} rad of the impulse'
+        )
+    if escapement.work <= 0.0:
+        return (
+            f'the clock stops: the impulses give {impulses:.6g} J in a swing, and recoil that '
+            f'begins before the middle takes {impulses - escapement.work:.6g} J'
+        )
+    return ''
 
 
 def _beyond(loss: Callable[[float], float], work: float, amplitude: float) -> float:
@@ -176,27 +221,71 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
     return least, edge
 
 
+def _starts_itself(machine: Machine | LeverMachine, torques: _Torques, angle: float) -> bool:
+    """Return whether recoil drives the wheel from a release short of it to the first impulse."""
+    if torques.recoil * angle <= 0.0:
+        return False
+    from scipy.integrate import solve_ivp  # slow to import
+
+    start = machine.release_angle
+    end = -math.copysign(angle, start)
+    mass = machine.mass if isinstance(machine, Machine) else machine.mass_at
+
+    def kinetic(way: float, energy: FloatArray) -> float:
+        return float(energy[0] - machine.potential(start + math.copysign(way, end)))
+
+    def gained(way: float, energy: FloatArray) -> FloatArray:
+        here = np.array([start + math.copysign(way, end)])
+        rate = np.sqrt(max(2.0 * kinetic(way, energy), 0.0) / mass(here))
+        return torques.recoil - torques.against(rate)
+
+    kinetic.terminal, kinetic.direction = True, -1.0  # type: ignore[attr-defined]
+    begin, length = np.array([machine.potential(start)]), abs(end - start)
+    tolerance = _START_ERROR * torques.recoil * length
+    found = solve_ivp(
+        gained, (0.0, length), begin, events=kinetic, rtol=_START_ERROR, atol=tolerance
+    )
+    return bool(found.status == 0)
+
+
 def _legs(
-    machine: Machine | LeverMachine, drag: Drag, angle: float, amplitude: float
+    machine: Machine | LeverMachine, torques: _Torques, angle: float, amplitude: float
 ) -> list[_Leg]:
     """Return the four arcs of a swing: to and from the impulse, there and back."""
     if isinstance(machine, Machine):
         pair = [
-            _leg(machine, drag, -amplitude, angle, -1.0),
-            _leg(machine, drag, amplitude, angle, 1.0),
+            _leg(machine, torques, -amplitude, angle, -1.0),
+            _leg(machine, torques, amplitude, angle, 1.0),
         ]
         return pair + pair
-    far = machine.far_turning(amplitude)
+    far = _far_turning(machine, torques.recoil, amplitude)
     return [
-        _leg(machine, drag, far, angle, -1.0),
-        _leg(machine, drag, amplitude, angle, 1.0),
-        _leg(machine, drag, amplitude, -angle, -1.0),
-        _leg(machine, drag, far, -angle, 1.0),
+        _leg(machine, torques, far, angle, -1.0),
+        _leg(machine, torques, amplitude, angle, 1.0),
+        _leg(machine, torques, amplitude, -angle, -1.0),
+        _leg(machine, torques, far, -angle, 1.0),
     ]
 
 
+def _far_turning(machine: LeverMachine, recoil: float, amplitude: float) -> float:
+    """Return the turning point on the other side at which V + R |θ| is the same."""
+    level = machine.far_turning(amplitude)
+    if recoil == 0.0:
+        return level
+    from scipy.optimize import brentq  # slow to import
+
+    height = float(machine.potential(amplitude)) + recoil * amplitude
+
+    def above(angle: float) -> float:
+        return float(machine.potential(angle)) - recoil * angle - height
+
+    # either of the two alone is the same at one of these
+    low, high = sorted((level, -amplitude))
+    return low if above(low) <= 0.0 else float(brentq(above, low, high, xtol=_SAME, rtol=_SAME))
+
+
 def _leg(
-    machine: Machine | LeverMachine, drag: Drag, turning: float, end: float, sign: float
+    machine: Machine | LeverMachine, torques: _Torques, turning: float, end: float, sign: float
 ) -> _Leg:
     """Return what happens between a turning point and an angle.
 
@@ -213,14 +302,14 @@ def _leg(
     edges, w, mass, slowness = _free_swing(machine, turning, last)
     sine = np.sin(w)
     speed, path = np.sqrt(2.0 * top / mass) * sine, slowness * np.sqrt(2.0 * top / mass) * sine
-    share, since = np.ones_like(w), np.zeros_like(w)
+    eased = running(torques.recoil * path, edges)[0] / (top * sine * sine)
+    share, since = 1.0 + eased, np.zeros_like(w)
     for _ in range(_ITERATIONS):
-        v = speed * np.sqrt(share)
-        torque = drag.viscous * v + drag.quadratic * v * v + drag.coulomb
+        torque = torques.against(speed * np.sqrt(share))
         before, (since, lost) = since, running(torque * path, edges)
         if lost > _FAR_TOO_MUCH * top:
             break
-        share = np.maximum(1.0 + sign * since / (top * sine * sine), 0.0)
+        share = np.maximum(1.0 + eased + sign * since / (top * sine * sine), 0.0)
         if np.max(np.abs(since - before)) <= SETTLED * lost:
             if np.min(share) <= 0.0:
                 break

@@ -68,6 +68,7 @@ class Collocation:
             _or_none(drag.quadratic, inertia) if drag else None,
             _or_none(drag.coulomb, inertia) if drag else None,
             (2.0 * escapement.energy / inertia, escapement.angle) if escapement else None,
+            _or_none(escapement.recoil, inertia) if escapement else None,
         )
 
     def _limits(self) -> tuple[float, float]:

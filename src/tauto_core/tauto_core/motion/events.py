@@ -36,7 +36,6 @@ from tauto_core.motion.turning import between
 from tauto_core.motion.wells import (
     acceleration,
     angle_at,
-    drag_of,
     fold,
     holding_torque,
     kick,
@@ -45,6 +44,7 @@ from tauto_core.motion.wells import (
     mass_of,
     pull_of,
     rate_of,
+    resistance,
     ride,
     shape_at,
     term,
@@ -63,7 +63,8 @@ WELL_WITHIN = 0.97
 """Part of the range within which all nodes of a step must lie, that all of it surely does."""
 
 STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
-DIRECTION, SIDE, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
+DIRECTION, SIDE, PALLET, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(11)
+"""PALLET: direction of the last impulse, from which the next tooth pushes the wheel back."""
 
 
 @compiled
@@ -99,6 +100,12 @@ def feels_drag(machine: Any) -> bool:
 
 
 @compiled
+def feels_case(machine: Any) -> bool:
+    """Return whether the tilt in the case is known within a span, since something feels it."""
+    return feels_drag(machine) or _kicks(machine[7])
+
+
+@compiled
 def expects_events(well: Any) -> bool:
     """Return whether anything but the ends of the cam and the thread is watched."""
     machine, lever, _ = well
@@ -106,9 +113,15 @@ def expects_events(well: Any) -> bool:
 
 
 @compiled
+def mode_of(ints: Any) -> tuple[float, float, float]:
+    """Return `mode` of a state."""
+    return float(ints[SIDE]), float(ints[DIRECTION]), float(ints[PALLET])
+
+
+@compiled
 def value_of_state(kind: int, limits: Any, mode: Any, state: Any) -> float:
     """Return what is positive before an event and negative after it."""
-    side, d = mode
+    side, d, _ = mode
     if kind == TURNING:
         return d * state[1]
     if kind == KINK:
@@ -123,7 +136,7 @@ def value_of_state(kind: int, limits: Any, mode: Any, state: Any) -> float:
 @compiled
 def slope(kind: int, mode: Any, state: Any, at: Any) -> float:
     """Return the time derivative of an event's value; 0 for a slack thread."""
-    side, d = mode
+    side, d, _ = mode
     if kind == TURNING:
         return d * (state[3] + at[1][2])
     if kind == KINK:
@@ -200,12 +213,11 @@ def _node_state_of(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> An
 def _node_tension(well: Any, mode: Any, q: Any, rate: Any, felt: Any, work: Any) -> Any:
     """Return the thread's tension over I at the stages."""
     machine, lever, _ = well
-    side, d = mode
     mu = machine[0]
-    t, t1, lift = lever_arm(lever, side, q)
+    t, t1, lift = lever_arm(lever, mode[0], q)
     v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
     pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
-    pushed = pull * t + drag_of(machine, v, d) + ride(mu, t, t1, rate)
+    pushed = pull * t + resistance(machine, v, mode) + ride(mu, t, t1, rate)
     bend = -(pushed + node_row(felt[0], work, OUTSIDE_ROW + LINE_BEND)) / mass_of(mu, t)
     # lanes, whatever the terms are
     return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
@@ -222,7 +234,7 @@ def _surely_within_of(limits: Any, well: Any, omega: Any, felt: Any, work: Any) 
         return lambda limits, well, omega, felt, work: False
 
     def linear(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> Any:
-        # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + drag), in either coordinate
+        # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + resistance), in either coordinate
         machine, lever, _ = well
         x = load(work, X_ROW)
         none = 0.0 * x
@@ -232,7 +244,8 @@ def _surely_within_of(limits: Any, well: Any, omega: Any, felt: Any, work: Any) 
         tilt_rate = largest(none + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE))
         speed = omega[0] * largest(load(work, Y_ROW)) + line_rate + tilt_rate
         pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
-        against = term(machine[0], lever.rate * reach * (line_bend + drag_of(machine, speed, 1.0)))
+        pushed = line_bend + resistance(machine, speed, (1.0, 1.0, 1.0))
+        against = term(machine[0], lever.rate * reach * pushed)
         return reach <= limits[1] and least(none + pull) > against
 
     return linear
@@ -379,7 +392,7 @@ def set_off(
     machine = well[0]
     q = angle - at[1][0]
     ints[SIDE] = 1 if q > 0.0 or (q == 0.0 and ints[SIDE] > 0) else -1
-    torque = holding_torque(well, float(ints[SIDE]), angle, at)
+    torque = holding_torque(well, mode_of(ints), angle, at)
     place_at_rest(well, omega, angle, at, floats, ints)
     if machine[6] is not None and abs(torque) <= term(machine[6], 1.0):
         ints[HELD] = 1
@@ -404,7 +417,7 @@ def place_at_rest(well: Any, omega: Any, angle: float, at: Any, floats: Any, int
 def happen(kind: int, limits: Any, well: Any, omega: Any, at: Any, floats: Any, ints: Any) -> None:
     """Change the discrete state at an event."""
     machine, lever, _ = well
-    mode = side, d = float(ints[SIDE]), float(ints[DIRECTION])
+    mode = side, d, _ = mode_of(ints)
     state = acceleration(well, mode, floats[STATE], omega[0] * floats[STATE + 2], at)
     if kind == KINK:
         ints[SIDE] = -ints[SIDE]
@@ -413,7 +426,7 @@ def happen(kind: int, limits: Any, well: Any, omega: Any, at: Any, floats: Any, 
         rate = state[2] + kick(machine[7], machine[0], t, state[1], d)
         floats[STATE + 2] = fold(well, state[4], rate, at[0][0], side)[1] / omega[0]
         floats[STATE + 3] = 0.0
-        ints[ARMED] = 0
+        ints[ARMED], ints[PALLET] = 0, ints[DIRECTION]
     elif kind == TURNING:
         ints[DIRECTION] = -ints[DIRECTION]
         if machine[6] is not None:
@@ -428,17 +441,17 @@ def hold(limits: Any, well: Any, omega: Any, place: Any, floats: Any, ints: Any)
     machine = well[0]
     forcing, k, x0, hx = place
     angle = floats[HELD_ANGLE]
-    side = float(ints[SIDE])
+    mode = mode_of(ints)
     limit = term(machine[6], 1.0)
     probes = 1 if forcing[1] is None and forcing[3] is None else 2 * STAGES
     for i in range(1, probes + 1):
         b = i / probes
-        if abs(holding_torque(well, side, angle, forcing_at(forcing, k, x0 + b * hx))) > limit:
+        if abs(holding_torque(well, mode, angle, forcing_at(forcing, k, x0 + b * hx))) > limit:
             a = (i - 1) / probes
             for _ in range(60):
                 middle = 0.5 * (a + b)
                 at = forcing_at(forcing, k, x0 + middle * hx)
-                loose = abs(holding_torque(well, side, angle, at)) > limit
+                loose = abs(holding_torque(well, mode, angle, at)) > limit
                 a, b = (a, middle) if loose else (middle, b)
             at = forcing_at(forcing, k, x0 + b * hx)
             set_off(limits, well, omega, angle, at, floats, ints)

@@ -42,6 +42,7 @@ class Hanging(NamedTuple):
         viscous: c₁/I.
         quadratic: c₂/I.
         energy: twice the impulse's over I.
+        recoil: R/I, or None.
     """
 
     radius: float
@@ -55,6 +56,7 @@ class Hanging(NamedTuple):
     viscous: float
     quadratic: float
     energy: float
+    recoil: float | None
 
 
 def _is_hanging(system: Any) -> bool:
@@ -86,7 +88,7 @@ def _pushed(
         cosine: of δ − β.
         sine: of δ − β.
         g: g_eff.
-        drag: on the wheel, over I.
+        drag: on the wheel, and recoil, over I.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta
@@ -115,10 +117,10 @@ def _at_nodes(system: Any, place: Any, work: Any) -> Any:
 
 
 @inlined
-def _at_stages(system: Any, d: float, omega: Any, work: Any) -> Any:
+def _at_stages(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     (psi, delta), rates = _stages(system, omega, work)
     sine, versine = sine_versine(delta - load(work, VERTICAL_ROW))
-    drag = resistance(system, d, rates[0] - load(work, TURN_ROW))
+    drag = resistance(system, mode, rates[0] - load(work, TURN_ROW))
     gravity = load(work, GRAVITY_ROW)
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
 
@@ -142,28 +144,28 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
 
 
 @overload(mechanism.margins, strict=False)
-def _margins(system: Any, d: Any, omega: Any, work: Any) -> Any:
+def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if not _is_hanging(system):
         return None
 
-    def margins(system: Any, d: float, omega: Any, work: Any) -> Any:
-        _, _, tension, free = _at_stages(system, d, omega, work)
+    def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
+        _, _, tension, free = _at_stages(system, mode, omega, work)
         return tension, free - system.least
 
     return margins
 
 
 @overload(mechanism.instant, strict=False)
-def _instant(system: Any, d: Any, omega: Any, state: Any, at: Any) -> Any:
+def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     if not _is_hanging(system):
         return None
 
-    def instant(system: Any, d: float, omega: Any, state: Any, at: Any) -> Any:
+    def instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
         line, tilt, g_eff = at
         psi, delta = _angles(system, state[0], state[4])
         rates = _angles(system, omega[0] * state[2], omega[1] * state[6])
         rate = rates[0] - (line[1] - tilt[1])
-        drag = resistance(system, d, rate)
+        drag = resistance(system, mode, rate)
         lean = delta - line[0]
         psi_bend, delta_bend, tension, free = _pushed(
             system, psi, delta, rates, math.cos(lean), math.sin(lean), g_eff, drag
@@ -184,17 +186,17 @@ def _instant(system: Any, d: Any, omega: Any, state: Any, at: Any) -> Any:
 
 
 @overload(mechanism.strike, strict=False)
-def _strike(system: Any, d: Any, omega: Any, at: Any, state: Any) -> Any:
+def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
     if not _is_hanging(system):
         return None
 
-    def strike(system: Any, d: float, omega: Any, at: Any, state: Any) -> None:
+    def strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> None:
         psi, delta = _angles(system, state[0], state[4])
         psi_rate, _ = _angles(system, omega[0] * state[2], omega[1] * state[6])
         radius, u = system.radius, psi - delta
         mass = 1.0 + system.ratio * radius * u * u
         rate = psi_rate - (at[0][1] - at[1][1])
-        kick = d * math.sqrt(rate * rate + system.energy / mass) - rate
+        kick = mode[0] * math.sqrt(rate * rate + system.energy / mass) - rate
         # the thread stays taut: it takes up what the wheel winds
         swung = -radius / (system.length - 0.5 * radius * u * u) * kick
         first, second = system.to_first, system.to_second

@@ -50,6 +50,7 @@ class Lever(NamedTuple):
         viscous: c₁/I.
         quadratic: c₂/I.
         energy: twice the impulse's over I.
+        recoil: R/I, or None.
     """
 
     shape: LeverShape
@@ -58,6 +59,7 @@ class Lever(NamedTuple):
     viscous: float
     quadratic: float
     energy: float
+    recoil: float | None
 
 
 def _is_lever(system: Any) -> bool:
@@ -158,18 +160,18 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
 
 
 @overload(mechanism.margins, strict=False)
-def _margins(system: Any, d: Any, omega: Any, work: Any) -> Any:
+def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if not _is_lever(system):
         return None
 
-    def margins(system: Any, d: float, omega: Any, work: Any) -> Any:
+    def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
         s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
         n, w, bend, cosine, sine = _shape_at(system.shape, s)
         dragged = fma(system.carried, w, n)
         rate = p - load(work, TURN_ROW) * dragged
         pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
         turned = load(work, TURN_BEND_ROW)
-        push = (system.weight * w) * pull + n * resistance(system, d, n * rate)
+        push = (system.weight * w) * pull + n * resistance(system, mode, n * rate)
         bent = -(push + dragged * turned)
         tension = w * bent + n * bend * (rate * rate) + system.carried * turned
         whole = system.shape.whole
@@ -180,11 +182,11 @@ def _margins(system: Any, d: Any, omega: Any, work: Any) -> Any:
 
 
 @overload(mechanism.instant, strict=False)
-def _instant(system: Any, d: Any, omega: Any, state: Any, at: Any) -> Any:
+def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     if not _is_lever(system):
         return None
 
-    def instant(system: Any, d: float, omega: Any, state: Any, at: Any) -> Any:
+    def instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
         line, tilt, g_eff = at
         shape, s = system.shape, state[0]
         n, w, bend, cosine, sine, angle = _values(shape, s)
@@ -192,7 +194,7 @@ def _instant(system: Any, d: Any, omega: Any, state: Any, at: Any) -> Any:
         turned = line[2] - tilt[2]
         rate = omega[0] * state[2] - dragged * (line[1] - tilt[1])
         pull = g_eff * (cosine * math.cos(tilt[0]) + sine * math.sin(tilt[0]))
-        drag = resistance(system, d, n * rate)
+        drag = resistance(system, mode, n * rate)
         bent = -(system.weight * w * pull + n * drag + dragged * turned)
         tension = w * bent + n * bend * rate * rate + system.carried * turned
         wheel_bend = n * bent - w * bend * rate * rate
@@ -213,15 +215,15 @@ def _instant(system: Any, d: Any, omega: Any, state: Any, at: Any) -> Any:
 
 
 @overload(mechanism.strike, strict=False)
-def _strike(system: Any, d: Any, omega: Any, at: Any, state: Any) -> Any:
+def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
     if not _is_lever(system):
         return None
 
-    def strike(system: Any, d: float, omega: Any, at: Any, state: Any) -> None:
+    def strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> None:
         # ½ M θ̇² = ½ I ṡ²
         n, w, _, _, _, _ = _values(system.shape, state[0])
         rate = omega[0] * state[2] - (n + system.carried * w) * (at[0][1] - at[1][1])
-        state[2] += (d * math.sqrt(rate * rate + system.energy) - rate) / omega[0]
+        state[2] += (mode[0] * math.sqrt(rate * rate + system.energy) - rate) / omega[0]
         state[3] = 0.0
 
     return strike

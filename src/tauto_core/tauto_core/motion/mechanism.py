@@ -1,8 +1,8 @@
 """What `spans` must know of a mechanism: functions that each type of `system` overloads.
 
-`state` holds X and Y of each plane in twofold numbers, as in turning; `d` is the sign of θ̇; `at`
-what the ship does at an instant: (β, β̇, β̈) of the apparent vertical, (τ, τ̇, τ̈) of its tilt in the
-case, τ = β − α_c, and the apparent gravity.
+`state` holds X and Y of each plane in twofold numbers, as in turning; `mode` is the sign of θ̇, d,
+and that of the last impulse, s; `at` what the ship does at an instant: (β, β̇, β̈) of the apparent
+vertical, (τ, τ̇, τ̈) of its tilt in the case, τ = β − α_c, and the apparent gravity.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.lanes import fma
 from tauto_core.motion.outside import lanes_channel
-from tauto_core.motion.wells import horner
+from tauto_core.motion.wells import horner, term
 
 ANGLE, RATE, BEND, TENSION, MARGIN, TORQUE, COORDINATE, SPEED, ACCELERATION = range(9)
 """What `instant` returns: θ, θ̇, θ̈; the thread's tension, or what has its sign; what is positive
@@ -28,17 +28,17 @@ def at_nodes(system: Any, place: Any, work: Any) -> None:
     raise TypeError('at_nodes runs in compiled code only')
 
 
-def instant(system: Any, d: float, omega: Any, state: Any, at: Any) -> Any:
+def instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     """Return the nine numbers named above."""
     raise TypeError('instant runs in compiled code only')
 
 
-def margins(system: Any, d: float, omega: Any, work: Any) -> Any:
+def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     """Return TENSION and MARGIN at the nodes of the step last collocated, as lanes."""
     raise TypeError('margins runs in compiled code only')
 
 
-def strike(system: Any, d: float, omega: Any, at: Any, state: Any) -> None:
+def strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> None:
     """Let the escapement's impulse change the state."""
     raise TypeError('strike runs in compiled code only')
 
@@ -73,6 +73,7 @@ def outside_nodes(forcing: Any, k: int, x: Any) -> Any:
 
 
 @inlined
-def resistance(system: Any, d: float, rate: Any) -> Any:
-    """Return the drag against θ̇ over I: c₁ θ̇ + c₂ d θ̇²."""
-    return rate * fma(system.quadratic * d, rate, system.viscous)
+def resistance(system: Any, mode: Any, rate: Any) -> Any:
+    """Return the torques of drag and recoil, reversed, over I: c₁ θ̇ + c₂ d θ̇² + R s."""
+    d, s = mode
+    return rate * fma(system.quadratic * d, rate, system.viscous) + term(system.recoil, s)

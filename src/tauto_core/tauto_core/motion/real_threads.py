@@ -29,6 +29,7 @@ from tauto_core.motion.step_size import (
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError, PropagationError
+from tauto_core.scene.regulators import Drag
 
 NAME = 'collocation'
 
@@ -53,13 +54,14 @@ class _Model(NamedTuple):
     rows: int
 
 
-def _drag(machine: LeverMachine | HangingMachine) -> tuple[float, float, float]:
-    """Return c₁, c₂ and twice the impulse's energy, per inertia."""
-    drag, escapement, inertia = machine.drag, machine.escapement, machine.inertia
-    energy = 0.0 if escapement is None else 2.0 * escapement.energy / inertia
-    if drag is None:
-        return 0.0, 0.0, energy
-    return drag.viscous / inertia, drag.quadratic / inertia, energy
+def _on_wheel(
+    machine: LeverMachine | HangingMachine,
+) -> tuple[float, float, float, float | None]:
+    """Return c₁, c₂, twice the impulse's energy and R or None, per inertia."""
+    drag, escapement, inertia = machine.drag or Drag(), machine.escapement, machine.inertia
+    energy = 0.0 if escapement is None else 2.0 * escapement.energy
+    recoil = escapement.recoil / inertia if escapement and escapement.recoil else None
+    return drag.viscous / inertia, drag.quadratic / inertia, energy / inertia, recoil
 
 
 def _lever(machine: LeverMachine) -> _Model:
@@ -69,7 +71,7 @@ def _lever(machine: LeverMachine) -> _Model:
         omega = machine.frequency
     carried = math.sqrt(machine.turned_inertia / machine.inertia)
     weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
-    system = Lever(lever_shape(machine), carried, weight, *_drag(machine))
+    system = Lever(lever_shape(machine), carried, weight, *_on_wheel(machine))
     return _Model(system, (omega,), lever_plane.ROWS)
 
 
@@ -91,7 +93,7 @@ def _hanging(machine: HangingMachine) -> _Model:
         _pair(columns[1]),
         _pair(back[0]),
         _pair(back[1]),
-        *_drag(machine),
+        *_on_wheel(machine),
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
     return _Model(system, omega, hanging_planes.ROWS)
@@ -138,6 +140,7 @@ class RealThreads:
         tension, _ = spans.release(
             machine.frequency,
             self._watched(),
+            -1 if machine.release_angle < 0.0 else 1,
             self._model.system,
             self._model.omega,
             outside,
@@ -219,7 +222,7 @@ class RealThreads:
         trial: bool = False,
     ) -> tuple[int, int, float]:
         system = self._model.system
-        # without turning points d has no meaning
+        # without turning points d has no meaning; the pallet is 0, and so is recoil
         found: tuple[int, int, float] = spans.advance(
             (tolerance, ERROR_OF_LAST_STRONG),
             self._machine.frequency,

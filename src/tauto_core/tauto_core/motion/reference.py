@@ -4,9 +4,10 @@ For tests and benchmarks only, imported directly: `make_propagator` never choose
 nothing with the compiled engine but the forcing's polynomials: lever arms come from the cam, and
 the variables are ϑ and ϑ̇, which need the second derivative γ̈ (theory E2, as printed):
 
-    (I + m t²) ϑ̈ + m t t' ϑ̇² + F t = −I γ̈ − (c₁ θ̇ + d c₂ θ̇² + d c₀),    θ = ϑ + τ,  d = sgn θ̇.
+    (I + m t²) ϑ̈ + m t t' ϑ̇² + F t = −I γ̈ − (c₁ θ̇ + d c₂ θ̇² + d c₀ + s R),    θ = ϑ + τ,
 
-d is constant between events. Friction slides but does not hold: where it would, an error says so.
+d = sgn θ̇ and s, that of the last impulse, are constant between events. Friction slides but does
+not hold: where it would, an error says so.
 
 Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.5.
 """
@@ -60,6 +61,7 @@ class _Now:
     polar: float = 0.0
     start_angle: float = 0.0
     direction: float = 1.0
+    pallet: float = 1.0
     side: float = 1.0
     sign: float = 0.0
     armed: bool = False
@@ -85,6 +87,7 @@ class Reference:
         """
         machine = self._machine
         self._forcing, self._k, self._now = forcing, 0, _Now()
+        self._now.pallet = -1.0 if machine.release_angle < 0.0 else 1.0
         tilt = self._channel(forcing.tilt, 0.0)
         felt, rate = machine.release_angle - tilt[0], -tilt[1]
         if not abs(felt) <= machine.cam.range_rad:
@@ -154,6 +157,8 @@ class Reference:
         against = machine.inertia * self._channel(forcing.neutral, t)[2] + (pull + ride) * arm
         if drag is not None:
             against += drag.viscous * rate + d * (drag.quadratic * rate * rate + drag.coulomb)
+        if machine.escapement is not None:
+            against += self._now.pallet * machine.escapement.recoil
         mass = machine.inertia + carried * arm * arm
         bend = -against / mass
         tension = pull + ride + carried * arm * bend
@@ -248,6 +253,7 @@ class Reference:
             self._set_off(t, y, -d)
         if kind == IMPULSE and escapement is not None:
             self._now.armed, at = False, self._instant(t, y, d)
+            self._now.pallet = d
             rate = d * math.sqrt(at.rate * at.rate + 2.0 * escapement.energy / at.mass)
             return y + np.array([0.0, rate - at.rate])
         return y

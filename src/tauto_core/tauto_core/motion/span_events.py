@@ -2,8 +2,8 @@
 
 Turning points of θ, where quadratic drag or an escapement need them; impulses; the end of the
 range; a slack thread. Each has a value that is positive before it and negative after it.
-`watched`: how turning points matter, and the angle of the impulse [rad], else inf; `place` as in
-mechanism; `scratch` a state to work with.
+`mode` and `place` as in mechanism; `watched`: how turning points matter, and the angle of the
+impulse [rad], else inf; `scratch` a state to work with.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between, expand
 
 NO_EVENT, AT_TURNING, AT_IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4
-DIRECTION, ARMED, SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(8)
+DIRECTION, PALLET, ARMED, SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(9)
 LAST_X, LAST_Y, EXTRA = 0, 1, 2
 """Numbers behind the state in `floats`: where the phase was last."""
 
@@ -66,7 +66,7 @@ class Watch(NamedTuple):
     kind: int
     angle: float
     system: Any
-    d: float
+    mode: Any
     omega: Any
     place: Any
     floats: Any
@@ -80,13 +80,13 @@ def _value_within(watch: Any, xi: Any) -> Any:
         return None
 
     def within(watch: Any, xi: Any) -> Any:
-        kind, angle, system, d, omega, place, floats, memory, scratch = watch
+        kind, angle, system, mode, omega, place, floats, memory, scratch = watch
         forcing, k, x0, hx = place
         for p in range(len(omega)):
             x, y = between(omega, p, hx * forcing[0][k], xi, floats, memory.work)
             scratch[4 * p], scratch[4 * p + 2] = x, y
-        now = instant(system, d, omega, scratch, outside_at(forcing, k, x0 + xi * hx))
-        return value(kind, angle, d, now)
+        now = instant(system, mode, omega, scratch, outside_at(forcing, k, x0 + xi * hx))
+        return value(kind, angle, mode[0], now)
 
     return within
 
@@ -122,7 +122,7 @@ def _turns_quietly(
 def first_event(
     watched: Any,
     system: Any,
-    d: float,
+    mode: Any,
     omega: Any,
     ints: Any,
     stalled: bool,
@@ -141,8 +141,8 @@ def first_event(
         after: `instant` at the end of the step.
     """
     turns, angle = watched
-    armed = ints[ARMED] == 1
-    tension, margin = margins(system, d, omega, memory.work)
+    armed, d = ints[ARMED] == 1, mode[0]
+    tension, margin = margins(system, mode, omega, memory.work)
     slack, edge = _first_below(tension), _first_below(margin)
     quiet = turns == NEVER or stalled or d * after[RATE] > 0.0
     missed = not armed or d * after[ANGLE] < angle
@@ -164,7 +164,7 @@ def first_event(
             last = min(edge, reach)
         elif kind == AT_SLACK:
             last = min(slack, reach)
-        watch = Watch(kind, angle, system, d, omega, place, floats, memory, scratch)
+        watch = Watch(kind, angle, system, mode, omega, place, floats, memory, scratch)
         at_last = value_of(watch, last)
         if at_last > 0.0:
             continue
@@ -177,17 +177,23 @@ def first_event(
 
 
 @compiled
+def mode_of(ints: Any) -> tuple[float, float]:
+    """Return `mode` of a state."""
+    return float(ints[DIRECTION]), float(ints[PALLET])
+
+
+@compiled
 def happen(
     kind: int, watched: Any, system: Any, omega: Any, at: Any, floats: Any, ints: Any
 ) -> None:
     """Change the discrete state, and the rates, at an event."""
-    d = float(ints[DIRECTION])
+    d, s = mode_of(ints)
     if kind == AT_IMPULSE:
-        strike(system, d, omega, at, floats)
-        ints[ARMED] = 0
+        strike(system, (d, s), omega, at, floats)
+        ints[ARMED], ints[PALLET] = 0, ints[DIRECTION]
     elif kind == AT_TURNING:
         ints[DIRECTION] = -ints[DIRECTION]
-        angle = instant(system, -d, omega, floats, at)[ANGLE]
+        angle = instant(system, (-d, s), omega, floats, at)[ANGLE]
         ints[ARMED] = 1 if -d * angle < watched[1] < math.inf else 0
 
 

@@ -42,10 +42,12 @@ from tauto_core.motion.span_events import (
     NEVER,
     NEWTON,
     NO_EVENT,
+    PALLET,
     TURNS,
     count,
     first_event,
     happen,
+    mode_of,
     value,
 )
 from tauto_core.motion.step_size import step_error
@@ -94,7 +96,7 @@ def _step_to_event(
     xi: float,
     angle: float,
     system: Any,
-    d: float,
+    mode: Any,
     omega: Any,
     place: Any,
     floats: Any,
@@ -102,15 +104,15 @@ def _step_to_event(
 ) -> float:
     """Step to an event, correct its time by the state found there; return the fraction."""
     forcing, k, x0, hx = place
-    length, part = hx * forcing[0][k], np.int64(PART_STEP)
+    d, length, part = mode[0], hx * forcing[0][k], np.int64(PART_STEP)
     for _ in range(4):
         if xi <= 0.0:
             copy_state(len(omega), floats, memory.end)
             return 0.0
         at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
-        collocate(system, d, omega, xi * length, part, floats, memory)
+        collocate(system, mode, omega, xi * length, part, floats, memory)
         finish(omega, xi * length, part, floats, memory)
-        now = instant(system, d, omega, memory.end, outside_at(forcing, k, x0 + xi * hx))
+        now = instant(system, mode, omega, memory.end, outside_at(forcing, k, x0 + xi * hx))
         slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
         if kind >= AT_EDGE or not slope < 0.0:
             return xi
@@ -143,23 +145,23 @@ def _move(
     Returns the event, the fraction of hx, the error, and `instant` at the end of hx.
     """
     forcing, k, x0, hx = place
-    d, h, planes = float(ints[DIRECTION]), hx * forcing[0][k], len(omega)
+    mode, h, planes = mode_of(ints), hx * forcing[0][k], len(omega)
     kind = WHOLE_STEP if x0 == 0.0 or watched[0] == NEVER else PART_STEP
     at_nodes(system, place, memory.work)
-    last, newton = collocate(system, d, omega, h, kind, floats, memory)
+    last, newton = collocate(system, mode, omega, h, kind, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error, _NOTHING
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
-    after = instant(system, d, omega, memory.end, outside_at(forcing, k, x0 + hx))
+    after = instant(system, mode, omega, memory.end, outside_at(forcing, k, x0 + hx))
     event, xi = first_event(
-        watched, system, d, omega, ints, stalled, place, after, floats, memory, scratch
+        watched, system, mode, omega, ints, stalled, place, after, floats, memory, scratch
     )
     if event == NO_EVENT:
         xi = 1.0
     else:
-        xi = _step_to_event(event, xi, watched[1], system, d, omega, place, floats, memory)
+        xi = _step_to_event(event, xi, watched[1], system, mode, omega, place, floats, memory)
     copy_state(planes, memory.end, floats)
     return event, xi, error, after
 
@@ -176,6 +178,7 @@ def _write(now: Any, ints: Any, row: Any) -> None:
 def release(
     phase_rate: float,
     watched: Any,
+    pallet: int,
     system: Any,
     omega: Any,
     forcing: Any,
@@ -186,11 +189,13 @@ def release(
 ) -> tuple[float, float]:
     """Set what goes with a state in which the wheel lies at rest in the case.
 
-    Returns the tension and the margin, which must be positive.
+    `pallet`: the direction of the last impulse. Returns the tension and the margin, which must be
+    positive.
     """
     at = outside_at(forcing, 0, x0)
     ints[:] = 0
-    now = instant(system, 0.0, omega, floats, at)
+    ints[PALLET] = pallet
+    now = instant(system, mode_of(ints), omega, floats, at)
     ints[DIRECTION] = -1 if now[BEND] < 0.0 else 1
     ints[ARMED] = 1 if ints[DIRECTION] * now[ANGLE] < watched[1] < math.inf else 0
     where = floats[4 * len(omega) :]
@@ -248,7 +253,7 @@ def _span(
         if kind != NO_EVENT:
             at = outside_at(forcing, k, x)
             happen(kind, watched, system, omega, at, floats, ints)
-            now = instant(system, float(ints[DIRECTION]), omega, floats, at)
+            now = instant(system, mode_of(ints), omega, floats, at)
             if cell < cells <= FEW << ints[LEVEL] and events == 1:
                 start, whole = x, end[k] - x
                 steps = max(1, int(math.ceil(whole * forcing[0][k] / longest_s - 1e-9)))
@@ -316,6 +321,6 @@ def advance(
             return code, k, x
         if spans[2][k]:
             at = outside_at(forcing, k, spans[1][k])
-            _write(instant(system, float(ints[DIRECTION]), omega, floats, at), ints, rows[written])
+            _write(instant(system, mode_of(ints), omega, floats, at), ints, rows[written])
             written += 1
     return OK, 0, 0.0

@@ -28,17 +28,20 @@ from tauto_core.motion.events import (
     LEVEL,
     NEWTON,
     NO_EVENT,
+    PALLET,
     SIDE,
     STATE,
     THETA_SIGN,
     TURNING,
     TURNS,
     expects_events,
+    feels_case,
     feels_drag,
     first_event,
     happen,
     hold,
     limit_passed,
+    mode_of,
     set_off,
     slope,
     turns_abruptly,
@@ -55,6 +58,7 @@ from tauto_core.motion.outside import (
     TILT_RATE,
     X_ROW,
     Y_ROW,
+    channel,
     forcing_at,
     forcing_at_nodes,
     node_row,
@@ -71,13 +75,14 @@ from tauto_core.motion.turning import (
 )
 from tauto_core.motion.wells import (
     acceleration,
-    drag_of,
+    angle_at,
     drift,
     excess,
     kinked,
     lever_arm,
     pull_of,
     rate_of,
+    resistance,
     ride,
     shape_at,
 )
@@ -123,16 +128,15 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
 
 def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
     machine, lever, _, felt = system
-    side, d = mode
     q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
     line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-    t, t1, lift = lever_arm(lever, side, q)
+    t, t1, lift = lever_arm(lever, mode[0], q)
     rate = rate_of(machine[0], t, w, line_rate)
     v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
     pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
     more = excess(lever, q, t, pull, omega[0] * omega[0])
-    more = more + ride(machine[0], t, t1, rate) - drag_of(machine, v, d)
+    more = more + ride(machine[0], t, t1, rate) - resistance(machine, v, mode)
     store(work, D1_ROW, rate - w)
     store(work, D2_ROW, more * per_omega)
 
@@ -148,7 +152,7 @@ def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
     pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
     square = omega[0] * omega[0] - lever.rate * pull + pull * less
-    more = s * (square + rate * (line_rate * slope)) - n * drag_of(machine, v, mode[1])
+    more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
     store(work, D1_ROW, splat(0.0) - carried)
     store(work, D2_ROW, more * per_omega)
 
@@ -241,7 +245,7 @@ def _turns_smoothly(
     forcing, k, x0, hx = place
     if turns_abruptly(well[0]) or kinked(well[1]) or min(passed[0], passed[1]) <= 1.0:
         return False
-    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    mode = mode_of(ints)
     q, y = turning.between(omega, 0, hx * forcing[0][k], xi, floats, work)
     there = acceleration(well, mode, q, omega[0] * y, forcing_at(forcing, k, x0 + xi * hx))
     back = -ints[DIRECTION]
@@ -274,7 +278,7 @@ def _move(
     well = machine, lever, shape
     if ints[HELD]:
         return NO_EVENT, hold(limits, well, omega, place, floats, ints), 0.0
-    mode = float(ints[SIDE]), float(ints[DIRECTION])
+    mode = mode_of(ints)
     h = hx * forcing[0][k]
     kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
@@ -330,7 +334,8 @@ def _write(well: Any, omega: Any, at: Any, floats: Any, ints: Any, row: Any) -> 
     Turns are counted in the plane of the momentum; a row's go with the rate.
     """
     held = ints[HELD] == 1
-    mode = float(ints[SIDE]), 0.0 if held else float(ints[DIRECTION])
+    side, d, s = mode_of(ints)
+    mode = side, 0.0 if held else d, s
     x, y = floats[STATE], floats[STATE + 2]
     angle, v, rate, bend, q, tension = acceleration(well, mode, x, omega[0] * y, at)
     if held:
@@ -358,6 +363,7 @@ def release(
     at = forcing_at(forcing, 0, x0)
     ints[:] = 0
     ints[SIDE] = ints[DIRECTION] = 1
+    ints[PALLET] = -1 if release_angle < 0.0 else 1
     set_off(limits, well, omega, release_angle, at, floats, ints)
     ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
     floats[LAST_X], floats[LAST_Y] = floats[STATE], floats[STATE + 2]
@@ -365,11 +371,16 @@ def release(
 
 
 @compiled
-def _tilt(tilt_end: Any, k: int) -> float:
-    """Return γ − α_c at the end of the span; near enough within it to count by."""
+def _angle(well: Any, forcing: Any, tilt_end: Any, k: int, x: float, floats: Any) -> float:
+    """Return θ at x in piece k to count beats by.
+
+    Where nothing feels the case within a span, γ − α_c is known at its end only: near enough.
+    """
     if tilt_end is None:
-        return 0.0
-    return tilt_end[k]
+        return floats[STATE]
+    if feels_case(well[0]):
+        return angle_at(well, floats[STATE]) + channel(forcing[2], k, x, 1.0)[0]
+    return floats[STATE] + tilt_end[k]
 
 
 @compiled
@@ -446,7 +457,7 @@ def advance(
                     start, whole = x, end[k] - x
                     cells = _first_steps(longest_s, whole * forcing[0][k]) << ints[LEVEL]
                     cell, f = 0, 0.0
-            _count(floats[STATE] + _tilt(tilt_end, k), floats, ints)
+            _count(_angle(well, forcing, tilt_end, k, x, floats), floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
         coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE

@@ -7,18 +7,17 @@ Variables per unit of inertia: q = ϑ, the angle the cam feels, and w = p/I with
 p = I (q̇ + γ̇) + m t² q̇ (theory E2 in Hamilton's form: no second derivative of the forcing):
 
     q̇ = (w − γ̇) / (1 + μ t²)                                               μ = m/I
-    ẇ = −pull · t + μ t t' q̇² − (c₁ v + c₂ d v² + c₀ d)/I                   v = q̇ + τ̇ = θ̇
+    ẇ = −pull · t + μ t t' q̇² − (c₁ v + c₂ d v² + c₀ d + R s)/I             v = q̇ + τ̇ = θ̇
 
 with t the lever arm, pull = F/I, τ = γ − α_c the tilt of the neutral line in the case, θ = q + τ,
-and d the sign of θ̇, constant between the events.
+d the sign of θ̇ and s that of the last impulse, both constant between the events.
 
 A heavy weight on a linear lever arm has a `shape` (arc_length): then x = s, the arc, and
 p = ṡ + γ̇n stand for q and w. x and w are either of them.
 
 What goes together travels together: `machine` is (μ, force, stiffness, weight, viscous, quadratic,
-coulomb, escapement), each over I or None; `well`
-(machine, lever, shape or None); `mode` (side of the cam's kink,
-d); `at` what the ship does at an instant: (γ̇, γ̈), (τ, τ̇, τ̈), g_eff.
+coulomb, escapement, recoil), each over I or None; `well` (machine, lever, shape or None); `mode`
+(side of the cam's kink, d, s); `at` what the ship does at an instant: (γ̇, γ̈), (τ, τ̇, τ̈), g_eff.
 """
 
 from __future__ import annotations
@@ -180,15 +179,17 @@ def _term(coefficient: Any, value: Any) -> Any:
 @inlined
 def pull_of(machine: Any, lift: Any, g_eff: Any) -> Any:
     """Return F/I."""
-    _, force, stiffness, weight, _, _, _, _ = machine
+    _, force, stiffness, weight, _, _, _, _, _ = machine
     return term(force, 1.0) + term(stiffness, lift) + term(weight, g_eff)
 
 
 @inlined
-def drag_of(machine: Any, v: Any, d: float) -> Any:
-    """Return the drag torque against the motion in the case, over I."""
-    _, _, _, _, viscous, quadratic, coulomb, _ = machine
-    return term(viscous, v) + term(quadratic, d * (v * v)) + term(coulomb, d)
+def resistance(machine: Any, v: Any, mode: Any) -> Any:
+    """Return the torques of drag and recoil, reversed, over I."""
+    _, _, _, _, viscous, quadratic, coulomb, _, recoil = machine
+    _, d, s = mode
+    drag = term(viscous, v) + term(quadratic, d * (v * v)) + term(coulomb, d)
+    return drag + term(recoil, s)
 
 
 @inlined
@@ -296,13 +297,12 @@ def _fold(well: Any, q: Any, rate: Any, line_rate: Any, side: Any) -> Any:
 def acceleration(well: Any, mode: Any, x: float, w: float, at: Any) -> Any:
     """Return θ, θ̇, q̇, q̈, q and the thread's tension over I (0 or less: slack)."""
     machine, lever, _ = well
-    side, d = mode
     line, tilt, g_eff = at
-    q, rate = unfold(well, x, w, line[0], side)
-    t, t1, lift = lever_arm(lever, side, q)
+    q, rate = unfold(well, x, w, line[0], mode[0])
+    t, t1, lift = lever_arm(lever, mode[0], q)
     v = rate + tilt[1]
     pull = pull_of(machine, lift, g_eff)
-    pushed = line[1] + drag_of(machine, v, d) + pull * t + ride(machine[0], t, t1, rate)
+    pushed = line[1] + resistance(machine, v, mode) + pull * t + ride(machine[0], t, t1, rate)
     bend = -pushed / mass_of(machine[0], t)
     tension = pull + term(machine[0], t1 * (rate * rate) + t * bend)
     return q + tilt[0], v, rate, bend, q, tension
@@ -319,7 +319,7 @@ def _drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
 
         def angle(well: Any, mode: Any, state: Any, at: Any) -> Any:
             t, t1, lift = lever_arm(well[1], mode[0], state[4])
-            resisted = pull_of(well[0], lift, at[2]) * t + drag_of(well[0], state[1], mode[1])
+            resisted = pull_of(well[0], lift, at[2]) * t + resistance(well[0], state[1], mode)
             return state[2], ride(well[0][0], t, t1, state[2]) - resisted
 
         return angle
@@ -328,7 +328,7 @@ def _drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
         t, _, lift = lever_arm(well[1], mode[0], state[4])
         k = well[2].k
         n = 1.0 / math.sqrt(1.0 + (k * state[4]) * (k * state[4]))
-        resisted = pull_of(well[0], lift, at[2]) * t + drag_of(well[0], state[1], mode[1])
+        resisted = pull_of(well[0], lift, at[2]) * t + resistance(well[0], state[1], mode)
         bent = -(k * k) * state[4] * (n * n) * (n * n)
         return state[2] / n, state[2] / n * at[0][0] * bent - n * resisted
 
@@ -336,13 +336,14 @@ def _drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
 
 
 @compiled
-def holding_torque(well: Any, side: float, angle: float, at: Any) -> float:
+def holding_torque(well: Any, mode: Any, angle: float, at: Any) -> float:
     """Return the torque over I that keeps the wheel at `angle` in the moving case."""
     machine, lever, _ = well
     line, tilt, g_eff = at
-    t, t1, lift = lever_arm(lever, side, angle - tilt[0])
+    t, t1, lift = lever_arm(lever, mode[0], angle - tilt[0])
     carried = term(machine[0], t * (t1 * tilt[1] * tilt[1] - t * tilt[2]))
-    return line[1] - tilt[2] + carried + pull_of(machine, lift, g_eff) * t
+    pushed = carried + pull_of(machine, lift, g_eff) * t
+    return line[1] - tilt[2] + pushed + term(machine[8], mode[2])
 
 
 @compiled

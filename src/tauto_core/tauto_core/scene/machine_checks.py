@@ -10,7 +10,7 @@ from tauto_core.scene.errors import ABSENT, Problem
 
 if TYPE_CHECKING:
     from tauto_core.scene.models import Scene
-    from tauto_core.scene.regulators import FluidTautochroneRegulator, Trochlea
+    from tauto_core.scene.regulators import Escapement, FluidTautochroneRegulator, Trochlea
 
 THREADS_OF_CAM = {
     'involute': ('vertical', 'lever', 'hanging'),
@@ -34,6 +34,8 @@ def regulator_problems(scene: Scene) -> Iterator[Problem]:
         yield from _in_fluid(scene, scene.regulator)
     if scene.trochlea is not None:
         yield from _machine(scene, scene.trochlea)
+    if scene.escapement is not None:
+        yield from _escapement(scene.escapement)
     if scene.trochlea is None and scene.regulator is None:
         yield Problem(
             'trochlea',
@@ -140,10 +142,27 @@ def _real_thread(scene: Scene, trochlea: Trochlea) -> Iterator[Problem]:
             f'does not go with trochlea.thread.kind {thread}, where the weight moves the thread',
             'Leave it out, or use thread kind vertical.',
         )
-    if scene.drag is not None and scene.drag.coulomb > 0.0:
+    frictions = {
+        'drag.coulomb': 0.0 if scene.drag is None else scene.drag.coulomb,
+        'escapement.rest.friction': 0.0 if scene.escapement is None else scene.escapement.friction,
+    }
+    for key, friction in frictions.items():
+        if friction > 0.0:
+            yield Problem(
+                key,
+                friction,
+                f'does not go with trochlea.thread.kind {thread}',
+                'Use viscous or quadratic drag, or thread kind vertical or hole.',
+            )
+
+
+def _escapement(escapement: Escapement) -> Iterator[Problem]:
+    if escapement.energy == 0.0 and not escapement.work > 0.0:
         yield Problem(
-            'drag.coulomb',
-            scene.drag.coulomb,
-            f'does not go with trochlea.thread.kind {thread}',
-            'Use viscous or quadratic drag, or thread kind vertical or hole.',
+            'escapement.energy',
+            0.0,
+            'must be greater than 0 J: nothing else drives the wheel, since recoil does so only '
+            'where it is held past the middle (escapement.rest.recoil and escapement.angle '
+            'greater than 0)',
+            'Give the impulse an energy, or both recoil and a positive angle.',
         )

@@ -30,6 +30,8 @@ _MAY_VANISH = frozenset(
         'drag.coulomb',
         'escapement.angle',
         'escapement.energy',
+        'escapement.rest.friction',
+        'escapement.rest.recoil',
     )
 )
 

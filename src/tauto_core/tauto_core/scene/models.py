@@ -124,7 +124,9 @@ class Scene(Section):
         default=None, description='mapping with `kind`: what swings in place of a trochlea'
     )
     drag: Drag | None = Field(default=None, description='mapping: viscous, quadratic, coulomb')
-    escapement: Escapement | None = Field(default=None, description='mapping: kind, energy, angle')
+    escapement: Escapement | None = Field(
+        default=None, description='mapping: kind, energy, angle, rest'
+    )
     ship: Ship = Field(default=StillShip(), description='mapping with `kind` and how it moves')
     suspension: AxleSuspension | None = Field(
         default=None,

@@ -176,9 +176,36 @@ class Drag(Section):
     coulomb: NonNegative = Field(default=0.0, description='c₀ [N m]')
 
 
+class Rest(Section):
+    """What the tooth that lies on a pallet between two impulses does to the wheel (theory E2)."""
+
+    friction: NonNegative = Field(default=0.0, description='torque against the motion [N m]')
+    recoil: NonNegative = Field(
+        default=0.0, description='torque against the last impulse, until the next [N m]'
+    )
+
+
 class Escapement(Section):
     """Impulse once a beat, at angle · sgn θ̇ (positive: after the middle)."""
 
     kind: Literal['impulse'] = 'impulse'
-    energy: Positive = Field(description='energy given each beat [J]')
+    energy: NonNegative = Field(
+        description='energy given each beat [J]; 0 only where recoil drives the wheel'
+    )
     angle: Number = Field(default=0.0, description='angle of the wheel in its case [rad]')
+    rest: Rest | None = Field(default=None, description='mapping: friction, recoil')
+
+    @property
+    def recoil(self) -> float:
+        """Torque against the last impulse, until the next [N m]."""
+        return 0.0 if self.rest is None else self.rest.recoil
+
+    @property
+    def friction(self) -> float:
+        """Torque against the motion [N m]."""
+        return 0.0 if self.rest is None else self.rest.friction
+
+    @property
+    def work(self) -> float:
+        """What it gives in a swing [J]: two impulses, and the loop that recoil runs through."""
+        return 2.0 * self.energy + 4.0 * self.recoil * self.angle

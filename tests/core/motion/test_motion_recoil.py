@@ -1,0 +1,199 @@
+"""Recoil and friction between the impulses: closed forms, the foretold rate, the laws."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import FORCE, LEVER_RATE, OMEGA, angles, run, scene_of
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import Machine, SteadySwing, compile_machine, steady_swing
+from tauto_core.samples import JOINT_STATES, PHASE, take
+from tauto_core.scene import Scene
+from tauto_core.ship import ShipMotion
+
+STIFFNESS = FORCE * LEVER_RATE
+
+
+def escapement(energy: float, angle: float, **rest: float) -> dict[str, Any]:
+    return {'kind': 'impulse', 'energy': energy, 'angle': angle, 'rest': rest}
+
+
+def arcs(times: np.ndarray, energy: float, angle: float, recoil: float, friction: float) -> Any:
+    """Return θ of a wheel released at 1 rad, each arc a harmonic one about its own centre.
+
+    On the side to which the wheel went last, the middle lies at −(R + c₀)/k on the way out and at
+    −(R − c₀)/k on the way home, up to −angle.
+    """
+    found, side, begin, amplitude = np.empty_like(times), 1.0, 0.0, 1.0
+    out, home = (recoil + friction) / STIFFNESS, (recoil - friction) / STIFFNESS
+    while begin <= times[-1]:
+        reach = amplitude + home
+        struck = begin + math.acos((home - angle) / reach) / OMEGA
+        now = (times >= begin) & (times <= struck)
+        found[now] = side * (reach * np.cos(OMEGA * (times[now] - begin)) - home)
+        rate = reach**2 - (home - angle) ** 2 + 2.0 * energy / STIFFNESS
+        reach, side = math.sqrt((angle + out) ** 2 + rate), -side
+        begin = struck + math.acos((angle + out) / reach) / OMEGA
+        now = (times >= struck) & (times <= begin)
+        found[now] = side * (reach * np.cos(OMEGA * (times[now] - begin)) - out)
+        amplitude = reach - out
+    return found
+
+
+@pytest.mark.parametrize(
+    ('energy', 'angle', 'recoil'),
+    [
+        # nothing but recoil drives it, up to 1.6 rad
+        (0.0, 0.3, 1.2e-3),
+        (6e-4, 0.0, 1e-3),
+        # recoil takes from it
+        (9e-4, -0.2, 5e-4),
+    ],
+)
+def test_a_harmonic_well_swings_in_arcs_about_shifted_middles(energy, angle, recoil):
+    friction = 2e-4
+    scene = scene_of(
+        escapement=escapement(energy, angle, recoil=recoil, friction=friction), duration=30.0
+    )
+    times, found, _ = angles(scene)
+    exact = arcs(times, energy, angle, recoil, friction)
+    # 33 swings with four events in each, every one found to 1e-15 of a swing or so
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12)
+    assert abs(np.max(np.abs(found[-40:])) - 1.0) > 0.05
+
+
+def foretold(scene: Scene) -> SteadySwing:
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine)
+    found = steady_swing(machine)
+    assert isinstance(found, SteadySwing)
+    return found
+
+
+@pytest.mark.parametrize(('energy', 'angle'), [(0.0, 0.5), (4e-4, 0.0), (4e-4, -0.4)])
+def test_recoil_gains_as_its_describing_function_says(energy, angle):
+    """2R/(πkA) √(1 − α²/A²), besides Airy's −E tan χ/(πkA²), A sin χ = α.
+
+    First order: of half the torques the difference is a quarter. Friction takes 2 c₀ A from half
+    a swing, and E + 2 R α is given: released there, the swing repeats itself.
+    """
+    left = []
+    for part in (1.0, 0.5):
+        recoil, given = part * 4e-4, part * energy
+        friction = 0.5 * given + recoil * angle
+        sections = {'escapement': escapement(given, angle, recoil=recoil, friction=friction)}
+        swing = foretold(scene_of(**sections))
+        assert swing.amplitude == pytest.approx(1.0, abs=1e-12)
+        interval = round(swing.period, 9)
+        scene = scene_of(
+            duration=round(20 * interval, 9),
+            log={'interval': interval},
+            drift={'observation_interval': round(20 * interval, 9)},
+            **sections,
+        )
+        joints = run(scene)[JOINT_STATES]
+        np.testing.assert_allclose(joints.position[:, 0], 1.0, rtol=0, atol=1e-12)
+        # the log is up to half a nanosecond a swing beside the turning point
+        late = 20.0 * abs(swing.period - interval)
+        bend = OMEGA**2 * (1.0 + (recoil + friction) / STIFFNESS)
+        np.testing.assert_allclose(joints.velocity[:, 0], 0.0, rtol=0, atol=bend * late + 1e-11)
+        inner = math.sqrt(1.0 - angle * angle)
+        gain = 2.0 * recoil * inner / (math.pi * STIFFNESS)
+        airy = -given * angle / inner / (math.pi * STIFFNESS)
+        left.append(math.tau / OMEGA / swing.period - 1.0 - gain - airy)
+        assert abs(left[-1]) < 0.05 * gain
+    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_friction_of_the_rest_is_drag_by_another_name():
+    """Bit for bit, and beside a drag of its own."""
+    plain = {'kind': 'impulse', 'energy': 3e-4}
+    same = (
+        {'escapement': plain, 'drag': {'coulomb': 2e-4}},
+        {'escapement': {**plain, 'rest': {'friction': 2e-4}}},
+        {'escapement': {**plain, 'rest': {'friction': 1e-4}}, 'drag': {'coulomb': 1e-4}},
+    )
+    said = [run(scene_of(**sections)) for sections in same]
+    for topic in (JOINT_STATES, PHASE):
+        for other in said[1:]:
+            np.testing.assert_array_equal(other[topic].position, said[0][topic].position)
+            np.testing.assert_array_equal(other[topic].velocity, said[0][topic].velocity)
+
+
+def test_a_rest_that_does_nothing_changes_nothing():
+    plain = {'kind': 'impulse', 'energy': 3e-4}
+    said = [
+        run(scene_of(drag={'coulomb': 2e-4}, escapement=each, duration=20.0))
+        for each in (plain, {**plain, 'rest': {}})
+    ]
+    np.testing.assert_array_equal(said[0][PHASE].position, said[1][PHASE].position)
+
+
+def test_recoil_is_the_same_in_parts_and_resumed():
+    """The pallet on which a tooth lies is part of the state: parts end anywhere in a swing."""
+    scene = scene_of(
+        escapement=escapement(2e-4, 0.4, recoil=5e-4, friction=3e-4),
+        duration=20.0,
+        log={'interval': 0.05},
+    )
+    imu = ShipMotion(scene)
+    samples = imu.produce(imu.total)
+    whole = TrochleaStage(scene).feed({'ship/imu': samples})
+    stage, parts = TrochleaStage(scene), []
+    for k in range(0, len(samples.stamp_ns), 7):
+        parts.append(stage.feed({'ship/imu': take(samples, slice(k, k + 7))}))
+        state, stage = stage.state(), TrochleaStage(scene)
+        stage.restore(state)
+    for topic in (JOINT_STATES, PHASE):
+        joined = np.concatenate([part[topic].position for part in parts if topic in part])
+        np.testing.assert_array_equal(joined, whole[topic].position)
+
+
+def test_a_mirrored_release_mirrors_the_swing():
+    """The first tooth lies where the wheel is released, as if the last impulse had been there."""
+    sections = {
+        'escapement': escapement(2e-4, 0.4, recoil=5e-4, friction=3e-4),
+        'duration': 20.0,
+    }
+    one, other = (
+        angles(scene_of(trochlea={'release_angle': release}, **sections))[1]
+        for release in (1.0, -1.0)
+    )
+    np.testing.assert_array_equal(one, -other)
+
+
+def test_recoil_starts_a_wheel_that_lies_short_of_its_impulse():
+    """Where R > kα no place is at rest on either side: an anchor clock starts by itself."""
+    scene = scene_of(
+        trochlea={'release_angle': 0.1},
+        escapement=escapement(0.0, 0.15, recoil=4e-3, friction=3e-4),
+        duration=200.0,
+    )
+    machine = compile_machine(scene)
+    found = foretold(scene)
+    # E = 0: 2 c₀ A = 2 R α
+    assert found.amplitude == pytest.approx(2.0, rel=1e-12)
+    _, angle, _ = angles(scene)
+    # 50 ms from the turning point it is short by (ωτ/2)²/2 of A at the most
+    assert np.max(np.abs(angle[-200:])) == pytest.approx(found.amplitude, rel=0.02)
+    stuck = replace(machine, drag=machine.drag.model_copy(update={'coulomb': 4.5e-3}))
+    assert 'released at 0.1 rad it does not swing' in steady_swing(stuck).why
+
+
+def test_friction_holds_the_wheel_where_recoil_and_well_leave_it():
+    """Short of any impulse s stays: arcs about −0.1 home and −0.4 out turn at −1.2, 0.4, −0.6.
+
+    At −0.2 rad kθ + R = 1e-3 N m is within the friction.
+    """
+    scene = scene_of(escapement=escapement(1e-6, 2.0, recoil=5e-3, friction=3e-3), duration=10.0)
+    times, angle, rate = angles(scene)
+    turned = np.searchsorted(times, math.pi / OMEGA * np.arange(1, 5))
+    np.testing.assert_allclose(angle[turned], [-1.2, 0.4, -0.6, -0.2], rtol=0, atol=0.1)
+    held = times > 4.0 * math.pi / OMEGA
+    np.testing.assert_allclose(angle[held], -0.2, rtol=0, atol=1e-13)
+    assert not np.any(rate[held])
