@@ -22,6 +22,7 @@ from tauto_core.motion.lanes import load, splat, store
 from tauto_core.motion.turning import (
     D1,
     D2,
+    SETTLED,
     WHOLE_STEP,
     X,
     Y,
@@ -63,7 +64,7 @@ def run(system: Any, omega: Any, h: float, steps: int, state: Any, memory: Any) 
     """Advance the state; return the largest last coefficient and how often Newton was needed."""
     worst, newton = 0.0, 0
     for _ in range(steps):
-        last, solved = collocate(system, 0, omega, h, WHOLE_STEP, state, memory)
+        last, solved = collocate(system, 0, omega, h, WHOLE_STEP, SETTLED, state, memory)
         worst = last if last > worst else worst
         newton += 1 if solved else 0
         if not last < math.inf:

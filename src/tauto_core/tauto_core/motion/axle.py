@@ -27,6 +27,7 @@ from tauto_core.motion.turning import (
     FRACTIONS,
     OUTSIDE,
     PART_STEP,
+    SETTLED,
     WHOLE_STEP,
     X,
     Y,
@@ -172,7 +173,7 @@ def _over(
     x = load(work, FRACTIONS) * hx + x0
     store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, splat(0.0)))
     store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, splat(0.0)))
-    last, newton = collocate(system, 0.0, omega, h, kind, state, memory)
+    last, newton = collocate(system, 0.0, omega, h, kind, SETTLED, state, memory)
     if not step_error(1.0, last, newton) <= tolerance:
         return NO_CONVERGENCE, 0.0
     if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:

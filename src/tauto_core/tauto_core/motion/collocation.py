@@ -19,7 +19,13 @@ from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
-from tauto_core.motion.step_size import TOLERANCE, error_factor, longest_step, reference_frequency
+from tauto_core.motion.step_size import (
+    TOLERANCE,
+    error_factor,
+    longest_step,
+    reference_frequency,
+    settled_at,
+)
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
@@ -43,6 +49,7 @@ class Collocation:
         self._shape = arc_shape(machine)
         self._factor = error_factor(machine, self._shape)
         self._tolerance = TOLERANCE if tolerance is None else tolerance
+        self._settled = settled_at(self._tolerance)
         self._floats = np.zeros(events.FLOATS)
         self._ints = np.zeros(events.INTS, np.int64)
         self._memory = make_memory(1, ROWS)
@@ -111,7 +118,7 @@ class Collocation:
         """
         rows = np.empty((int(np.count_nonzero(forcing.logged)), stepping.ROW))
         code, span, x = stepping.advance(
-            (self._tolerance, self._factor),
+            (self._tolerance, self._factor, self._settled),
             self.longest_step_s,
             (self._omega,),
             self._limits(),

@@ -185,6 +185,17 @@ def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     return instant
 
 
+@overload(mechanism.wheel_angle, strict=False)
+def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
+    if not _is_hanging(system):
+        return None
+
+    def wheel_angle(system: Any, state: Any, at: Any) -> Any:
+        return _angles(system, state[0], state[4])[0] - (at[0][0] - at[1][0])
+
+    return wheel_angle
+
+
 @overload(mechanism.strike, strict=False)
 def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
     if not _is_hanging(system):

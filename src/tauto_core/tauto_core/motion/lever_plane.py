@@ -214,6 +214,24 @@ def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     return instant
 
 
+@compiled
+def _angle(shape: Any, s: float) -> float:
+    """Return θ."""
+    series = shape.near if abs(s - shape.near.middle) <= shape.near.half else shape.whole
+    x, terms = (s - series.middle) / series.half, series.terms
+    angle = angle_old = 0.0
+    for j in range(terms.shape[1] - 1, 0, -1):
+        angle, angle_old = fma(2.0 * x, angle, terms[ANGLE, j] - angle_old), angle
+    return fma(x, angle, terms[ANGLE, 0] - angle_old)
+
+
+@overload(mechanism.wheel_angle, strict=False)
+def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
+    if not _is_lever(system):
+        return None
+    return lambda system, state, at: _angle(system.shape, state[0])
+
+
 @overload(mechanism.strike, strict=False)
 def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
     if not _is_lever(system):

@@ -33,6 +33,11 @@ def instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     raise TypeError('instant runs in compiled code only')
 
 
+def wheel_angle(system: Any, state: Any, at: Any) -> float:
+    """Return ANGLE alone."""
+    raise TypeError('wheel_angle runs in compiled code only')
+
+
 def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     """Return TENSION and MARGIN at the nodes of the step last collocated, as lanes."""
     raise TypeError('margins runs in compiled code only')

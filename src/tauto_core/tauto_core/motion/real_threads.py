@@ -25,6 +25,7 @@ from tauto_core.motion.step_size import (
     MAX_ANGLE,
     MIN_ANGLE,
     TOLERANCE,
+    settled_at,
 )
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import FloatArray, State
@@ -111,6 +112,7 @@ class RealThreads:
         self._model = _lever(machine) if isinstance(machine, LeverMachine) else _hanging(machine)
         planes = len(self._model.omega)
         self._tolerance = TOLERANCE if tolerance is None else tolerance
+        self._settled = settled_at(self._tolerance)
         self._memory = make_memory(planes, self._model.rows)
         self._scratch = np.zeros(4 * planes)
         self._floats = np.zeros(4 * planes + spans.EXTRA)
@@ -224,7 +226,7 @@ class RealThreads:
         system = self._model.system
         # without turning points d has no meaning; the pallet is 0, and so is recoil
         found: tuple[int, int, float] = spans.advance(
-            (tolerance, ERROR_OF_LAST_STRONG),
+            (tolerance, ERROR_OF_LAST_STRONG, self._settled),
             self._machine.frequency,
             longest_s,
             (NEVER, math.inf) if trial else self._watched(),

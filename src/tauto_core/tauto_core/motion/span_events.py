@@ -27,6 +27,7 @@ from tauto_core.motion.mechanism import (
     margins,
     outside_at,
     strike,
+    wheel_angle,
 )
 from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between, expand
@@ -85,7 +86,10 @@ def _value_within(watch: Any, xi: Any) -> Any:
         for p in range(len(omega)):
             x, y = between(omega, p, hx * forcing[0][k], xi, floats, memory.work)
             scratch[4 * p], scratch[4 * p + 2] = x, y
-        now = instant(system, mode, omega, scratch, outside_at(forcing, k, x0 + xi * hx))
+        at = outside_at(forcing, k, x0 + xi * hx)
+        if kind == AT_IMPULSE:
+            return angle - mode[0] * wheel_angle(system, scratch, at)
+        now = instant(system, mode, omega, scratch, at)
         return value(kind, angle, mode[0], now)
 
     return within

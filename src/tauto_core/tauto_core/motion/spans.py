@@ -95,6 +95,7 @@ def _step_to_event(
     kind: int,
     xi: float,
     angle: float,
+    settled: float,
     system: Any,
     mode: Any,
     omega: Any,
@@ -110,7 +111,7 @@ def _step_to_event(
             copy_state(len(omega), floats, memory.end)
             return 0.0
         at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
-        collocate(system, mode, omega, xi * length, part, floats, memory)
+        collocate(system, mode, omega, xi * length, part, settled, floats, memory)
         finish(omega, xi * length, part, floats, memory)
         now = instant(system, mode, omega, memory.end, outside_at(forcing, k, x0 + xi * hx))
         slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
@@ -148,7 +149,8 @@ def _move(
     mode, h, planes = mode_of(ints), hx * forcing[0][k], len(omega)
     kind = WHOLE_STEP if x0 == 0.0 or watched[0] == NEVER else PART_STEP
     at_nodes(system, place, memory.work)
-    last, newton = collocate(system, mode, omega, h, kind, floats, memory)
+    settled = tolerance[2]
+    last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error, _NOTHING
@@ -161,7 +163,9 @@ def _move(
     if event == NO_EVENT:
         xi = 1.0
     else:
-        xi = _step_to_event(event, xi, watched[1], system, mode, omega, place, floats, memory)
+        xi = _step_to_event(
+            event, xi, watched[1], settled, system, mode, omega, place, floats, memory
+        )
     copy_state(planes, memory.end, floats)
     return event, xi, error, after
 
@@ -283,8 +287,8 @@ def advance(
     """Advance the state over all spans and fill a row for every logged one.
 
     Args:
-        tolerance: error allowed a step relative to the state, and the error of a step per square
-            of its last coefficient.
+        tolerance: error allowed a step relative to the state, the error of a step per square of
+            its last coefficient, and how far its stages are iterated.
         phase_rate: ω of the phase [rad/s].
         longest_s: longest step [s].
         watched: how turning points matter, and the angle of the impulse [rad], else inf.

@@ -10,6 +10,7 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
 from tauto_core.motion.compiled import inlined
 from tauto_core.motion.gauss import NODES, PROJECTION, STAGES
+from tauto_core.motion.turning import SETTLED
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
@@ -23,6 +24,9 @@ TOLERANCE = 2e-12
 
 MARGIN = 0.3
 """Part of the tolerance that steps are laid out for; the rest is for the sea."""
+
+SPARE = 1e-5
+"""Part of the tolerance that is left to the iteration of a step."""
 
 ERROR_OF_LAST, ERROR_OF_LAST_STRONG = 0.03, 1.0
 """Error of a smooth step per square of the last Legendre coefficient of its slopes.
@@ -56,6 +60,11 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
+
+
+def settled_at(tolerance: float) -> float:
+    """Return to what part of the state the stage equations are solved."""
+    return max(SETTLED, SPARE * tolerance)
 
 
 @inlined

@@ -201,6 +201,7 @@ def _step_to_event(
     kind: int,
     xi: float,
     limits: Any,
+    settled: float,
     system: Any,
     mode: Any,
     omega: Any,
@@ -220,7 +221,7 @@ def _step_to_event(
             return 0.0
         forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
         h = xi * hx * forcing[0][k]
-        collocate(system, mode, omega, h, part, floats, memory)
+        collocate(system, mode, omega, h, part, settled, floats, memory)
         finish(omega, h, part, floats, memory)
         xi, there = _carry(kind, xi, limits, well, mode, omega, place, end)
         if there:
@@ -282,7 +283,8 @@ def _move(
     h = hx * forcing[0][k]
     kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
-    last, newton = collocate(system, mode, omega, h, kind, floats, memory)
+    settled = tolerance[2]
+    last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error
@@ -308,7 +310,9 @@ def _move(
         if event == NO_EVENT:
             xi = 1.0
         else:
-            xi = _step_to_event(event, xi, limits, system, mode, omega, place, floats, memory)
+            xi = _step_to_event(
+                event, xi, limits, settled, system, mode, omega, place, floats, memory
+            )
     copy_state(1, end, floats)
     return event, xi, error
 
@@ -406,7 +410,8 @@ def advance(
     """Advance the state over all spans and fill a row for every logged one.
 
     Args:
-        tolerance: error allowed a step relative to the state, and `error_factor` of the machine.
+        tolerance: error allowed a step relative to the state, `error_factor` of the machine, and
+            how far the stages are iterated.
         longest_s: longest step [s].
         spans: begin, end, logged, and γ − α_c at the end, which counts the beats.
 

@@ -11,9 +11,9 @@ the angle ω(t − t₀), only the disturbance is left to integrate:
 
 Eight Gauss stages make this symmetric, symplectic and of order 16 in the step; the error falls
 with the strength of the disturbance too, and no disturbance is solved exactly. The stage
-equations are iterated to rounding; where the disturbance is too strong for that, Newton's method
-takes over. The state is kept in twofold numbers and turned by a twofold rotation, so that what n
-steps lose grows like √n.
+equations are iterated, to rounding if need be; where the disturbance is too strong for that,
+Newton's method takes over. The state is kept in twofold numbers and turned by a twofold rotation,
+so that what n steps lose grows like √n.
 
 Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
 rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as `Lanes`, one
@@ -51,6 +51,9 @@ WHOLE_STEP, PART_STEP = 0, 1
 MAX_SWEEPS = 60
 MAX_NEWTON = 12
 ROUNDING = 2.0**-53
+SETTLED = 0.25 * ROUNDING
+"""Part of the state to which its stages can be told."""
+
 EXPANSION = np.ascontiguousarray(INTEGRAL.T)
 
 
@@ -190,11 +193,18 @@ def _size(planes: int, work: Any) -> float:
 
 @inlined
 def _iterate(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, work: Any
+    system: Any,
+    mode: Any,
+    omega: Any,
+    h: float,
+    kind: int,
+    settled: float,
+    state: Any,
+    work: Any,
 ) -> tuple[bool, float]:
-    """Iterate to rounding; return whether it converges, and the size of the stages.
+    """Iterate until the stages have settled; return whether they do, and their size.
 
-    It converges where the rate of convergence, as measured, leaves less than rounding to come.
+    They do where the rate of convergence, as measured, leaves less than that to come.
     """
     planes = len(omega)
     for p in range(planes):
@@ -206,7 +216,7 @@ def _iterate(
         change = _sweep(system, mode, omega, h, kind, state, work)
         if n == 0:
             size = _size(planes, work)
-            floor = 0.25 * ROUNDING * size
+            floor = settled * size
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             return True, size
         if not change < before and n > 0:
@@ -310,7 +320,14 @@ def _solve(
 
 @compiled
 def collocate(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, memory: Any
+    system: Any,
+    mode: Any,
+    omega: Any,
+    h: float,
+    kind: int,
+    settled: float,
+    state: Any,
+    memory: Any,
 ) -> tuple[float, bool]:
     """Solve the stage equations of a step of h from `state`.
 
@@ -320,6 +337,7 @@ def collocate(
         omega: ω of each plane [rad/s], a tuple.
         h: length of the step [s], |ωh| ≤ MAX_ANGLE.
         kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        settled: part of the state to which the stage equations are iterated, >= SETTLED.
         state: X and Y of each plane, each in two doubles, shape (4P,).
         memory: from `make_memory`.
 
@@ -330,7 +348,7 @@ def collocate(
     work, turned, _, _, _, _ = memory
     planes = len(omega)
     turn_to(omega, h, kind, work, turned)
-    converged, size = _iterate(system, mode, omega, h, kind, state, work)
+    converged, size = _iterate(system, mode, omega, h, kind, settled, state, work)
     newton = not converged
     if newton:
         converged, size = _solve(system, mode, omega, h, kind, state, memory)
