@@ -114,8 +114,11 @@ class AxleModes:
         y_re = np.repeat(y[0, :-1], bearing.parts) + (c_begin * re + s_begin * im)
         y_im = np.repeat(y[1, :-1], bearing.parts) + (c_begin * im - s_begin * re)
         y_re[last], y_im[last] = y[:, 1:]
-        c_end, s_end = _frame(mode, bearing.end_ns)
-        return c_end * y_re - s_end * y_im, s_end * y_re + c_end * y_im
+        since_ns = bearing.end_ns - np.repeat(bearing.begin_ns, bearing.parts)
+        turned = mode.omega * 1e-9 * since_ns
+        c, s = np.cos(turned), np.sin(turned)
+        y_re, y_im = c * y_re - s * y_im, s * y_re + c * y_im
+        return c_begin * y_re - s_begin * y_im, s_begin * y_re + c_begin * y_im
 
     def state(self) -> State:
         """Return Y of both modes."""
