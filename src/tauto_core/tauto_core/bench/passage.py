@@ -10,7 +10,7 @@ from tauto_core.bench.problems import PASSAGE_S, problems
 from tauto_core.bench.tauto_peer import Tauto
 from tauto_core.samples import SECONDS_PER_DAY
 
-SETTING = '20 Hz 1e-12'
+SETTING = '10 Hz 1e-12'
 ROUNDS = 3
 NEEDED_US = 3.0
 NEEDED_RATIO = 1.15
