@@ -124,6 +124,14 @@ def test_the_roll_that_the_clock_feels_has_twice_that_root_mean_square(roll_deg)
     assert 'slope_coefficient' in scene_yaml(rolled)
 
 
+def test_a_roll_by_response_operator_is_scaled_with_it():
+    pytest.importorskip('wavespectra')
+    scene = load_scene('buoy_44004_supply', duration=60.0)
+    rolled = with_roll(scene, 5.0)
+    assert significant_roll_deg(rolled) == pytest.approx(5.0, rel=1e-14)
+    assert rolled.ship.rao.heave_real == scene.ship.rao.heave_real
+
+
 def test_a_harmonic_rolls_by_the_root_of_two_of_its_amplitude():
     ship = ComponentsShip(components=(Component(amplitude=0.1, period=9.0),))
     scene = load_scene('ideal').model_copy(update={'ship': ship})

@@ -82,6 +82,15 @@ def test_the_figures_are_those_of_the_voyage(pair):
     assert row.trace_s[-1] == row.error_s
 
 
+def test_a_clock_whose_swing_dies_away_counts_as_stopped(pair, monkeypatch):
+    report = {'trochlea': {'stopped_s': 12.5}, 'clock': {'rate_s_per_day': -5.0}}
+    monkeypatch.setattr('tauto_core.voyage.sail', lambda *_, **__: report)
+    row = sail_entry(pair[0])
+    assert row.stopped.at_s == 12.5
+    assert 'too small' in row.stopped.why
+    assert row.rate_s_per_day == -5.0
+
+
 def test_progress_comes_to_one_and_never_falls(pair):
     shares = []
     compare([pair[0]] * 2, jobs=1, progress=shares.append)
