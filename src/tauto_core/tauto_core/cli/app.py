@@ -159,12 +159,13 @@ def replay(
     from tauto_core import voyage
     from tauto_core.cli import stability_figure
     from tauto_core.cli.replay_tables import replay_tables
+    from tauto_core.figure_file import check_plot
     from tauto_core.scene import load_scene
 
     if plot is not None:
         if not stability:
             raise UsageError('--plot draws what --stability tells. Give both, or neither')
-        stability_figure.check_plot(plot)
+        check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
     _warn(result)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.options import AsJson
+from tauto_core.cli.options import AsJson, Plots
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -36,10 +35,7 @@ def bench(
         bool,
         typer.Option('--passage', help='Also an 81-day passage all in, and two runs at once.'),
     ] = False,
-    plot: Annotated[
-        list[Path] | None,
-        typer.Option(metavar='FILE', help='Draw it as .svg or .png, or both; replaces the file.'),
-    ] = None,
+    plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure run time against error, beside other programs on the same equations.

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from enum import StrEnum
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauto_core.cli.options import AsJson
+from tauto_core.cli.options import AsJson, Plots
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -62,10 +61,7 @@ def compare(
         Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
     ] = Cases.BOTH,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
-    plot: Annotated[
-        list[Path] | None,
-        typer.Option(metavar='FILE', help='Draw it as .svg or .png, or both; replaces the file.'),
-    ] = None,
+    plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
     """Sail several clocks through the same sea: which of them finds the longitude?

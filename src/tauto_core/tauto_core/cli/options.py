@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, TypeAlias
 
 import typer
@@ -12,4 +13,10 @@ SceneName: TypeAlias = Annotated[
 ]
 AsJson: TypeAlias = Annotated[
     bool, typer.Option('--json', help='Print one JSON object on stdout, nothing else there.')
+]
+Plots: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--plot', metavar='FILE', help='Draw it as .svg or .png, or both; replaces the file.'
+    ),
 ]

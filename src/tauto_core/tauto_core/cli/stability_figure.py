@@ -6,35 +6,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.figure_file import write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-DOTS_AN_INCH = 96
 _FREQUENCY = {
     'allan': ('Allan', '#c1121f', 'o'),
     'modified': ('modified Allan', '#003f88', 's'),
     'hadamard': ('Hadamard', '#2a9d5c', '^'),
 }
 _TIME = {'time': ('time', '#7b2cbf', 'D')}
-
-
-class FigureError(TautoError):
-    """A figure that cannot be written."""
-
-
-def check_plot(path: Path) -> None:
-    """Refuse, before anything runs, a file that the figure cannot become.
-
-    Raises:
-        UsageError: a suffix other than .svg and .png, or a folder that is not there.
-    """
-    if path.suffix not in ('.svg', '.png'):
-        raise UsageError(f'--plot {path}: must end in .svg or .png. Name another file')
-    if not path.parent.is_dir():
-        raise UsageError(f'--plot {path}: there is no folder {path.parent}. Make it first')
 
 
 def draw(stability: Mapping[str, Any], title: str, path: Path) -> None:
@@ -47,19 +30,9 @@ def draw(stability: Mapping[str, Any], title: str, path: Path) -> None:
 
     Raises:
         FigureError: the file cannot be written.
+        UsageError: see `figure_file.check_plot`.
     """
-    import matplotlib as mpl
-
-    # the same result must give the same file
-    with mpl.rc_context({'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'path'}):
-        figure = stability_figure(stability, title)
-        metadata = {'Date': None} if path.suffix == '.svg' else {'Software': None}
-        try:
-            figure.savefig(path, dpi=DOTS_AN_INCH, metadata=metadata)
-        except OSError as error:
-            raise FigureError(
-                f'{path}: cannot be written: {error.strerror}. Name another file'
-            ) from None
+    write_figure(lambda: stability_figure(stability, title), path)
 
 
 def stability_figure(stability: Mapping[str, Any], title: str) -> Figure:

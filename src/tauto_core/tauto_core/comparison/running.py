@@ -1,8 +1,7 @@
 """All clocks of a comparison sailed, several at once, each by itself.
 
 A clock takes a process of its own, since the kernels let go of Python's lock only in part. The
-ship's motion is made anew for each: it costs a tenth of the cheapest clock, less than handing it
-from process to process would.
+motion of ship and case is made anew for each, so that processes have nothing to hand on.
 """
 
 from __future__ import annotations
