@@ -21,6 +21,7 @@ from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
 from tauto_core.motion.step_size import (
     TOLERANCE,
+    carried_within,
     error_factor,
     longest_step,
     reference_frequency,
@@ -118,7 +119,7 @@ class Collocation:
         """
         rows = np.empty((int(np.count_nonzero(forcing.logged)), stepping.ROW))
         code, span, x = stepping.advance(
-            (self._tolerance, self._factor, self._settled),
+            (self._tolerance, self._factor, self._settled, carried_within(self._tolerance)),
             self.longest_step_s,
             (self._omega,),
             self._limits(),

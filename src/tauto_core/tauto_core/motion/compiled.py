@@ -26,6 +26,7 @@ _KERNELS = (
     'gauss',
     'hanging_planes',
     'lanes',
+    'layout',
     'lever_plane',
     'lever_shape',
     'mechanism',

@@ -32,7 +32,7 @@ from tauto_core.motion.outside import (
     node_row,
 )
 from tauto_core.motion.roots import locate, value_of
-from tauto_core.motion.turning import between
+from tauto_core.motion.turning import between, expand
 from tauto_core.motion.wells import (
     acceleration,
     angle_at,
@@ -50,7 +50,7 @@ from tauto_core.motion.wells import (
     term,
 )
 
-NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK = range(6)
+NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
 """The negative of a kind is no event, but where the value of that kind stops falling."""
 
 DISCERNED = 1e-7
@@ -103,6 +103,12 @@ def feels_drag(machine: Any) -> bool:
 def feels_case(machine: Any) -> bool:
     """Return whether the tilt in the case is known within a span, since something feels it."""
     return feels_drag(machine) or _kicks(machine[7])
+
+
+@compiled
+def feels_impulse(machine: Any) -> bool:
+    """Return whether the escapement pushes the wheel."""
+    return _kicks(machine[7])
 
 
 @compiled
@@ -271,18 +277,28 @@ def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work:
 
 @compiled
 def _dip(
-    kind: int, limits: Any, well: Any, mode: Any, omega: Any, floats: Any, place: Any, work: Any
+    kind: int,
+    rises: float,
+    limits: Any,
+    well: Any,
+    mode: Any,
+    omega: Any,
+    floats: Any,
+    place: Any,
+    work: Any,
 ) -> tuple[float, float]:
     """Return where in the step an event's value is lowest between two passages, and the value.
 
     (2, 0) where it is not: only a value that falls at first and rises at last passes zero twice.
     What breaks loose from friction falls by a rounding at most.
+
+    Args:
+        rises: time derivative of the value at the end of the step.
     """
     falling = Watch(-kind, limits, well, mode, omega, floats, place, work)
-    before, after = value_of(falling, 0.0), value_of(falling, 1.0)
-    if not (after < 0.0 and before > -DISCERNED * after):
+    if not (rises > 0.0 and value_of(falling, 0.0) > DISCERNED * rises):
         return 2.0, 0.0
-    xi = locate(falling, 1.0, after, 1e-3)
+    xi = locate(falling, 1.0, -rises, 1e-3)
     value = value_of(Watch(kind, limits, well, mode, omega, floats, place, work), xi)
     return (xi, value) if value < 0.0 else (2.0, 0.0)
 
@@ -325,6 +341,54 @@ def turns_quietly(limits: Any, passed: Any, well: Any, after: Any, ints: Any, wo
 
 
 @compiled
+def by_the_end(
+    limits: Any,
+    passed: Any,
+    well: Any,
+    mode: Any,
+    armed: bool,
+    h: float,
+    at: Any,
+    after: Any,
+    work: Any,
+) -> tuple[int, float]:
+    """Return the only event within a step of h and about its fraction, by the step's end alone.
+
+    UNSURE where more may have happened than one passage in the second half of the step.
+
+    Args:
+        passed: as `limit_passed` returns.
+        armed: whether an impulse is due in this swing.
+        at: `forcing_at` the end of the step.
+        after: `acceleration` there.
+    """
+    machine, lever, _ = well
+    side, d, _ = mode
+    inside = min(passed[0], passed[1]) > 1.0 and abs(after[4]) < limits[1]
+    if not inside or (_has_weight_in(machine) and not after[5] > 0.0):
+        return UNSURE, 1.0
+    if turns_abruptly(machine) or (_kicks(machine[7]) and not d * after[1] > 0.0):
+        return UNSURE, 1.0
+    kick = armed and not d * after[0] < limits[0]
+    kink = kinked(lever) and not side * after[4] > 0.0
+    if kick and kink:
+        return UNSURE, 1.0
+    if (
+        kinked(lever)
+        and not kink
+        and side * after[2] > 0.0
+        and _may_dip(KINK, mode, machine, work)
+    ):
+        return UNSURE, 1.0
+    if not kick and not kink:
+        return NO_EVENT, 1.0
+    kind = IMPULSE if kick else KINK
+    fall = slope(kind, mode, after, at)
+    xi = 1.0 - value_of_state(kind, limits, mode, after) / (fall * h)
+    return (kind, xi) if fall < 0.0 and xi > 0.5 else (UNSURE, 1.0)
+
+
+@compiled
 def first_event(
     limits: Any,
     passed: Any,
@@ -334,6 +398,7 @@ def first_event(
     armed: bool,
     stalled: bool,
     floats: Any,
+    at: Any,
     after: Any,
     place: Any,
     work: Any,
@@ -346,10 +411,12 @@ def first_event(
         passed: as `limit_passed` returns.
         armed: whether an impulse is due in this swing.
         stalled: whether turning points and kinks are passed over, since time stands still.
-        after: `acceleration` at the end of the step.
+        at: `forcing_at` the end of the step.
+        after: `acceleration` there.
     """
     machine, lever, _ = well
     forcing, k, x0, hx = place
+    expand(1, work)
     first, xi, reach = NO_EVENT, 2.0, 1.0
     state = after
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
@@ -365,7 +432,8 @@ def first_event(
             continue
         watch = Watch(kind, limits, well, mode, omega, floats, place, work)
         if last > 1.0 and _may_dip(kind, mode, machine, work):
-            last, at_last = _dip(kind, limits, well, mode, omega, floats, place, work)
+            rises = slope(kind, mode, after, at)
+            last, at_last = _dip(kind, rises, limits, well, mode, omega, floats, place, work)
         if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
             last = passed[kind - AT_EDGE]
             at_last = value_of(watch, last)
@@ -373,13 +441,13 @@ def first_event(
             # a smooth turning point need not be stepped to; a slack thread's value has no slope
             rough = kind == TURNING and not turns_abruptly(machine)
             precision = 1e-2 if rough else (1e-6 if kind < AT_EDGE else 1e-13)
-            at = locate(watch, last, at_last, precision)
-            if at < xi:
-                first, xi = kind, at
+            located = locate(watch, last, at_last, precision)
+            if located < xi:
+                first, xi = kind, located
             if kind == TURNING:
-                reach = at
-                q, y = between(omega, 0, hx * forcing[0][k], at, floats, work)
-                there = forcing_at(forcing, k, x0 + at * hx)
+                reach = located
+                q, y = between(omega, 0, hx * forcing[0][k], located, floats, work)
+                there = forcing_at(forcing, k, x0 + located * hx)
                 state = acceleration(well, mode, q, omega[0] * y, there)
     return first, xi
 
@@ -414,11 +482,12 @@ def place_at_rest(well: Any, omega: Any, angle: float, at: Any, floats: Any, int
 
 
 @compiled
-def happen(kind: int, limits: Any, well: Any, omega: Any, at: Any, floats: Any, ints: Any) -> None:
-    """Change the discrete state at an event."""
+def happen(
+    kind: int, limits: Any, well: Any, omega: Any, at: Any, state: Any, floats: Any, ints: Any
+) -> None:
+    """Change the discrete state at an event, and the rate; `state` as `acceleration` returns."""
     machine, lever, _ = well
-    mode = side, d, _ = mode_of(ints)
-    state = acceleration(well, mode, floats[STATE], omega[0] * floats[STATE + 2], at)
+    side, d, _ = mode_of(ints)
     if kind == KINK:
         ints[SIDE] = -ints[SIDE]
     elif kind == IMPULSE:

@@ -34,9 +34,12 @@ from tauto_core.motion.events import (
     THETA_SIGN,
     TURNING,
     TURNS,
+    UNSURE,
+    by_the_end,
     expects_events,
     feels_case,
     feels_drag,
+    feels_impulse,
     first_event,
     happen,
     hold,
@@ -49,6 +52,7 @@ from tauto_core.motion.events import (
     value_of_state,
 )
 from tauto_core.motion.lanes import load, splat, store
+from tauto_core.motion.layout import BEYOND, lay_out, phase_to
 from tauto_core.motion.outside import (
     D1_ROW,
     D2_ROW,
@@ -64,13 +68,13 @@ from tauto_core.motion.outside import (
     node_row,
     presence,
 )
+from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
     PART_STEP,
     WHOLE_STEP,
     collocate,
     copy_state,
-    expand,
     finish,
 )
 from tauto_core.motion.wells import (
@@ -95,14 +99,6 @@ COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
 """Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
 
 MAX_LEVEL = 24
-FEW = 16
-"""Steps of a span that is short enough for them to be laid out anew after an event."""
-
-NEAR = 1e-5
-"""Angle of turning within which a state is carried to its event without another step [rad]."""
-
-SETTLED = 1e-16
-"""Error of an event's time that is rounding, as the angle turned in it [rad]."""
 
 
 class Trochlea(NamedTuple):
@@ -159,12 +155,21 @@ def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
 
 @compiled
 def _carry(
-    kind: int, xi: float, limits: Any, well: Any, mode: Any, omega: Any, place: Any, end: Any
-) -> tuple[float, bool]:
-    """Carry a state that is near an event to it; return the fraction, and whether it is there.
+    kind: int,
+    xi: float,
+    limits: Any,
+    tolerance: Any,
+    well: Any,
+    mode: Any,
+    omega: Any,
+    place: Any,
+    end: Any,
+) -> tuple[float, float]:
+    """Carry a state that is near an event to it; return where it is, and where the event is.
 
-    The midpoint rule errs by the cube of what it spans, and tells how the slope changes on the
-    way; a wheel that has just been released may lie so near its event that this takes repetition.
+    Both as fractions of the step. The midpoint rule errs by the cube of what it spans, and tells
+    how the slope changes on the way; a wheel that has just been released may lie so near its
+    event that this takes repetition.
     """
     forcing, k, x0, hx = place
     whole = hx * forcing[0][k]
@@ -173,13 +178,13 @@ def _carry(
         state = acceleration(well, mode, end[0], omega[0] * end[2], at)
         value, fall = value_of_state(kind, limits, mode, state), slope(kind, mode, state, at)
         if not fall < 0.0:
-            return xi, True
+            return xi, xi
         late = -value / fall
         reached = xi + late / whole
         if not 0.0 < reached <= 1.0:
-            return xi, True
-        if not omega[0] * abs(late) < NEAR:
-            return reached, False
+            return xi, xi
+        if not omega[0] * abs(late) < tolerance[3]:
+            return xi, reached
         along, more = drift(well, mode, state, at)
         x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
         at = forcing_at(forcing, k, x0 + 0.5 * (xi + reached) * hx)
@@ -191,9 +196,9 @@ def _carry(
         end[2] += late * more / omega[0]
         xi += late / whole
         change = mean / fall - 1.0
-        if omega[0] * abs(late) * change * change <= SETTLED:
+        if omega[0] * abs(late) * change * change <= tolerance[2]:
             break
-    return xi, True
+    return xi, xi
 
 
 @compiled
@@ -201,7 +206,7 @@ def _step_to_event(
     kind: int,
     xi: float,
     limits: Any,
-    settled: float,
+    tolerance: Any,
     system: Any,
     mode: Any,
     omega: Any,
@@ -209,24 +214,29 @@ def _step_to_event(
     floats: Any,
     memory: Any,
 ) -> float:
-    """Step to an event and correct its time by the state found there; return the fraction."""
+    """Step to an event from the nearer end of the step; return the fraction where it is."""
     machine, lever, shape, _ = system
     forcing, k, x0, hx = place
     work, end = memory.work, memory.end
     well = machine, lever, shape
     part = np.int64(PART_STEP)
+    there = 1.0
+    if xi <= 0.5:
+        copy_state(1, floats, end)
+        there = 0.0
     for _ in range(4):
         if xi <= 0.0:
             copy_state(1, floats, end)
             return 0.0
-        forcing_at_nodes((forcing, k, x0, xi * hx), feels_drag(machine), OUTSIDE_ROW, work)
-        h = xi * hx * forcing[0][k]
-        collocate(system, mode, omega, h, part, settled, floats, memory)
-        finish(omega, h, part, floats, memory)
-        xi, there = _carry(kind, xi, limits, well, mode, omega, place, end)
-        if there:
-            return xi
-    return xi
+        hop = place[0], k, x0 + there * hx, (xi - there) * hx
+        forcing_at_nodes(hop, feels_drag(machine), OUTSIDE_ROW, work)
+        h = hop[3] * forcing[0][k]
+        collocate(system, mode, omega, h, part, tolerance[2], end, memory)
+        finish(omega, h, part, end, memory)
+        there, xi = _carry(kind, xi, limits, tolerance, well, mode, omega, place, end)
+        if there == xi:
+            break
+    return there
 
 
 @compiled
@@ -271,50 +281,57 @@ def _move(
     floats: Any,
     ints: Any,
     memory: Any,
-) -> tuple[int, float, float]:
-    """Advance over hx or to the first event; return the event, the fraction, the error."""
+) -> tuple[int, float, float, float]:
+    """Advance over hx or to the first event; return the event, the fraction, the error, and θ.
+
+    θ only where the motion in the case is followed within a span.
+    """
     machine, lever, shape, felt = system
     forcing, k, x0, hx = place
     work, end = memory.work, memory.end
     well = machine, lever, shape
     if ints[HELD]:
-        return NO_EVENT, hold(limits, well, omega, place, floats, ints), 0.0
+        loose = hold(limits, well, omega, place, floats, ints)
+        return NO_EVENT, loose, 0.0, floats[HELD_ANGLE]
     mode = mode_of(ints)
     h = hx * forcing[0][k]
-    kind = WHOLE_STEP if x0 == 0.0 or not expects_events(well) else PART_STEP
+    kind = PART_STEP if expects_events(well) else WHOLE_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
     settled = tolerance[2]
     last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
-        return NO_EVENT, 0.0, error
+        return NO_EVENT, 0.0, error, 0.0
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
     passed = limit_passed(limits, well, mode, omega, felt, work)
-    event, xi = NO_EVENT, 1.0
-    if expects_events(well) or min(passed[0], passed[1]) <= 1.0:
-        at = forcing_at(forcing, k, x0 + hx)
-        after = acceleration(well, mode, end[0], omega[0] * end[2], at)
-        if not stalled and turns_quietly(limits, passed, well, after, ints, work):
-            copy_state(1, end, floats)
-            return NO_EVENT, 1.0, error
-        expand(1, work)
-        armed = ints[ARMED] == 1
+    if not expects_events(well) and min(passed[0], passed[1]) > 1.0:
+        copy_state(1, end, floats)
+        return NO_EVENT, 1.0, error, 0.0
+    at = forcing_at(forcing, k, x0 + hx)
+    after = acceleration(well, mode, end[0], omega[0] * end[2], at)
+    if not stalled and turns_quietly(limits, passed, well, after, ints, work):
+        copy_state(1, end, floats)
+        return NO_EVENT, 1.0, error, after[0]
+    armed = ints[ARMED] == 1
+    event, xi = by_the_end(limits, passed, well, mode, armed, h, at, after, work)
+    if event == UNSURE:
         event, xi = first_event(
-            limits, passed, well, mode, omega, armed, stalled, floats, after, place, work
+            limits, passed, well, mode, omega, armed, stalled, floats, at, after, place, work
         )
-        if event == TURNING and _turns_smoothly(
-            xi, limits, passed, well, omega, place, floats, ints, after, work
-        ):
-            event = NO_EVENT
-        if event == NO_EVENT:
-            xi = 1.0
-        else:
-            xi = _step_to_event(
-                event, xi, limits, settled, system, mode, omega, place, floats, memory
-            )
+    if event == TURNING and _turns_smoothly(
+        xi, limits, passed, well, omega, place, floats, ints, after, work
+    ):
+        event = NO_EVENT
+    if event == NO_EVENT:
+        copy_state(1, end, floats)
+        return event, 1.0, error, after[0]
+    xi = _step_to_event(event, xi, limits, tolerance, system, mode, omega, place, floats, memory)
     copy_state(1, end, floats)
-    return event, xi, error
+    at = forcing_at(forcing, k, x0 + xi * hx)
+    state = acceleration(well, mode, end[0], omega[0] * end[2], at)
+    happen(event, limits, well, omega, at, state, floats, ints)
+    return event, xi, error, state[0]
 
 
 @compiled
@@ -388,9 +405,23 @@ def _angle(well: Any, forcing: Any, tilt_end: Any, k: int, x: float, floats: Any
 
 
 @compiled
-def _first_steps(longest_s: float, span_s: float) -> int:
-    """Return how many steps a span takes at least."""
-    return max(1, int(math.ceil(span_s / longest_s - 1e-9)))
+def _ahead_s(
+    limits: Any, well: Any, omega: Any, forcing: Any, k: int, x: float, floats: Any, ints: Any
+) -> float:
+    """Return the time to a little after the next event to expect [s], or inf."""
+    machine, lever, _ = well
+    ahead = math.inf
+    if not expects_events(well) or ints[HELD]:
+        return ahead
+    side, d, _ = mode_of(ints)
+    q, y = angle_at(well, floats[STATE]), floats[STATE + 2]
+    if feels_impulse(machine):
+        way = d if ints[ARMED] else -d
+        tilt = channel(forcing[2], k, x, 1.0)[0]
+        ahead = phase_to(way, q, y, limits[0] - way * tilt)
+    if kinked(lever):
+        ahead = min(ahead, phase_to(-side, q, y, 0.0))
+    return (ahead + BEYOND) / omega[0]
 
 
 @entry
@@ -410,8 +441,8 @@ def advance(
     """Advance the state over all spans and fill a row for every logged one.
 
     Args:
-        tolerance: error allowed a step relative to the state, `error_factor` of the machine, and
-            how far the stages are iterated.
+        tolerance: error allowed a step relative to the state, `error_factor` of the machine, how
+            far the stages are iterated, and how near an event the state is carried to it [rad].
         longest_s: longest step [s].
         spans: begin, end, logged, and γ − α_c at the end, which counts the beats.
 
@@ -424,13 +455,20 @@ def advance(
     written = 0
     for k in range(len(begin)):
         worst, events, stalled = 0.0, 0, 0
-        start, whole = begin[k], end[k] - begin[k]
-        # Time is a cell and a fraction of it: it keeps its resolution in spans of a day.
-        cells = _first_steps(longest_s, whole * forcing[0][k]) << ints[LEVEL]
-        cell, f = 0, 0.0
-        while cell < cells:
-            place = forcing, k, start + (cell + f) / cells * whole, (1.0 - f) / cells * whole
-            kind, xi, error = _move(
+        # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps
+        # its resolution in spans of a day.
+        start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
+        per_s, last = 1.0 / forcing[0][k], False
+        while not last or cell < cells:
+            if cell == cells:
+                start, low = sum_exactly(start, low + whole)
+                ahead_s = _ahead_s(limits, well, omega, forcing, k, start, floats, ints)
+                left = (end[k] - start) - low
+                whole, cells = lay_out(left, per_s, longest_s, ahead_s, ints[LEVEL])
+                cell, f, last = 0, 0.0, whole == left
+            x = start + (low + (cell + f) / cells * whole)
+            place = forcing, k, x, (1.0 - f) / cells * whole
+            kind, xi, error, angle = _move(
                 tolerance,
                 limits,
                 system,
@@ -453,16 +491,16 @@ def advance(
             stalled = stalled + 1 if reached == f else 0
             events = 0 if reached == 1.0 else events + 1
             cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
-            x = end[k] if cell == cells else start + (cell + f) / cells * whole
+            done = last and cell == cells
+            x = end[k] if done else start + (low + (cell + f) / cells * whole)
             if kind in (AT_EDGE, AT_SLACK):
                 return (EDGE if kind == AT_EDGE else SLACK), k, x
-            if kind != NO_EVENT:
-                happen(kind, limits, well, omega, forcing_at(forcing, k, x), floats, ints)
-                if cell < cells <= FEW << ints[LEVEL] and events == 1:
-                    start, whole = x, end[k] - x
-                    cells = _first_steps(longest_s, whole * forcing[0][k]) << ints[LEVEL]
-                    cell, f = 0, 0.0
-            _count(_angle(well, forcing, tilt_end, k, x, floats), floats, ints)
+            if kind != NO_EVENT and not done:
+                whole *= (cell + f) / cells
+                cells, cell, last = 0, 0, False
+            if not (expects_events(well) and feels_case(machine)):
+                angle = _angle(well, forcing, tilt_end, k, x, floats)
+            _count(angle, floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
         coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
