@@ -316,8 +316,10 @@ def _may_dip(kind: int, mode: Any, machine: Any, work: Any) -> bool:
 
 
 @compiled
-def turns_quietly(limits: Any, passed: Any, well: Any, after: Any, ints: Any, work: Any) -> bool:
-    """Turn where a turning point lies within the step, and surely nothing else.
+def turns_quietly(
+    limits: Any, passed: Any, well: Any, place: Any, after: Any, floats: Any, ints: Any, work: Any
+) -> bool:
+    """Turn where a turning point lies within the step, and at most an impulse after it.
 
     Args:
         passed: as `limit_passed` returns.
@@ -326,9 +328,14 @@ def turns_quietly(limits: Any, passed: Any, well: Any, after: Any, ints: Any, wo
     d, side = float(ints[DIRECTION]), float(ints[SIDE])
     if turns_abruptly(well[0]) or min(passed[0], passed[1]) <= 1.0 or not d * after[1] < 0.0:
         return False
-    # the turning point lies farther out than the end
-    if ints[ARMED] == 1 or not -d * after[0] < limits[0]:
+    if ints[ARMED] == 1:
         return False
+    # the turning point lies farther out than the end, and than the beginning
+    if not -d * after[0] < limits[0]:
+        forcing, k, x0, _ = place
+        tilt = channel(forcing[2], k, x0, 1.0)[0]
+        if not -d * (angle_at(well, floats[STATE]) + tilt) < limits[0]:
+            return False
     q = load(work, X_ROW)
     size = largest(q)
     if not size <= WELL_WITHIN * limits[1]:

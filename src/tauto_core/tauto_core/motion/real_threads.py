@@ -25,6 +25,7 @@ from tauto_core.motion.step_size import (
     MAX_ANGLE,
     MIN_ANGLE,
     TOLERANCE,
+    carried_within,
     settled_at,
 )
 from tauto_core.motion.turning import make_memory
@@ -226,7 +227,7 @@ class RealThreads:
         system = self._model.system
         # without turning points d has no meaning; the pallet is 0, and so is recoil
         found: tuple[int, int, float] = spans.advance(
-            (tolerance, ERROR_OF_LAST_STRONG, self._settled),
+            (tolerance, ERROR_OF_LAST_STRONG, self._settled, carried_within(self._tolerance)),
             self._machine.frequency,
             longest_s,
             (NEVER, math.inf) if trial else self._watched(),

@@ -96,6 +96,12 @@ def _value_within(watch: Any, xi: Any) -> Any:
 
 
 @compiled
+def mode_of(ints: Any) -> tuple[float, float]:
+    """Return `mode` of a state."""
+    return float(ints[DIRECTION]), float(ints[PALLET])
+
+
+@compiled
 def _first_below(values: Any) -> float:
     """Return the first node with a value that is not positive; 2: none."""
     if least(values) > 0.0:
@@ -108,15 +114,23 @@ def _first_below(values: Any) -> float:
 
 @compiled
 def _turns_quietly(
-    watched: Any, d: float, after: Any, tension: Any, margin: Any, ints: Any
+    watched: Any,
+    system: Any,
+    d: float,
+    place: Any,
+    after: Any,
+    clear: bool,
+    floats: Any,
+    ints: Any,
 ) -> bool:
-    """Turn where a turning point lies within the step, and surely nothing else that matters."""
-    if watched[0] == ABRUPTLY or ints[ARMED] == 1 or not d * after[RATE] < 0.0:
+    """Turn where a turning point lies within the step, and at most an impulse after it."""
+    if not clear or watched[0] == ABRUPTLY or ints[ARMED] == 1 or not d * after[RATE] < 0.0:
         return False
-    # the turning point lies farther out than the end
-    clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
-    if not clear or not -d * after[ANGLE] < watched[1]:
-        return False
+    # the turning point lies farther out than the end, and than the beginning
+    if not -d * after[ANGLE] < watched[1]:
+        forcing, k, x0, _ = place
+        if not -d * wheel_angle(system, floats, outside_at(forcing, k, x0)) < watched[1]:
+            return False
     ints[DIRECTION] = -ints[DIRECTION]
     ints[ARMED] = 1
     return True
@@ -136,7 +150,7 @@ def first_event(
     memory: Any,
     scratch: Any,
 ) -> tuple[int, float]:
-    """Return the kind of the first event within the step and its fraction of the step.
+    """Return the kind of the first event within the step and about its fraction of the step.
 
     What is reached before a turning point and left again after it is looked for up to there. A
     turning point where nothing happens is no event; it is taken note of.
@@ -145,19 +159,26 @@ def first_event(
         after: `instant` at the end of the step.
     """
     turns, angle = watched
-    armed, d = ints[ARMED] == 1, mode[0]
+    forcing, k, _, hx = place
     tension, margin = margins(system, mode, omega, memory.work)
     slack, edge = _first_below(tension), _first_below(margin)
+    clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
+    if turns != NEVER and not stalled:
+        _turns_quietly(watched, system, mode[0], place, after, clear, floats, ints)
+    armed, d = ints[ARMED] == 1, float(ints[DIRECTION])
     quiet = turns == NEVER or stalled or d * after[RATE] > 0.0
     missed = not armed or d * after[ANGLE] < angle
-    inside = after[MARGIN] > 0.0 and after[TENSION] > 0.0
+    inside = after[MARGIN] > 0.0 and after[TENSION] > 0.0 and min(slack, edge) > 1.0
+    if quiet and missed and inside:
+        return NO_EVENT, 1.0
+    if quiet and inside and turns == SMOOTHLY and not stalled:
+        # the only event, and not far from the end
+        xi = 1.0 - (d * after[ANGLE] - angle) / (d * after[RATE] * hx * forcing[0][k])
+        if xi > 0.5:
+            return AT_IMPULSE, xi
     first, xi = NO_EVENT, _NOWHERE
-    if quiet and missed and inside and min(slack, edge) > 1.0:
-        return first, xi
-    if not quiet and _turns_quietly(watched, d, after, tension, margin, ints):
-        return first, xi
     expand(len(omega), memory.work)
-    reach = 1.0
+    now, reach = mode_of(ints), 1.0
     for kind in range(AT_TURNING, AT_SLACK + 1):
         if kind == AT_TURNING and (turns == NEVER or stalled):
             continue
@@ -168,7 +189,7 @@ def first_event(
             last = min(edge, reach)
         elif kind == AT_SLACK:
             last = min(slack, reach)
-        watch = Watch(kind, angle, system, mode, omega, place, floats, memory, scratch)
+        watch = Watch(kind, angle, system, now, omega, place, floats, memory, scratch)
         at_last = value_of(watch, last)
         if at_last > 0.0:
             continue
@@ -178,12 +199,6 @@ def first_event(
         if kind == AT_TURNING:
             reach = at
     return first, xi
-
-
-@compiled
-def mode_of(ints: Any) -> tuple[float, float]:
-    """Return `mode` of a state."""
-    return float(ints[DIRECTION]), float(ints[PALLET])
 
 
 @compiled

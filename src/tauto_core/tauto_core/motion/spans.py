@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.motion.compiled import compiled, entry
+from tauto_core.motion.layout import BEYOND, lay_out, phase_to
 from tauto_core.motion.mechanism import (
     ACCELERATION,
     ANGLE,
@@ -27,6 +28,7 @@ from tauto_core.motion.mechanism import (
     instant,
     outside_at,
 )
+from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.span_events import (
     ARMED,
     AT_EDGE,
@@ -69,25 +71,57 @@ ROW = 8
 MAX_EVENTS = 10_000
 MAX_STALLED = 4
 MAX_LEVEL = 24
-FEW = 16
-"""Steps of a span that is short enough for them to be laid out anew after an event."""
-
 NEAR = 1e-8
-"""Angle of turning over which the polynomials of a step carry a state beyond its end [rad]."""
+"""Angle of turning within which one more step of Newton's method is exact to rounding [rad]."""
 
 COARSEN = 2.0**-17
 """Part of the tolerance below which steps double: their error grows by 2^16."""
 
 
 @compiled
-def _carry(omega: Any, h: float, late: float, floats: Any, memory: Any) -> None:
-    """Carry the state at the end of a step of h a little further, along its polynomials."""
+def _carry(
+    kind: int,
+    xi: float,
+    angle: float,
+    tolerance: Any,
+    system: Any,
+    mode: Any,
+    omega: Any,
+    place: Any,
+    hop: float,
+    start: Any,
+    memory: Any,
+) -> tuple[float, float]:
+    """Carry a state that is near an event to it; return where it is, and where the event is.
+
+    Both as fractions of the step. It is carried along the polynomials of the step of `hop` from
+    `start` that led to it.
+    """
+    forcing, k, x0, hx = place
+    d, length, end = mode[0], hx * forcing[0][k], memory.end
     expand(len(omega), memory.work)
-    for p in range(len(omega)):
-        x, y = between(omega, p, h, 1.0, floats, memory.work)
-        to_x, to_y = between(omega, p, h, 1.0 + late / h, floats, memory.work)
-        memory.end[4 * p] += to_x - x
-        memory.end[4 * p + 2] += to_y - y
+    done = 1.0
+    for _ in range(4):
+        now = instant(system, mode, omega, end, outside_at(forcing, k, x0 + xi * hx))
+        slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
+        if kind >= AT_EDGE or not slope < 0.0:
+            return xi, xi
+        late = -value(kind, angle, d, now) / slope
+        reached = xi + late / length
+        if not 0.0 < reached <= 1.0:
+            return xi, xi
+        if not omega[0] * abs(late) <= tolerance[3]:
+            return xi, reached
+        for p in range(len(omega)):
+            x, y = between(omega, p, hop, done, start, memory.work)
+            to_x, to_y = between(omega, p, hop, done + late / hop, start, memory.work)
+            end[4 * p] += to_x - x
+            end[4 * p + 2] += to_y - y
+        done += late / hop
+        xi = reached
+        if omega[0] * abs(late) <= NEAR:
+            break
+    return xi, xi
 
 
 @compiled
@@ -95,37 +129,37 @@ def _step_to_event(
     kind: int,
     xi: float,
     angle: float,
-    settled: float,
+    tolerance: Any,
     system: Any,
     mode: Any,
     omega: Any,
     place: Any,
     floats: Any,
     memory: Any,
+    scratch: Any,
 ) -> float:
-    """Step to an event, correct its time by the state found there; return the fraction."""
+    """Step to an event from the nearer end of the step; return the fraction where it is."""
     forcing, k, x0, hx = place
-    d, length, part = mode[0], hx * forcing[0][k], np.int64(PART_STEP)
+    planes, part, end = len(omega), np.int64(PART_STEP), memory.end
+    there = 1.0
+    if xi <= 0.5:
+        copy_state(planes, floats, end)
+        there = 0.0
     for _ in range(4):
         if xi <= 0.0:
-            copy_state(len(omega), floats, memory.end)
+            copy_state(planes, floats, end)
             return 0.0
-        at_nodes(system, (forcing, k, x0, xi * hx), memory.work)
-        collocate(system, mode, omega, xi * length, part, settled, floats, memory)
-        finish(omega, xi * length, part, floats, memory)
-        now = instant(system, mode, omega, memory.end, outside_at(forcing, k, x0 + xi * hx))
-        slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
-        if kind >= AT_EDGE or not slope < 0.0:
-            return xi
-        late = -value(kind, angle, d, now) / slope
-        reached = xi + late / length
-        if not 0.0 < reached <= 1.0:
-            return xi
-        if omega[0] * abs(late) <= NEAR:
-            _carry(omega, xi * length, late, floats, memory)
-            return reached
-        xi = reached
-    return xi
+        copy_state(planes, end, scratch)
+        at_nodes(system, (forcing, k, x0 + there * hx, (xi - there) * hx), memory.work)
+        hop = (xi - there) * hx * forcing[0][k]
+        collocate(system, mode, omega, hop, part, tolerance[2], scratch, memory)
+        finish(omega, hop, part, scratch, memory)
+        there, xi = _carry(
+            kind, xi, angle, tolerance, system, mode, omega, place, hop, scratch, memory
+        )
+        if there == xi:
+            break
+    return there
 
 
 @compiled
@@ -147,7 +181,7 @@ def _move(
     """
     forcing, k, x0, hx = place
     mode, h, planes = mode_of(ints), hx * forcing[0][k], len(omega)
-    kind = WHOLE_STEP if x0 == 0.0 or watched[0] == NEVER else PART_STEP
+    kind = WHOLE_STEP if watched[0] == NEVER else PART_STEP
     at_nodes(system, place, memory.work)
     settled = tolerance[2]
     last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
@@ -160,11 +194,10 @@ def _move(
     event, xi = first_event(
         watched, system, mode, omega, ints, stalled, place, after, floats, memory, scratch
     )
-    if event == NO_EVENT:
-        xi = 1.0
-    else:
+    if event != NO_EVENT:
+        mode = mode_of(ints)
         xi = _step_to_event(
-            event, xi, watched[1], settled, system, mode, omega, place, floats, memory
+            event, xi, watched[1], tolerance, system, mode, omega, place, floats, memory, scratch
         )
     copy_state(planes, memory.end, floats)
     return event, xi, error, after
@@ -210,6 +243,15 @@ def release(
 
 
 @compiled
+def _ahead_s(phase_rate: float, watched: Any, omega: Any, now: Any, ints: Any) -> float:
+    """Return the time to a little after the next impulse to expect [s], or inf."""
+    way = float(ints[DIRECTION] if ints[ARMED] else -ints[DIRECTION])
+    pace = omega[0] if len(omega) == 1 else phase_rate
+    ahead = phase_to(way, now[ANGLE], now[RATE] / pace, watched[1])
+    return (ahead + BEYOND) / pace
+
+
+@compiled
 def _span(
     k: int,
     tolerance: Any,
@@ -228,40 +270,51 @@ def _span(
     """Advance over one span; return a code and, of a failure, the fraction of the piece."""
     begin, end, _ = spans
     worst, events, stalled = 0.0, 0, 0
-    start, whole = begin[k], end[k] - begin[k]
     where = floats[4 * len(omega) :]
-    # Time is a cell and a fraction of it: it keeps its resolution in spans of a day.
-    steps = max(1, int(math.ceil(whole * forcing[0][k] / longest_s - 1e-9)))
-    cells, cell, f = steps << ints[LEVEL], 0, 0.0
-    while cell < cells:
-        place = forcing, k, start + (cell + f) / cells * whole, (1.0 - f) / cells * whole
+    # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps its
+    # resolution in spans of a day.
+    start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
+    per_s, last, ahead_s = 1.0 / forcing[0][k], False, math.inf
+    now = _NOTHING
+    if watched[1] < math.inf:
+        now = instant(system, mode_of(ints), omega, floats, outside_at(forcing, k, start))
+    while not last or cell < cells:
+        if cell == cells:
+            start, low = sum_exactly(start, low + whole)
+            if watched[1] < math.inf:
+                ahead_s = _ahead_s(phase_rate, watched, omega, now, ints)
+            left = (end[k] - start) - low
+            whole, cells = lay_out(left, per_s, longest_s, ahead_s, ints[LEVEL])
+            cell, f, last = 0, 0.0, whole == left
+        x = start + (low + (cell + f) / cells * whole)
+        place = forcing, k, x, (1.0 - f) / cells * whole
         pause = stalled > MAX_STALLED
-        kind, xi, error, now = _move(
+        kind, xi, error, after = _move(
             tolerance, watched, system, omega, pause, place, floats, ints, memory, scratch
         )
         if not error <= tolerance[0]:
             ints[LEVEL] += 1
             if ints[LEVEL] > MAX_LEVEL:
-                return NO_CONVERGENCE, place[2]
+                return NO_CONVERGENCE, x
             half = 1 if f >= 0.5 else 0
             cell, cells, f = 2 * cell + half, 2 * cells, 2.0 * f - half
             continue
-        worst = max(worst, error)
+        now, worst = after, max(worst, error)
         reached = 1.0 if xi >= 1.0 else f + xi * (1.0 - f)
         stalled = stalled + 1 if reached == f else 0
         events = 0 if reached == 1.0 else events + 1
         cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
-        x = end[k] if cell == cells else start + (cell + f) / cells * whole
+        done = last and cell == cells
+        x = end[k] if done else start + (low + (cell + f) / cells * whole)
         if kind >= AT_EDGE or events > MAX_EVENTS:
             return EDGE if kind == AT_EDGE else SLACK if kind == AT_SLACK else NO_CONVERGENCE, x
         if kind != NO_EVENT:
             at = outside_at(forcing, k, x)
             happen(kind, watched, system, omega, at, floats, ints)
             now = instant(system, mode_of(ints), omega, floats, at)
-            if cell < cells <= FEW << ints[LEVEL] and events == 1:
-                start, whole = x, end[k] - x
-                steps = max(1, int(math.ceil(whole * forcing[0][k] / longest_s - 1e-9)))
-                cells, cell, f = steps << ints[LEVEL], 0, 0.0
+            if not done:
+                whole *= (cell + f) / cells
+                cells, cell, last = 0, 0, False
         count(phase_rate, now, where, ints)
     if ints[LEVEL] > 0 and worst < tolerance[0] * COARSEN:
         ints[LEVEL] -= 1
@@ -288,7 +341,8 @@ def advance(
 
     Args:
         tolerance: error allowed a step relative to the state, the error of a step per square of
-            its last coefficient, and how far its stages are iterated.
+            its last coefficient, how far its stages are iterated, and how near an event the state
+            is carried to it [rad].
         phase_rate: ω of the phase [rad/s].
         longest_s: longest step [s].
         watched: how turning points matter, and the angle of the impulse [rad], else inf.

@@ -310,9 +310,11 @@ def _move(
         return NO_EVENT, 1.0, error, 0.0
     at = forcing_at(forcing, k, x0 + hx)
     after = acceleration(well, mode, end[0], omega[0] * end[2], at)
-    if not stalled and turns_quietly(limits, passed, well, after, ints, work):
+    turned = not stalled and turns_quietly(limits, passed, well, place, after, floats, ints, work)
+    if turned and -mode[1] * after[0] < limits[0]:
         copy_state(1, end, floats)
         return NO_EVENT, 1.0, error, after[0]
+    mode = mode_of(ints)
     armed = ints[ARMED] == 1
     event, xi = by_the_end(limits, passed, well, mode, armed, h, at, after, work)
     if event == UNSURE:
@@ -417,8 +419,10 @@ def _ahead_s(
     q, y = angle_at(well, floats[STATE]), floats[STATE + 2]
     if feels_impulse(machine):
         way = d if ints[ARMED] else -d
-        tilt = channel(forcing[2], k, x, 1.0)[0]
+        tilt, rate, _ = channel(forcing[2], k, x, 1.0 / (forcing[0][k] * omega[0]))
         ahead = phase_to(way, q, y, limits[0] - way * tilt)
+        if ahead < math.inf:
+            ahead = phase_to(way, q, y, limits[0] - way * (tilt + rate * ahead))
     if kinked(lever):
         ahead = min(ahead, phase_to(-side, q, y, 0.0))
     return (ahead + BEYOND) / omega[0]
