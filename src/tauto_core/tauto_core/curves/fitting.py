@@ -19,7 +19,7 @@ from tauto_core.scene.errors import TautoError
 
 Law: TypeAlias = Callable[[FloatArray], FloatArray]
 
-TERMS = 10
+TERMS = 12
 """Of the first piece, in ϑ²; the others have twice as many, in ϑ."""
 
 RESOLVED = 4e-16

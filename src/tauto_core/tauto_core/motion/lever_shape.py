@@ -55,8 +55,13 @@ class LeverShape(NamedTuple):
     whole: Series
 
 
-def lever_shape(machine: LeverMachine) -> LeverShape:
-    """Return the series of a machine, good to rounding."""
+def lever_shape(machine: LeverMachine, blur: float = 0.0) -> LeverShape:
+    """Return the series of a machine.
+
+    Args:
+        machine: whose arc it is.
+        blur: how far off a function may be, by its largest coefficient; at least rounding.
+    """
     low, high = machine.geometry.edges
     arc = _arc_of_tau(machine, low, high)
     reach = MARGIN * abs(machine.release_angle) + 0.1
@@ -69,7 +74,16 @@ def lever_shape(machine: LeverMachine) -> LeverShape:
             'coefficients. Use a heavier wheel, a lighter weight or a smaller release angle',
             0.0,
         )
-    return LeverShape(short, _series(machine, arc, low, high) or short)
+    whole = _series(machine, arc, low, high) or short
+    return LeverShape(_shortened(short, blur), _shortened(whole, blur))
+
+
+def _shortened(series: Series, blur: float) -> Series:
+    """Leave out the last terms that together stay below the blur."""
+    size = np.abs(series.terms)
+    tails = np.cumsum(size[:, ::-1], axis=1)[:, ::-1] / np.max(size, axis=1, keepdims=True)
+    needed = max(2, int(np.count_nonzero(np.max(tails, axis=0) > blur)))
+    return series._replace(terms=np.ascontiguousarray(series.terms[:, :needed]))
 
 
 def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:

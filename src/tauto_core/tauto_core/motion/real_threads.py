@@ -66,14 +66,14 @@ def _on_wheel(
     return drag.viscous / inertia, drag.quadratic / inertia, energy / inertia, recoil
 
 
-def _lever(machine: LeverMachine) -> _Model:
+def _lever(machine: LeverMachine, settled: float) -> _Model:
     try:
         omega = math.tau / machine.period(machine.release_angle)
     except CamRangeError:
         omega = machine.frequency
     carried = math.sqrt(machine.turned_inertia / machine.inertia)
     weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
-    system = Lever(lever_shape(machine), carried, weight, *_on_wheel(machine))
+    system = Lever(lever_shape(machine, settled), carried, weight, *_on_wheel(machine))
     return _Model(system, (omega,), lever_plane.ROWS)
 
 
@@ -110,10 +110,13 @@ class RealThreads:
         self, machine: LeverMachine | HangingMachine, tolerance: float | None = None
     ) -> None:
         self._machine = machine
-        self._model = _lever(machine) if isinstance(machine, LeverMachine) else _hanging(machine)
-        planes = len(self._model.omega)
         self._tolerance = TOLERANCE if tolerance is None else tolerance
         self._settled = settled_at(self._tolerance)
+        if isinstance(machine, LeverMachine):
+            self._model = _lever(machine, self._settled)
+        else:
+            self._model = _hanging(machine)
+        planes = len(self._model.omega)
         self._memory = make_memory(planes, self._model.rows)
         self._scratch = np.zeros(4 * planes)
         self._floats = np.zeros(4 * planes + spans.EXTRA)
