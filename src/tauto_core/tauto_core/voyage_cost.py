@@ -307,10 +307,14 @@ def _run_s(
         work_ns += felt * FORCED_NS_A_SAMPLE
     if steps is not None:
         impulses = 0 if scene.escapement is None else 2
-        thread = None if scene.trochlea is None else scene.trochlea.thread.kind
-        step_ns = NS_A_STEP_OF_THREAD.get(thread or '', NS_A_STEP)
-        work_ns += swings * (steps.a_swing * step_ns + impulses * NS_AN_IMPULSE)
+        work_ns += swings * (steps.a_swing * step_ns(scene) + impulses * NS_AN_IMPULSE)
     return START_S[name] + work_ns / NS_PER_S
+
+
+def step_ns(scene: Scene) -> float:
+    """Return what a step of the collocation costs, by the scene's kind of thread [ns]."""
+    thread = '' if scene.trochlea is None else scene.trochlea.thread.kind
+    return NS_A_STEP_OF_THREAD.get(thread, NS_A_STEP)
 
 
 def _growth(

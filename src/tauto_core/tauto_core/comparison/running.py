@@ -22,6 +22,7 @@ from tauto_core.comparison.trace import ErrorTrace
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, TautoError, UsageError
 from tauto_core.summary import scene_propagator
+from tauto_core.voyage_cost import step_ns
 
 Progress: TypeAlias = Callable[[float], None]
 
@@ -229,10 +230,11 @@ def _pool(jobs: int, entries: int) -> Iterator[tuple[ProcessPoolExecutor, Any]]:
 
 def _side_by_side(entries: Sequence[Entry], jobs: int, progress: Progress | None) -> list[Row]:
     with _pool(jobs, len(entries)) as (pool, shares):
-        futures: list[Future[Row]] = [
-            pool.submit(_sail_in_pool, *each) for each in enumerate(entries)
-        ]
-        left = set(futures)
+        futures: dict[int, Future[Row]] = {
+            index: pool.submit(_sail_in_pool, index, entries[index])
+            for index in _dearest_first(entries)
+        }
+        left = set(futures.values())
         try:
             while left:
                 done, left = wait(left, _LOOK_S)
@@ -245,4 +247,10 @@ def _side_by_side(entries: Sequence[Entry], jobs: int, progress: Progress | None
                 f'one of {jobs} processes died, for want of memory perhaps. Use fewer: --jobs '
                 f'{max(jobs // 2, 1)}'
             ) from None
-    return [future.result() for future in futures]
+    return [futures[index].result() for index in range(len(entries))]
+
+
+def _dearest_first(entries: Sequence[Entry]) -> list[int]:
+    """Return the indices, so that no long run is left to the end while other processes rest."""
+    dear = [step_ns(entry.scene) * (2.0 if entry.hung else 1.0) for entry in entries]
+    return sorted(range(len(entries)), key=lambda index: -dear[index])

@@ -62,6 +62,9 @@ CLEAR = 0.05
 WELL_WITHIN = 0.97
 """Part of the range within which all nodes of a step must lie, that all of it surely does."""
 
+BENT = 0.25
+"""Part of its slope by which an event's value may bend between there and the end of the step."""
+
 STATE, HELD_ANGLE, LAST_X, LAST_Y, FLOATS = 0, 4, 5, 6, 7
 DIRECTION, SIDE, PALLET, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(11)
 """PALLET: direction of the last impulse, from which the next tooth pushes the wheel back."""
@@ -376,23 +379,31 @@ def by_the_end(
         return UNSURE, 1.0
     if turns_abruptly(machine) or (_kicks(machine[7]) and not d * after[1] > 0.0):
         return UNSURE, 1.0
+    leaves = kinked(lever) and side * after[4] > 0.0 and side * after[2] > 0.0
+    if leaves and _may_dip(KINK, mode, machine, work):
+        return UNSURE, 1.0
     kick = armed and not d * after[0] < limits[0]
     kink = kinked(lever) and not side * after[4] > 0.0
-    if kick and kink:
-        return UNSURE, 1.0
-    if (
-        kinked(lever)
-        and not kink
-        and side * after[2] > 0.0
-        and _may_dip(KINK, mode, machine, work)
-    ):
-        return UNSURE, 1.0
     if not kick and not kink:
         return NO_EVENT, 1.0
-    kind = IMPULSE if kick else KINK
+    kicked = _straight_back(IMPULSE, limits, mode, h, at, after) if kick else 2.0
+    crossed = _straight_back(KINK, limits, mode, h, at, after) if kink else 2.0
+    first, apart = min(kicked, crossed), abs(kicked - crossed)
+    if not first > 0.5 or (kick and kink and not apart > 0.5 * (1.0 - first)):
+        return UNSURE, 1.0
+    return IMPULSE if kicked < crossed else KINK, first
+
+
+@compiled
+def _straight_back(kind: int, limits: Any, mode: Any, h: float, at: Any, after: Any) -> float:
+    """Return the fraction of a step at which a value was zero, by its slope at the end.
+
+    0 where the slope changes so much since then that this would be far off.
+    """
     fall = slope(kind, mode, after, at)
-    xi = 1.0 - value_of_state(kind, limits, mode, after) / (fall * h)
-    return (kind, xi) if fall < 0.0 and xi > 0.5 else (UNSURE, 1.0)
+    back = value_of_state(kind, limits, mode, after) / fall
+    bend = after[3] if kind == KINK else after[3] + at[1][2]
+    return 1.0 - back / h if fall < 0.0 and abs(bend * back) < BENT * -fall else 0.0
 
 
 @compiled

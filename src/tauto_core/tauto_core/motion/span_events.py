@@ -18,6 +18,7 @@ from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import lane, least
 from tauto_core.motion.mechanism import (
     ANGLE,
+    BEND,
     COORDINATE,
     MARGIN,
     RATE,
@@ -42,6 +43,9 @@ NEVER, SMOOTHLY, ABRUPTLY = 0, 1, 2
 
 CLEAR = 0.05
 """Margin of all nodes of a step that is surely within the range, as `mechanism.MARGIN`."""
+
+BENT = 0.25
+"""Part of the rate by which it may change between an impulse and the end of the step."""
 
 PRECISION = 1e-9
 """Of an event's place in a step: near enough to be carried there."""
@@ -172,9 +176,10 @@ def first_event(
     if quiet and missed and inside:
         return NO_EVENT, 1.0
     if quiet and inside and turns == SMOOTHLY and not stalled:
-        # the only event, and not far from the end
-        xi = 1.0 - (d * after[ANGLE] - angle) / (d * after[RATE] * hx * forcing[0][k])
-        if xi > 0.5:
+        # the only event; by the slope at the end where that has not changed much since
+        back = (d * after[ANGLE] - angle) / (d * after[RATE])
+        xi = 1.0 - back / (hx * forcing[0][k])
+        if xi > 0.5 and abs(after[BEND] * back) < BENT * abs(after[RATE]):
             return AT_IMPULSE, xi
     first, xi = NO_EVENT, _NOWHERE
     expand(len(omega), memory.work)

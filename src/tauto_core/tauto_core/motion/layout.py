@@ -1,0 +1,51 @@
+"""How steps are laid out over a span, so that the next event lies just inside the last of them.
+
+A stretch reaches to the end of the span, or a little beyond where the next event is expected, and
+is divided into equal steps. What is expected need not come: a stretch is laid out anew from
+wherever the last one ended, at an event or not.
+"""
+
+from __future__ import annotations
+
+import math
+
+from tauto_core.motion.compiled import compiled
+
+BEYOND = 0.05
+"""How far behind the event expected a stretch ends, as a phase [rad]."""
+
+SPARE = 0.05
+"""Part of a step by which the steps of a stretch may together be too long, if that saves one."""
+
+
+@compiled
+def phase_to(way: float, x: float, y: float, reach: float) -> float:
+    """Return the phase that an oscillation turns through until way·x rises to `reach`.
+
+    In (0, 2π] of x = A sin φ, y = A cos φ; infinite where it does not swing so far.
+    """
+    size = math.hypot(x, y)
+    if not abs(reach) < size:
+        return math.inf
+    ahead = math.asin(reach / size) - math.atan2(way * x, way * y)
+    while ahead <= 0.0:
+        ahead += math.tau
+    return ahead
+
+
+@compiled
+def lay_out(
+    left: float, per_s: float, longest_s: float, ahead_s: float, level: int
+) -> tuple[float, int]:
+    """Return the length of the next stretch, and its steps.
+
+    Args:
+        left: what is left of the span.
+        per_s: length of a second.
+        longest_s: longest step [s].
+        ahead_s: time to the next event [s]; infinite where none is expected.
+        level: how often steps are halved.
+    """
+    whole = min(left, ahead_s * per_s)
+    steps = math.ceil(whole / (per_s * longest_s) - SPARE)
+    return whole, max(1, steps) << level
