@@ -44,6 +44,7 @@ TURN = 0.35
 """Longest part of a turn that is taken at one go where the roll may outweigh the swing [rad]."""
 
 _COMPLEX_STEP = 1e-200
+_ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 class ForcedHarmonic:
@@ -129,14 +130,18 @@ class ForcedHarmonic:
         columns = forcing.length_s, forcing.begin, forcing.end, sampled
         # Most spans are alike; only the others are worth sorting.
         usual = [column[len(column) // 2] for column in columns]
-        unlike = np.logical_or.reduce([c != one for c, one in zip(columns, usual, strict=True)])
+        unlike = np.zeros(len(sampled), np.bool_)
+        for column, one in zip(columns, usual, strict=True):
+            unlike |= column != one
         shape, kinds = np.zeros(len(unlike), np.int64), [tuple(map(float, usual))]
         if unlike.any():
             others = np.stack([column[unlike] for column in columns], axis=1)
             more, which = np.unique(others, axis=0, return_inverse=True)
             kinds += map(tuple, more.tolist())
             shape[unlike] = 1 + which.reshape(-1)
-        return shape, _shapes(
+        # a table of many kinds is large, and seldom wanted again
+        make = _shapes if len(kinds) > 1 else _kept_shapes
+        return shape, make(
             self._omega0,
             self._delta,
             tuple(kinds),
@@ -204,7 +209,6 @@ def _line(
     return value, first * per_s, 2.0 * second * per_s * per_s
 
 
-@lru_cache(maxsize=8)
 def _shapes(
     omega0: float,
     delta: float,
@@ -234,6 +238,9 @@ def _shapes(
         part=np.concatenate([each.part for each in found]),
         end=np.concatenate([each.end for each in found]),
     )
+
+
+_kept_shapes = lru_cache(maxsize=8)(_shapes)
 
 
 @dataclass(frozen=True)
@@ -286,15 +293,13 @@ def _response(
 ) -> NDArray[np.complex128]:
     """Return rows that take what makes α_c to b over each part between edges, (m, width).
 
-    Gauss–Legendre with 24 nodes a part: over at most TURN the integrand's remainder is far below
-    rounding.
+    Gauss–Legendre: over a part, at most TURN, the integrand's remainder is far below rounding.
     """
     omega = math.sqrt(omega0 * omega0 - delta * delta)
-    roots, weights = np.polynomial.legendre.leggauss(24)
     begin, long = edges[:-1, None], np.diff(edges)[:, None]
-    x = begin + 0.5 * long * (roots + 1.0)
+    x = begin + 0.5 * long * (_ROOTS + 1.0)
     s = (x - begin) * length_s
-    weight = 0.5 * weights * long * length_s * np.exp((delta - 1j * omega) * s)
+    weight = 0.5 * _WEIGHTS * long * length_s * np.exp((delta - 1j * omega) * s)
     value, slope = _basis(x, nodes, width)
     f = omega0 * omega0 * value + 2.0 * delta / length_s * slope
     rows: NDArray[np.complex128] = np.einsum('mi,mij->mj', weight, f)
