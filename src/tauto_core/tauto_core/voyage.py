@@ -41,7 +41,7 @@ from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.sea import sea_metadata
 from tauto_core.summary import Summary, scene_propagator
 
-CHUNK = 16_384
+CHUNK = 32_768
 """Motion samples handled at once; the result does not depend on it."""
 
 

@@ -47,7 +47,7 @@ class Tauto:
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
-            return ('2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
+            return ('1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
         return tuple(f'{rate} Hz {each}' for rate in (10, 20) for each in _TOLERANCES)
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:

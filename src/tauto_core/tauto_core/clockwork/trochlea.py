@@ -83,6 +83,7 @@ class TrochleaStage:
             smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
             tilt_inside=not isinstance(self._machine, Machine)
             or not (self._machine.drag is None and self._machine.escapement is None),
+            by_samples=self._propagator.name == 'forced_harmonic',
         )
         self._suspension: Suspension | None = None
         if scene.suspension is not None:

@@ -10,10 +10,11 @@ Y = e^{−iωt} z, a span of length h is one addition and one constant factor:
 
     Y(t + h) = e^{−δh} (Y(t) + e^{−iωt} b),    b = ∫₀^h e^{(δ − iω)s} f(t + s) ds.
 
-f is a polynomial over the span, so that b is a constant row times its coefficients. ωt is reduced
-exactly from the time (`phase.half_turns`): no error grows with the number of steps but the
-rounding of their sum. A span may take many swings: while the swing outweighs the roll, what it
-passes follows from how far it turns. Source: variation of constants.
+f is a polynomial over the span, so that b is a constant row times what gives the polynomial: its
+coefficients or, where the samples are even, the samples themselves, and nothing is fitted. ωt is
+reduced exactly from the time: no error grows with the number of steps but the rounding of their
+sum. A span may take many swings: while the swing outweighs the roll, what it passes follows from
+how far it turns. Source: variation of constants.
 """
 
 from __future__ import annotations
@@ -25,12 +26,13 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.machines import Machine
-from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.harmonic import frequency, half_turns_per_ns
+from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.harmonic import frequency
 from tauto_core.motion.limits import edge_reached, released_beyond
-from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, principal
+from tauto_core.motion.phase import DIGITS, PI, phase_rate, principal
 from tauto_core.samples import FloatArray, IntArray, State
 
 if TYPE_CHECKING:
@@ -41,8 +43,8 @@ NAME = 'forced_harmonic'
 TURN = 0.35
 """Longest part of a turn that is taken at one go where the roll may outweigh the swing [rad]."""
 
-PROBES = 8
-"""Instants of a span at which the line's tilt is looked at: as many as samples it may span."""
+_COMPLEX_STEP = 1e-200
+_ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 class ForcedHarmonic:
@@ -59,8 +61,9 @@ class ForcedHarmonic:
         with localcontext() as context:
             context.prec = DIGITS
             exact = (exact * exact - type(exact)(self._delta) ** 2).sqrt()
+            units_per_ns = int(exact / (2 * PI * 10**9) * 2**128)
         self._omega = float(exact)
-        self._half_turns_per_ns = half_turns_per_ns(exact)
+        self._turning = np.uint64(units_per_ns >> 64), np.uint64(units_per_ns % 2**64)
         self._floats, self._ints = np.zeros(6), np.zeros(3, np.int64)
         self._time_ns = 0
         self._start_angle = 0.0
@@ -75,7 +78,9 @@ class ForcedHarmonic:
         angle = machine.release_angle
         if not abs(angle) <= machine.cam.range_rad:
             raise released_beyond(machine, angle)
-        tilt = _line(forcing, np.zeros(1, np.int64), forcing.begin[:1])
+        given = _given(forcing)
+        first = None if given is None else given[:1]
+        tilt = _line(first, forcing.length_s[:1], forcing.begin[:1])
         psi, rate = angle + tilt[0][0], tilt[1][0]
         self._time_ns = 0
         y = rate + self._delta * psi, self._omega * psi
@@ -98,54 +103,50 @@ class ForcedHarmonic:
         code, k, at = turn_and_add(
             (self._omega, self._delta, self._omega0),
             self._machine.cam.range_rad,
-            shape,
+            self._turning,
             shapes,
-            self._frame(forcing),
-            forcing.neutral,
+            shape,
+            self._time_ns,
+            forcing.end_ns,
+            _given(forcing),
             forcing.logged,
             self._floats,
             self._ints,
-            np.empty(2 + 2 * PROBES),
             rows,
         )
         if code != OK:
             left = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
             raise edge_reached(self._machine, float(forcing.end_ns[k] * 1e-9 - left))
         self._time_ns = int(forcing.end_ns[-1])
-        return self._motion(rows, _line(forcing, logged, forcing.end[logged])[2])
-
-    def _frame(self, forcing: Forcing) -> FloatArray:
-        """Return cos ωt, sin ωt at the beginnings of the spans and at the end, (n + 1, 2)."""
-        times = np.concatenate([[self._time_ns], forcing.end_ns])
-        half, fraction = half_turns(times, self._half_turns_per_ns)
-        sign = np.where(half % 2 == 0, 1.0, -1.0)
-        return np.stack([sign * np.cos(np.pi * fraction), sign * np.sin(np.pi * fraction)], axis=1)
+        if not len(logged):
+            return no_motion()
+        fitted = _fitted(forcing, logged)
+        return self._motion(rows, _line(fitted, forcing.length_s[logged], forcing.end[logged])[2])
 
     def _shapes(self, forcing: Forcing) -> tuple[IntArray, Shapes]:
         """Return which shape each span has, (n,), and the shapes."""
-        from tauto_core.motion.turn_and_add import Shapes  # imports numba
-
-        width = 0 if forcing.neutral is None else forcing.neutral.shape[1]
-        given = np.stack([forcing.length_s, forcing.begin, forcing.end], axis=1)
+        window, given = forcing.window, _given(forcing)
+        sampled = np.zeros(len(forcing.end), np.bool_) if window is None else window.regular
+        columns = forcing.length_s, forcing.begin, forcing.end, sampled
         # Most spans are alike; only the others are worth sorting.
-        other = np.flatnonzero(np.any(given != given[0], axis=1))
-        kinds, which = np.unique(given[other], axis=0, return_inverse=True)
-        shape = np.zeros(len(given), np.int64)
-        shape[other] = 1 + which.reshape(-1)
-        found = [
-            _shape(self._omega0, self._delta, length, begin, end, width)
-            for length, begin, end in [given[0].tolist(), *kinds.tolist()]
-        ]
-        most = max(each.parts for each in found)
-        part, ends = np.zeros((2, len(found), most, 2, width))
-        for n, each in enumerate(found):
-            part[n, : each.parts], ends[n, : each.parts] = each.part, each.end
-        return shape, Shapes(
-            np.array([each.parts for each in found]),
-            np.stack([each.whole for each in found]),
-            part,
-            ends,
-            np.array([each.time_s for each in found]),
+        usual = [column[len(column) // 2] for column in columns]
+        unlike = np.zeros(len(sampled), np.bool_)
+        for column, one in zip(columns, usual, strict=True):
+            unlike |= column != one
+        shape, kinds = np.zeros(len(unlike), np.int64), [tuple(map(float, usual))]
+        if unlike.any():
+            others = np.stack([column[unlike] for column in columns], axis=1)
+            more, which = np.unique(others, axis=0, return_inverse=True)
+            kinds += map(tuple, more.tolist())
+            shape[unlike] = 1 + which.reshape(-1)
+        # a table of many kinds is large, and seldom wanted again
+        make = _shapes if len(kinds) > 1 else _kept_shapes
+        return shape, make(
+            self._omega0,
+            self._delta,
+            tuple(kinds),
+            () if window is None else window.nodes,
+            0 if given is None else given.shape[1],
         )
 
     def _motion(self, rows: FloatArray, tilt_acceleration: FloatArray) -> Motion:
@@ -181,27 +182,71 @@ class ForcedHarmonic:
         self._time_ns, self._start_angle = state['time_ns'], state['start_angle']
 
 
+def _given(forcing: Forcing) -> FloatArray | None:
+    """Return what makes α_c over each span: samples or coefficients; None: it does not move."""
+    return forcing.neutral if forcing.window is None else forcing.window.numbers
+
+
+def _fitted(forcing: Forcing, logged: IntArray) -> FloatArray | None:
+    """Return the coefficients of α_c over the logged spans' pieces."""
+    if forcing.window is not None:
+        return forcing.window.logged
+    return None if forcing.neutral is None else forcing.neutral[logged]
+
+
 def _line(
-    forcing: Forcing, piece: IntArray, x: FloatArray
+    polynomials: FloatArray | None, length_s: FloatArray, x: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return α_c and its first two time derivatives at x in some pieces."""
+    """Return α_c and its first two time derivatives at x in pieces of some lengths."""
     value = first = second = np.zeros(len(x))
-    if forcing.neutral is None:
+    if polynomials is None:
         return value, first, second
-    per_s = 1.0 / forcing.length_s[piece]
-    for j in range(forcing.neutral.shape[1] - 1, -1, -1):
+    for coefficient in polynomials.T[::-1]:
         second = second * x + first
         first = first * x + value
-        value = value * x + forcing.neutral[piece, j]
+        value = value * x + coefficient
+    per_s = 1.0 / length_s
     return value, first * per_s, 2.0 * second * per_s * per_s
+
+
+def _shapes(
+    omega0: float,
+    delta: float,
+    kinds: tuple[tuple[float, ...], ...],
+    nodes: tuple[float, ...],
+    width: int,
+) -> Shapes:
+    """Return the shapes of some lengths [s], begins, ends, and whether samples are given."""
+    from tauto_core.motion.turn_and_add import Shapes  # imports numba
+
+    found = [
+        _shape(omega0, delta, length, begin, end, nodes if sampled else None, width)
+        for length, begin, end, sampled in kinds
+    ]
+    length_s, begin, end, sampled = np.array(kinds).T
+    time_s = (end - begin) * length_s
+    parts = np.array([len(each.part) for each in found])
+    return Shapes(
+        sampled=sampled.astype(np.bool_),
+        per_slope=1.0 / (length_s * omega0),
+        time=time_s,
+        half_turns=math.sqrt(omega0 * omega0 - delta * delta) * time_s / math.pi,
+        decay=np.array([math.exp(-delta * each) for each in time_s]),
+        whole=np.stack([each.whole for each in found]),
+        parts=parts,
+        first=np.cumsum(parts) - parts,
+        part=np.concatenate([each.part for each in found]),
+        end=np.concatenate([each.end for each in found]),
+    )
+
+
+_kept_shapes = lru_cache(maxsize=8)(_shapes)
 
 
 @dataclass(frozen=True)
 class _Shape:
     """What `turn_and_add` needs of spans that begin and end alike: see `Shapes` there."""
 
-    parts: int
-    time_s: float
     whole: FloatArray
     part: FloatArray
     end: FloatArray
@@ -209,56 +254,89 @@ class _Shape:
 
 @lru_cache(maxsize=1024)
 def _shape(
-    omega0: float, delta: float, length_s: float, begin: float, end: float, width: int
+    omega0: float,
+    delta: float,
+    length_s: float,
+    begin: float,
+    end: float,
+    nodes: tuple[float, ...] | None,
+    width: int,
 ) -> _Shape:
+    """Return the tables of a shape; `nodes` of samples, None: powers of x."""
     omega = math.sqrt(omega0 * omega0 - delta * delta)
-    time_s = (end - begin) * length_s
-    parts = max(math.ceil(omega0 * time_s / TURN), 1)
+    parts = max(math.ceil(omega0 * (end - begin) * length_s / TURN), 1)
     if not width:
         none = np.zeros((parts, 2, 0))
-        return _Shape(parts, time_s, np.zeros((0, 2 + 2 * PROBES)), none, none)
+        return _Shape(np.zeros((0, 4)), none, none)
     edges = begin + (end - begin) * np.arange(parts + 1) / parts
     edges[-1] = end
-    part = _response(omega0, delta, length_s, edges, width)
+    part = _response(omega0, delta, length_s, edges, nodes, width)
+    # turned back to the span's beginning
     turned = np.exp((delta - 1j * omega) * (edges[:-1] - begin) * length_s)
-    # the real and the imaginary row of each part, turned back to the span's beginning
-    whole = (turned[:, None] * (part[:, 0] + 1j * part[:, 1])).sum(axis=0)
-    probes = begin + (end - begin) * np.arange(1, PROBES + 1) / PROBES
-    probes[-1] = end
-    line, line_rate = _powers(probes, length_s, width)
-    seen = np.stack([line, line_rate / omega0], axis=1).reshape(-1, width)
+    whole = (turned[:, None] * part).sum(axis=0)
+    value, slope = _basis(edges[1:], nodes, width)
+    ends = np.stack([value, slope / length_s], axis=1)
     return _Shape(
-        parts,
-        time_s,
-        np.ascontiguousarray(np.vstack([whole.real, whole.imag, seen]).T),
-        part,
-        np.stack(_powers(edges[1:], length_s, width), axis=1),
+        np.stack([whole.real, whole.imag, *ends[-1]], axis=1),
+        np.stack([part.real, part.imag], axis=1),
+        ends,
     )
 
 
-def _powers(x: FloatArray, length_s: float, width: int) -> tuple[FloatArray, FloatArray]:
-    """Return rows that take the coefficients to the value and to its time derivative at x."""
+def _response(
+    omega0: float,
+    delta: float,
+    length_s: float,
+    edges: FloatArray,
+    nodes: tuple[float, ...] | None,
+    width: int,
+) -> NDArray[np.complex128]:
+    """Return rows that take what makes α_c to b over each part between edges, (m, width).
+
+    Gauss–Legendre: over a part, at most TURN, the integrand's remainder is far below rounding.
+    """
+    omega = math.sqrt(omega0 * omega0 - delta * delta)
+    begin, long = edges[:-1, None], np.diff(edges)[:, None]
+    x = begin + 0.5 * long * (_ROOTS + 1.0)
+    s = (x - begin) * length_s
+    weight = 0.5 * _WEIGHTS * long * length_s * np.exp((delta - 1j * omega) * s)
+    value, slope = _basis(x, nodes, width)
+    f = omega0 * omega0 * value + 2.0 * delta / length_s * slope
+    rows: NDArray[np.complex128] = np.einsum('mi,mij->mj', weight, f)
+    return rows
+
+
+def _basis(
+    x: FloatArray, nodes: tuple[float, ...] | None, width: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return rows that take what makes α_c to its value and its slope at x.
+
+    That is values and slopes at nodes, or the coefficients of x^j where there are none.
+    """
+    return _powers(x, width) if nodes is None else _cardinals(x, np.array(nodes))
+
+
+def _powers(x: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:
+    """Return rows that take the coefficients of x^j to the value and the slope at x."""
     powers = x[..., None] ** np.arange(width)
     slopes = np.zeros_like(powers)
-    slopes[..., 1:] = np.arange(1, width) * powers[..., :-1] / length_s
+    slopes[..., 1:] = np.arange(1, width) * powers[..., :-1]
     return powers, slopes
 
 
-def _response(
-    omega0: float, delta: float, length_s: float, edges: FloatArray, width: int
-) -> FloatArray:
-    """Return the real and imaginary rows that take the coefficients of α_c to b, (m, 2, width).
+def _cardinals(x: FloatArray, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return rows that take values, then slopes, at nodes to value and slope at x (Hermite).
 
-    Gauss–Legendre with 24 nodes a part: over at most TURN the integrand's remainder is far below
-    rounding.
+    To the value at a node z belongs (1 − 2 l'(z) (x − z)) l², to the slope (x − z) l², with l
+    Lagrange's polynomial of z. Their own slopes are the imaginary part of a tiny step into the
+    complex plane, which cancels nothing.
     """
-    omega = math.sqrt(omega0 * omega0 - delta * delta)
-    roots, weights = np.polynomial.legendre.leggauss(24)
-    begin, long = edges[:-1, None], np.diff(edges)[:, None]
-    x = begin + 0.5 * long * (roots + 1.0)
-    s = (x - begin) * length_s
-    weight = 0.5 * weights * long * length_s * np.exp(delta * s)
-    powers, slopes = _powers(x, length_s, width)
-    f = omega0 * omega0 * powers + 2.0 * delta * slopes
-    rows = weight * np.cos(omega * s), -weight * np.sin(omega * s)
-    return np.stack([np.einsum('mi,mij->mj', row, f) for row in rows], axis=1)
+    gaps = x[..., None] - nodes + 1j * _COMPLEX_STEP
+    value, slope = np.empty((2, *gaps.shape), np.complex128)
+    for i, node in enumerate(nodes):
+        apart = node - np.delete(nodes, i)
+        square = np.prod(np.delete(gaps, i, axis=-1) / apart, axis=-1) ** 2
+        value[..., i] = (1.0 - 2.0 * np.sum(1.0 / apart) * gaps[..., i]) * square
+        slope[..., i] = gaps[..., i] * square
+    rows = np.concatenate([value, slope], axis=-1)
+    return rows.real, rows.imag / _COMPLEX_STEP

@@ -17,6 +17,24 @@ from tauto_core.samples import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
+class Window:
+    """The neutral line by the samples that its polynomials go through, for who is linear in them.
+
+    Attributes:
+        nodes: x of the p samples of a regular piece's window.
+        regular: whether a span belongs to a regular piece, (n,); the first of a run does not.
+        numbers: of a regular piece γ at the nodes, then dγ/dx there [rad]; of another the
+            coefficients of x^j; (n, 2p).
+        logged: coefficients of x^j over the pieces of the logged spans, (logged, 2p).
+    """
+
+    nodes: tuple[float, ...]
+    regular: NDArray[np.bool_]
+    numbers: FloatArray
+    logged: FloatArray
+
+
+@dataclass(frozen=True)
 class Forcing:
     """n consecutive spans and the polynomials that hold over them.
 
@@ -27,7 +45,7 @@ class Forcing:
         end_ns: time of the span's end from the start of the run [ns], (n,).
         logged: whether the state at the span's end is wanted, (n,).
         neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m), or None
-            where the platform lies still.
+            where the platform lies still or a window takes its place.
         tilt: the same of the neutral line's tilt in the case, γ − α_c [rad], (n, m'); None where
             it is zero: the thread goes with the case, or the platform lies still. Unless drag or
             an escapement feel it inside spans, only rows of logged spans and of the first span
@@ -35,6 +53,7 @@ class Forcing:
         gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
             feel it.
         tilt_end: γ − α_c at the span's end [rad], (n,), of all spans; None where it is zero.
+        window: the neutral line by samples; None: not asked for.
     """
 
     length_s: FloatArray
@@ -46,6 +65,7 @@ class Forcing:
     tilt: FloatArray | None = None
     gravity: FloatArray | None = None
     tilt_end: FloatArray | None = None
+    window: Window | None = None
 
 
 @dataclass(frozen=True)
@@ -67,3 +87,9 @@ class Motion:
     """φ̇ [rad/s]."""
     beats: IntArray
     """Passages of θ through zero since the start."""
+
+
+def no_motion() -> Motion:
+    """Return the motion at no instant."""
+    none, counts = np.empty(0), np.empty(0, np.int64)
+    return Motion(none, none, none, counts, none, none, counts)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tauto_core.motion.compiled import compiled, entry
 from tauto_core.samples import FloatArray, IntArray
 
@@ -13,49 +16,98 @@ OK, EDGE = 0, 1
 Y, LOST, ANGLE, RATE, FLOATS = 0, 2, 4, 5, 6
 TURNS, BEATS, SIGN, INTS = 0, 1, 2, 3
 
-BEYOND_PROBES = 1.5
-"""The line's tilt within a span is at most so many times the largest at its probes: what was
-sampled finely enough to be interpolated rises no higher between samples."""
+BEYOND_SAMPLES = 1.5
+"""The line's tilt within a span is at most so many times the largest at its window's samples:
+what was sampled finely enough to be interpolated rises no higher between them."""
 
 NEARLY = 1.0 - 1e-12
 
+PER_HALF_TURN = 1.0 / math.pi
+RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
+HALF = np.uint64(32)
+LOW_HALF = np.uint64(2**32 - 1)
+
 
 class Shapes(NamedTuple):
-    """What spans of some shapes (length of the piece, begin, end) have in common.
+    """What spans of some shapes (length of the piece, begin, end, basis) have in common.
 
-    Rows, or columns, of w numbers take the coefficients of α_c to a number; w = 0 on a platform at
-    rest. n is how many shapes there are, m the most parts one is divided into.
+    n is how many shapes there are. Rows of w numbers take what makes α_c over a span, `given`, to
+    one number; w = 0 on a platform at rest. Rows of parts lie one shape behind the other.
 
     Attributes:
-        parts: how many parts each has, (n,).
-        whole: columns to the real and imaginary part of b over the span, then to α_c and α̇_c/ω₀
-            here and there in it, the end the last, (n, w, 2 + 2p).
-        part: rows to the two parts of b over each part, (n, m, 2, w).
-        end: to α_c and α̇_c at the end of each part, (n, m, 2, w).
+        sampled: whether α_c is given by samples, w/2 values and as many slopes, not by
+            coefficients of x^j, (n,).
+        per_slope: what takes dα_c/dx to α̇_c/ω₀, (n,).
         time: length of the span [s], (n,).
+        half_turns: ω·time/π, (n,).
+        decay: e^{−δ·time}, (n,).
+        whole: columns to the real and imaginary part of b over the span and to α_c and α̇_c at
+            its end, side by side, (n, w, 4).
+        parts: how many parts each has, (n,).
+        first: where its parts begin, (n,).
+        part: rows to the two parts of b over each part, (m, 2, w).
+        end: to α_c and α̇_c at the end of each part, (m, 2, w).
     """
 
-    parts: IntArray
+    sampled: NDArray[np.bool_]
+    per_slope: FloatArray
+    time: FloatArray
+    half_turns: FloatArray
+    decay: FloatArray
     whole: FloatArray
+    parts: IntArray
+    first: IntArray
     part: FloatArray
     end: FloatArray
-    time: FloatArray
 
 
 @compiled
-def _applied(row: Any, coefficients: Any, k: int) -> float:
-    """Return row · coefficients of piece k, four sums side by side for speed."""
+def _frame(time_ns: int, turning: Any) -> tuple[float, float]:
+    """Return cos ωt and sin ωt; t·ω is reduced in 2⁻⁶⁴ turns, as exactly as these tell."""
+    t, (high, low) = np.uint64(time_ns), turning
+    a, b, c, d = t >> HALF, t & LOW_HALF, low >> HALF, low & LOW_HALF
+    # the upper half of t·low, what the finer digits of ω carry over, two units off at most
+    upper = a * c + (a * d >> HALF) + (b * c >> HALF)
+    angle = np.int64(t * high + upper) * RADIANS_PER_UNIT
+    return math.cos(angle), math.sin(angle)
+
+
+@compiled
+def _applied(row: Any, given: Any, k: int) -> float:
+    """Return row · given of span k, four sums side by side for speed."""
     a = b = c = d = 0.0
     width = len(row)
     whole = width - width % 4
     for j in range(0, whole, 4):
-        a += row[j] * coefficients[k, j]
-        b += row[j + 1] * coefficients[k, j + 1]
-        c += row[j + 2] * coefficients[k, j + 2]
-        d += row[j + 3] * coefficients[k, j + 3]
+        a += row[j] * given[k, j]
+        b += row[j + 1] * given[k, j + 1]
+        c += row[j + 2] * given[k, j + 2]
+        d += row[j + 3] * given[k, j + 3]
     for j in range(whole, width):
-        a += row[j] * coefficients[k, j]
+        a += row[j] * given[k, j]
     return (a + b) + (c + d)
+
+
+@compiled
+def _pair(rows: Any, place: int, given: Any, k: int) -> tuple[float, float]:
+    """Return what two rows of a table make of what is given; zeros on a platform at rest."""
+    if given is None:
+        return 0.0, 0.0
+    return _applied(rows[place, 0], given, k), _applied(rows[place, 1], given, k)
+
+
+@compiled
+def _overall(shapes: Any, n: int, given: Any, k: int) -> tuple[float, float, float, float]:
+    """Return b over the whole of span k, and the line's tilt and rate at its end."""
+    re = im = tilt = rate = 0.0
+    if given is not None:
+        for j in range(given.shape[1]):
+            number = given[k, j]
+            re += shapes.whole[n, j, 0] * number
+            im += shapes.whole[n, j, 1] * number
+            tilt += shapes.whole[n, j, 2] * number
+            rate += shapes.whole[n, j, 3] * number
+    return re, im, tilt, rate
 
 
 @compiled
@@ -66,14 +118,6 @@ def _add(c: float, s: float, re: float, im: float, decay: float, floats: Any) ->
     floats[LOST] = (new_re - floats[Y]) - add_re
     floats[LOST + 1] = (new_im - floats[Y + 1]) - add_im
     floats[Y], floats[Y + 1] = decay * new_re, decay * new_im
-
-
-@compiled
-def _pair(rows: Any, shape: int, j: int, neutral: Any, k: int) -> tuple[float, float]:
-    """Return what two rows of a table make of the coefficients; zeros on a platform at rest."""
-    if neutral is None:
-        return 0.0, 0.0
-    return _applied(rows[shape, j, 0], neutral, k), _applied(rows[shape, j, 1], neutral, k)
 
 
 @compiled
@@ -99,17 +143,21 @@ def _cross(angle: float, rate: float, floats: Any, ints: Any) -> None:
 
 
 @compiled
-def _wind(turned: float, before: float, omega0: float, floats: Any, ints: Any) -> None:
-    """Count what a span has passed in which the swing outweighs the roll.
+def _heading(omega0: float, floats: Any) -> float:
+    """Return the angle of (θ, −θ̇/ω₀) in half turns."""
+    return math.atan2(0.0 - floats[RATE], omega0 * floats[ANGLE]) * PER_HALF_TURN
 
-    (θ, −θ̇/ω₀) has turned by `turned` but for less than half a turn, from the angle `before`. It
-    passes θ = 0 one way only, since θ' is θ̇.
+
+@compiled
+def _wind(turned: float, before: float, after: float, floats: Any, ints: Any) -> None:
+    """Count what a span has passed in which the swing outweighs the roll; angles in half turns.
+
+    (θ, −θ̇/ω₀) has turned by `turned` but for less than half a turn, from the angle `before` to
+    `after`. It passes θ = 0 one way only, since θ' is θ̇.
     """
-    after = math.atan2(0.0 - floats[RATE] / omega0, floats[ANGLE])
-    turns = round((turned - (after - before)) / math.tau)
+    turns = round(0.5 * (turned - (after - before)))
     ints[TURNS] += int(turns)
-    after += math.tau * turns
-    ints[BEATS] += int(math.floor(after / math.pi - 0.5) - math.floor(before / math.pi - 0.5))
+    ints[BEATS] += int(math.floor(after + 2.0 * turns - 0.5) - math.floor(before - 0.5))
     ints[SIGN] = 1 if floats[ANGLE] > 0.0 else -1
 
 
@@ -141,57 +189,62 @@ def _first_beyond(
 
 
 @compiled
-def _overview(shape: int, k: int, shapes: Any, neutral: Any, seen: Any) -> None:
-    """Fill `seen` with what the columns of `whole` make of the coefficients, side by side."""
-    seen[:] = 0.0
-    if neutral is None:
-        return
-    for j in range(shapes.whole.shape[1]):
-        coefficient = neutral[k, j]
-        for i in range(len(seen)):
-            seen[i] += shapes.whole[shape, j, i] * coefficient
+def _reach(n: int, shapes: Any, given: Any, k: int) -> float:
+    """Return a bound of the size of (α_c, α̇_c/ω₀) over a span."""
+    if given is None:
+        return 0.0
+    per_slope, width = shapes.per_slope[n], given.shape[1]
+    if not shapes.sampled[n]:
+        value = slope = 0.0
+        for j in range(width):
+            value += abs(given[k, j])
+            slope += j * abs(given[k, j])
+        return math.hypot(value, per_slope * slope)
+    largest = 0.0
+    points = width // 2
+    for j in range(points):
+        value, slope = given[k, j], per_slope * given[k, points + j]
+        largest = max(largest, value * value + slope * slope)
+    return BEYOND_SAMPLES * math.sqrt(largest)
 
 
 @compiled
-def _calm(rates: Any, edge: float, seen: Any, floats: Any) -> bool:
+def _calm(rates: Any, edge: float, b: tuple[float, float], reach: float, floats: Any) -> bool:
     """Return whether over a span the swing outweighs roll and forcing, and no edge is near.
 
     Then (θ, −θ̇/ω₀) keeps within 45° of the swing, and forcing turns the swing by less than 30°.
     """
     omega, delta, omega0 = rates
-    size = math.hypot(floats[Y], floats[Y + 1]) / omega
-    if delta > 0.1 * omega0 or not math.hypot(seen[0], seen[1]) < 0.5 * omega * size:
+    square = floats[Y] * floats[Y] + floats[Y + 1] * floats[Y + 1]
+    if delta > 0.1 * omega0 or not b[0] * b[0] + b[1] * b[1] < 0.25 * square:
         return False
-    reach = 0.0
-    for p in range(2, len(seen), 2):
-        reach = max(reach, seen[p] * seen[p] + seen[p + 1] * seen[p + 1])
-    reach = BEYOND_PROBES * math.sqrt(reach)
+    size = math.sqrt(square) / omega
     return reach <= 0.7 * size and 1.5 * size + reach < edge
 
 
 @compiled
 def _in_parts(
-    shape: int, k: int, rates: Any, edge: float, shapes: Any, frame: Any, neutral: Any, state: Any
+    n: int, rates: Any, edge: float, shapes: Any, frames: Any, given: Any, k: int, state: Any
 ) -> float:
     """Advance over a span part by part; return the fraction at which the edge is passed, or 2."""
     floats, ints = state
     omega, delta, omega0 = rates
-    parts = shapes.parts[shape]
-    step = shapes.time[shape] / parts
+    begin, end = frames
+    parts, first = shapes.parts[n], shapes.first[n]
+    step = shapes.time[n] / parts
     decay = math.exp(-delta * step)
-    c, s = frame[k, 0], frame[k, 1]
+    c, s = begin
     for j in range(parts):
-        re, im = _pair(shapes.part, shape, j, neutral, k)
+        re, im = _pair(shapes.part, first + j, given, k)
         _add(c, s, re, im, decay, floats)
         if j + 1 < parts:
             turned = omega * (j + 1) * step
             cosine, sine = math.cos(turned), math.sin(turned)
-            c = frame[k, 0] * cosine - frame[k, 1] * sine
-            s = frame[k, 1] * cosine + frame[k, 0] * sine
+            c, s = begin[0] * cosine - begin[1] * sine, begin[1] * cosine + begin[0] * sine
         else:
-            c, s = frame[k + 1, 0], frame[k + 1, 1]
+            c, s = end
         angle, rate = floats[ANGLE], floats[RATE]
-        _place(c, s, rates, _pair(shapes.end, shape, j, neutral, k), floats)
+        _place(c, s, rates, _pair(shapes.end, first + j, given, k), floats)
         if math.hypot(floats[ANGLE], floats[RATE] / omega0) > edge * NEARLY:
             at = _first_beyond(angle, rate, floats[ANGLE], floats[RATE], step, edge)
             if at <= 1.0:
@@ -204,14 +257,15 @@ def _in_parts(
 def turn_and_add(
     rates: Any,
     edge: float,
-    shape: Any,
+    turning: Any,
     shapes: Any,
-    frame: Any,
-    neutral: Any,
+    shape: Any,
+    begin_ns: int,
+    end_ns: Any,
+    given: Any,
     logged: Any,
     floats: Any,
     ints: Any,
-    seen: Any,
     rows: Any,
 ) -> tuple[int, int, float]:
     """Advance Y_{n+1} = e^{−δh} (Y_n + e^{−iωt_n} b_n) over all spans; fill a row for each logged.
@@ -222,33 +276,36 @@ def turn_and_add(
     Args:
         rates: ω, δ, ω₀.
         edge: of the cam [rad], or infinity.
-        shape: of each span, (n,).
+        turning: ω in turns a nanosecond: its first 64 binary digits, and the next.
         shapes: `Shapes`.
-        frame: cos ωt, sin ωt at the beginnings of the spans and at the end, (n + 1, 2).
-        neutral: coefficients of α_c, (n, w), or None.
+        shape: of each span, (n,).
+        begin_ns: time at which the first span begins, from the start of the run [ns].
+        end_ns: times at which they end [ns], (n,).
+        given: what makes α_c over each span, (n, w), or None.
         logged: whether a span's end is logged, (n,).
         floats, ints: the state.
-        seen: memory for a column of `whole` each.
         rows: output: θ, θ̇, turns, beats.
 
     Returns a code (OK, EDGE), the span and the fraction of it.
     """
-    omega, delta, omega0 = rates
+    omega0 = rates[2]
     written = 0
+    end, before = _frame(begin_ns, turning), _heading(omega0, floats)
     for k in range(len(shape)):
         n = shape[k]
-        _overview(n, k, shapes, neutral, seen)
-        if _calm(rates, edge, seen, floats):
-            before = math.atan2(0.0 - floats[RATE] / omega0, floats[ANGLE])
-            time = shapes.time[n]
-            _add(frame[k, 0], frame[k, 1], seen[0], seen[1], math.exp(-delta * time), floats)
-            line = seen[-2], omega0 * seen[-1]
-            _place(frame[k + 1, 0], frame[k + 1, 1], rates, line, floats)
-            _wind(omega * time, before, omega0, floats, ints)
+        begin, end = end, _frame(end_ns[k], turning)
+        re, im, tilt, rate = _overall(shapes, n, given, k)
+        if _calm(rates, edge, (re, im), _reach(n, shapes, given, k), floats):
+            _add(begin[0], begin[1], re, im, shapes.decay[n], floats)
+            _place(end[0], end[1], rates, (tilt, rate), floats)
+            after = _heading(omega0, floats)
+            _wind(shapes.half_turns[n], before, after, floats, ints)
         else:
-            at = _in_parts(n, k, rates, edge, shapes, frame, neutral, (floats, ints))
+            at = _in_parts(n, rates, edge, shapes, (begin, end), given, k, (floats, ints))
             if at <= 1.0:
                 return EDGE, k, at
+            after = _heading(omega0, floats)
+        before = after
         if logged[k]:
             row = rows[written]
             row[0], row[1] = floats[ANGLE], floats[RATE]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.motion.forcing import Forcing
+from tauto_core.motion.forcing import Forcing, Window
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
 from tauto_core.scene import Scene, StillShip
 from tauto_core.scene.errors import PropagationError
@@ -27,6 +27,8 @@ from tauto_core.ship.interpolation import (
     ROLL_POINTS,
     Pieces,
     polynomials,
+    window_nodes,
+    windows,
 )
 
 BRIDGED_STEPS = 1.5
@@ -66,6 +68,7 @@ class MotionBuffer:
             thousandfold.
         tilt_inside: the neutral line's tilt in the case is wanted within all spans, not only
             at the start and at logged ends.
+        by_samples: a neutral line that goes with the case is given by samples, not fitted.
     """
 
     def __init__(
@@ -79,6 +82,7 @@ class MotionBuffer:
         stride: int = 1,
         smooth: bool = False,
         tilt_inside: bool = True,
+        by_samples: bool = False,
     ) -> None:
         if not 1 <= stride <= MAX_STRIDE:
             raise ValueError(f'stride = {stride}: must lie in [1, {MAX_STRIDE}]')
@@ -90,6 +94,7 @@ class MotionBuffer:
         self._stride = stride
         self._smooth = smooth
         self._tilt_inside = tilt_inside
+        self._by_samples = by_samples and not self._apparent_vertical
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
         self._first = 0
@@ -239,7 +244,9 @@ class MotionBuffer:
     def _polynomials(
         self, pieces: Pieces, piece: IntArray | None, spans: Forcing
     ) -> dict[str, Any]:
-        """Return the coefficients over each span's piece, and the tilt at the ends."""
+        """Return what makes the motion over each span, and the tilt at the ends."""
+        if self._by_samples:
+            return {'window': self._window(pieces, piece, spans)}
         found = {'neutral': self._channel('line', self._data.get('line_rate'), pieces)}
         if self._apparent_vertical and self._tilt_inside:
             found['tilt'] = self._channel('tilt', None, pieces)
@@ -258,6 +265,22 @@ class MotionBuffer:
         if 'tilt' in found:
             found['tilt_end'] = _at_ends(spans, found['tilt'], self._data['tilt'][ends])
         return found
+
+    def _window(self, pieces: Pieces, piece: IntArray | None, spans: Forcing) -> Window:
+        """Return the samples that make the neutral line over each span."""
+        numbers = windows(
+            self._times,
+            self._data['line'],
+            self._data['line_rate'],
+            pieces,
+            stride=self._stride,
+            offset=self._first,
+        )
+        logged, regular = np.flatnonzero(spans.logged), pieces.regular
+        if piece is not None:
+            numbers, logged, regular = numbers[piece], piece[logged], regular[piece]
+        fitted = self._channel('line', self._data['line_rate'], pieces.part(logged))
+        return Window(window_nodes(self._stride), regular, numbers, fitted)
 
     def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
         return polynomials(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -97,7 +98,7 @@ def _filled_later(
 ) -> ImuSamples:
     """Return samples with the covariances of this module and arrays to be filled."""
     n = len(stamp_ns)
-    orientation, angular_velocity, force = (np.broadcast_to(row, (n, 9)) for row in _COVARIANCES)
+    orientation, angular_velocity, force = _covariances(n)
     return ImuSamples(
         stamp_ns,
         FRAME_ID,
@@ -108,6 +109,12 @@ def _filled_later(
         array((n, 3)),
         force,
     )
+
+
+@lru_cache(maxsize=8)
+def _covariances(n: int) -> tuple[FloatArray, ...]:
+    """Return the covariances of n samples, read-only: they take no memory."""
+    return tuple(np.broadcast_to(row, (n, 9)) for row in _COVARIANCES)
 
 
 def imu_samples(
@@ -238,8 +245,9 @@ def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
 
 def _absent_somewhere(covariance: FloatArray) -> bool:
     """Return whether any covariance says that the quantity is absent."""
-    first = covariance[:1, 0] if covariance.strides[0] == 0 else covariance[:, 0]
-    return bool(np.any(first == -1.0))
+    if covariance.strides[0] == 0:
+        return bool(covariance[0, 0] == -1.0)
+    return bool(np.any(covariance[:, 0] == -1.0))
 
 
 def plain(array: A) -> A:

@@ -127,6 +127,8 @@ def polynomials(
     basis = newton_basis(stride, before, slopes=slopes)
     size = _conditions(stride, before, slopes=slopes)
     result = np.empty((len(pieces.begin), size))
+    if not len(result):
+        return result
     rows = np.flatnonzero(pieces.regular)
     if len(rows):
         first = pieces.begin[rows] - before
@@ -144,4 +146,40 @@ def polynomials(
             first = np.maximum(begin + offset - before, 0) - offset
             first = np.minimum(first, len(stamps_ns) - many)
             fit_windows(stamps_ns, values, rates, (begin, end), first, many, rows, result)
+    return result
+
+
+@lru_cache(maxsize=MAX_STRIDE)
+def window_nodes(stride: int) -> tuple[float, ...]:
+    """Return x at the samples of a regular piece's window, of a channel with rates."""
+    points = _conditions(stride, ROLL_BEFORE, slopes=False)
+    return tuple((i - ROLL_BEFORE) / stride for i in range(points))
+
+
+def windows(
+    stamps_ns: IntArray,
+    values: FloatArray,
+    rates: FloatArray,
+    pieces: Pieces,
+    *,
+    stride: int,
+    offset: int,
+) -> FloatArray:
+    """Return what makes the polynomials over some pieces, shape (n, w) (args: `polynomials`).
+
+    Of regular pieces these are the values in the window, then the rates there times the length
+    of the piece; of others the coefficients.
+    """
+    from tauto_core.ship.fitting import take_windows  # imports numba
+
+    result = np.empty((len(pieces.begin), _conditions(stride, ROLL_BEFORE, slopes=True)))
+    rows = np.flatnonzero(pieces.regular)
+    begin, end = pieces.begin[rows], pieces.end[rows]
+    length_s = np.asarray((stamps_ns[end] - stamps_ns[begin]) * 1e-9, np.float64)
+    take_windows(values, rates, length_s, begin - ROLL_BEFORE, rows, result)
+    if len(rows) < len(result):
+        others = np.flatnonzero(~pieces.regular)
+        result[others] = polynomials(
+            stamps_ns, values, rates, pieces.part(others), stride=stride, offset=offset
+        )
     return result

@@ -14,6 +14,9 @@ from tauto_core.ship.recorded import recorded_metadata, recorded_motion
 from tauto_core.ship.sea import sea_metadata, sea_motion, sea_warnings
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
+KEPT_BYTES = 2**24
+"""Several times what the arrays of a chunk take."""
+
 
 @dataclass(frozen=True)
 class _Channels:
@@ -49,6 +52,8 @@ class ShipMotion:
         self._starts_at_ns, self._step_ns = scene.starts_at_ns, scene.step_ns
         self._next = 0
         channels = _channels(scene)
+        if channels.roll is not None:
+            _keep_freed_memory()
         self.total = scene.samples + scene.samples_beyond_end
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
         self.warnings = channels.warnings
@@ -86,7 +91,8 @@ class ShipMotion:
 
     def _samples(self, first: int, last: int) -> ImuSamples:
         scene = self._scene
-        stamps = self._starts_at_ns + self._step_ns * np.arange(first, last, dtype=np.int64)
+        begin, end = (self._starts_at_ns + self._step_ns * k for k in (first, last))
+        stamps = np.arange(begin, end, self._step_ns, dtype=np.int64)
         if self._roll is None or first == last:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, zero + scene.gravity)
@@ -99,6 +105,16 @@ class ShipMotion:
         return imu_samples(
             stamps, roll[0], roll[1], acceleration, heave, scene.ship.height, scene.gravity
         )
+
+
+def _keep_freed_memory() -> None:
+    """Let the allocator keep what a chunk of samples frees, for the next chunk.
+
+    Memory given back to the system comes back page by page, each at the price of some samples.
+    Under glibc what has once been mapped and freed sets the least that is mapped, and twice that
+    the least that is given back (mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
+    """
+    np.empty(KEPT_BYTES, np.uint8)
 
 
 def _channels(scene: Scene) -> _Channels:

@@ -1,0 +1,144 @@
+"""Forced harmonic: spans that are given by samples, mixed spans, the phase after a century."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, scene_of
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import compile_machine
+from tauto_core.motion import Forcing
+from tauto_core.motion.forced_harmonic import ForcedHarmonic
+from tauto_core.motion.forcing import Window
+from tauto_core.samples import JOINT_STATES, PHASE, SHIP_IMU, take
+from tauto_core.ship import ShipMotion
+
+AMPLITUDE, WAVE, EPS = 0.1, 2 * math.pi / 7.0, 0.4
+
+
+def line(t, order=0):
+    return AMPLITUDE * WAVE**order * np.cos(WAVE * t + EPS + 0.5 * math.pi * order)
+
+
+def swing(t, angle, rate, delta):
+    """θ and θ̇ from those at t = 0, over `line`: ψ̈ + 2δψ̇ + ω₀²ψ = ω₀²α + 2δα̇, ψ = θ + α."""
+    s, iw = -delta + 1j * math.sqrt(OMEGA**2 - delta**2), 1j * WAVE
+    gain = (OMEGA**2 + 2 * delta * iw) / (OMEGA**2 - WAVE**2 + 2 * delta * iw)
+    forced = AMPLITUDE * np.exp(1j * EPS) * gain
+    psi = angle + line(0.0) - forced.real
+    speed = rate + line(0.0, 1) - (forced * iw).real
+    # ψ = Re(c e^{st}) with Re c and Re(cs) given
+    c = complex(psi, (psi * s.real - speed) / s.imag)
+    free, wave = c * np.exp(s * t), forced * np.exp(iw * t)
+    return (free + wave).real - line(t), (free * s + wave * iw).real - line(t, 1)
+
+
+def sampled_spans(stride, step_s, cuts):
+    """Spans of one piece, its samples from `line`; time zero where the first begins."""
+    length = stride * step_s
+    nodes = np.arange(-1, stride + 2) / stride
+    t = (nodes - cuts[0]) * length
+    numbers = np.concatenate([line(t), line(t, 1) * length])
+    n = len(cuts) - 1
+    begin, end = np.array(cuts[:-1]), np.array(cuts[1:])
+    return Forcing(
+        np.full(n, length),
+        begin,
+        end,
+        np.rint((end - cuts[0]) * length * 1e9).astype(np.int64),
+        np.ones(n, np.bool_),
+        window=Window(
+            tuple(nodes), np.ones(n, np.bool_), np.tile(numbers, (n, 1)), np.zeros((n, 1))
+        ),
+    )
+
+
+def released_into(spans, angle, viscous):
+    """A wheel at rest in the case at the first span's beginning, without the row it asks for."""
+    drag = {'viscous': viscous} if viscous else None
+    machine = compile_machine(scene_of(trochlea={'release_angle': angle}, drag=drag))
+    engine = ForcedHarmonic(machine)
+    engine.release(
+        Forcing(
+            np.ones(1),
+            np.zeros(1),
+            np.ones(1),
+            np.ones(1, np.int64),
+            np.ones(1, np.bool_),
+            neutral=np.array([[line(0.0), line(0.0, 1)]]),
+        )
+    )
+    return engine.advance(spans)
+
+
+@pytest.mark.parametrize('viscous', [0.0, 1e-4])
+@pytest.mark.parametrize('angle', [1.0, 0.02], ids=['calm', 'in parts'])
+@pytest.mark.parametrize(
+    ('stride', 'step_s'), [(1, 0.05), (2, 0.1), (3, 0.2), (5, 0.4), (8, 0.5), (8, 0.05)]
+)
+def test_a_step_from_samples_is_the_exact_solution(stride, step_s, angle, viscous):
+    """What interpolation leaves out is below 1e-16 (its remainder); the rest is rounding."""
+    for cuts in ((0.0, 1.0), (0.0, 0.25, 1.0), (0.3125, 0.875)):
+        spans = sampled_spans(stride, step_s, cuts)
+        motion = released_into(spans, angle, viscous)
+        theta, rate = swing(spans.end_ns * 1e-9, angle, 0.0, viscous / (2 * INERTIA))
+        # 1 ns of time is 1e-8 rad: cuts fall on whole nanoseconds
+        np.testing.assert_allclose(motion.angle, theta, rtol=0, atol=5e-15)
+        np.testing.assert_allclose(motion.rate, rate, rtol=0, atol=5e-14)
+
+
+def uneven(imu):
+    """Samples with a gap, and a stretch of half the rate."""
+    kept = np.ones(len(imu.stamp_ns), np.bool_)
+    kept[[400, 401, 402]] = False
+    kept[900:1100:2] = False
+    return take(imu, kept)
+
+
+@pytest.mark.parametrize('change', [lambda imu: imu, uneven], ids=['even', 'uneven'])
+@pytest.mark.parametrize('release', [1.0, 0.03])
+def test_samples_and_fitted_polynomials_make_the_same_motion(change, release):
+    """The two ways share neither the fit nor the rows; angular accelerations tell the polynomials
+    at logged instants, so the phase's rate agrees too."""
+    ship = {
+        'kind': 'components',
+        'components': [
+            {'amplitude': 0.1, 'period': 8.0, 'phase': 0.3},
+            {'amplitude': 0.05, 'period': 5.0, 'phase': 1.0},
+        ],
+        'height': 0.0,
+        'rate': 10.0,
+    }
+    scene = scene_of(
+        ship=ship, trochlea={'release_angle': release}, duration=160.0, log={'interval': 0.8}
+    )
+    said = []
+    for by_samples in (True, False):
+        motion, stage = ShipMotion(scene), TrochleaStage(scene)
+        stage._buffer._by_samples = by_samples
+        said.append(stage.feed({SHIP_IMU: change(motion.produce(motion.total))}))
+    for topic in (JOINT_STATES, PHASE):
+        np.testing.assert_allclose(
+            said[0][topic].position, said[1][topic].position, rtol=0, atol=1e-12
+        )
+        np.testing.assert_allclose(
+            said[0][topic].velocity, said[1][topic].velocity, rtol=0, atol=1e-10
+        )
+
+
+def test_the_frame_is_exact_after_a_century():
+    """3e9 s, 2e10 rad: a float of the phase would be off by 2e-6 rad; here only by the rounding
+    of the cosine and of Y."""
+    times = np.array([1, 10**9 + 7, 86_400 * 10**11 + 3, 36_525 * 86_400 * 10**9 + 11])
+    engine = ForcedHarmonic(compile_machine(scene_of()))
+    n = len(times)
+    length = np.diff(times, prepend=0) * 1e-9
+    still = Forcing(length, np.zeros(n), np.ones(n), times, np.ones(n, np.bool_))
+    engine.release(still)
+    motion = engine.advance(still)
+    with mpmath.workdps(50):
+        omega = mpmath.sqrt(mpmath.mpf(FORCE) * mpmath.mpf(LEVER_RATE) / mpmath.mpf(INERTIA))
+        exact = [float(mpmath.cos(omega * mpmath.mpf(int(t)) / 10**9)) for t in times]
+    np.testing.assert_allclose(motion.angle, exact, rtol=0, atol=4e-16)
