@@ -358,8 +358,10 @@ def by_the_end(
     mode: Any,
     armed: bool,
     h: float,
+    w: float,
     at: Any,
     after: Any,
+    felt: Any,
     work: Any,
 ) -> tuple[int, float]:
     """Return the only event within a step of h and about its fraction, by the step's end alone.
@@ -369,6 +371,7 @@ def by_the_end(
     Args:
         passed: as `limit_passed` returns.
         armed: whether an impulse is due in this swing.
+        w: ωY at the beginning.
         at: `forcing_at` the end of the step.
         after: `acceleration` there.
     """
@@ -379,9 +382,11 @@ def by_the_end(
         return UNSURE, 1.0
     if turns_abruptly(machine) or (_kicks(machine[7]) and not d * after[1] > 0.0):
         return UNSURE, 1.0
-    leaves = kinked(lever) and side * after[4] > 0.0 and side * after[2] > 0.0
-    if leaves and _may_dip(KINK, mode, machine, work):
-        return UNSURE, 1.0
+    if kinked(lever) and side * after[4] > 0.0 and side * after[2] > 0.0:
+        # where it leaves the kink from the beginning on, it passed none
+        line_rate = 0.0 * load(work, X_ROW) + node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
+        if not side * w > largest(line_rate) and _may_dip(KINK, mode, machine, work):
+            return UNSURE, 1.0
     kick = armed and not d * after[0] < limits[0]
     kink = kinked(lever) and not side * after[4] > 0.0
     if not kick and not kink:

@@ -316,7 +316,8 @@ def _move(
         return NO_EVENT, 1.0, error, after[0]
     mode = mode_of(ints)
     armed = ints[ARMED] == 1
-    event, xi = by_the_end(limits, passed, well, mode, armed, h, at, after, work)
+    w = omega[0] * floats[STATE + 2]
+    event, xi = by_the_end(limits, passed, well, mode, armed, h, w, at, after, felt, work)
     if event == UNSURE:
         event, xi = first_event(
             limits, passed, well, mode, omega, armed, stalled, floats, at, after, place, work

@@ -67,6 +67,21 @@ def _spline(lever: Any, q: float) -> tuple[float, float, float]:
 
 
 @compiled
+def _smooth_at(lever: Any, q: float) -> tuple[float, float, float]:
+    """Return t, t' and h of an analytic law."""
+    if abs(q) > lever.knots[1]:
+        return _spline(lever, q)
+    u = q / lever.knots[1]
+    u = u * u
+    arm = rate = lift = 0.0
+    for j in range(lever.middle.shape[1] - 1, -1, -1):
+        arm = fma(arm, u, lever.middle[0, j])
+        rate = fma(rate, u, lever.middle[1, j])
+        lift = fma(lift, u, lever.middle[2, j])
+    return q * arm, rate, (q * q) * lift
+
+
+@compiled
 def _splines(lever: Any, q: Any) -> Any:
     """Return t, t' and h of pieces at the stages."""
     arm, rate, lift = splat(0.0), splat(0.0), splat(0.0)
@@ -128,10 +143,12 @@ def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
         return arc
     if lever.instance_class is SpringLever:
         return lambda lever, side, q: _spring(lever, q)
+    if lever.instance_class is SmoothLever:
+        if q is not LANES:
+            return lambda lever, side, q: _smooth_at(lever, q)
+        return lambda lever, side, q: _smooth(lever, q)
     if q is not LANES:
         return lambda lever, side, q: _spline(lever, q)
-    if lever.instance_class is SmoothLever:
-        return lambda lever, side, q: _smooth(lever, q)
     return lambda lever, side, q: _splines(lever, q)
 
 
