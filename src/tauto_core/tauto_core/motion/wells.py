@@ -144,12 +144,10 @@ def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
     if lever.instance_class is SpringLever:
         return lambda lever, side, q: _spring(lever, q)
     if lever.instance_class is SmoothLever:
-        if q is not LANES:
-            return lambda lever, side, q: _smooth_at(lever, q)
-        return lambda lever, side, q: _smooth(lever, q)
-    if q is not LANES:
-        return lambda lever, side, q: _spline(lever, q)
-    return lambda lever, side, q: _splines(lever, q)
+        law = _smooth if q is LANES else _smooth_at
+    else:
+        law = _splines if q is LANES else _spline
+    return lambda lever, side, q: law(lever, q)
 
 
 def excess(lever: Any, q: Any, t: Any, pull: Any, square: float) -> Any:
