@@ -7,7 +7,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import INERTIA, OMEGA, run, scene_of
+from motion_cases import INERTIA, OMEGA, TOO_SMALL_TO_MATTER, run, scene_of
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -173,6 +173,11 @@ def test_days_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
     assert abs(np.concatenate(beats)[-1] - OMEGA * times[-1] / np.pi) <= 1.0
 
 
+# one kernel, compiled once if they run one after the other
+in_steps = pytest.mark.xdist_group('forced harmonic in steps')
+
+
+@in_steps
 def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
     for rate, viscous in ((2.0, 0.0), (50.0, 1e-5)):
         ship = {
@@ -183,13 +188,15 @@ def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
         }
         sections = {'ship': ship, 'duration': 60.0, 'log': {'interval': 1.0}}
         smooth = run(scene_of(**sections, drag={'viscous': viscous} if viscous else None))
-        general = run(scene_of(**sections, drag={'viscous': viscous, 'quadratic': 1e-300}))
+        drag = TOO_SMALL_TO_MATTER | ({'viscous': viscous} if viscous else {})
+        general = run(scene_of(**sections, drag=drag))
         for topic in (JOINT_STATES, PHASE):
             np.testing.assert_allclose(
                 smooth[topic].position, general[topic].position, rtol=0, atol=5e-11
             )
 
 
+@in_steps
 @pytest.mark.parametrize('release', [2.0, 0.3, 0.05])
 def test_forced_harmonic_counts_what_collocation_counts(release):
     """Spans of 4 s, four swings: whole where the swing outweighs the roll, in parts elsewhere."""
@@ -204,7 +211,7 @@ def test_forced_harmonic_counts_what_collocation_counts(release):
     sections = {'ship': ship, 'duration': 400.0, 'log': {'interval': 4.0}}
     trochlea = {'release_angle': release}
     found = run(scene_of(trochlea=trochlea, **sections))
-    general = run(scene_of(trochlea=trochlea, **sections, drag={'quadratic': 1e-300}))
+    general = run(scene_of(trochlea=trochlea, **sections, drag=TOO_SMALL_TO_MATTER))
     np.testing.assert_array_equal(found[PHASE].position[:, 3], general[PHASE].position[:, 3])
     if release >= 0.3:
         # else roll outweighs swing: rate and momentum need not turn alike about the origin
@@ -215,6 +222,7 @@ def test_forced_harmonic_counts_what_collocation_counts(release):
     )
 
 
+@in_steps
 def test_forced_harmonic_stops_at_the_edge_of_the_cam():
     """Roll at resonance: θ grows until the cam ends; the general engine says when."""
     ship = {
@@ -227,7 +235,7 @@ def test_forced_harmonic_stops_at_the_edge_of_the_cam():
         'thread': {'kind': 'hole', 'distance': 0.02},
     }
     times = []
-    for drag in (None, {'quadratic': 1e-300}):
+    for drag in (None, TOO_SMALL_TO_MATTER):
         with pytest.raises(PropagationError, match='edge of the cam at ±2 rad') as caught:
             run(scene_of(trochlea=cam, ship=ship, drag=drag))
         times.append(caught.value.time_s)
