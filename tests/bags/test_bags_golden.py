@@ -28,7 +28,6 @@ def test_every_bag_is_listed():
     assert folders == set(GOLDEN)
 
 
-@pytest.mark.xdist_group('golden bags')  # the sea's kernels are compiled once
 @pytest.mark.parametrize('name', GOLDEN)
 def test_a_golden_bag_is_what_its_command_gives(name, tmp_path, monkeypatch, capsys):
     """Other processors round the last bits of sines otherwise: 1e-9 leaves room for that alone."""

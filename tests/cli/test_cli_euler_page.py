@@ -17,7 +17,6 @@ from tauto_core.euler.figures import plates, write_plates
 from tauto_core.euler.page import PageError, page, write_page
 from tauto_core.euler.papers import all_claims
 
-pytestmark = pytest.mark.xdist_group('page of claims')  # written once
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
 CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)
 

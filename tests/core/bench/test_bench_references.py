@@ -61,11 +61,6 @@ def test_weight_on_land_keeps_its_energy() -> None:
         assert energy == pytest.approx(0.5 * pull, rel=1e-14)
 
 
-# one kernel, compiled once if they run one after the other
-gauss = pytest.mark.xdist_group('gauss')
-
-
-@gauss
 @pytest.mark.parametrize('key', ['c', 'e'])
 def test_gauss_arrives_where_the_reference_is(key: str) -> None:
     # double precision with 8.37 and 10.1 steps a second: both leave some 1e-13 rad
@@ -75,7 +70,6 @@ def test_gauss_arrives_where_the_reference_is(key: str) -> None:
         assert apart(problem, angle, rate, 600.0) < 3e-12
 
 
-@gauss
 def test_gauss_arrives_where_the_closed_form_is() -> None:
     problem = PROBLEMS['b']
     ((angle, rate),) = gauss_states(problem, [600.0], 8.37)

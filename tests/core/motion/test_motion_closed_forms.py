@@ -173,11 +173,6 @@ def test_days_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
     assert abs(np.concatenate(beats)[-1] - OMEGA * times[-1] / np.pi) <= 1.0
 
 
-# one kernel, compiled once if they run one after the other
-in_steps = pytest.mark.xdist_group('forced harmonic in steps')
-
-
-@in_steps
 def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
     for rate, viscous in ((2.0, 0.0), (50.0, 1e-5)):
         ship = {
@@ -196,7 +191,6 @@ def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
             )
 
 
-@in_steps
 @pytest.mark.parametrize('release', [2.0, 0.3, 0.05])
 def test_forced_harmonic_counts_what_collocation_counts(release):
     """Spans of 4 s, four swings: whole where the swing outweighs the roll, in parts elsewhere."""
@@ -222,7 +216,6 @@ def test_forced_harmonic_counts_what_collocation_counts(release):
     )
 
 
-@in_steps
 def test_forced_harmonic_stops_at_the_edge_of_the_cam():
     """Roll at resonance: θ grows until the cam ends; the general engine says when."""
     ship = {

@@ -112,7 +112,6 @@ def swings_with_impulses(energy, where, count):
     return np.array(arcs)
 
 
-@pytest.mark.xdist_group('impulses on land')  # one kernel, compiled once
 @pytest.mark.parametrize('where', [0.0, 0.2, -0.3])
 def test_impulses_add_their_energy_once_a_beat_at_their_angle(where):
     energy = 2e-5
@@ -128,7 +127,6 @@ def test_impulses_add_their_energy_once_a_beat_at_their_angle(where):
     np.testing.assert_allclose(rate, slope, rtol=0, atol=1e-10)
 
 
-@pytest.mark.xdist_group('impulses on land')
 def test_an_impulse_close_to_the_turning_point_is_not_stepped_over():
     """The angle is reached 20 ms before the turning point, within one step of it."""
     where, energy = 0.99, 2e-5

@@ -164,15 +164,7 @@ def test_a_kink_passed_twice_within_a_step_is_seen():
         'components': [{'amplitude': 0.1075, 'period': 10.5746}],
         'rate': 5.0,
     }
-    scene = scene_of(
-        trochlea=trochlea,
-        ship=ship,
-        drag={'viscous': 1e-300},
-        # never reached
-        escapement={'kind': 'impulse', 'energy': 1e-6, 'angle': 1.0},
-        duration=44.0,
-        log={'interval': 1.0},
-    )
+    scene = scene_of(trochlea=trochlea, ship=ship, duration=20.0, log={'interval': 1.0})
     machine = compile_machine(scene)
     forcing = sampled_forcing(scene, machine)
     engine, reference = Collocation(machine), Reference(machine)

@@ -6,6 +6,7 @@ the remedy.
 
 from __future__ import annotations
 
+from importlib.metadata import entry_points
 from typing import Any
 
 import typer
@@ -57,8 +58,6 @@ def _run(ctx: typer.Context) -> None:
 
 
 def _load(name: str) -> Any:
-    from importlib.metadata import entry_points  # slow to import
-
     for entry in entry_points(group=GROUP, name=name):
         return entry.load()
     raise MissingCommandError(
