@@ -47,8 +47,9 @@ lint: setup-dev  ## format, lint, types, layers
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 
+# By file: what its tests share is made once, kernels above all.
 test: lint  ## lint and every test
-	.venv/bin/python -m pytest -n $(JOBS) --dist loadgroup
+	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile
 
 bench: setup  ## messages per second through the graph, and run time against error beside others
 	.venv/bin/python benchmarks/graph_throughput.py

@@ -13,9 +13,6 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ('tauto_core', 'tauto_nodes')
 NODES = {'ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder', 'player'}
 
-# one build for all of these tests
-pytestmark = pytest.mark.xdist_group('colcon')
-
 
 def run(*command: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(

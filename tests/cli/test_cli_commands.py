@@ -36,7 +36,7 @@ def tauto(*arguments: str | Path) -> Result:
 
 
 def imported_by(*arguments: str) -> set[str]:
-    """Return the top-level modules that a command leaves imported in a fresh process."""
+    """Return the modules that a command leaves imported in a fresh process."""
     program = (
         'import sys\n'
         'from tauto_core.cli import main\n'
@@ -47,7 +47,7 @@ def imported_by(*arguments: str) -> set[str]:
     run = subprocess.run(
         [sys.executable, '-c', program], capture_output=True, text=True, check=True
     )
-    return {name.partition('.')[0] for name in run.stdout.splitlines()[-1].split()}
+    return set(run.stdout.splitlines()[-1].split())
 
 
 @pytest.mark.parametrize('arguments', [('--help',), ('sail', '--help'), ('graph', '--help')])
@@ -71,6 +71,12 @@ def test_help_needs_no_models_of_scenes() -> None:
 def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) -> None:
     heavy = {'numba', 'scipy', 'pandas', 'rosbags', 'mcap', 'matplotlib', 'hypothesis', 'mpmath'}
     assert not imported_by(*arguments) & heavy
+
+
+def test_isochronism_imports_only_the_machine_of_its_scene() -> None:
+    others = ('fluid_pendulum', 'half_swing', 'hanging', 'remedies')
+    imported = imported_by('isochronism', 'ideal', '--amplitudes', '0.5')
+    assert not imported & {f'tauto_core.machines.{name}' for name in others}
 
 
 def test_scenes_imports_no_kernels_and_no_bags() -> None:

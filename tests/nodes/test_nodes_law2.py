@@ -30,14 +30,14 @@ def assert_equal_bags(one: Path, other: Path) -> None:
         assert payloads == copies, topic
 
 
-# Ten minutes of measured motion flat out, one process a node; then the still ship, whose motion
+# Five minutes of measured motion flat out, one process a node; then the still ship, whose motion
 # is one sample a log interval; then a scene that keeps no motion in its bag, all in one process;
 # then a suspended clock, for which the ship must look further ahead; then a sea, of which the
 # bag's metadata tell.
 @pytest.mark.parametrize(
     ('scene', 'duration_s', 'compose'),
     [
-        ('measured', 600.0, False),
+        ('measured', 300.0, False),
         ('ideal', 3600.0, True),
         ('portsmouth_jamaica', 600.0, True),
         ('suspended_weight_at_sea', 60.0, True),

@@ -8,9 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve, fluid_outline
+from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve
 from tauto_core.curves.descent_curve import ActaCurve, Mirrored
-from tauto_core.curves.fluid_outline import abscissa, chained, coordinates, radius_of_curvature
+from tauto_core.curves.fluid_outline import (
+    abscissa,
+    chained,
+    coordinates,
+    fluid_outline,
+    radius_of_curvature,
+)
 from tauto_core.scene.errors import DescentError
 
 OIL = FluidTautochrone(0.75, 0.9, 1.0)

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import yaml
 
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import Machine
+from tauto_core.motion import Forcing
 from tauto_core.samples import JOINT_STATES, PHASE, Batches
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
 
 INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 OMEGA = float(np.sqrt(FORCE * LEVER_RATE / INERTIA))
+
+TOO_SMALL_TO_MATTER = {'viscous': 1e-300, 'quadratic': 1e-300}
+"""Drag that sends a machine through the general engine, all through the same kernel."""
 
 
 def scene_of(**sections: Any) -> Scene:
@@ -51,3 +57,22 @@ def angles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def phases(scene: Scene) -> np.ndarray:
     """Return phase, half turns, fraction and beats at the logged instants."""
     return run(scene)[PHASE].position
+
+
+def at_rest_at_sea(spans: Forcing, machine: Machine) -> Forcing:
+    """Return spans on land; for a weight those of a ship at sea that does not move.
+
+    What swings freely on land has closed forms, so that a weight's kernels are those for the sea:
+    others would be compiled for the tests alone.
+    """
+    if not machine.feels_gravity:
+        return spans
+    nothing = np.zeros((len(spans.length_s), 1))
+    tilts = machine.follows_apparent_vertical
+    return replace(
+        spans,
+        neutral=nothing,
+        tilt=nothing if tilts else None,
+        gravity=np.full_like(nothing, machine.gravity),
+        tilt_end=nothing[:, 0].copy() if tilts else None,
+    )

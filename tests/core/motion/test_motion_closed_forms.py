@@ -7,7 +7,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import INERTIA, OMEGA, run, scene_of
+from motion_cases import INERTIA, OMEGA, TOO_SMALL_TO_MATTER, run, scene_of
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -183,7 +183,8 @@ def test_forced_harmonic_agrees_with_collocation_at_coarse_and_fine_sampling():
         }
         sections = {'ship': ship, 'duration': 60.0, 'log': {'interval': 1.0}}
         smooth = run(scene_of(**sections, drag={'viscous': viscous} if viscous else None))
-        general = run(scene_of(**sections, drag={'viscous': viscous, 'quadratic': 1e-300}))
+        drag = TOO_SMALL_TO_MATTER | ({'viscous': viscous} if viscous else {})
+        general = run(scene_of(**sections, drag=drag))
         for topic in (JOINT_STATES, PHASE):
             np.testing.assert_allclose(
                 smooth[topic].position, general[topic].position, rtol=0, atol=5e-11
@@ -204,7 +205,7 @@ def test_forced_harmonic_counts_what_collocation_counts(release):
     sections = {'ship': ship, 'duration': 400.0, 'log': {'interval': 4.0}}
     trochlea = {'release_angle': release}
     found = run(scene_of(trochlea=trochlea, **sections))
-    general = run(scene_of(trochlea=trochlea, **sections, drag={'quadratic': 1e-300}))
+    general = run(scene_of(trochlea=trochlea, **sections, drag=TOO_SMALL_TO_MATTER))
     np.testing.assert_array_equal(found[PHASE].position[:, 3], general[PHASE].position[:, 3])
     if release >= 0.3:
         # else roll outweighs swing: rate and momentum need not turn alike about the origin
@@ -227,7 +228,7 @@ def test_forced_harmonic_stops_at_the_edge_of_the_cam():
         'thread': {'kind': 'hole', 'distance': 0.02},
     }
     times = []
-    for drag in (None, {'quadratic': 1e-300}):
+    for drag in (None, TOO_SMALL_TO_MATTER):
         with pytest.raises(PropagationError, match='edge of the cam at ±2 rad') as caught:
             run(scene_of(trochlea=cam, ship=ship, drag=drag))
         times.append(caught.value.time_s)

@@ -6,7 +6,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from motion_cases import angles, phases, scene_of
+from motion_cases import angles, at_rest_at_sea, phases, scene_of
 from scipy.integrate import solve_ivp
 
 from tauto_core.machines import compile_machine
@@ -106,9 +106,9 @@ def test_collocation_finds_the_same_period(trochlea):
     )
     for part in (0.1, 0.8):
         machine = machine_of(trochlea, part * largest(trochlea))
-        engine = Collocation(machine, 1e-14)
-        engine.release(spans)
-        found = engine.advance(spans)
+        engine, forcing = Collocation(machine, 1e-14), at_rest_at_sea(spans, machine)
+        engine.release(forcing)
+        found = engine.advance(forcing)
         phase = found.half_turns + found.fraction
         # the weight's cam at 0.8 of its range bends the well most
         np.testing.assert_allclose(phase[-1], 10.0, rtol=1e-12)

@@ -9,7 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, angles, phases, run, scene_of
+from motion_cases import (
+    FORCE,
+    INERTIA,
+    LEVER_RATE,
+    OMEGA,
+    TOO_SMALL_TO_MATTER,
+    angles,
+    phases,
+    run,
+    scene_of,
+)
 from scipy.optimize import brentq
 
 from tauto_core.clockwork import TrochleaStage
@@ -33,7 +43,7 @@ def test_viscous_drag_is_the_damped_oscillator():
 
 
 def test_overdamped_wheel_creeps_home():
-    drag = {'viscous': 0.05}
+    drag = TOO_SMALL_TO_MATTER | {'viscous': 0.05}
     times, angle, _ = angles(scene_of(drag=drag, duration=20.0))
     decay = drag['viscous'] / (2 * INERTIA)
     w = math.sqrt(decay**2 - OMEGA**2)
@@ -63,7 +73,9 @@ def test_quadratic_drag_shortens_each_swing_by_its_first_integral():
     c = 5e-6
     kappa = 2 * c / INERTIA
     times, angle, rate = angles(
-        scene_of(drag={'quadratic': c}, log={'interval': 0.001}, duration=20.0)
+        scene_of(
+            drag=TOO_SMALL_TO_MATTER | {'quadratic': c}, log={'interval': 0.001}, duration=20.0
+        )
     )
     amplitude, found = 1.0, []
     sign = np.sign(rate)
@@ -163,7 +175,13 @@ def test_two_hours_and_thousands_of_beats_may_pass_between_two_logs():
 
 def test_a_wheel_that_nothing_moves_stays_where_it_is():
     scene = scene_of(
-        trochlea={'release_angle': 0.0},
+        trochlea={
+            'cam': {'kind': 'involute', 'base_radius': 0.01},
+            'thread': {'kind': 'vertical'},
+            'power': {'kind': 'weight', 'mass': 0.2},
+            'release_angle': 0.0,
+        },
+        drag={'viscous': 1e-6},
         escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 0.1},
         ship={'kind': 'components', 'components': [{'amplitude': 0.0, 'period': 9.0}]},
     )
@@ -294,10 +312,15 @@ def test_a_strong_escapement_runs_to_the_edge_of_the_cam():
 
 
 def test_a_thread_goes_slack_when_the_ship_falls_as_fast_as_its_weight():
-    """Hole and massless weight: the pull is m (g + z̈), zero when the ship falls freely."""
+    """A massless weight: the pull is m (g + z̈), zero when the ship falls freely."""
     amplitude, period = 12.0, 6.0
+    massless = {
+        'cam': {'kind': 'involute', 'base_radius': LEVER_RATE},
+        'thread': {'kind': 'vertical'},
+        'power': {'kind': 'weight', 'mass': 0.2, 'massless': True},
+    }
     scene = scene_of(
-        trochlea={'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}},
+        trochlea=massless,
         ship={
             'kind': 'components',
             'heave': [{'amplitude': amplitude, 'period': period}],
@@ -311,7 +334,7 @@ def test_a_thread_goes_slack_when_the_ship_falls_as_fast_as_its_weight():
         run(scene)
     assert caught.value.time_s == pytest.approx(0.0, abs=1e-9)
     later = scene_of(
-        trochlea={'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}},
+        trochlea=massless,
         ship={
             'kind': 'components',
             'heave': [{'amplitude': amplitude, 'period': period, 'phase': -math.pi}],

@@ -8,7 +8,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import run, scene_of
+from motion_cases import TOO_SMALL_TO_MATTER, at_rest_at_sea, run, scene_of
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, events, make_propagator
@@ -16,7 +16,7 @@ from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.reference import Reference
 from tauto_core.samples import JOINT_STATES, PHASE
-from tauto_core.scene import load_scene
+from tauto_core.scene import Drag, load_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
@@ -29,6 +29,8 @@ REFERENCES = json.loads((HERE / 'refs.json').read_text())['scenes']
 def test_reference_scenes_of_a_taylor_integrator(name):
     """Half an hour against the exact roll: sampling, interpolation and steps together."""
     scene, reference = load_scene(HERE / f'{name}.yaml'), REFERENCES[name]
+    if name == 'e5_hole_spring_roll':  # with a drag that does nothing it shares the kernel of e6
+        scene = scene.model_copy(update={'drag': Drag(viscous=1e-300)})
     machine = compile_machine(scene)
     joints = run(scene)[JOINT_STATES]
     angle, rate = joints.position[-1, 0], joints.velocity[-1, 0]
@@ -93,18 +95,19 @@ AT_SEA = {
             'thread': {'kind': 'vertical'},
             'inertia': 8e-3,
         },
-        'drag': {'viscous': 1e-5, 'quadratic': 1e-4},
+        'drag': {'viscous': 1e-5},
+        'escapement': {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1},
     },
 }
 
 
 @pytest.mark.parametrize('name', AT_SEA)
-def test_two_minutes_at_sea_against_dop853_on_the_same_samples(name):
+def test_a_minute_and_a_half_at_sea_against_dop853_on_the_same_samples(name):
     """Physics E2 as printed, in ϑ with the second derivative of γ: another formulation.
 
-    DOP853 at 1e-13 leaves a few 1e-14 rad a swing, 2e-12 of these 28 (the weight's) to 30.
+    DOP853 at 1e-13 leaves a few 1e-14 rad a swing, 2e-12 of these 22 (the weight's) to 24.
     """
-    scene = scene_of(ship=SEA, duration=120.0, log={'interval': 4.0}, **AT_SEA[name])
+    scene = scene_of(ship=SEA, duration=96.0, log={'interval': 4.0}, **AT_SEA[name])
     machine = compile_machine(scene)
     forcing = sampled_forcing(scene, machine)
     engine, reference = Collocation(machine), Reference(machine)
@@ -161,7 +164,7 @@ def test_a_kink_passed_twice_within_a_step_is_seen():
         'components': [{'amplitude': 0.1075, 'period': 10.5746}],
         'rate': 5.0,
     }
-    scene = scene_of(trochlea=trochlea, ship=ship, duration=60.0, log={'interval': 1.0})
+    scene = scene_of(trochlea=trochlea, ship=ship, duration=20.0, log={'interval': 1.0})
     machine = compile_machine(scene)
     forcing = sampled_forcing(scene, machine)
     engine, reference = Collocation(machine), Reference(machine)
@@ -198,8 +201,8 @@ def test_the_reference_goes_on_from_a_state_and_says_when_friction_holds():
     assert caught.value.time_s == pytest.approx(2.0 * math.pi / machine.frequency, abs=1e-12)
 
 
-def last_instant(engine, seconds):
-    """The motion after some whole seconds on land."""
+def last_instant(engine, machine, seconds):
+    """The motion after some whole seconds, undisturbed."""
     n = round(20 * seconds)
     spans = Forcing(
         length_s=np.full(n, 0.05),
@@ -208,6 +211,7 @@ def last_instant(engine, seconds):
         end_ns=np.arange(1, n + 1) * 50_000_000,
         logged=np.arange(1, n + 1) == n,
     )
+    spans = at_rest_at_sea(spans, machine)
     engine.release(spans)
     return engine.advance(spans)
 
@@ -244,7 +248,7 @@ def test_conservative_wells_swing_with_the_period_of_the_quadrature(name, engine
     machine = compile_machine(scene)
     period = machine.period(1.3)
     assert make_propagator(machine, still=True).name == 'action_angle'
-    motion_at_end = last_instant(engine(machine), 100.0)
+    motion_at_end = last_instant(engine(machine), machine, 100.0)
     angle = motion_at_end.angle[0]
     turns = math.floor(100.0 / period)
     left = Forcing(
@@ -273,26 +277,15 @@ def test_phase_of_the_ideal_machine_is_exact_after_a_hundred_days():
 
 
 def test_collocation_agrees_with_the_closed_form_of_the_ideal_machine():
-    """The same machine forced through the general engine by a drag too small to matter."""
-    tiny = scene_of(drag={'quadratic': 1e-300}, duration=1000.0, log={'interval': 1.0})
+    """The same machine forced through the general engine."""
+    tiny = scene_of(drag=TOO_SMALL_TO_MATTER, duration=1000.0, log={'interval': 1.0})
     exact = scene_of(duration=1000.0, log={'interval': 1.0})
     a, b = run(tiny)[JOINT_STATES], run(exact)[JOINT_STATES]
     assert math.isclose(float(np.max(np.abs(a.position - b.position))), 0.0, abs_tol=1e-12)
 
 
-def state_after(span_s, level):
-    """θ and θ̇/ω after 2^level equal steps, whatever their error."""
-    machine = compile_machine(
-        scene_of(
-            trochlea={
-                'cam': {'kind': 'involute', 'base_radius': 0.01},
-                'thread': {'kind': 'vertical'},
-                'power': {'kind': 'weight', 'mass': 0.4},
-            }
-        )
-    )
-    engine = Collocation(machine)
-    engine._tolerance = engine.longest_step_s = math.inf
+def state_after(machine, engine, span_s, level):
+    """θ and θ̇/ω after 2^level equal steps."""
     spans = Forcing(
         length_s=np.array([span_s]),
         begin=np.zeros(1),
@@ -312,9 +305,21 @@ def test_the_observed_order_is_near_sixteen():
     They run from 1e-6 to 1e-13 rad, ωh from 0.7 to 2.1: as far from rounding as the order
     allows, and not yet asymptotic, whence ±2. A scheme of order 8 would show 8.
     """
+    machine = compile_machine(
+        scene_of(
+            trochlea={
+                'cam': {'kind': 'involute', 'base_radius': 0.01},
+                'thread': {'kind': 'vertical'},
+                'power': {'kind': 'weight', 'mass': 0.4},
+            }
+        )
+    )
+    engine = Collocation(machine)
+    # whatever the error
+    engine._tolerance = engine.longest_step_s = math.inf
     observed = []
     for span in (0.4, 0.45, 0.5, 0.55, 0.6):
-        exact = state_after(span, 5)
-        errors = [np.linalg.norm(state_after(span, level) - exact) for level in (1, 2)]
+        exact, *coarse = (state_after(machine, engine, span, level) for level in (5, 1, 2))
+        errors = [np.linalg.norm(found - exact) for found in coarse]
         observed.append(math.log2(errors[0] / errors[1]))
     assert np.mean(observed) == pytest.approx(16.0, abs=2.0)

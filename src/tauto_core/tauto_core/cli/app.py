@@ -9,6 +9,7 @@ input.
 from __future__ import annotations
 
 import errno
+import gc
 import json
 import os
 import signal
@@ -68,6 +69,9 @@ app.add_typer(scene_commands, name='scene')
 
 def main() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
+    # no plugin has a say in what a scene means: to look for one reads all that is installed
+    os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
+    gc.set_threshold(100_000)  # imports make much and leave nothing to collect
     app()
 
 

@@ -190,7 +190,7 @@ def _in_fluid(
         SceneError: a curve that cannot be built.
     """
     from tauto_core.cli import cam_files
-    from tauto_core.curves import fluid_outline
+    from tauto_core.curves.fluid_outline import fluid_outline
     from tauto_core.curves.workshop import draw_in_fluid
     from tauto_core.machines import FluidPendulum, compile_machine
 

@@ -34,15 +34,20 @@ def isochronism(
     from tauto_core.scene import load_scene
 
     loaded = load_scene(scene)
-    with naming(scene, loaded.name):
-        machine = machines.compile_machine(loaded)
-    numbers, nominal = _numbers(amplitudes), loaded.clock.nominal_period
-    if isinstance(machine, machines.FluidPendulum):
-        descents = machines.descent_isochronism(machine, numbers, nominal)
+    if loaded.regulator is not None:
+        from tauto_core.machines.fluid_pendulum import compile_fluid_pendulum
+
+        with naming(scene, loaded.name):
+            pendulum = compile_fluid_pendulum(loaded, loaded.regulator)
+        numbers, nominal = _numbers(amplitudes), loaded.clock.nominal_period
+        descents = machines.descent_isochronism(pendulum, numbers, nominal)
         typer.echo(json.dumps(descents, allow_nan=False)) if as_json else _print_descents(descents)
-    else:
-        swings = machines.isochronism(machine, numbers, nominal)
-        typer.echo(json.dumps(swings, allow_nan=False)) if as_json else _print_swings(swings)
+        return
+    with naming(scene, loaded.name):
+        machine = machines.compile_trochlea(loaded)
+    numbers, nominal = _numbers(amplitudes), loaded.clock.nominal_period
+    swings = machines.isochronism(machine, numbers, nominal)
+    typer.echo(json.dumps(swings, allow_nan=False)) if as_json else _print_swings(swings)
 
 
 def _print_swings(found: Isochronism) -> None:

@@ -1,12 +1,14 @@
-"""Euler's curves as geometry: cams for the trochlea."""
+"""Euler's curves as geometry: cams for the trochlea.
+
+What few scenes have, the curves of the second paper among it, is loaded at its first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
 from tauto_core.curves.corrected import SpringCorrected, WeightCorrected
-from tauto_core.curves.descent_curve import Cycloid, DescentCurve, SymmetricCurve
-from tauto_core.curves.drawing import Cheeks, cheeks, outline
-from tauto_core.curves.fluid_outline import fluid_outline
-from tauto_core.curves.fluid_tautochrone import FluidTautochrone
 from tauto_core.curves.levers import (
     ArcLever,
     Lever,
@@ -17,6 +19,11 @@ from tauto_core.curves.levers import (
 )
 from tauto_core.curves.making import make_cam
 from tauto_core.curves.table import Fitted, Table, load_table
+
+if TYPE_CHECKING:
+    from tauto_core.curves.descent_curve import Cycloid, DescentCurve, SymmetricCurve
+    from tauto_core.curves.drawing import Cheeks, cheeks, outline
+    from tauto_core.curves.fluid_tautochrone import FluidTautochrone
 
 __all__ = [
     'ArcLever',
@@ -39,8 +46,26 @@ __all__ = [
     'TableLever',
     'WeightCorrected',
     'cheeks',
-    'fluid_outline',
     'load_table',
     'make_cam',
     'outline',
 ]
+
+_LATER = {
+    'Cheeks': 'drawing',
+    'Cycloid': 'descent_curve',
+    'DescentCurve': 'descent_curve',
+    'FluidTautochrone': 'fluid_tautochrone',
+    'SymmetricCurve': 'descent_curve',
+    'cheeks': 'drawing',
+    'outline': 'drawing',
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Return one of those from the module that defines it."""
+    if name not in _LATER:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    found = getattr(import_module(f'{__name__}.{_LATER[name]}'), name)
+    globals()[name] = found
+    return found

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from tauto_core.curves import make_cam
-from tauto_core.machines.fluid_pendulum import FluidPendulum, compile_fluid_pendulum
-from tauto_core.machines.hanging import HangingMachine
 from tauto_core.machines.lever import LeverMachine
 from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
 from tauto_core.machines.lever_geometry import LeverGeometry
-from tauto_core.machines.remedies import wider_range
 from tauto_core.machines.trochlea import Machine
 from tauto_core.scene.errors import ABSENT, SceneError, naming
 from tauto_core.scene.models import Scene
@@ -30,11 +27,28 @@ from tauto_core.scene.regulators import (
 )
 from tauto_core.scene.ships import StillShip
 
-AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
+if TYPE_CHECKING:
+    from tauto_core.machines.fluid_pendulum import FluidPendulum
+    from tauto_core.machines.hanging import HangingMachine
+
+AnyMachine: TypeAlias = 'Machine | LeverMachine | HangingMachine'
 
 
 def compile_machine(scene: Scene) -> AnyMachine | FluidPendulum:
     """Return the regulator of a scene in numbers: its trochlea, or the body in its fluid.
+
+    Raises:
+        SceneError: a machine that cannot be built, or a release beyond its range.
+    """
+    if scene.regulator is not None:
+        from tauto_core.machines.fluid_pendulum import compile_fluid_pendulum
+
+        return compile_fluid_pendulum(scene, scene.regulator)
+    return compile_trochlea(scene)
+
+
+def compile_trochlea(scene: Scene) -> AnyMachine:
+    """Return the trochlea of a scene in numbers, whatever its thread.
 
     The release is checked here where it fixes the angle at the cam: on a still ship, and at sea
     if the thread's neutral line turns with the case. A thread that follows the apparent vertical
@@ -43,8 +57,6 @@ def compile_machine(scene: Scene) -> AnyMachine | FluidPendulum:
     Raises:
         SceneError: a machine that cannot be built, or a release beyond its range.
     """
-    if scene.regulator is not None:
-        return compile_fluid_pendulum(scene, scene.regulator)
     machine = _of_thread(scene)
     # an angle that the tilt of the apparent vertical does not change
     fixed = machine.felt_angle(0.0, 1.0) == 0.0
@@ -84,6 +96,8 @@ def _of_thread(scene: Scene) -> AnyMachine:
                 release_angle=trochlea.release_angle,
             )
         case HangingThread(length=length), InvoluteCam(base_radius=radius), WeightPower(mass=mass):
+            from tauto_core.machines.hanging import HangingMachine
+
             return HangingMachine(
                 inertia=trochlea.inertia,
                 mass=mass,
@@ -162,6 +176,8 @@ def _check_release(scene: Scene, machine: AnyMachine) -> None:
     edge = machine.range_rad
     if abs(machine.release_angle) <= edge:
         return
+    from tauto_core.machines.remedies import wider_range
+
     limit = (
         'the cam, whose range is' if isinstance(machine, Machine) else 'what the thread allows,'
     )
