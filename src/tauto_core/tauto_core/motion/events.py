@@ -76,11 +76,6 @@ def _has_weight(mu: Any, weight: Any) -> bool:
 
 
 @compiled
-def _kicks(escapement: Any) -> bool:
-    return escapement is not None
-
-
-@compiled
 def _sticks(quadratic: Any, coulomb: Any) -> bool:
     return quadratic is not None or coulomb is not None
 
@@ -105,20 +100,20 @@ def feels_drag(machine: Any) -> bool:
 @compiled
 def feels_case(machine: Any) -> bool:
     """Return whether the tilt in the case is known within a span, since something feels it."""
-    return feels_drag(machine) or _kicks(machine[7])
+    return feels_drag(machine) or feels_impulse(machine)
 
 
 @compiled
 def feels_impulse(machine: Any) -> bool:
-    """Return whether the escapement pushes the wheel."""
-    return _kicks(machine[7])
+    """Return whether an escapement pushes the wheel."""
+    return machine[7] is not None
 
 
 @compiled
 def expects_events(well: Any) -> bool:
     """Return whether anything but the ends of the cam and the thread is watched."""
     machine, lever, _ = well
-    return turns_abruptly(machine) or _kicks(machine[7]) or kinked(lever)
+    return turns_abruptly(machine) or feels_impulse(machine) or kinked(lever)
 
 
 @compiled
@@ -380,7 +375,7 @@ def by_the_end(
     inside = min(passed[0], passed[1]) > 1.0 and abs(after[4]) < limits[1]
     if not inside or (_has_weight_in(machine) and not after[5] > 0.0):
         return UNSURE, 1.0
-    if turns_abruptly(machine) or (_kicks(machine[7]) and not d * after[1] > 0.0):
+    if turns_abruptly(machine) or (feels_impulse(machine) and not d * after[1] > 0.0):
         return UNSURE, 1.0
     if kinked(lever) and side * after[4] > 0.0 and side * after[2] > 0.0:
         # where it leaves the kink from the beginning on, it passed none
@@ -445,7 +440,7 @@ def first_event(
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
         at_last = value_of_state(kind, limits, mode, state)
         last = reach if at_last <= 0.0 else 2.0
-        if kind == TURNING and not (turns_abruptly(machine) or _kicks(machine[7])):
+        if kind == TURNING and not (turns_abruptly(machine) or feels_impulse(machine)):
             continue
         if kind == KINK and not kinked(lever):
             continue
