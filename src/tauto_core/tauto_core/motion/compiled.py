@@ -20,8 +20,10 @@ _INTERNAL: dict[str, Any] = {**_OPTIONS, 'no_cpython_wrapper': True, 'no_cfunc_w
 # Constants and lever laws of these are compiled into the kernels.
 _KERNELS = (
     'arc_length',
+    'arrival',
     'axle',
     'compiled',
+    'event_search',
     'events',
     'gauss',
     'hanging_planes',
@@ -40,6 +42,7 @@ _KERNELS = (
     'turn_and_add',
     'turning',
     'wells',
+    'wheel_plane',
 )
 _FOLLOWED = (
     *(Path(__file__).with_name(f'{name}.py') for name in _KERNELS),

@@ -7,14 +7,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
-
-import numpy as np
-from numba import types
-from numba.extending import overload
+from typing import Any
 
 from tauto_core.motion import turning
+from tauto_core.motion.arrival import step_to_event
 from tauto_core.motion.compiled import compiled, entry
+from tauto_core.motion.event_search import by_the_end, first_event, limit_passed, turns_quietly
 from tauto_core.motion.events import (
     ARMED,
     AT_EDGE,
@@ -35,37 +33,22 @@ from tauto_core.motion.events import (
     TURNING,
     TURNS,
     UNSURE,
-    by_the_end,
     expects_events,
     feels_case,
     feels_drag,
     feels_impulse,
-    first_event,
     happen,
     hold,
-    limit_passed,
     mode_of,
     set_off,
-    slope,
     turns_abruptly,
-    turns_quietly,
-    value_of_state,
 )
-from tauto_core.motion.lanes import load, splat, store
 from tauto_core.motion.layout import BEYOND, lay_out, phase_to
 from tauto_core.motion.outside import (
-    D1_ROW,
-    D2_ROW,
-    GRAVITY,
-    LINE_RATE,
     OUTSIDE_ROW,
-    TILT_RATE,
-    X_ROW,
-    Y_ROW,
     channel,
     forcing_at,
     forcing_at_nodes,
-    node_row,
     presence,
 )
 from tauto_core.motion.rotation import sum_exactly
@@ -80,16 +63,10 @@ from tauto_core.motion.turning import (
 from tauto_core.motion.wells import (
     acceleration,
     angle_at,
-    drift,
-    excess,
     kinked,
     lever_arm,
-    pull_of,
-    rate_of,
-    resistance,
-    ride,
-    shape_at,
 )
+from tauto_core.motion.wheel_plane import Trochlea
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 ROW = 8
@@ -99,144 +76,6 @@ COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
 """Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
 
 MAX_LEVEL = 24
-
-
-class Trochlea(NamedTuple):
-    """What disturbs the plane of the wheel: machine, lever and shape as in wells, what is felt.
-
-    `felt` tells by its types which rows of outside there are: γ, τ, g or None.
-    """
-
-    machine: Any
-    lever: Any
-    shape: Any
-    felt: Any
-
-
-@overload(turning.disturb, strict=False)
-def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if getattr(system, 'instance_class', None) is not Trochlea:
-        return None
-    if not isinstance(system[2], types.NoneType):
-        return _along_the_arc
-    return _along_the_angle
-
-
-def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
-    machine, lever, _, felt = system
-    q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-    line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-    t, t1, lift = lever_arm(lever, mode[0], q)
-    rate = rate_of(machine[0], t, w, line_rate)
-    v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
-    per_omega = 1.0 / omega[0]
-    more = excess(lever, q, t, pull, omega[0] * omega[0])
-    more = more + ride(machine[0], t, t1, rate) - resistance(machine, v, mode)
-    store(work, D1_ROW, rate - w)
-    store(work, D2_ROW, more * per_omega)
-
-
-def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
-    machine, lever, shape, felt = system
-    s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-    n, slope, less, _ = shape_at(shape, lever.rate, s)
-    line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-    carried = line_rate * n
-    rate = p - carried
-    v = n * rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
-    per_omega = 1.0 / omega[0]
-    square = omega[0] * omega[0] - lever.rate * pull + pull * less
-    more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
-    store(work, D1_ROW, splat(0.0) - carried)
-    store(work, D2_ROW, more * per_omega)
-
-
-@compiled
-def _carry(
-    kind: int,
-    xi: float,
-    limits: Any,
-    tolerance: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    place: Any,
-    end: Any,
-) -> tuple[float, float]:
-    """Carry a state that is near an event to it; return where it is, and where the event is.
-
-    Both as fractions of the step. The midpoint rule errs by the cube of what it spans, and tells
-    how the slope changes on the way; a wheel that has just been released may lie so near its
-    event that this takes repetition.
-    """
-    forcing, k, x0, hx = place
-    whole = hx * forcing[0][k]
-    for _ in range(8):
-        at = forcing_at(forcing, k, x0 + xi * hx)
-        state = acceleration(well, mode, end[0], omega[0] * end[2], at)
-        value, fall = value_of_state(kind, limits, mode, state), slope(kind, mode, state, at)
-        if not fall < 0.0:
-            return xi, xi
-        late = -value / fall
-        reached = xi + late / whole
-        if not 0.0 < reached <= 1.0:
-            return xi, xi
-        if not omega[0] * abs(late) < tolerance[3]:
-            return xi, reached
-        along, more = drift(well, mode, state, at)
-        x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
-        at = forcing_at(forcing, k, x0 + 0.5 * (xi + reached) * hx)
-        state = acceleration(well, mode, x, w, at)
-        along, more = drift(well, mode, state, at)
-        mean = slope(kind, mode, state, at)
-        late *= fall / mean if mean < 0.0 else 1.0
-        end[0] += late * along
-        end[2] += late * more / omega[0]
-        xi += late / whole
-        change = mean / fall - 1.0
-        if omega[0] * abs(late) * change * change <= tolerance[2]:
-            break
-    return xi, xi
-
-
-@compiled
-def _step_to_event(
-    kind: int,
-    xi: float,
-    limits: Any,
-    tolerance: Any,
-    system: Any,
-    mode: Any,
-    omega: Any,
-    place: Any,
-    floats: Any,
-    memory: Any,
-) -> float:
-    """Step to an event from the nearer end of the step; return the fraction where it is."""
-    machine, lever, shape, _ = system
-    forcing, k, x0, hx = place
-    work, end = memory.work, memory.end
-    well = machine, lever, shape
-    part = np.int64(PART_STEP)
-    there = 1.0
-    if xi <= 0.5:
-        copy_state(1, floats, end)
-        there = 0.0
-    for _ in range(4):
-        if xi <= 0.0:
-            copy_state(1, floats, end)
-            return 0.0
-        hop = place[0], k, x0 + there * hx, (xi - there) * hx
-        forcing_at_nodes(hop, feels_drag(machine), OUTSIDE_ROW, work)
-        h = hop[3] * forcing[0][k]
-        collocate(system, mode, omega, h, part, tolerance[2], end, memory)
-        finish(omega, h, part, end, memory)
-        there, xi = _carry(kind, xi, limits, tolerance, well, mode, omega, place, end)
-        if there == xi:
-            break
-    return there
 
 
 @compiled
@@ -329,7 +168,7 @@ def _move(
     if event == NO_EVENT:
         copy_state(1, end, floats)
         return event, 1.0, error, after[0]
-    xi = _step_to_event(event, xi, limits, tolerance, system, mode, omega, place, floats, memory)
+    xi = step_to_event(event, xi, limits, tolerance, system, mode, omega, place, floats, memory)
     copy_state(1, end, floats)
     at = forcing_at(forcing, k, x0 + xi * hx)
     state = acceleration(well, mode, end[0], omega[0] * end[2], at)
