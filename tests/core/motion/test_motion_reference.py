@@ -105,7 +105,8 @@ AT_SEA = {
 def test_a_minute_and_a_half_at_sea_against_dop853_on_the_same_samples(name):
     """Physics E2 as printed, in ϑ with the second derivative of γ: another formulation.
 
-    DOP853 at 1e-13 leaves a few 1e-14 rad a swing, 2e-12 of these 22 (the weight's) to 24.
+    DOP853 at 1e-13 leaves a few 1e-14 rad a swing, 2e-12 of these 22 (the weight's) to 24; some
+    300 steps may each err by 2e-12 of the amplitude, and leave up to 1e-11 together.
     """
     scene = scene_of(ship=SEA, duration=96.0, log={'interval': 4.0}, **AT_SEA[name])
     machine = compile_machine(scene)
@@ -115,7 +116,7 @@ def test_a_minute_and_a_half_at_sea_against_dop853_on_the_same_samples(name):
         (engine.release(forcing), reference.release(forcing)),
         (engine.advance(forcing), reference.advance(forcing)),
     ):
-        close = {'rtol': 0.0, 'atol': 1e-11}
+        close = {'rtol': 0.0, 'atol': 2e-11}
         np.testing.assert_allclose(found.angle, exact.angle, **close)
         np.testing.assert_allclose(
             found.rate / machine.frequency, exact.rate / machine.frequency, **close
