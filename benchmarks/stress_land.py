@@ -21,7 +21,7 @@ from stress_cases import (
 )
 
 from tauto_core.machines import Machine
-from tauto_core.motion import events
+from tauto_core.motion import events, layout
 from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.step_size import TOLERANCE
@@ -65,8 +65,20 @@ def reversal(swings: int = 1000) -> list[Row]:
     return rows
 
 
-def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float, int]:
-    """Return the relative distance from the quadrature's motion, and the number of steps."""
+def _laid_out(machine: Machine, engine: Collocation, count: int) -> int:
+    """Return what grows where steps become shorter: their number, or that between two kinks.
+
+    Between kinks steps are equal, so that several tolerances may ask for the same.
+    """
+    if not machine.cam.kinked:
+        return count
+    half_swing_s = 0.5 * machine.period(machine.release_angle)
+    beyond_s = layout.BEYOND / (math.pi / half_swing_s)
+    return math.ceil((half_swing_s + beyond_s) / engine.longest_step_s - layout.SPARE)
+
+
+def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float, int, int]:
+    """Return the relative distance from the quadrature's motion, the steps, and `_laid_out`."""
     engine = Collocation(machine, tolerance)
     # whole nanoseconds, which the closed form takes
     step = math.floor(engine.longest_step_s * 1e9) * 1e-9
@@ -80,7 +92,8 @@ def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float
         float(found.angle[0] - exact.angle[0]),
         float(found.rate[0] - exact.rate[0]) / machine.frequency,
     )
-    return away / abs(machine.release_angle), count << int(engine._ints[events.LEVEL])
+    steps = count << int(engine._ints[events.LEVEL])
+    return away / abs(machine.release_angle), steps, _laid_out(machine, engine, steps)
 
 
 def tolerances(finest: int = 15) -> list[Row]:
@@ -90,10 +103,10 @@ def tolerances(finest: int = 15) -> list[Row]:
         machine = machine_of(well)
         asked = [10.0**-k for k in range(4, finest + 1)]
         found = [_error_after(machine, tolerance, SWINGS) for tolerance in asked]
-        used = [e / (n * tol) for (e, n), tol in zip(found, asked, strict=True) if e > 1e-11]
+        used = [e / (n * tol) for (e, n, _), tol in zip(found, asked, strict=True) if e > 1e-11]
         # over two decades: at one of them the error may happen to pass through zero
         pairs = zip(found, found[2:], strict=False)
-        stuck = [b / a for (a, few), (b, more) in pairs if b > 1e-11 and more > few]
+        stuck = [b / a for (a, _, few), (b, _, more) in pairs if b > 1e-11 and more > few]
         setting = f'{name}, {SWINGS} swings'
         rows += [
             Row('error per step against the tolerance, largest', setting, max(used), 1.0),

@@ -51,6 +51,7 @@ class Collocation:
         self._factor = error_factor(machine, self._shape)
         self._tolerance = TOLERANCE if tolerance is None else tolerance
         self._settled = settled_at(self._tolerance)
+        self._near = carried_within(self._tolerance)
         self._floats = np.zeros(events.FLOATS)
         self._ints = np.zeros(events.INTS, np.int64)
         self._memory = make_memory(1, ROWS)
@@ -119,7 +120,7 @@ class Collocation:
         """
         rows = np.empty((int(np.count_nonzero(forcing.logged)), stepping.ROW))
         code, span, x = stepping.advance(
-            (self._tolerance, self._factor, self._settled, carried_within(self._tolerance)),
+            (self._tolerance, self._factor, self._settled, self._near),
             self.longest_step_s,
             (self._omega,),
             self._limits(),

@@ -112,6 +112,7 @@ class RealThreads:
         self._machine = machine
         self._tolerance = TOLERANCE if tolerance is None else tolerance
         self._settled = settled_at(self._tolerance)
+        self._near = carried_within(self._tolerance)
         if isinstance(machine, LeverMachine):
             self._model = _lever(machine, self._settled)
         else:
@@ -230,7 +231,7 @@ class RealThreads:
         system = self._model.system
         # without turning points d has no meaning; the pallet is 0, and so is recoil
         found: tuple[int, int, float] = spans.advance(
-            (tolerance, ERROR_OF_LAST_STRONG, self._settled, carried_within(self._tolerance)),
+            (tolerance, ERROR_OF_LAST_STRONG, self._settled, self._near),
             self._machine.frequency,
             longest_s,
             (NEVER, math.inf) if trial else self._watched(),

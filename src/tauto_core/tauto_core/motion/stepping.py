@@ -134,7 +134,7 @@ def _move(
         return NO_EVENT, loose, 0.0, floats[HELD_ANGLE]
     mode = mode_of(ints)
     h = hx * forcing[0][k]
-    kind = PART_STEP if expects_events(well) else WHOLE_STEP
+    kind = PART_STEP if expects_events(well) and feels_case(machine) else WHOLE_STEP
     forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
     settled = tolerance[2]
     last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)

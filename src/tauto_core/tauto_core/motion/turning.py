@@ -108,12 +108,21 @@ def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:
     raise TypeError('disturb runs in compiled code only')
 
 
+@inlined
+def _short_of_one(cosine: float, sine: float) -> float:
+    """Return 1 − cos² − sin² of rounded numbers, exactly enough."""
+    first, first_rest = multiply_exactly(cosine, cosine)
+    second, second_rest = multiply_exactly(sine, sine)
+    square, rest = sum_exactly(first, second)
+    return (1.0 - square) - (rest + first_rest + second_rest)
+
+
 @compiled
 def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
     """Fill the rotations to the stages and the end of a step of h, unless they are there.
 
-    Steps to events have a length of their own, so that the rounding of theirs is not always the
-    same, and doubles do.
+    Steps to events have a length of their own: the rounding of their angle is not always the same,
+    and doubles do, made to neither stretch nor shrink the state.
     """
     if turned[kind, 0] == h:
         return
@@ -124,12 +133,14 @@ def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
         first = TURNED * p
         turned[kind, first] = h
         if kind == WHOLE_STEP:
-            cosine, sine = twofold_rotation(omega[p], h)
-            turned[kind, first + 1], turned[kind, first + 2] = cosine
-            turned[kind, first + 3], turned[kind, first + 4] = sine
+            whole_cosine, whole_sine = twofold_rotation(omega[p], h)
+            turned[kind, first + 1], turned[kind, first + 2] = whole_cosine
+            turned[kind, first + 3], turned[kind, first + 4] = whole_sine
         else:
-            turned[kind, first + 1], turned[kind, first + 3] = rotation(omega[p] * h)
-            turned[kind, first + 2] = turned[kind, first + 4] = 0.0
+            cosine, sine = rotation(omega[p] * h)
+            more = 0.5 * _short_of_one(cosine, sine)
+            turned[kind, first + 1], turned[kind, first + 2] = cosine, more * cosine
+            turned[kind, first + 3], turned[kind, first + 4] = sine, more * sine
 
 
 @inlined
