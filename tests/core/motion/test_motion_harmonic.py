@@ -76,3 +76,14 @@ def test_whole_half_turns_are_exact(rate):
         exact = t * (Fraction(rate) + Fraction(low))
         assert abs(n + Fraction(f) - exact) <= Fraction(5, 2**54)
         assert 0.0 <= f < 1.0
+
+
+def test_an_instant_is_the_same_in_any_company():
+    """Bit for bit, though times beyond 104 days take another pass."""
+    times = np.array([5, 2**53 - 1, 2**53, 2**53 + 1, 3 * 2**53 + 12_345, 2**62 + 7])
+    rate = 1 / 3e9, 1e-27
+    together = np.stack(half_turns(times, rate))
+    alone = np.concatenate([np.stack(half_turns(times[[i]], rate)) for i in range(6)], axis=1)
+    np.testing.assert_array_equal(together, alone)
+    exact = [t * (Fraction(rate[0]) + Fraction(rate[1])) for t in times.tolist()]
+    np.testing.assert_array_equal(together[0], [float(e.__floor__()) for e in exact])

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 
 import numpy as np
@@ -35,6 +36,9 @@ NAME = 'action_angle'
 
 LARGEST_DEGREE = 4096
 SMALLEST_DEGREE = 16
+NEAR = 2.0**-32
+"""How near x Newton's method is exact to rounding after one more step."""
+
 TAIL = 2.0**-50
 """Size of the last coefficients, against the first, at which a series is taken as complete."""
 
@@ -60,9 +64,8 @@ class ActionAngle(ClosedForm):
         self._edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
         pairs = zip(self._edges, self._edges[1:], strict=False)
         parts = [series_of(lambda w: self._curve(w)[1], a, b) for a, b in pairs]
-        starts = np.concatenate([[0.0], np.cumsum([float(_value(c, 1.0)) for c in parts])])
-        self._times, self._parts = starts, parts
-        self._slopes = [np.asarray(chebyshev.chebder(part), np.float64) for part in parts]
+        self._parts = [rising(part) for part in parts]
+        self._times = np.concatenate([[0.0], np.cumsum([part.top for part in self._parts])])
         period = machine.period(self._amplitude)
         # The quadrature of the period and the sum of the series are two computations of one
         # number; whole swings are counted by the first.
@@ -84,11 +87,11 @@ class ActionAngle(ClosedForm):
         """Return W in [0, π/2] at times since the top, 0 ≤ t ≤ a quarter swing [s]."""
         part = np.clip(np.searchsorted(self._times, time, 'right') - 1, 0, len(self._parts) - 1)
         result = np.empty_like(time)
-        for index, series in enumerate(self._parts):
+        for index, risen in enumerate(self._parts):
             rows = part == index
             if rows.any():
                 a, b = self._edges[index], self._edges[index + 1]
-                x = inverse(series, self._slopes[index], time[rows] - self._times[index])
+                x = inverse(risen, time[rows] - self._times[index])
                 result[rows] = a + 0.5 * (b - a) * (1.0 + x)
         return result
 
@@ -155,16 +158,41 @@ def _value(series: FloatArray, x: FloatArray | float) -> FloatArray:
     return np.asarray(chebyshev.chebval(x, series))
 
 
-def inverse(series: FloatArray, slope: FloatArray, value: FloatArray) -> FloatArray:
-    """Return x in [−1, 1] at which an increasing Chebyshev series of this slope has the value."""
+@dataclass(frozen=True)
+class Rising:
+    """An increasing Chebyshev series on [−1, 1], 0 at −1, and what inverts it.
+
+    Attributes:
+        series: its coefficients.
+        slope: those of its derivative.
+        top: its value at 1.
+        back: about x, as a series of 2·value/top − 1.
+    """
+
+    series: FloatArray
+    slope: FloatArray
+    top: float
+    back: FloatArray
+
+
+def rising(series: FloatArray) -> Rising:
+    """Return an increasing series with what inverts it."""
+    slope = np.asarray(chebyshev.chebder(series), np.float64)
+    straight = Rising(series, slope, float(_value(series, 1.0)), np.array([0.0, 1.0]))
+    found = coefficients(inverse(straight, 0.5 * straight.top * (1.0 + nodes(2 * len(series)))))
+    return replace(straight, back=np.asarray(chebyshev.chebtrim(found, NEAR), np.float64))
+
+
+def inverse(risen: Rising, value: FloatArray) -> FloatArray:
+    """Return x in [−1, 1] at which an increasing series has the value, 0 to its top."""
     low, high = np.full_like(value, -1.0), np.ones_like(value)
-    x: FloatArray = np.clip(2.0 * value / float(_value(series, 1.0)) - 1.0, -1.0, 1.0)
+    x: FloatArray = np.clip(_value(risen.back, 2.0 * value / risen.top - 1.0), -1.0, 1.0)
     for _ in range(64):
-        error = _value(series, x) - value
+        error = _value(risen.series, x) - value
         low, high = np.where(error < 0.0, x, low), np.where(error > 0.0, x, high)
-        new = x - error / _value(slope, x)
+        new = x - error / _value(risen.slope, x)
         new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        if np.max(np.abs(new - x), initial=0.0) <= 2.0**-52:
+        if np.max(np.abs(new - x), initial=0.0) <= NEAR:
             return new
         x = new
     return x

@@ -52,8 +52,9 @@ class Harmonic(ClosedForm):
         machine = self._machine
         omega = machine.frequency
         half, fraction = half_turns(time_ns, self._half_turns_per_ns)
-        sign = np.where(half % 2 == 0, 1.0, -1.0)
-        cosine, sine = sign * np.cos(np.pi * fraction), sign * np.sin(np.pi * fraction)
+        turned = np.pi * fraction
+        sign = np.where(half % 2, -1.0, 1.0)
+        cosine, sine = sign * np.cos(turned), sign * np.sin(turned)
         angle, rate, torque = self._swing(cosine, sine)
         return Motion(
             angle=angle,

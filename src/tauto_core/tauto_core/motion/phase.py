@@ -15,7 +15,9 @@ from tauto_core.samples import FloatArray, IntArray
 
 PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
 DIGITS = 50
-_COARSE_NS = 2**32
+_COARSE_NS = 2**53
+"""Beyond which a time in nanoseconds is no float any more: 104 days."""
+
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 
 
@@ -40,7 +42,9 @@ def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray
     whole = np.zeros(len(time_ns), np.int64)
     fraction = np.zeros(len(time_ns))
     # Two parts, each exact as a float, so that no length of run rounds the time.
-    for part in (time_ns - time_ns % _COARSE_NS, time_ns % _COARSE_NS):
+    fine = time_ns % _COARSE_NS
+    coarse = time_ns - fine
+    for part in (coarse, fine) if coarse.any() else (fine,):
         time = part.astype(np.float64)
         product, error = _product(time, high)
         floor = np.floor(product)

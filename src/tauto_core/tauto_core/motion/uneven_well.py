@@ -13,7 +13,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 
 from tauto_core.machines import LeverMachine
-from tauto_core.motion.action_angle import inverse, series_of
+from tauto_core.motion.action_angle import inverse, rising, series_of
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
 from tauto_core.motion.phase import DIGITS, half_turns, two_floats
@@ -35,9 +35,9 @@ class UnevenWell(ClosedForm):
     def __init__(self, machine: LeverMachine) -> None:
         self._machine, self._amplitude = machine, machine.release_angle
         self._sign = math.copysign(1.0, machine.release_angle)
-        self._series = series_of(lambda w: machine.swing(self._amplitude, w)[1], 0.0, math.pi)
-        self._slope = np.asarray(np.polynomial.chebyshev.chebder(self._series), np.float64)
-        self._half_s = float(np.polynomial.chebyshev.chebval(1.0, self._series))
+        self._time = rising(
+            series_of(lambda w: machine.swing(self._amplitude, w)[1], 0.0, math.pi)
+        )
         with localcontext() as context:
             context.prec = DIGITS
             # by the quadrature of the period, as whole swings are counted
@@ -50,7 +50,7 @@ class UnevenWell(ClosedForm):
         half, fraction = half_turns(time_ns, self._per_ns)
         there = half % 2 == 0
         part = np.where(there, fraction, 1.0 - fraction)
-        w = 0.5 * math.pi * (1.0 + inverse(self._series, self._slope, part * self._half_s))
+        w = 0.5 * math.pi * (1.0 + inverse(self._time, part * self._time.top))
         tau, _ = machine.swing(self._amplitude, w)
         _, beta, _, _ = machine.geometry.pose(tau)
         slope, bend = machine.geometry.slopes(tau)
