@@ -3,8 +3,7 @@
 What few scenes have, the curves of the second paper among it, is loaded at its first use.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams import CircularArc, Hole, Involute
@@ -19,6 +18,7 @@ from tauto_core.curves.levers import (
 )
 from tauto_core.curves.making import make_cam
 from tauto_core.curves.table import Fitted, Table, load_table
+from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
     from tauto_core.curves.descent_curve import Cycloid, DescentCurve, SymmetricCurve
@@ -51,21 +51,15 @@ __all__ = [
     'outline',
 ]
 
-_LATER = {
-    'Cheeks': 'drawing',
-    'Cycloid': 'descent_curve',
-    'DescentCurve': 'descent_curve',
-    'FluidTautochrone': 'fluid_tautochrone',
-    'SymmetricCurve': 'descent_curve',
-    'cheeks': 'drawing',
-    'outline': 'drawing',
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Return one of those from the module that defines it."""
-    if name not in _LATER:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    found = getattr(import_module(f'{__name__}.{_LATER[name]}'), name)
-    globals()[name] = found
-    return found
+__getattr__ = loaded_from(
+    __name__,
+    {
+        'Cheeks': 'drawing',
+        'Cycloid': 'descent_curve',
+        'DescentCurve': 'descent_curve',
+        'FluidTautochrone': 'fluid_tautochrone',
+        'SymmetricCurve': 'descent_curve',
+        'cheeks': 'drawing',
+        'outline': 'drawing',
+    },
+)

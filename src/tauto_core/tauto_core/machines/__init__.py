@@ -3,9 +3,9 @@
 The thread that swings and the body in a fluid, which few scenes have, are loaded at first use.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from tauto_core.first_use import loaded_from
 from tauto_core.machines.compiling import (
     AnyMachine,
     compile_ideal,
@@ -50,17 +50,11 @@ __all__ = [
     'steady_swing',
 ]
 
-_LATER = {
-    'FluidPendulum': 'fluid_pendulum',
-    'HangingMachine': 'hanging',
-    'descent_isochronism': 'fluid_pendulum',
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Return one of those from the module that defines it."""
-    if name not in _LATER:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    found = getattr(import_module(f'{__name__}.{_LATER[name]}'), name)
-    globals()[name] = found
-    return found
+__getattr__ = loaded_from(
+    __name__,
+    {
+        'FluidPendulum': 'fluid_pendulum',
+        'HangingMachine': 'hanging',
+        'descent_isochronism': 'fluid_pendulum',
+    },
+)
