@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tauto_core.comparison import Entry, compare, make_entries
-from tauto_core.comparison.running import sail_entry
+from tauto_core.comparison.running import _dearest_first, sail_entry
 from tauto_core.comparison.trace import PIECES, ErrorTrace
 from tauto_core.navigation import prize_pounds
 from tauto_core.samples import READING, TimeSamples, same
@@ -64,6 +64,14 @@ def test_an_event_stops_its_own_clock_alone(pair):
     assert [figures(row) for row in result.rows] == [
         figures(row) for row in compare(pair, jobs=1).rows
     ]
+
+
+def test_the_dearest_begin():
+    """So that two processes end together: hung cases, then levers, then swinging threads."""
+    entries = make_entries(('clock_cheek_weight', 'clock_hanging_thread', 'clock_sully_lever'))
+    names = [(entries[index].scene.name, entries[index].hung) for index in _dearest_first(entries)]
+    clocks = ['clock_sully_lever', 'clock_hanging_thread', 'clock_cheek_weight']
+    assert names == [(clock, hung) for hung in (True, False) for clock in clocks]
 
 
 def test_the_figures_are_those_of_the_voyage(pair):

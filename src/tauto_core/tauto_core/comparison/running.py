@@ -251,6 +251,12 @@ def _side_by_side(entries: Sequence[Entry], jobs: int, progress: Progress | None
 
 
 def _dearest_first(entries: Sequence[Entry]) -> list[int]:
-    """Return the indices, so that no long run is left to the end while other processes rest."""
-    dear = [step_ns(entry.scene) * (2.0 if entry.hung else 1.0) for entry in entries]
-    return sorted(range(len(entries)), key=lambda index: -dear[index])
+    """Return the indices, so that no long run is left to the end while other processes rest.
+
+    The swing of a hung case costs more than any kind of thread.
+    """
+    return sorted(
+        range(len(entries)),
+        key=lambda index: (entries[index].hung, step_ns(entries[index].scene)),
+        reverse=True,
+    )
