@@ -18,7 +18,6 @@ from tauto_core.motion.events import (
     value_of_state,
 )
 from tauto_core.motion.outside import (
-    OUTSIDE_ROW,
     forcing_at,
     forcing_at_nodes,
 )
@@ -45,6 +44,7 @@ def _carry(
     omega: Any,
     place: Any,
     end: Any,
+    work: Any,
 ) -> tuple[float, float]:
     """Carry a state that is near an event to it; return where it is, and where the event is.
 
@@ -52,10 +52,10 @@ def _carry(
     how the slope changes on the way; a wheel that has just been released may lie so near its
     event that this takes repetition.
     """
-    forcing, k, x0, hx = place
-    whole = hx * forcing[0][k]
+    length, terms, x0, hx = place
+    whole = hx * length
     for _ in range(8):
-        at = forcing_at(forcing, k, x0 + xi * hx)
+        at = forcing_at(terms, x0 + xi * hx, work)
         state = acceleration(well, mode, end[0], omega[0] * end[2], at)
         value, fall = value_of_state(kind, limits, mode, state), slope(kind, mode, state, at)
         if not fall < 0.0:
@@ -68,7 +68,7 @@ def _carry(
             return xi, reached
         along, more = drift(well, mode, state, at)
         x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
-        at = forcing_at(forcing, k, x0 + 0.5 * (xi + reached) * hx)
+        at = forcing_at(terms, x0 + 0.5 * (xi + reached) * hx, work)
         state = acceleration(well, mode, x, w, at)
         along, more = drift(well, mode, state, at)
         mean = slope(kind, mode, state, at)
@@ -100,8 +100,8 @@ def step_to_event(
     From the beginning where nothing drags or pushes: forth and back again is not symmetric in
     time, and what it errs in the energy of a lasting swing would add up.
     """
-    machine, lever, shape, _ = system
-    forcing, k, x0, hx = place
+    machine, lever, shape, felt = system
+    length, terms, x0, hx = place
     work, end = memory.work, memory.end
     well = machine, lever, shape
     part = np.int64(PART_STEP)
@@ -113,12 +113,12 @@ def step_to_event(
         if xi <= 0.0:
             copy_state(1, floats, end)
             return 0.0
-        hop = place[0], k, x0 + there * hx, (xi - there) * hx
-        forcing_at_nodes(hop, feels_drag(machine), OUTSIDE_ROW, work)
-        h = hop[3] * forcing[0][k]
+        hop = length, terms, x0 + there * hx, (xi - there) * hx
+        forcing_at_nodes(felt, feels_drag(machine), hop, work)
+        h = hop[3] * length
         collocate(system, mode, omega, h, part, tolerance[2], end, memory)
         finish(omega, h, part, end, memory)
-        there, xi = _carry(kind, xi, limits, tolerance, well, mode, omega, place, end)
+        there, xi = _carry(kind, xi, limits, tolerance, well, mode, omega, place, end, work)
         if there == xi:
             break
     return there

@@ -17,7 +17,7 @@ from numba.extending import overload
 from tauto_core.motion import turning
 from tauto_core.motion.compiled import compiled, entry, inlined
 from tauto_core.motion.gauss import NODES, STAGES
-from tauto_core.motion.lanes import fma, largest, least, load, splat, store
+from tauto_core.motion.lanes import fma, lane, largest, least, load, splat, store
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
@@ -140,7 +140,7 @@ def _lift_off(
     expand(PLANES, work)
     upper = 1.0
     for i in range(STAGES - 1, -1, -1):
-        if work[OUTSIDE_ROW + CONTACT, i] <= 0.0:
+        if lane(load(work, OUTSIDE_ROW + CONTACT), i) <= 0.0:
             upper = NODES[i]
     lower = 0.0
     for _ in range(40):

@@ -104,6 +104,7 @@ class Collocation:
             float(forcing.begin[0]),
             self._floats,
             self._ints,
+            self._memory.work,
             row[0],
         )
         felt = float(row[0, 2])

@@ -41,9 +41,9 @@ from tauto_core.motion.outside import (
     TILT_RATE,
     X_ROW,
     Y_ROW,
-    channel,
     forcing_at,
     node_row,
+    outside_at,
 )
 from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between, expand
@@ -94,14 +94,14 @@ def _value_within(watch: Any, xi: Any) -> Any:
 
     def within(watch: Any, xi: Any) -> Any:
         kind, limits, well, mode, omega, floats, place, work = watch
-        forcing, k, x0, hx = place
-        x, y = between(omega, 0, hx * forcing[0][k], xi, floats, work)
+        length, terms, x0, hx = place
+        x, y = between(omega, 0, hx * length, xi, floats, work)
         if kind == KINK:
             return mode[0] * angle_at(well, x)
         if kind == IMPULSE:
-            tilt = channel(forcing[2], k, x0 + xi * hx, 1.0)[0]
+            tilt = outside_at(terms, x0 + xi * hx, work)[1][0]
             return limits[0] - mode[1] * (angle_at(well, x) + tilt)
-        at = forcing_at(forcing, k, x0 + xi * hx)
+        at = forcing_at(terms, x0 + xi * hx, work)
         state = acceleration(well, mode, x, omega[0] * y, at)
         if kind < 0:
             return -slope(-kind, mode, state, at)
@@ -252,8 +252,7 @@ def turns_quietly(
         return False
     # the turning point lies farther out than the end, and than the beginning
     if not -d * after[0] < limits[0]:
-        forcing, k, x0, _ = place
-        tilt = channel(forcing[2], k, x0, 1.0)[0]
+        tilt = outside_at(place[1], place[2], work)[1][0]
         if not -d * (angle_at(well, floats[STATE]) + tilt) < limits[0]:
             return False
     q = load(work, X_ROW)
@@ -355,7 +354,7 @@ def first_event(
         after: `acceleration` there.
     """
     machine, lever, _ = well
-    forcing, k, x0, hx = place
+    length, terms, x0, hx = place
     expand(1, work)
     first, xi, reach = NO_EVENT, 2.0, 1.0
     state = after
@@ -386,7 +385,7 @@ def first_event(
                 first, xi = kind, located
             if kind == TURNING:
                 reach = located
-                q, y = between(omega, 0, hx * forcing[0][k], located, floats, work)
-                there = forcing_at(forcing, k, x0 + located * hx)
+                q, y = between(omega, 0, hx * length, located, floats, work)
+                there = forcing_at(terms, x0 + located * hx, work)
                 state = acceleration(well, mode, q, omega[0] * y, there)
     return first, xi

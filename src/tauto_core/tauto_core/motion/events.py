@@ -3,8 +3,8 @@
 Kinds: the turning point of θ, the kink of the cam, the impulse of the escapement, the cam's edge,
 a slack thread. Each has a value that is positive before it and negative after it.
 
-What goes together travels together: `well` and `mode` as in wells; `place` (forcing, piece k, x₀,
-length in x) of a step; `limits` (impulse angle, edge of the cam); `floats` and `ints` the state,
+What goes together travels together: `well` and `mode` as in wells; `place` of a step as in
+outside; `limits` (impulse angle, edge of the cam); `floats` and `ints` the state,
 `work` the stage rows of turning, `state` what `acceleration` returns.
 """
 
@@ -165,25 +165,28 @@ def happen(
 
 
 @compiled
-def hold(limits: Any, well: Any, omega: Any, place: Any, floats: Any, ints: Any) -> float:
+def hold(
+    limits: Any, well: Any, omega: Any, felt: Any, place: Any, floats: Any, ints: Any, work: Any
+) -> float:
     """Let the held wheel ride with the case; return the fraction at which it breaks loose."""
     machine = well[0]
-    forcing, k, x0, hx = place
+    _, terms, x0, hx = place
     angle = floats[HELD_ANGLE]
     mode = mode_of(ints)
     limit = term(machine[6], 1.0)
-    probes = 1 if forcing[1] is None and forcing[3] is None else 2 * STAGES
+    probes = 1 if felt[0] is None and felt[2] is None else 2 * STAGES
     for i in range(1, probes + 1):
         b = i / probes
-        if abs(holding_torque(well, mode, angle, forcing_at(forcing, k, x0 + b * hx))) > limit:
+        at = forcing_at(terms, x0 + b * hx, work)
+        if abs(holding_torque(well, mode, angle, at)) > limit:
             a = (i - 1) / probes
             for _ in range(60):
                 middle = 0.5 * (a + b)
-                at = forcing_at(forcing, k, x0 + middle * hx)
+                at = forcing_at(terms, x0 + middle * hx, work)
                 loose = abs(holding_torque(well, mode, angle, at)) > limit
                 a, b = (a, middle) if loose else (middle, b)
-            at = forcing_at(forcing, k, x0 + b * hx)
+            at = forcing_at(terms, x0 + b * hx, work)
             set_off(limits, well, omega, angle, at, floats, ints)
             return b
-    place_at_rest(well, omega, angle, forcing_at(forcing, k, x0 + hx), floats, ints)
+    place_at_rest(well, omega, angle, forcing_at(terms, x0 + hx, work), floats, ints)
     return 1.0

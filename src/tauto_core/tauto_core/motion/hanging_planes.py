@@ -15,9 +15,18 @@ from numba.extending import overload
 from tauto_core.motion import mechanism, turning
 from tauto_core.motion.compiled import inlined
 from tauto_core.motion.lanes import load, splat, store
-from tauto_core.motion.mechanism import outside_nodes, resistance
+from tauto_core.motion.mechanism import resistance
+from tauto_core.motion.outside import (
+    GRAVITY,
+    LINE,
+    LINE_RATE,
+    TILT_RATE,
+    column,
+    difference,
+    nodes_of,
+)
 from tauto_core.motion.rotation import sine_versine
-from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, X, Y, row
+from tauto_core.motion.turning import D1, D2, FIRST, OUTSIDE, X, Y, row
 
 PLANES = 2
 FIRST_ROW = FIRST + OUTSIDE * PLANES
@@ -107,11 +116,10 @@ def _at_nodes(system: Any, place: Any, work: Any) -> Any:
         return None
 
     def fill(system: Any, place: Any, work: Any) -> None:
-        forcing, k, x0, hx = place
-        line, tilt, g_eff = outside_nodes(forcing, k, load(work, FRACTIONS) * hx + x0)
-        store(work, VERTICAL_ROW, line[0])
-        store(work, GRAVITY_ROW, g_eff)
-        store(work, TURN_ROW, line[1] - tilt[1])
+        terms, x = place[1], nodes_of(place, work)
+        store(work, VERTICAL_ROW, column(LINE, terms, x, work))
+        store(work, GRAVITY_ROW, column(GRAVITY, terms, x, work))
+        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, terms, x, work))
 
     return fill
 

@@ -103,15 +103,35 @@ def _negate(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
 
+def _data(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    if isinstance(kind, types.CPointer):
+        return array
+    return context.make_array(kind)(context, builder, array).data
+
+
+@_built
+def pointer(_typing: Any, array: Any) -> Any:
+    """Return where the numbers of a C-contiguous array are: one word to hand on instead of many.
+
+    A pointer can be indexed like a flat array. The array must live as long; so it does where a
+    caller from Python holds it.
+    """
+
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _data(context, builder, sig.args[0], args[0])
+
+    return types.CPointer(array.dtype)(array), build
+
+
 def _row_pointer(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:
-    data = context.make_array(kind)(context, builder, array).data
+    data = _data(context, builder, kind, array)
     first = builder.mul(row, ir.Constant(row.type, SIZE))
     return builder.bitcast(builder.gep(data, [first]), _VECTOR.as_pointer())
 
 
 @_built
 def load(_typing: Any, array: Any, row: Any) -> Any:
-    """Return row `row` of a C-contiguous float array of shape (n, 8)."""
+    """Return row `row` of 8 numbers of a C-contiguous float array, or of a pointer."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         pointer = _row_pointer(context, builder, sig.args[0], *args)
@@ -122,7 +142,7 @@ def load(_typing: Any, array: Any, row: Any) -> Any:
 
 @_built
 def store(_typing: Any, array: Any, row: Any, lanes: Any) -> Any:
-    """Write lanes to row `row` of a C-contiguous float array of shape (n, 8)."""
+    """Write lanes to row `row` of 8 numbers of a C-contiguous float array, or of a pointer."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         pointer = _row_pointer(context, builder, sig.args[0], *args[:2])

@@ -29,10 +29,24 @@ from tauto_core.motion.lever_shape import (
     SINE,
     LeverShape,
 )
-from tauto_core.motion.mechanism import outside_nodes, resistance
-from tauto_core.motion.outside import D1_ROW, D2_ROW, OUTSIDE_ROW, X_ROW, Y_ROW
+from tauto_core.motion.mechanism import resistance
+from tauto_core.motion.outside import (
+    D1_ROW,
+    D2_ROW,
+    GRAVITY,
+    LINE_BEND,
+    LINE_RATE,
+    OUTSIDE_ROW,
+    TILT,
+    TILT_BEND,
+    TILT_RATE,
+    X_ROW,
+    Y_ROW,
+    column,
+    difference,
+    nodes_of,
+)
 from tauto_core.motion.rotation import sine_versine
-from tauto_core.motion.turning import FRACTIONS
 
 TURN_ROW, TURN_BEND_ROW, UP_ROW, ACROSS_ROW = range(OUTSIDE_ROW, OUTSIDE_ROW + 4)
 """Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
@@ -126,12 +140,11 @@ def _at_nodes(system: Any, place: Any, work: Any) -> Any:
         return None
 
     def fill(system: Any, place: Any, work: Any) -> None:
-        forcing, k, x0, hx = place
-        x = load(work, FRACTIONS) * hx + x0
-        line, tilt, g_eff = outside_nodes(forcing, k, x)
-        sine, versine = sine_versine(tilt[0])
-        store(work, TURN_ROW, line[1] - tilt[1])
-        store(work, TURN_BEND_ROW, line[2] - tilt[2])
+        terms, x = place[1], nodes_of(place, work)
+        sine, versine = sine_versine(column(TILT, terms, x, work))
+        g_eff = column(GRAVITY, terms, x, work)
+        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, terms, x, work))
+        store(work, TURN_BEND_ROW, difference(LINE_BEND, TILT_BEND, terms, x, work))
         store(work, UP_ROW, g_eff - g_eff * versine)
         store(work, ACROSS_ROW, g_eff * sine)
 

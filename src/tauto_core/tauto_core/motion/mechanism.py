@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauto_core.motion.compiled import compiled, inlined
+from tauto_core.motion.compiled import inlined
 from tauto_core.motion.lanes import fma
-from tauto_core.motion.outside import lanes_channel
-from tauto_core.motion.wells import horner, term
+from tauto_core.motion.wells import term
 
 ANGLE, RATE, BEND, TENSION, MARGIN, TORQUE, COORDINATE, SPEED, ACCELERATION = range(9)
 """What `instant` returns: θ, θ̇, θ̈; the thread's tension, or what has its sign; what is positive
@@ -23,7 +22,7 @@ the phase with its first two derivatives."""
 def at_nodes(system: Any, place: Any, work: Any) -> None:
     """Fill the rows from OUTSIDE on with what the ship does at the nodes of a step.
 
-    `place`: forcing, piece k, where the step begins in it and its length, both in x.
+    `place` as in outside.
     """
     raise TypeError('at_nodes runs in compiled code only')
 
@@ -46,35 +45,6 @@ def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
 def strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> None:
     """Let the escapement's impulse change the state."""
     raise TypeError('strike runs in compiled code only')
-
-
-@compiled
-def polynomial_at(coefficients: Any, k: int, x: float, per_s: float) -> tuple[float, float, float]:
-    """Return a channel and its first two time derivatives."""
-    value, first, second = horner(coefficients, k, x)
-    return value, first * per_s, second * per_s * per_s
-
-
-@compiled
-def outside_at(forcing: Any, k: int, x: float) -> Any:
-    """Return what the ship does at x in piece k: `at`."""
-    length, vertical, tilt, gravity = forcing
-    per_s = 1.0 / length[k]
-    g_eff = polynomial_at(gravity, k, x, per_s)[0]
-    return polynomial_at(vertical, k, x, per_s), polynomial_at(tilt, k, x, per_s), g_eff
-
-
-@inlined
-def outside_nodes(forcing: Any, k: int, x: Any) -> Any:
-    """Return the same for lanes of x: β, β̇, β̈, τ, τ̇, τ̈ and the apparent gravity."""
-    length, vertical, tilt, gravity = forcing
-    per_s = 1.0 / length[k]
-    line, line_rate, line_bend = lanes_channel(vertical, k, x)
-    lean, lean_rate, lean_bend = lanes_channel(tilt, k, x)
-    g_eff = lanes_channel(gravity, k, x)[0]
-    square = per_s * per_s
-    moved = line, line_rate * per_s, line_bend * square
-    return moved, (lean, lean_rate * per_s, lean_bend * square), g_eff
 
 
 @inlined

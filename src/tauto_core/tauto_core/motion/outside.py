@@ -1,4 +1,10 @@
-"""The forcing in compiled code: at an instant, and at the nodes of a step."""
+"""What the ship does in compiled code: at an instant, and at the nodes of a step.
+
+Of the piece of forcing that a span lies in, `set_piece` lays the polynomials of all channels and
+of their time derivatives side by side, a power of x in each row from PIECE on: so all of them
+are evaluated at once. `place` tells where a step is: the piece's length [s], the powers in use,
+where the step begins in the piece and its length, both in x.
+"""
 
 from __future__ import annotations
 
@@ -8,88 +14,139 @@ from numba import types
 from numba.extending import overload
 
 from tauto_core.motion.compiled import compiled, inlined
-from tauto_core.motion.lanes import fma, load, splat, store
-from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, X, Y
-from tauto_core.motion.wells import horner
+from tauto_core.motion.lanes import SIZE, fma, lane, load, splat, store
+from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, PIECE, X, Y
 
-LINE_RATE, LINE_BEND, TILT_RATE, GRAVITY = 0, 1, 2, 3
-ROWS = 4
+LINE, LINE_RATE, LINE_BEND, TILT, TILT_RATE, TILT_BEND, GRAVITY = range(7)
+"""Columns of a piece, and rows at the nodes: γ, γ̇, γ̈, τ, τ̇, τ̈ and the apparent gravity."""
+
+ROWS = 7
 X_ROW, Y_ROW, D1_ROW, D2_ROW = FIRST + X, FIRST + Y, FIRST + D1, FIRST + D2
 OUTSIDE_ROW = FIRST + OUTSIDE
 """Rows of `work` in the one plane of the wheel (turning.row)."""
 
 
 @compiled
-def channel(coefficients: Any, k: int, x: float, per_s: float) -> tuple[float, float, float]:
-    """Return a channel and its first two time derivatives; zeros where it is absent."""
-    if coefficients is None:
-        return 0.0, 0.0, 0.0
-    value, first, second = horner(coefficients, k, x)
-    return value, first * per_s, second * per_s * per_s
+def _terms(channel: Any) -> int:
+    return 0 if channel is None else channel.shape[1]
+
+
+@inlined
+def _set_channel(channel: Any, k: int, column: int, terms: int, work: Any) -> None:
+    if channel is None:
+        return
+    own = channel.shape[1]
+    for j in range(own):
+        work[(PIECE + j) * SIZE + column] = channel[k, j]
+    for j in range(own, terms):
+        work[(PIECE + j) * SIZE + column] = 0.0
+
+
+@inlined
+def _set_rate(column: int, per_s: float, terms: int, work: Any) -> None:
+    """Fill a column with the time derivative of the one before it."""
+    for j in range(terms - 1):
+        place = (PIECE + j) * SIZE + column
+        work[place] = (j + 1) * per_s * work[place + SIZE - 1]
+    work[(PIECE + terms - 1) * SIZE + column] = 0.0
 
 
 @compiled
-def forcing_at(forcing: Any, k: int, x: float) -> Any:
-    """Return (γ̇, γ̈), (τ, τ̇, τ̈) and the apparent gravity at x in piece k."""
-    length, neutral, tilt, gravity = forcing
-    per_s = 1.0 / length[k]
-    line = channel(neutral, k, x, per_s)
-    g_eff = channel(gravity, k, x, per_s)
-    return (line[1], line[2]), channel(tilt, k, x, per_s), g_eff[0]
-
-
-@inlined
-def lanes_channel(coefficients: Any, k: int, x: Any) -> Any:
-    """Return Σ c_kj x^j and its first two derivatives in x, for lanes."""
-    value, first, half_second = splat(0.0), splat(0.0), splat(0.0)
-    for j in range(coefficients.shape[1] - 1, -1, -1):
-        half_second = fma(half_second, x, first)
-        first = fma(first, x, value)
-        value = fma(value, x, coefficients[k, j])
-    return value, first, 2.0 * half_second
-
-
-@inlined
-def _store_line(neutral: Any, k: int, x: Any, per_s: float, row: int, work: Any) -> None:
-    if neutral is None:
-        return
-    _, first, second = lanes_channel(neutral, k, x)
-    store(work, row + LINE_RATE, first * per_s)
-    store(work, row + LINE_BEND, second * (per_s * per_s))
-
-
-@inlined
-def _store_tilt(tilt: Any, k: int, x: Any, per_s: float, row: int, work: Any) -> None:
-    if tilt is None:
-        return
-    store(work, row + TILT_RATE, lanes_channel(tilt, k, x)[1] * per_s)
-
-
-@inlined
-def _store_gravity(gravity: Any, k: int, x: Any, row: int, work: Any) -> None:
-    if gravity is None:
-        return
-    store(work, row + GRAVITY, lanes_channel(gravity, k, x)[0])
-
-
-@compiled
-def forcing_at_nodes(place: Any, drag: bool, row: int, work: Any) -> None:
-    """Fill rows `row` and on with γ̇, γ̈, τ̇ and g at the nodes of a step.
+def set_piece(forcing: Any, k: int, work: Any) -> tuple[float, int]:
+    """Lay out piece k, at most `turning.TERMS` powers; return its length [s] and its powers.
 
     Args:
-        place: forcing, piece k, where the step begins in it and its length, both in x.
-        drag: whether τ̇ is felt.
-        row: first of ROWS rows; those of absent channels are left alone.
-        work: rows of 8.
+        forcing: lengths of the pieces [s]; γ, τ and g as coefficients, or None: they stay zero.
     """
-    forcing, k, x0, hx = place
     length, neutral, tilt, gravity = forcing
     per_s = 1.0 / length[k]
-    x = load(work, FRACTIONS) * hx + x0
-    _store_line(neutral, k, x, per_s, row, work)
-    if drag:
-        _store_tilt(tilt, k, x, per_s, row, work)
-    _store_gravity(gravity, k, x, row, work)
+    terms = max(_terms(neutral), _terms(tilt), _terms(gravity))
+    terms += terms % 2
+    if terms > 0:
+        _set_channel(neutral, k, LINE, terms, work)
+        _set_channel(tilt, k, TILT, terms, work)
+        _set_channel(gravity, k, GRAVITY, terms, work)
+    if neutral is not None:
+        _set_rate(LINE_RATE, per_s, terms, work)
+        _set_rate(LINE_BEND, per_s, terms, work)
+    if tilt is not None:
+        _set_rate(TILT_RATE, per_s, terms, work)
+        _set_rate(TILT_BEND, per_s, terms, work)
+    return length[k], terms
+
+
+@compiled
+def outside_at(terms: int, x: float, work: Any) -> Any:
+    """Return (γ, γ̇, γ̈), (τ, τ̇, τ̈) and the apparent gravity at x; zeros where absent."""
+    even, odd, square = splat(0.0), splat(0.0), x * x
+    for j in range(terms - 2, -1, -2):
+        odd = fma(odd, square, load(work, PIECE + j + 1))
+        even = fma(even, square, load(work, PIECE + j))
+    all_ = fma(odd, x, even)
+    line = lane(all_, LINE), lane(all_, LINE_RATE), lane(all_, LINE_BEND)
+    tilt = lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)
+    return line, tilt, lane(all_, GRAVITY)
+
+
+@inlined
+def forcing_at(terms: int, x: float, work: Any) -> Any:
+    """Return (γ̇, γ̈), (τ, τ̇, τ̈) and the apparent gravity at x."""
+    line, tilt, gravity = outside_at(terms, x, work)
+    return (line[1], line[2]), tilt, gravity
+
+
+@inlined
+def nodes_of(place: Any, work: Any) -> Any:
+    """Return x at the nodes of a step."""
+    return load(work, FRACTIONS) * place[3] + place[2]
+
+
+@inlined
+def column(which: int, terms: int, x: Any, work: Any) -> Any:
+    """Return a column of the piece at lanes of x."""
+    value = splat(0.0)
+    for j in range(terms - 1, -1, -1):
+        value = fma(value, x, work[(PIECE + j) * SIZE + which])
+    return value
+
+
+@inlined
+def difference(first: int, second: int, terms: int, x: Any, work: Any) -> Any:
+    """Return the first column of the piece less the second at lanes of x."""
+    value = splat(0.0)
+    for j in range(terms - 1, -1, -1):
+        place = (PIECE + j) * SIZE
+        value = fma(value, x, work[place + first] - work[place + second])
+    return value
+
+
+@inlined
+def _columns(first: int, terms: int, x: Any, work: Any) -> Any:
+    """Return two columns side by side at lanes of x."""
+    one, two = splat(0.0), splat(0.0)
+    for j in range(terms - 1, -1, -1):
+        one = fma(one, x, work[(PIECE + j) * SIZE + first])
+        two = fma(two, x, work[(PIECE + j) * SIZE + first + 1])
+    return one, two
+
+
+@compiled
+def forcing_at_nodes(felt: Any, drag: bool, place: Any, work: Any) -> None:
+    """Fill the rows from OUTSIDE_ROW on with γ̇, γ̈, τ̇ and g at the nodes of a step.
+
+    Args:
+        felt: what there is of γ, τ and g, as `presence` tells.
+        drag: whether τ̇ is felt.
+    """
+    terms, x = place[1], nodes_of(place, work)
+    if felt[0] is not None:
+        rate, bend = _columns(LINE_RATE, terms, x, work)
+        store(work, OUTSIDE_ROW + LINE_RATE, rate)
+        store(work, OUTSIDE_ROW + LINE_BEND, bend)
+    if drag and felt[1] is not None:
+        store(work, OUTSIDE_ROW + TILT_RATE, column(TILT_RATE, terms, x, work))
+    if felt[2] is not None:
+        store(work, OUTSIDE_ROW + GRAVITY, column(GRAVITY, terms, x, work))
 
 
 def node_row(channel: Any, work: Any, row: int) -> Any:

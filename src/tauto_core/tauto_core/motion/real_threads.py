@@ -154,6 +154,7 @@ class RealThreads:
             float(forcing.begin[0]),
             self._floats,
             self._ints,
+            self._memory.work,
             row[0],
         )
         if not tension > 0.0:

@@ -26,10 +26,10 @@ from tauto_core.motion.mechanism import (
     TENSION,
     instant,
     margins,
-    outside_at,
     strike,
     wheel_angle,
 )
+from tauto_core.motion.outside import outside_at
 from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import between, expand
 
@@ -86,11 +86,11 @@ def _value_within(watch: Any, xi: Any) -> Any:
 
     def within(watch: Any, xi: Any) -> Any:
         kind, angle, system, mode, omega, place, floats, memory, scratch = watch
-        forcing, k, x0, hx = place
+        length, terms, x0, hx = place
         for p in range(len(omega)):
-            x, y = between(omega, p, hx * forcing[0][k], xi, floats, memory.work)
+            x, y = between(omega, p, hx * length, xi, floats, memory.work)
             scratch[4 * p], scratch[4 * p + 2] = x, y
-        at = outside_at(forcing, k, x0 + xi * hx)
+        at = outside_at(terms, x0 + xi * hx, memory.work)
         if kind == AT_IMPULSE:
             return angle - mode[0] * wheel_angle(system, scratch, at)
         now = instant(system, mode, omega, scratch, at)
@@ -126,14 +126,15 @@ def _turns_quietly(
     clear: bool,
     floats: Any,
     ints: Any,
+    work: Any,
 ) -> bool:
     """Turn where a turning point lies within the step, and at most an impulse after it."""
     if not clear or watched[0] == ABRUPTLY or ints[ARMED] == 1 or not d * after[RATE] < 0.0:
         return False
     # the turning point lies farther out than the end, and than the beginning
     if not -d * after[ANGLE] < watched[1]:
-        forcing, k, x0, _ = place
-        if not -d * wheel_angle(system, floats, outside_at(forcing, k, x0)) < watched[1]:
+        at = outside_at(place[1], place[2], work)
+        if not -d * wheel_angle(system, floats, at) < watched[1]:
             return False
     ints[DIRECTION] = -ints[DIRECTION]
     ints[ARMED] = 1
@@ -163,12 +164,13 @@ def first_event(
         after: `instant` at the end of the step.
     """
     turns, angle = watched
-    forcing, k, _, hx = place
     tension, margin = margins(system, mode, omega, memory.work)
     slack, edge = _first_below(tension), _first_below(margin)
     clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
     if turns != NEVER and not stalled:
-        _turns_quietly(watched, system, mode[0], place, after, clear, floats, ints)
+        _turns_quietly(
+            watched, system, mode[0], place, after, clear, floats, ints, memory.work
+        )
     armed, d = ints[ARMED] == 1, float(ints[DIRECTION])
     quiet = turns == NEVER or stalled or d * after[RATE] > 0.0
     missed = not armed or d * after[ANGLE] < angle
@@ -178,7 +180,7 @@ def first_event(
     if quiet and inside and turns == SMOOTHLY and not stalled:
         # the only event; by the slope at the end where that has not changed much since
         back = (d * after[ANGLE] - angle) / (d * after[RATE])
-        xi = 1.0 - back / (hx * forcing[0][k])
+        xi = 1.0 - back / (place[3] * place[0])
         if xi > 0.5 and abs(after[BEND] * back) < BENT * abs(after[RATE]):
             return AT_IMPULSE, xi
     first, xi = NO_EVENT, _NOWHERE
@@ -222,13 +224,16 @@ def happen(
 
 
 @compiled
-def count(phase_rate: float, now: Any, where: Any, ints: Any) -> None:
-    """Count the turns of (x, −ẋ/ω) about the origin and the passages of θ through zero."""
-    x0, y0 = where[LAST_X], where[LAST_Y]
+def count(phase_rate: float, now: Any, where: int, floats: Any, ints: Any) -> None:
+    """Count the turns of (x, −ẋ/ω) about the origin and the passages of θ through zero.
+
+    `where`: place in `floats` of the phase before.
+    """
+    x0, y0 = floats[where + LAST_X], floats[where + LAST_Y]
     x1, y1 = now[COORDINATE], -now[SPEED] / phase_rate
     if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * y0 / (y0 - y1) < 0.0:
         ints[TURNS] += 1 if y1 < 0.0 else -1
-    where[LAST_X], where[LAST_Y] = x1, y1
+    floats[where + LAST_X], floats[where + LAST_Y] = x1, y1
     if now[ANGLE] != 0.0:
         sign = 1 if now[ANGLE] > 0.0 else -1
         if ints[SIGN] == -sign:

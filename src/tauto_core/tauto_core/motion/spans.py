@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.motion.compiled import compiled, entry
+from tauto_core.motion.lanes import pointer
 from tauto_core.motion.layout import BEYOND, lay_out, phase_to
 from tauto_core.motion.mechanism import (
     ACCELERATION,
@@ -26,8 +27,8 @@ from tauto_core.motion.mechanism import (
     TORQUE,
     at_nodes,
     instant,
-    outside_at,
 )
+from tauto_core.motion.outside import outside_at, set_piece
 from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.span_events import (
     ARMED,
@@ -61,6 +62,7 @@ from tauto_core.motion.turning import (
     copy_state,
     expand,
     finish,
+    pointers,
 )
 
 __all__ = ['EXTRA', 'INTS', 'LEVEL', 'NEWTON', 'advance', 'release']
@@ -97,12 +99,12 @@ def _carry(
     Both as fractions of the step. It is carried along the polynomials of the step of `hop` from
     `start` that led to it.
     """
-    forcing, k, x0, hx = place
-    d, length, end = mode[0], hx * forcing[0][k], memory.end
+    _, terms, x0, hx = place
+    d, length, end = mode[0], hx * place[0], memory.end
     expand(len(omega), memory.work)
     done = 1.0
     for _ in range(4):
-        now = instant(system, mode, omega, end, outside_at(forcing, k, x0 + xi * hx))
+        now = instant(system, mode, omega, end, outside_at(terms, x0 + xi * hx, memory.work))
         slope = d * now[BEND] if kind == AT_TURNING else -d * now[RATE]
         if kind >= AT_EDGE or not slope < 0.0:
             return xi, xi
@@ -139,7 +141,7 @@ def _step_to_event(
     scratch: Any,
 ) -> float:
     """Step to an event from the nearer end of the step; return the fraction where it is."""
-    forcing, k, x0, hx = place
+    length, terms, x0, hx = place
     planes, part, end = len(omega), np.int64(PART_STEP), memory.end
     there = 1.0
     if xi <= 0.5:
@@ -150,8 +152,8 @@ def _step_to_event(
             copy_state(planes, floats, end)
             return 0.0
         copy_state(planes, end, scratch)
-        at_nodes(system, (forcing, k, x0 + there * hx, (xi - there) * hx), memory.work)
-        hop = (xi - there) * hx * forcing[0][k]
+        at_nodes(system, (length, terms, x0 + there * hx, (xi - there) * hx), memory.work)
+        hop = (xi - there) * hx * length
         collocate(system, mode, omega, hop, part, tolerance[2], scratch, memory)
         finish(omega, hop, part, scratch, memory)
         there, xi = _carry(
@@ -179,8 +181,8 @@ def _move(
 
     Returns the event, the fraction of hx, the error, and `instant` at the end of hx.
     """
-    forcing, k, x0, hx = place
-    mode, h, planes = mode_of(ints), hx * forcing[0][k], len(omega)
+    length, terms, x0, hx = place
+    mode, h, planes = mode_of(ints), hx * length, len(omega)
     kind = WHOLE_STEP if watched[0] == NEVER else PART_STEP
     at_nodes(system, place, memory.work)
     settled = tolerance[2]
@@ -190,7 +192,7 @@ def _move(
         return NO_EVENT, 0.0, error, _NOTHING
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
-    after = instant(system, mode, omega, memory.end, outside_at(forcing, k, x0 + hx))
+    after = instant(system, mode, omega, memory.end, outside_at(terms, x0 + hx, memory.work))
     event, xi = first_event(
         watched, system, mode, omega, ints, stalled, place, after, floats, memory, scratch
     )
@@ -222,6 +224,7 @@ def release(
     x0: float,
     floats: Any,
     ints: Any,
+    work: Any,
     row: Any,
 ) -> tuple[float, float]:
     """Set what goes with a state in which the wheel lies at rest in the case.
@@ -229,15 +232,16 @@ def release(
     `pallet`: the direction of the last impulse. Returns the tension and the margin, which must be
     positive.
     """
-    at = outside_at(forcing, 0, x0)
+    at = outside_at(set_piece(forcing, 0, work)[1], x0, work)
     ints[:] = 0
     ints[PALLET] = pallet
     now = instant(system, mode_of(ints), omega, floats, at)
     ints[DIRECTION] = -1 if now[BEND] < 0.0 else 1
     ints[ARMED] = 1 if ints[DIRECTION] * now[ANGLE] < watched[1] < math.inf else 0
-    where = floats[4 * len(omega) :]
-    where[LAST_X], where[LAST_Y] = now[COORDINATE], -now[SPEED] / phase_rate
-    count(phase_rate, now, where, ints)
+    where = 4 * len(omega)
+    floats[where + LAST_X] = now[COORDINATE]
+    floats[where + LAST_Y] = -now[SPEED] / phase_rate
+    count(phase_rate, now, where, floats, ints)
     _write(now, ints, row)
     return now[TENSION], now[MARGIN]
 
@@ -260,7 +264,7 @@ def _span(
     watched: Any,
     system: Any,
     omega: Any,
-    forcing: Any,
+    piece: tuple[float, int],
     spans: Any,
     floats: Any,
     ints: Any,
@@ -270,14 +274,15 @@ def _span(
     """Advance over one span; return a code and, of a failure, the fraction of the piece."""
     begin, end, _ = spans
     worst, events, stalled = 0.0, 0, 0
-    where = floats[4 * len(omega) :]
+    work, where = memory.work, 4 * len(omega)
     # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps its
     # resolution in spans of a day.
     start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
-    per_s, last, ahead_s = 1.0 / forcing[0][k], False, math.inf
+    length, terms = piece
+    per_s, last, ahead_s = 1.0 / length, False, math.inf
     now = _NOTHING
     if watched[1] < math.inf:
-        now = instant(system, mode_of(ints), omega, floats, outside_at(forcing, k, start))
+        now = instant(system, mode_of(ints), omega, floats, outside_at(terms, start, work))
     while not last or cell < cells:
         if cell == cells:
             start, low = sum_exactly(start, low + whole)
@@ -287,7 +292,7 @@ def _span(
             whole, cells = lay_out(left, per_s, longest_s, ahead_s, ints[LEVEL])
             cell, f, last = 0, 0.0, whole == left
         x = start + (low + (cell + f) / cells * whole)
-        place = forcing, k, x, (1.0 - f) / cells * whole
+        place = length, terms, x, (1.0 - f) / cells * whole
         pause = stalled > MAX_STALLED
         kind, xi, error, after = _move(
             tolerance, watched, system, omega, pause, place, floats, ints, memory, scratch
@@ -309,13 +314,13 @@ def _span(
         if kind >= AT_EDGE or events > MAX_EVENTS:
             return EDGE if kind == AT_EDGE else SLACK if kind == AT_SLACK else NO_CONVERGENCE, x
         if kind != NO_EVENT:
-            at = outside_at(forcing, k, x)
+            at = outside_at(terms, x, work)
             happen(kind, watched, system, omega, at, floats, ints)
             now = instant(system, mode_of(ints), omega, floats, at)
             if not done:
                 whole *= (cell + f) / cells
                 cells, cell, last = 0, 0, False
-        count(phase_rate, now, where, ints)
+        count(phase_rate, now, where, floats, ints)
     if ints[LEVEL] > 0 and worst < tolerance[0] * COARSEN:
         ints[LEVEL] -= 1
     return OK, 0.0
@@ -359,7 +364,10 @@ def advance(
     Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), the span and the fraction of its piece.
     """
     written = 0
+    memory, floats, ints = pointers(memory), pointer(floats), pointer(ints)
+    scratch = pointer(scratch)
     for k in range(len(spans[0])):
+        piece = set_piece(forcing, k, memory.work)
         code, x = _span(
             k,
             tolerance,
@@ -368,7 +376,7 @@ def advance(
             watched,
             system,
             omega,
-            forcing,
+            piece,
             spans,
             floats,
             ints,
@@ -378,7 +386,7 @@ def advance(
         if code != OK:
             return code, k, x
         if spans[2][k]:
-            at = outside_at(forcing, k, spans[1][k])
+            at = outside_at(piece[1], spans[1][k], memory.work)
             _write(instant(system, mode_of(ints), omega, floats, at), ints, rows[written])
             written += 1
     return OK, 0, 0.0

@@ -43,13 +43,14 @@ from tauto_core.motion.events import (
     set_off,
     turns_abruptly,
 )
+from tauto_core.motion.lanes import pointer
 from tauto_core.motion.layout import BEYOND, lay_out, phase_to
 from tauto_core.motion.outside import (
-    OUTSIDE_ROW,
-    channel,
     forcing_at,
     forcing_at_nodes,
+    outside_at,
     presence,
+    set_piece,
 )
 from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.step_size import step_error
@@ -59,6 +60,7 @@ from tauto_core.motion.turning import (
     collocate,
     copy_state,
     finish,
+    pointers,
 )
 from tauto_core.motion.wells import (
     acceleration,
@@ -92,12 +94,12 @@ def _turns_smoothly(
     work: Any,
 ) -> bool:
     """Turn without a step to the turning point, where nothing happens there or after it."""
-    forcing, k, x0, hx = place
+    length, terms, x0, hx = place
     if turns_abruptly(well[0]) or kinked(well[1]) or min(passed[0], passed[1]) <= 1.0:
         return False
     mode = mode_of(ints)
-    q, y = turning.between(omega, 0, hx * forcing[0][k], xi, floats, work)
-    there = acceleration(well, mode, q, omega[0] * y, forcing_at(forcing, k, x0 + xi * hx))
+    q, y = turning.between(omega, 0, hx * length, xi, floats, work)
+    there = acceleration(well, mode, q, omega[0] * y, forcing_at(terms, x0 + xi * hx, work))
     back = -ints[DIRECTION]
     if abs(after[4]) >= limits[1] or not after[5] > 0.0:
         return False
@@ -126,16 +128,16 @@ def _move(
     θ only where the motion in the case is followed within a span.
     """
     machine, lever, shape, felt = system
-    forcing, k, x0, hx = place
+    length, terms, x0, hx = place
     work, end = memory.work, memory.end
     well = machine, lever, shape
     if ints[HELD]:
-        loose = hold(limits, well, omega, place, floats, ints)
+        loose = hold(limits, well, omega, felt, place, floats, ints, work)
         return NO_EVENT, loose, 0.0, floats[HELD_ANGLE]
     mode = mode_of(ints)
-    h = hx * forcing[0][k]
+    h = hx * length
     kind = PART_STEP if expects_events(well) and feels_case(machine) else WHOLE_STEP
-    forcing_at_nodes(place, feels_drag(machine), OUTSIDE_ROW, work)
+    forcing_at_nodes(felt, feels_drag(machine), place, work)
     settled = tolerance[2]
     last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
@@ -147,7 +149,7 @@ def _move(
     if not expects_events(well) and min(passed[0], passed[1]) > 1.0:
         copy_state(1, end, floats)
         return NO_EVENT, 1.0, error, 0.0
-    at = forcing_at(forcing, k, x0 + hx)
+    at = forcing_at(terms, x0 + hx, work)
     after = acceleration(well, mode, end[0], omega[0] * end[2], at)
     turned = not stalled and turns_quietly(limits, passed, well, place, after, floats, ints, work)
     if turned and -mode[1] * after[0] < limits[0]:
@@ -170,7 +172,7 @@ def _move(
         return event, 1.0, error, after[0]
     xi = step_to_event(event, xi, limits, tolerance, system, mode, omega, place, floats, memory)
     copy_state(1, end, floats)
-    at = forcing_at(forcing, k, x0 + xi * hx)
+    at = forcing_at(terms, x0 + xi * hx, work)
     state = acceleration(well, mode, end[0], omega[0] * end[2], at)
     happen(event, limits, well, omega, at, state, floats, ints)
     return event, xi, error, state[0]
@@ -220,10 +222,11 @@ def release(
     x0: float,
     floats: Any,
     ints: Any,
+    work: Any,
     row: Any,
 ) -> None:
     """Set the state: the wheel at rest in the case at the beginning of the first span."""
-    at = forcing_at(forcing, 0, x0)
+    at = forcing_at(set_piece(forcing, 0, work)[1], x0, work)
     ints[:] = 0
     ints[SIDE] = ints[DIRECTION] = 1
     ints[PALLET] = -1 if release_angle < 0.0 else 1
@@ -234,21 +237,23 @@ def release(
 
 
 @compiled
-def _angle(well: Any, forcing: Any, tilt_end: Any, k: int, x: float, floats: Any) -> float:
-    """Return θ at x in piece k to count beats by.
+def _angle(
+    well: Any, terms: int, tilt_end: Any, k: int, x: float, floats: Any, work: Any
+) -> float:
+    """Return θ at x in the piece of span k to count beats by.
 
     Where nothing feels the case within a span, γ − α_c is known at its end only: near enough.
     """
     if tilt_end is None:
         return floats[STATE]
     if feels_case(well[0]):
-        return angle_at(well, floats[STATE]) + channel(forcing[2], k, x, 1.0)[0]
+        return angle_at(well, floats[STATE]) + outside_at(terms, x, work)[1][0]
     return floats[STATE] + tilt_end[k]
 
 
 @compiled
 def _ahead_s(
-    limits: Any, well: Any, omega: Any, forcing: Any, k: int, x: float, floats: Any, ints: Any
+    limits: Any, well: Any, omega: Any, terms: int, x: float, floats: Any, ints: Any, work: Any
 ) -> float:
     """Return the time to a little after the next event to expect [s], or inf."""
     machine, lever, _ = well
@@ -259,10 +264,10 @@ def _ahead_s(
     q, y = angle_at(well, floats[STATE]), floats[STATE + 2]
     if feels_impulse(machine):
         way = d if ints[ARMED] else -d
-        tilt, rate, _ = channel(forcing[2], k, x, 1.0 / (forcing[0][k] * omega[0]))
+        tilt, rate, _ = outside_at(terms, x, work)[1]
         ahead = phase_to(way, q, y, limits[0] - way * tilt)
         if ahead < math.inf:
-            ahead = phase_to(way, q, y, limits[0] - way * (tilt + rate * ahead))
+            ahead = phase_to(way, q, y, limits[0] - way * (tilt + rate / omega[0] * ahead))
     if kinked(lever):
         ahead = min(ahead, phase_to(-side, q, y, 0.0))
     return (ahead + BEYOND) / omega[0]
@@ -296,22 +301,25 @@ def advance(
     machine, lever, shape = well
     felt = presence(forcing[1]), presence(forcing[2]), presence(forcing[3])
     system = Trochlea(machine, lever, shape, felt)
+    memory, floats, ints = pointers(memory), pointer(floats), pointer(ints)
+    work = memory.work
     written = 0
     for k in range(len(begin)):
         worst, events, stalled = 0.0, 0, 0
         # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps
         # its resolution in spans of a day.
         start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
-        per_s, last = 1.0 / forcing[0][k], False
+        length, terms = set_piece(forcing, k, work)
+        per_s, last = 1.0 / length, False
         while not last or cell < cells:
             if cell == cells:
                 start, low = sum_exactly(start, low + whole)
-                ahead_s = _ahead_s(limits, well, omega, forcing, k, start, floats, ints)
+                ahead_s = _ahead_s(limits, well, omega, terms, start, floats, ints, work)
                 left = (end[k] - start) - low
                 whole, cells = lay_out(left, per_s, longest_s, ahead_s, ints[LEVEL])
                 cell, f, last = 0, 0.0, whole == left
             x = start + (low + (cell + f) / cells * whole)
-            place = forcing, k, x, (1.0 - f) / cells * whole
+            place = length, terms, x, (1.0 - f) / cells * whole
             kind, xi, error, angle = _move(
                 tolerance,
                 limits,
@@ -343,7 +351,7 @@ def advance(
                 whole *= (cell + f) / cells
                 cells, cell, last = 0, 0, False
             if not (expects_events(well) and feels_case(machine)):
-                angle = _angle(well, forcing, tilt_end, k, x, floats)
+                angle = _angle(well, terms, tilt_end, k, x, floats, work)
             _count(angle, floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
@@ -351,7 +359,7 @@ def advance(
         if ints[LEVEL] > 0 and worst < tolerance[0] * coarsen:
             ints[LEVEL] -= 1
         if logged[k]:
-            at = forcing_at(forcing, k, end[k])
+            at = forcing_at(terms, end[k], work)
             _write(well, omega, at, floats, ints, rows[written])
             written += 1
     return OK, 0, 0.0

@@ -33,7 +33,17 @@ import numpy as np
 
 from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.gauss import COLUMNS, INTEGRAL, NODES, PROJECTION, STAGES, WEIGHTS
-from tauto_core.motion.lanes import fma, lane, larger, largest, load, splat, store, total
+from tauto_core.motion.lanes import (
+    fma,
+    lane,
+    larger,
+    largest,
+    load,
+    pointer,
+    splat,
+    store,
+    total,
+)
 from tauto_core.motion.rotation import (
     multiply_exactly,
     rotation,
@@ -42,7 +52,10 @@ from tauto_core.motion.rotation import (
 )
 from tauto_core.samples import FloatArray
 
-COEFFICIENTS, QUADRATURE, FRACTIONS, TAIL, FIRST = 0, 8, 9, 10, 11
+TERMS = 24
+"""Most powers of the polynomials that stand for the forcing."""
+
+COEFFICIENTS, QUADRATURE, FRACTIONS, TAIL, PIECE, FIRST = 0, 8, 9, 10, 11, 11 + TERMS
 K1, K2, U, V, X, Y, D1, D2, F1, F2, WHOLE, PART, OUTSIDE = *range(11), 12, 14
 TURNED = 5
 """Numbers a plane and kind of step in `turned`: h, then cos and sin of ωh, each twofold."""
@@ -67,11 +80,12 @@ class Memory(NamedTuple):
     """What steps are worked out in; a few kB, made once.
 
     Attributes:
-        work: rows of constants, of the planes (`row`) and of the system, (n, 8). They begin at
-            cache lines: a row that lies across two costs twice the time.
-        turned: rotations over whole and part steps, (2, TURNED·P).
+        work: rows of 8: of constants, of the forcing's piece, of the planes (`row`) and of the
+            system, one behind the other. They begin at cache lines: a row that lies across two
+            costs twice the time.
+        turned: rotations over whole and part steps, TURNED·P numbers of each.
         end: X and Y of each plane at the end of a step, each in two doubles, (4P,).
-        matrix, right, slopes: what Newton's method solves, (16P, 16P), (16P,), (2P, 8).
+        matrix, right, slopes: what Newton's method solves, (16P · 16P,), (16P,), (2P · 8,).
     """
 
     work: FloatArray
@@ -94,12 +108,26 @@ def make_memory(planes: int, more: int) -> Memory:
     work[TAIL] = PROJECTION[STAGES - 1]
     unknowns = 2 * planes * STAGES
     return Memory(
-        work,
-        np.full((2, TURNED * planes), math.nan),
+        work.reshape(-1),
+        np.full(2 * TURNED * planes, math.nan),
         np.zeros(4 * planes),
-        np.zeros((unknowns, unknowns)),
+        np.zeros(unknowns * unknowns),
         np.zeros(unknowns),
-        np.zeros((2 * planes, STAGES)),
+        np.zeros(unknowns),
+    )
+
+
+@inlined
+def pointers(memory: Any) -> Any:
+    """Return the memory by pointers: what kernels hand each other."""
+    work, turned, end, matrix, right, slopes = memory
+    return Memory(
+        pointer(work),
+        pointer(turned),
+        pointer(end),
+        pointer(matrix),
+        pointer(right),
+        pointer(slopes),
     )
 
 
@@ -124,23 +152,24 @@ def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
     Steps to events have a length of their own: the rounding of their angle is not always the same,
     and doubles do, made to neither stretch nor shrink the state.
     """
-    if turned[kind, 0] == h:
+    planes = len(omega)
+    if turned[kind * TURNED * planes] == h:
         return
-    for p in range(len(omega)):
+    for p in range(planes):
         c, s = rotation(load(work, FRACTIONS) * (omega[p] * h))
-        store(work, row(WHOLE + 2 * kind, len(omega), p), c)
-        store(work, row(WHOLE + 2 * kind, len(omega), p) + len(omega), s)
-        first = TURNED * p
-        turned[kind, first] = h
+        store(work, row(WHOLE + 2 * kind, planes, p), c)
+        store(work, row(WHOLE + 2 * kind, planes, p) + planes, s)
+        first = TURNED * (kind * planes + p)
+        turned[first] = h
         if kind == WHOLE_STEP:
             whole_cosine, whole_sine = twofold_rotation(omega[p], h)
-            turned[kind, first + 1], turned[kind, first + 2] = whole_cosine
-            turned[kind, first + 3], turned[kind, first + 4] = whole_sine
+            turned[first + 1], turned[first + 2] = whole_cosine
+            turned[first + 3], turned[first + 4] = whole_sine
         else:
             cosine, sine = rotation(omega[p] * h)
             more = 0.5 * _short_of_one(cosine, sine)
-            turned[kind, first + 1], turned[kind, first + 2] = cosine, more * cosine
-            turned[kind, first + 3], turned[kind, first + 4] = sine, more * sine
+            turned[first + 1], turned[first + 2] = cosine, more * cosine
+            turned[first + 3], turned[first + 4] = sine, more * sine
 
 
 @inlined
@@ -243,6 +272,7 @@ def _linearised(
     """Fill the matrix I − h A ∂K/∂(U, V), by central differences at all stages together."""
     planes = len(omega)
     unknowns = 2 * planes
+    width = unknowns * STAGES
     for column in range(unknowns):
         place = row(U, planes, column)
         there = load(work, place)
@@ -259,34 +289,34 @@ def _linearised(
             for i in range(STAGES):
                 for j in range(STAGES):
                     a = COLUMNS[j, i] * h * lane(slope, j)
-                    matrix[r * STAGES + i, column * STAGES + j] = -a
-    for i in range(unknowns * STAGES):
-        matrix[i, i] += 1.0
+                    matrix[(r * STAGES + i) * width + column * STAGES + j] = -a
+    for i in range(width):
+        matrix[i * width + i] += 1.0
 
 
 @compiled
-def _eliminate(matrix: Any, right: Any) -> float:
+def _eliminate(n: int, matrix: Any, right: Any) -> float:
     """Solve matrix · x = right in place, with pivots; return the largest |x|, NaN if singular."""
-    n = len(right)
     for c in range(n):
         pivot = c
         for r in range(c + 1, n):
-            pivot = r if abs(matrix[r, c]) > abs(matrix[pivot, c]) else pivot
-        if not abs(matrix[pivot, c]) > 0.0:
+            pivot = r if abs(matrix[r * n + c]) > abs(matrix[pivot * n + c]) else pivot
+        if not abs(matrix[pivot * n + c]) > 0.0:
             return math.nan
         for k in range(c, n):
-            matrix[c, k], matrix[pivot, k] = matrix[pivot, k], matrix[c, k]
+            low, high = c * n + k, pivot * n + k
+            matrix[low], matrix[high] = matrix[high], matrix[low]
         right[c], right[pivot] = right[pivot], right[c]
         for r in range(c + 1, n):
-            factor = matrix[r, c] / matrix[c, c]
+            factor = matrix[r * n + c] / matrix[c * n + c]
             for k in range(c + 1, n):
-                matrix[r, k] -= factor * matrix[c, k]
+                matrix[r * n + k] -= factor * matrix[c * n + k]
             right[r] -= factor * right[c]
     biggest = 0.0
     for c in range(n - 1, -1, -1):
         for k in range(c + 1, n):
-            right[c] -= matrix[c, k] * right[k]
-        right[c] /= matrix[c, c]
+            right[c] -= matrix[c * n + k] * right[k]
+        right[c] /= matrix[c * n + c]
         biggest = biggest if biggest > abs(right[c]) else abs(right[c])
     return biggest
 
@@ -312,10 +342,10 @@ def _solve(
             wanted = new - load(work, row(U, planes, r))
             for i in range(STAGES):
                 right[r * STAGES + i] = lane(wanted, i)
-        change = _eliminate(matrix, right)
+        change = _eliminate(unknowns * STAGES, matrix, right)
         for r in range(unknowns):
             for i in range(STAGES):
-                work[row(U, planes, r), i] += right[r * STAGES + i]
+                work[row(U, planes, r) * STAGES + i] += right[r * STAGES + i]
         size = _size(planes, work)
         if not math.isfinite(change):
             return False, size
@@ -393,9 +423,9 @@ def finish(omega: Any, h: float, kind: int, state: Any, memory: Any) -> None:
     planes = len(omega)
     weights = load(work, QUADRATURE)
     for p in range(planes):
-        at = TURNED * p
-        cosine = turned[kind, at + 1], turned[kind, at + 2]
-        sine = turned[kind, at + 3], turned[kind, at + 4]
+        at = TURNED * (kind * planes + p)
+        cosine = turned[at + 1], turned[at + 2]
+        sine = turned[at + 3], turned[at + 4]
         minus = -sine[0], -sine[1]
         u, v = (state[4 * p], state[4 * p + 1]), (state[4 * p + 2], state[4 * p + 3])
         add_u = h * total(weights * load(work, row(K1, planes, p)))
@@ -426,11 +456,11 @@ def expand(planes: int, work: Any) -> None:
 def between(omega: Any, p: int, h: float, xi: float, state: Any, work: Any) -> Any:
     """Return X and Y of plane p at the fraction xi of the step, from the stage polynomials."""
     planes = len(omega)
-    first, second = row(F1, planes, p), row(F2, planes, p)
-    u, v = work[first, STAGES - 1], work[second, STAGES - 1]
+    first, second = row(F1, planes, p) * STAGES, row(F2, planes, p) * STAGES
+    u, v = work[first + STAGES - 1], work[second + STAGES - 1]
     for n in range(STAGES - 2, -1, -1):
-        u = fma(u, xi, work[first, n])
-        v = fma(v, xi, work[second, n])
+        u = fma(u, xi, work[first + n])
+        v = fma(v, xi, work[second + n])
     u, v = fma(u, xi * h, state[4 * p]), fma(v, xi * h, state[4 * p + 2])
     c, s = rotation(omega[p] * (xi * h))
     return c * u + s * v, c * v - s * u
