@@ -23,6 +23,7 @@ _KERNELS = (
     'arrival',
     'axle',
     'compiled',
+    'counting',
     'event_search',
     'events',
     'gauss',

@@ -250,13 +250,14 @@ def turns_quietly(
         return False
     if ints[ARMED] == 1:
         return False
-    # the turning point lies farther out than the end, and than the beginning
-    if not -d * after[0] < limits[0]:
-        tilt = outside_at(place[1], place[2], work)[1][0]
-        if not -d * (angle_at(well, floats[STATE]) + tilt) < limits[0]:
-            return False
     q = load(work, X_ROW)
     size = largest(q)
+    # the turning point lies farther out than the end, and than the beginning, which may be where
+    # the last impulse was
+    if not -d * after[0] < limits[0]:
+        tilt = outside_at(place[1], place[2], work)[1][0]
+        if not -d * (angle_at(well, floats[STATE]) + tilt) < limits[0] + DISCERNED * size:
+            return False
     if not size <= WELL_WITHIN * limits[1]:
         return False
     if kinked(well[1]) and not (side * after[4] > 0.0 and least(side * q) >= CLEAR * size):

@@ -249,6 +249,27 @@ def _folded(builder: Any, vector: Any, pair: Callable[[Any, Any], Any]) -> Any:
 
 
 @_built
+def negative(_typing: Any, lanes: Any) -> Any:
+    """Return which lanes are below zero, a bit each, the first lane in the lowest."""
+
+    def build(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
+        below = builder.fcmp_ordered('<', args[0], ir.Constant(_VECTOR, [0.0] * SIZE))
+        return builder.zext(builder.bitcast(below, ir.IntType(SIZE)), ir.IntType(64))
+
+    return types.int64(LANES), build
+
+
+@_built
+def ones(_typing: Any, bits: Any) -> Any:
+    """Return how many bits are set."""
+
+    def build(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
+        return builder.ctpop(args[0])
+
+    return types.int64(types.int64), build
+
+
+@_built
 def larger(_typing: Any, a: Any, b: Any) -> Any:
     """Return the larger magnitude of two, lane by lane."""
 

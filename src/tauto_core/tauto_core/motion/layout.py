@@ -24,7 +24,7 @@ def phase_to(way: float, x: float, y: float, reach: float) -> float:
 
     In (0, 2π] of x = A sin φ, y = A cos φ; infinite where it does not swing so far.
     """
-    size = math.hypot(x, y)
+    size = math.sqrt(x * x + y * y)
     if not abs(reach) < size:
         return math.inf
     ahead = math.asin(reach / size) - math.atan2(way * x, way * y)

@@ -32,23 +32,27 @@ def _terms(channel: Any) -> int:
 
 
 @inlined
-def _set_channel(channel: Any, k: int, column: int, terms: int, work: Any) -> None:
+def _set_channel(channel: Any, k: int, first: int, per_s: float, terms: int, work: Any) -> None:
+    """Fill three columns with a channel and its first two time derivatives."""
     if channel is None:
         return
     own = channel.shape[1]
-    for j in range(own):
-        work[(PIECE + j) * SIZE + column] = channel[k, j]
-    for j in range(own, terms):
-        work[(PIECE + j) * SIZE + column] = 0.0
+    above = above_rate = 0.0
+    for j in range(terms - 1, -1, -1):
+        number = channel[k, j] if j < own else 0.0
+        rate, bend = (j + 1) * per_s * above, (j + 1) * per_s * above_rate
+        place = (PIECE + j) * SIZE + first
+        work[place], work[place + 1], work[place + 2] = number, rate, bend
+        above, above_rate = number, rate
 
 
 @inlined
-def _set_rate(column: int, per_s: float, terms: int, work: Any) -> None:
-    """Fill a column with the time derivative of the one before it."""
-    for j in range(terms - 1):
-        place = (PIECE + j) * SIZE + column
-        work[place] = (j + 1) * per_s * work[place + SIZE - 1]
-    work[(PIECE + terms - 1) * SIZE + column] = 0.0
+def _set_gravity(gravity: Any, k: int, terms: int, work: Any) -> None:
+    if gravity is None:
+        return
+    own = gravity.shape[1]
+    for j in range(terms):
+        work[(PIECE + j) * SIZE + GRAVITY] = gravity[k, j] if j < own else 0.0
 
 
 @compiled
@@ -62,16 +66,9 @@ def set_piece(forcing: Any, k: int, work: Any) -> tuple[float, int]:
     per_s = 1.0 / length[k]
     terms = max(_terms(neutral), _terms(tilt), _terms(gravity))
     terms += terms % 2
-    if terms > 0:
-        _set_channel(neutral, k, LINE, terms, work)
-        _set_channel(tilt, k, TILT, terms, work)
-        _set_channel(gravity, k, GRAVITY, terms, work)
-    if neutral is not None:
-        _set_rate(LINE_RATE, per_s, terms, work)
-        _set_rate(LINE_BEND, per_s, terms, work)
-    if tilt is not None:
-        _set_rate(TILT_RATE, per_s, terms, work)
-        _set_rate(TILT_BEND, per_s, terms, work)
+    _set_channel(neutral, k, LINE, per_s, terms, work)
+    _set_channel(tilt, k, TILT, per_s, terms, work)
+    _set_gravity(gravity, k, terms, work)
     return length[k], terms
 
 

@@ -23,8 +23,8 @@ _COSINE_REST = (-1 / 20922789888000, 1 / 6402373705728000, -1 / 2432902008176640
 SINE = _SINE + _SINE_REST
 COSINE = _COSINE + _COSINE_REST
 
-MAX_ANGLE = math.pi
-"""Largest ωh the series take: the first term left out is then 2e-16."""
+MAX_ANGLE = math.tau
+"""Largest ωh of a step: the first term that the series leave out is then 2e-16."""
 
 
 @inlined
@@ -113,5 +113,5 @@ def sine_versine(angle: Any) -> Any:
 @inlined
 def rotation(angle: Any) -> Any:
     """Return cos and sin of lanes or a float, |angle| ≤ MAX_ANGLE."""
-    sine, versine = sine_versine(angle)
-    return 1.0 - versine, sine
+    sine, versine = sine_versine(0.5 * angle)
+    return 1.0 - 2.0 * (sine * sine), 2.0 * (sine * (1.0 - versine))

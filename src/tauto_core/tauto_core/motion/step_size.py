@@ -14,8 +14,8 @@ from tauto_core.motion.turning import SETTLED
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
-MAX_ANGLE = 2.0
-"""Longest step, as the angle it turns [rad]: beyond a third of a turn nothing is gained."""
+MAX_ANGLE = 3.05
+"""Longest step, as the angle it turns [rad]: with `layout.SPARE`, half a swing and `BEYOND`."""
 
 MIN_ANGLE = 0.005
 

@@ -12,6 +12,7 @@ from typing import Any
 from tauto_core.motion import turning
 from tauto_core.motion.arrival import step_to_event
 from tauto_core.motion.compiled import compiled, entry
+from tauto_core.motion.counting import APART, count, count_nodes
 from tauto_core.motion.event_search import by_the_end, first_event, limit_passed, turns_quietly
 from tauto_core.motion.events import (
     ARMED,
@@ -21,6 +22,7 @@ from tauto_core.motion.events import (
     DIRECTION,
     HELD,
     HELD_ANGLE,
+    LAST_TILT,
     LAST_X,
     LAST_Y,
     LEVEL,
@@ -112,51 +114,30 @@ def _turns_smoothly(
 
 
 @compiled
-def _move(
-    tolerance: Any,
+def _first_event(
     limits: Any,
-    system: Any,
-    place: Any,
+    passed: Any,
+    well: Any,
     omega: Any,
     stalled: bool,
+    h: float,
+    at: Any,
+    after: Any,
+    felt: Any,
+    place: Any,
     floats: Any,
     ints: Any,
-    memory: Any,
-) -> tuple[int, float, float, float]:
-    """Advance over hx or to the first event; return the event, the fraction, the error, and θ.
+    work: Any,
+) -> tuple[int, float]:
+    """Return the first event within a step of h that must be stepped to, and its fraction.
 
-    θ only where the motion in the case is followed within a span.
+    Turning points at which nothing happens are none; they are taken note of.
     """
-    machine, lever, shape, felt = system
-    length, terms, x0, hx = place
-    work, end = memory.work, memory.end
-    well = machine, lever, shape
-    if ints[HELD]:
-        loose = hold(limits, well, omega, felt, place, floats, ints, work)
-        return NO_EVENT, loose, 0.0, floats[HELD_ANGLE]
-    mode = mode_of(ints)
-    h = hx * length
-    kind = PART_STEP if expects_events(well) and feels_case(machine) else WHOLE_STEP
-    forcing_at_nodes(felt, feels_drag(machine), place, work)
-    settled = tolerance[2]
-    last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
-    error = step_error(tolerance[1], last, newton)
-    if not error <= tolerance[0]:
-        return NO_EVENT, 0.0, error, 0.0
-    ints[NEWTON] += 1 if newton else 0
-    finish(omega, h, kind, floats, memory)
-    passed = limit_passed(limits, well, mode, omega, felt, work)
-    if not expects_events(well) and min(passed[0], passed[1]) > 1.0:
-        copy_state(1, end, floats)
-        return NO_EVENT, 1.0, error, 0.0
-    at = forcing_at(terms, x0 + hx, work)
-    after = acceleration(well, mode, end[0], omega[0] * end[2], at)
+    d = float(ints[DIRECTION])
     turned = not stalled and turns_quietly(limits, passed, well, place, after, floats, ints, work)
-    if turned and -mode[1] * after[0] < limits[0]:
-        copy_state(1, end, floats)
-        return NO_EVENT, 1.0, error, after[0]
-    mode = mode_of(ints)
-    armed = ints[ARMED] == 1
+    if turned and -d * after[0] < limits[0]:
+        return NO_EVENT, 1.0
+    mode, armed = mode_of(ints), ints[ARMED] == 1
     w = omega[0] * floats[STATE + 2]
     event, xi = by_the_end(limits, passed, well, mode, armed, h, w, at, after, felt, work)
     if event == UNSURE:
@@ -167,29 +148,82 @@ def _move(
         xi, limits, passed, well, omega, place, floats, ints, after, work
     ):
         event = NO_EVENT
+    return event, xi
+
+
+@compiled
+def _ride(
+    limits: Any, system: Any, omega: Any, place: Any, floats: Any, ints: Any, work: Any
+) -> tuple[int, float, float, float, float]:
+    """Let the held wheel ride with the case, over hx or until it breaks loose; as `_move`."""
+    machine, lever, shape, felt = system
+    _, terms, x0, hx = place
+    loose = hold(limits, (machine, lever, shape), omega, felt, place, floats, ints, work)
+    tilt = outside_at(terms, x0 + loose * hx, work)[1][0]
+    return NO_EVENT, loose, 0.0, floats[HELD_ANGLE], tilt
+
+
+@compiled
+def _move(
+    tolerance: Any,
+    limits: Any,
+    system: Any,
+    place: Any,
+    omega: Any,
+    stalled: bool,
+    tilt: float,
+    floats: Any,
+    ints: Any,
+    memory: Any,
+) -> tuple[int, float, float, float, float]:
+    """Advance over hx or to the first event, and count by the nodes on the way.
+
+    Args:
+        tilt: in the case at the end of hx, where nothing feels it within a span.
+
+    Returns the event, the fraction, the error, and there θ, as it counts, and the tilt.
+    """
+    machine, lever, shape, felt = system
+    length, terms, x0, hx = place
+    work, end, h = memory.work, memory.end, hx * length
+    well = machine, lever, shape
+    if ints[HELD]:
+        return _ride(limits, system, omega, place, floats, ints, work)
+    mode = mode_of(ints)
+    kind = PART_STEP if expects_events(well) and feels_case(machine) else WHOLE_STEP
+    forcing_at_nodes(felt, feels_drag(machine), place, work)
+    last, newton = collocate(system, mode, omega, h, kind, tolerance[2], floats, memory)
+    error = step_error(tolerance[1], last, newton)
+    if not error <= tolerance[0]:
+        return NO_EVENT, 0.0, error, 0.0, 0.0
+    ints[NEWTON] += 1 if newton else 0
+    finish(omega, h, kind, floats, memory)
+    passed = limit_passed(limits, well, mode, omega, felt, work)
+    if not expects_events(well) and min(passed[0], passed[1]) > 1.0:
+        count_nodes(2.0, tilt, floats, ints, work)
+        copy_state(1, end, floats)
+        return NO_EVENT, 1.0, error, floats[STATE] + tilt, tilt
+    at = forcing_at(terms, x0 + hx, work)
+    after = acceleration(well, mode, end[0], omega[0] * end[2], at)
+    event, xi = _first_event(
+        limits, passed, well, omega, stalled, h, at, after, felt, place, floats, ints, work
+    )
+    followed = feels_case(machine)
+    tilt = at[1][0] if followed else tilt
+    count_nodes(2.0 if event == NO_EVENT else xi - APART, tilt, floats, ints, work)
     if event == NO_EVENT:
         copy_state(1, end, floats)
-        return event, 1.0, error, after[0]
+        return event, 1.0, error, after[0] if followed else floats[STATE] + tilt, tilt
+    mode = mode_of(ints)
     xi = step_to_event(event, xi, limits, tolerance, system, mode, omega, place, floats, memory)
     copy_state(1, end, floats)
     at = forcing_at(terms, x0 + xi * hx, work)
     state = acceleration(well, mode, end[0], omega[0] * end[2], at)
     happen(event, limits, well, omega, at, state, floats, ints)
-    return event, xi, error, state[0]
-
-
-@compiled
-def _count(angle: float, floats: Any, ints: Any) -> None:
-    """Count the turns of (X, −Y) about the origin and the passages of θ through zero."""
-    x0, y0, x1, y1 = floats[LAST_X], -floats[LAST_Y], floats[STATE], -floats[STATE + 2]
-    if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * y0 / (y0 - y1) < 0.0:
-        ints[TURNS] += 1 if y1 < 0.0 else -1
-    floats[LAST_X], floats[LAST_Y] = x1, -y1
-    if angle != 0.0:
-        sign = 1 if angle > 0.0 else -1
-        if ints[THETA_SIGN] == -sign:
-            ints[BEATS] += 1
-        ints[THETA_SIGN] = sign
+    if followed:
+        return event, xi, error, state[0], at[1][0]
+    tilt = floats[LAST_TILT] + xi * (tilt - floats[LAST_TILT])
+    return event, xi, error, floats[STATE] + tilt, tilt
 
 
 @compiled
@@ -233,22 +267,26 @@ def release(
     set_off(limits, well, omega, release_angle, at, floats, ints)
     ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
     floats[LAST_X], floats[LAST_Y] = floats[STATE], floats[STATE + 2]
+    floats[LAST_TILT] = at[1][0]
     _write(well, omega, at, floats, ints, row)
 
 
 @compiled
-def _angle(
-    well: Any, terms: int, tilt_end: Any, k: int, x: float, floats: Any, work: Any
+def _tilt_at(
+    well: Any, terms: int, tilt_end: Any, k: int, part: float, x: float, floats: Any, work: Any
 ) -> float:
-    """Return θ at x in the piece of span k to count beats by.
+    """Return the tilt in the case at x in the piece of span k, to count beats by.
 
-    Where nothing feels the case within a span, γ − α_c is known at its end only: near enough.
+    Where nothing feels the case within a span, it is known at the end only, and steady till then.
+
+    Args:
+        part: of what is left of the span from where the tilt was last, up to x.
     """
     if tilt_end is None:
-        return floats[STATE]
+        return 0.0
     if feels_case(well[0]):
-        return angle_at(well, floats[STATE]) + outside_at(terms, x, work)[1][0]
-    return floats[STATE] + tilt_end[k]
+        return outside_at(terms, x, work)[1][0]
+    return floats[LAST_TILT] + part * (tilt_end[k] - floats[LAST_TILT])
 
 
 @compiled
@@ -320,13 +358,19 @@ def advance(
                 cell, f, last = 0, 0.0, whole == left
             x = start + (low + (cell + f) / cells * whole)
             place = length, terms, x, (1.0 - f) / cells * whole
-            kind, xi, error, angle = _move(
+            tilt = 0.0
+            if not (expects_events(well) and feels_case(machine)):
+                ahead, left = place[3], (end[k] - start) - low
+                part = ahead / (left - (cell + f) / cells * whole)
+                tilt = _tilt_at(well, terms, tilt_end, k, part, x + ahead, floats, work)
+            kind, xi, error, angle, tilt = _move(
                 tolerance,
                 limits,
                 system,
                 place,
                 omega,
                 stalled > MAX_STALLED,
+                tilt,
                 floats,
                 ints,
                 memory,
@@ -350,9 +394,7 @@ def advance(
             if kind != NO_EVENT and not done:
                 whole *= (cell + f) / cells
                 cells, cell, last = 0, 0, False
-            if not (expects_events(well) and feels_case(machine)):
-                angle = _angle(well, terms, tilt_end, k, x, floats, work)
-            _count(angle, floats, ints)
+            count(angle, tilt, floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
         coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
