@@ -80,9 +80,10 @@ class Collocation:
             _or_none(escapement.recoil, inertia) if escapement else None,
         )
 
-    def _limits(self) -> tuple[float, float]:
-        escapement = self._machine.escapement
-        return (escapement.angle if escapement else math.inf, self._machine.cam.range_rad)
+    def _limits(self) -> tuple[float, float, float]:
+        machine = self._machine
+        impulse = machine.escapement.angle if machine.escapement else math.inf
+        return impulse, machine.cam.range_rad, machine.gravity
 
     @staticmethod
     def _outside(forcing: Forcing) -> tuple[object, ...]:

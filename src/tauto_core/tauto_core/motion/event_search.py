@@ -33,6 +33,7 @@ from tauto_core.motion.events import (
 )
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import lane, largest, least, load
+from tauto_core.motion.layout import back_to
 from tauto_core.motion.outside import (
     GRAVITY,
     LINE_BEND,
@@ -274,6 +275,7 @@ def by_the_end(
     well: Any,
     mode: Any,
     armed: bool,
+    omega: Any,
     h: float,
     w: float,
     at: Any,
@@ -308,8 +310,8 @@ def by_the_end(
     kink = kinked(lever) and not side * after[4] > 0.0
     if not kick and not kink:
         return NO_EVENT, 1.0
-    kicked = _straight_back(IMPULSE, limits, mode, h, at, after) if kick else 2.0
-    crossed = _straight_back(KINK, limits, mode, h, at, after) if kink else 2.0
+    kicked = _back_to(IMPULSE, limits, mode, omega, h, at, after) if kick else 2.0
+    crossed = _back_to(KINK, limits, mode, omega, h, at, after) if kink else 2.0
     first, apart = min(kicked, crossed), abs(kicked - crossed)
     if not first > 0.5 or (kick and kink and not apart > 0.5 * (1.0 - first)):
         return UNSURE, 1.0
@@ -317,15 +319,19 @@ def by_the_end(
 
 
 @compiled
-def _straight_back(kind: int, limits: Any, mode: Any, h: float, at: Any, after: Any) -> float:
+def _back_to(
+    kind: int, limits: Any, mode: Any, omega: Any, h: float, at: Any, after: Any
+) -> float:
     """Return the fraction of a step at which a value was zero, by its slope at the end.
 
     0 where the slope changes so much since then that this would be far off.
     """
     fall = slope(kind, mode, after, at)
-    back = value_of_state(kind, limits, mode, after) / fall
-    bend = after[3] if kind == KINK else after[3] + at[1][2]
-    return 1.0 - back / h if fall < 0.0 and abs(bend * back) < BENT * -fall else 0.0
+    late = value_of_state(kind, limits, mode, after) / fall
+    bend = after[3] / after[2] if kind == KINK else (after[3] + at[1][2]) / after[1]
+    if not (fall < 0.0 and abs(bend * late) < BENT):
+        return 0.0
+    return 1.0 - back_to(late, bend, omega[0]) / h
 
 
 @compiled

@@ -4,7 +4,7 @@ Kinds: the turning point of θ, the kink of the cam, the impulse of the escapeme
 a slack thread. Each has a value that is positive before it and negative after it.
 
 What goes together travels together: `well` and `mode` as in wells; `place` of a step as in
-outside; `limits` (impulse angle, edge of the cam); `floats` and `ints` the state,
+outside; `limits` (impulse angle, edge of the cam, gravity at rest); `floats` and `ints` the state,
 `work` the stage rows of turning, `state` what `acceleration` returns.
 """
 

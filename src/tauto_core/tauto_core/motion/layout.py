@@ -34,6 +34,19 @@ def phase_to(way: float, x: float, y: float, reach: float) -> float:
 
 
 @compiled
+def back_to(late: float, bend: float, omega: float) -> float:
+    """Return for how long a value has been below zero, to the third order.
+
+    Args:
+        late: the value over its rate of change [s].
+        bend: that rate's own rate of change, over it [1/s].
+        omega: frequency with which it swings [rad/s].
+    """
+    turned = bend * late
+    return late * (1.0 + 0.5 * turned * (1.0 + turned) + (omega * late) ** 2 / 6.0)
+
+
+@compiled
 def lay_out(
     left: float, per_s: float, longest_s: float, ahead_s: float, level: int
 ) -> tuple[float, int]:
@@ -44,8 +57,8 @@ def lay_out(
         per_s: length of a second.
         longest_s: longest step [s].
         ahead_s: time to the next event [s]; infinite where none is expected.
-        level: how often steps are halved.
+        level: how often the longest step is halved.
     """
     whole = min(left, ahead_s * per_s)
-    steps = math.ceil(whole / (per_s * longest_s) - SPARE)
-    return whole, max(1, steps) << level
+    steps = math.ceil(whole / (per_s * longest_s * 0.5**level) - SPARE)
+    return whole, max(1, steps)

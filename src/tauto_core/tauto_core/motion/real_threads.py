@@ -197,12 +197,13 @@ class RealThreads:
         still = np.zeros((len(forcing.length_s), 1))
         return forcing.length_s, still, still, still + self._machine.gravity
 
-    def _watched(self) -> tuple[int, float]:
+    def _watched(self) -> tuple[int, float, float]:
         drag, escapement = self._machine.drag, self._machine.escapement
         turns = NEVER if escapement is None else SMOOTHLY
         if drag is not None and drag.quadratic > 0.0:
             turns = ABRUPTLY
-        return turns, math.inf if escapement is None else escapement.angle
+        impulse = math.inf if escapement is None else escapement.angle
+        return turns, impulse, self._machine.gravity
 
     def _place(self, case: Case) -> None:
         """Put the wheel at rest in the case at the release angle."""
@@ -235,7 +236,7 @@ class RealThreads:
             (tolerance, ERROR_OF_LAST_STRONG, self._settled, self._near),
             self._machine.frequency,
             longest_s,
-            (NEVER, math.inf) if trial else self._watched(),
+            (NEVER, math.inf, self._machine.gravity) if trial else self._watched(),
             system._replace(quadratic=0.0) if trial else system,
             self._model.omega,
             self._outside(forcing),

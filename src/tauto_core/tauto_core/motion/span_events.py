@@ -2,8 +2,8 @@
 
 Turning points of θ, where quadratic drag or an escapement need them; impulses; the end of the
 range; a slack thread. Each has a value that is positive before it and negative after it.
-`mode` and `place` as in mechanism; `watched`: how turning points matter, and the angle of the
-impulse [rad], else inf; `scratch` a state to work with.
+`mode` and `place` as in mechanism; `watched`: how turning points matter, the angle of the impulse
+[rad], else inf, and gravity at rest; `scratch` a state to work with.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numba.extending import overload
 from tauto_core.motion.compiled import compiled
 from tauto_core.motion.gauss import NODES, STAGES
 from tauto_core.motion.lanes import lane, least
+from tauto_core.motion.layout import back_to
 from tauto_core.motion.mechanism import (
     ANGLE,
     BEND,
@@ -163,7 +164,7 @@ def first_event(
     Args:
         after: `instant` at the end of the step.
     """
-    turns, angle = watched
+    turns, angle, _ = watched
     tension, margin = margins(system, mode, omega, memory.work)
     slack, edge = _first_below(tension), _first_below(margin)
     clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
@@ -179,9 +180,9 @@ def first_event(
         return NO_EVENT, 1.0
     if quiet and inside and turns == SMOOTHLY and not stalled:
         # the only event; by the slope at the end where that has not changed much since
-        back = (d * after[ANGLE] - angle) / (d * after[RATE])
-        xi = 1.0 - back / (place[3] * place[0])
-        if xi > 0.5 and abs(after[BEND] * back) < BENT * abs(after[RATE]):
+        late, bend = (d * after[ANGLE] - angle) / (d * after[RATE]), after[BEND] / after[RATE]
+        xi = 1.0 - back_to(late, bend, omega[0]) / (place[3] * place[0])
+        if xi > 0.5 and abs(bend * late) < BENT:
             return AT_IMPULSE, xi
     first, xi = NO_EVENT, _NOWHERE
     expand(len(omega), memory.work)

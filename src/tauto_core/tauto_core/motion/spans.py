@@ -247,11 +247,36 @@ def release(
 
 
 @compiled
-def _ahead_s(phase_rate: float, watched: Any, omega: Any, now: Any, ints: Any) -> float:
-    """Return the time to a little after the next impulse to expect [s], or inf."""
+def _ahead_s(
+    pace: float,
+    watched: Any,
+    now: Any,
+    length: float,
+    terms: int,
+    x: float,
+    ints: Any,
+    work: Any,
+) -> float:
+    """Return the time to a little after the next impulse to expect [s], or inf.
+
+    The swing goes on about its centre as that moves with the case now, as fast as gravity lets it
+    on the way.
+
+    Args:
+        pace: of the swing [rad/s].
+        now: `instant`, at x in the piece.
+    """
     way = float(ints[DIRECTION] if ints[ARMED] else -ints[DIRECTION])
-    pace = omega[0] if len(omega) == 1 else phase_rate
-    ahead = phase_to(way, now[ANGLE], now[RATE] / pace, watched[1])
+    _, tilt, gravity = outside_at(terms, x, work)
+    pace *= math.sqrt(gravity / watched[2])
+    centre = now[ANGLE] + now[BEND] / (pace * pace)
+    y = (now[RATE] + tilt[1]) / pace
+    ahead = phase_to(way, now[ANGLE] - centre, y, watched[1] - way * centre)
+    if ahead < math.inf:
+        _, then, later = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
+        moved = centre - (then[0] - tilt[0])
+        ahead = phase_to(way, now[ANGLE] - centre, y, watched[1] - way * moved)
+        pace *= math.sqrt(0.5 * (1.0 + later / gravity))
     return (ahead + BEYOND) / pace
 
 
@@ -280,6 +305,7 @@ def _span(
     start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
     length, terms = piece
     per_s, last, ahead_s = 1.0 / length, False, math.inf
+    pace = omega[0] if len(omega) == 1 else phase_rate
     now = _NOTHING
     if watched[1] < math.inf:
         now = instant(system, mode_of(ints), omega, floats, outside_at(terms, start, work))
@@ -287,7 +313,7 @@ def _span(
         if cell == cells:
             start, low = sum_exactly(start, low + whole)
             if watched[1] < math.inf:
-                ahead_s = _ahead_s(phase_rate, watched, omega, now, ints)
+                ahead_s = _ahead_s(pace, watched, now, length, terms, start, ints, work)
             left = (end[k] - start) - low
             whole, cells = lay_out(left, per_s, longest_s, ahead_s, ints[LEVEL])
             cell, f, last = 0, 0.0, whole == left
@@ -350,7 +376,8 @@ def advance(
             is carried to it [rad].
         phase_rate: ω of the phase [rad/s].
         longest_s: longest step [s].
-        watched: how turning points matter, and the angle of the impulse [rad], else inf.
+        watched: how turning points matter, the angle of the impulse [rad], else inf, and gravity
+            at rest.
         system: the mechanism.
         omega: ω of each plane [rad/s].
         forcing: lengths of the pieces; β, τ and g_eff as coefficients in each.

@@ -139,7 +139,9 @@ def _first_event(
         return NO_EVENT, 1.0
     mode, armed = mode_of(ints), ints[ARMED] == 1
     w = omega[0] * floats[STATE + 2]
-    event, xi = by_the_end(limits, passed, well, mode, armed, h, w, at, after, felt, work)
+    event, xi = by_the_end(
+        limits, passed, well, mode, armed, omega, h, w, at, after, felt, work
+    )
     if event == UNSURE:
         event, xi = first_event(
             limits, passed, well, mode, omega, armed, stalled, floats, at, after, place, work
@@ -291,24 +293,39 @@ def _tilt_at(
 
 @compiled
 def _ahead_s(
-    limits: Any, well: Any, omega: Any, terms: int, x: float, floats: Any, ints: Any, work: Any
+    limits: Any,
+    well: Any,
+    omega: Any,
+    length: float,
+    terms: int,
+    x: float,
+    floats: Any,
+    ints: Any,
+    work: Any,
 ) -> float:
-    """Return the time to a little after the next event to expect [s], or inf."""
+    """Return the time to a little after the next event to expect [s], or inf.
+
+    The swing goes on about the line as that moves now, as fast as gravity lets it on the way.
+    """
     machine, lever, _ = well
-    ahead = math.inf
+    ahead, pace = math.inf, omega[0]
     if not expects_events(well) or ints[HELD]:
         return ahead
     side, d, _ = mode_of(ints)
-    q, y = angle_at(well, floats[STATE]), floats[STATE + 2]
+    line, tilt, gravity = outside_at(terms, x, work)
+    q, y = angle_at(well, floats[STATE]), floats[STATE + 2] - line[1] / omega[0]
     if feels_impulse(machine):
         way = d if ints[ARMED] else -d
-        tilt, rate, _ = outside_at(terms, x, work)[1]
-        ahead = phase_to(way, q, y, limits[0] - way * tilt)
+        ahead = phase_to(way, q, y, limits[0] - way * tilt[0])
         if ahead < math.inf:
-            ahead = phase_to(way, q, y, limits[0] - way * (tilt + rate / omega[0] * ahead))
+            _, tilt, then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
+            ahead = phase_to(way, q, y, limits[0] - way * tilt[0])
+            gravity = 0.5 * (gravity + then)
     if kinked(lever):
         ahead = min(ahead, phase_to(-side, q, y, 0.0))
-    return (ahead + BEYOND) / omega[0]
+    if gravity > 0.0:
+        pace *= math.sqrt(gravity / limits[2])
+    return (ahead + BEYOND) / pace
 
 
 @entry
@@ -352,7 +369,7 @@ def advance(
         while not last or cell < cells:
             if cell == cells:
                 start, low = sum_exactly(start, low + whole)
-                ahead_s = _ahead_s(limits, well, omega, terms, start, floats, ints, work)
+                ahead_s = _ahead_s(limits, well, omega, length, terms, start, floats, ints, work)
                 left = (end[k] - start) - low
                 whole, cells = lay_out(left, per_s, longest_s, ahead_s, ints[LEVEL])
                 cell, f, last = 0, 0.0, whole == left
@@ -360,9 +377,10 @@ def advance(
             place = length, terms, x, (1.0 - f) / cells * whole
             tilt = 0.0
             if not (expects_events(well) and feels_case(machine)):
-                ahead, left = place[3], (end[k] - start) - low
-                part = ahead / (left - (cell + f) / cells * whole)
-                tilt = _tilt_at(well, terms, tilt_end, k, part, x + ahead, floats, work)
+                left = (end[k] - start) - low - (cell + f) / cells * whole
+                tilt = _tilt_at(
+                    well, terms, tilt_end, k, place[3] / left, x + place[3], floats, work
+                )
             kind, xi, error, angle, tilt = _move(
                 tolerance,
                 limits,
