@@ -28,6 +28,7 @@ from tauto_core.motion.lever_shape import (
     SHORTENING,
     SINE,
     LeverShape,
+    Powers,
 )
 from tauto_core.motion.mechanism import resistance
 from tauto_core.motion.outside import (
@@ -81,42 +82,11 @@ def _is_lever(system: Any) -> bool:
 
 
 @inlined
-def _series_at(series: Any, s: Any) -> Any:
-    """Return n, w, χ', cos β and sin β of lanes of s (Clenshaw's recurrence, side by side)."""
-    x = (s - series.middle) * (1.0 / series.half)
-    twice, terms = 2.0 * x, series.terms
-    n = w = bend = cosine = sine = splat(0.0)
-    n_old = w_old = bend_old = cosine_old = sine_old = splat(0.0)
-    for j in range(terms.shape[1] - 1, 0, -1):
-        n, n_old = fma(twice, n, terms[SHORTENING, j] - n_old), n
-        w, w_old = fma(twice, w, terms[RIDE, j] - w_old), w
-        bend, bend_old = fma(twice, bend, terms[BEND, j] - bend_old), bend
-        cosine, cosine_old = fma(twice, cosine, terms[COSINE, j] - cosine_old), cosine
-        sine, sine_old = fma(twice, sine, terms[SINE, j] - sine_old), sine
-    return (
-        fma(x, n, terms[SHORTENING, 0] - n_old),
-        fma(x, w, terms[RIDE, 0] - w_old),
-        fma(x, bend, terms[BEND, 0] - bend_old),
-        fma(x, cosine, terms[COSINE, 0] - cosine_old),
-        fma(x, sine, terms[SINE, 0] - sine_old),
-    )
-
-
-@compiled
-def _shape_at(shape: Any, s: Any) -> Any:
-    if largest(s - shape.near.middle) <= shape.near.half:
-        return _series_at(shape.near, s)
-    return _series_at(shape.whole, s)
-
-
-@compiled
-def _values(shape: Any, s: float) -> Any:
-    """Return n, w, χ', cos β, sin β and θ."""
-    series = shape.near if abs(s - shape.near.middle) <= shape.near.half else shape.whole
-    x, terms = (s - series.middle) / series.half, series.terms
+def _clenshaw(terms: Any, x: Any, zero: Any) -> Any:
+    """Return n, w, χ', cos β, sin β and θ by Clenshaw's recurrence, side by side."""
     twice = 2.0 * x
-    n = w = bend = cosine = sine = angle = 0.0
-    n_old = w_old = bend_old = cosine_old = sine_old = angle_old = 0.0
+    n = w = bend = cosine = sine = angle = zero
+    n_old = w_old = bend_old = cosine_old = sine_old = angle_old = zero
     for j in range(terms.shape[1] - 1, 0, -1):
         n, n_old = fma(twice, n, terms[SHORTENING, j] - n_old), n
         w, w_old = fma(twice, w, terms[RIDE, j] - w_old), w
@@ -132,6 +102,51 @@ def _values(shape: Any, s: float) -> Any:
         fma(x, sine, terms[SINE, 0] - sine_old),
         fma(x, angle, terms[ANGLE, 0] - angle_old),
     )
+
+
+@inlined
+def _horner(terms: Any, x: Any, zero: Any) -> Any:
+    """Return the same by Horner's, side by side."""
+    n = w = bend = cosine = sine = angle = zero
+    for j in range(terms.shape[1] - 1, -1, -1):
+        n = fma(n, x, terms[SHORTENING, j])
+        w = fma(w, x, terms[RIDE, j])
+        bend = fma(bend, x, terms[BEND, j])
+        cosine = fma(cosine, x, terms[COSINE, j])
+        sine = fma(sine, x, terms[SINE, j])
+        angle = fma(angle, x, terms[ANGLE, j])
+    return n, w, bend, cosine, sine, angle
+
+
+def _series_at(series: Any, s: Any, zero: Any) -> Any:
+    """Return n, w, χ', cos β, sin β and θ of lanes of s or a float; `zero` is one of that kind."""
+    raise TypeError('_series_at runs in compiled code only')
+
+
+@overload(_series_at, strict=False)
+def _series_of(series: Any, s: Any, zero: Any) -> Any:
+    scheme = _horner if series.instance_class is Powers else _clenshaw
+
+    def at(series: Any, s: Any, zero: Any) -> Any:
+        return scheme(series.terms, (s - series.middle) * (1.0 / series.half), zero)
+
+    return at
+
+
+@compiled
+def _shape_at(shape: Any, s: Any) -> Any:
+    """Return n, w, χ', cos β and sin β of lanes of s."""
+    if largest(s - shape.near.middle) <= shape.near.half:
+        return _series_at(shape.near, s, splat(0.0))[:5]
+    return _series_at(shape.whole, s, splat(0.0))[:5]
+
+
+@compiled
+def _values(shape: Any, s: float) -> Any:
+    """Return n, w, χ', cos β, sin β and θ."""
+    if abs(s - shape.near.middle) <= shape.near.half:
+        return _series_at(shape.near, s, 0.0)
+    return _series_at(shape.whole, s, 0.0)
 
 
 @overload(mechanism.at_nodes, strict=False)
@@ -227,22 +242,11 @@ def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     return instant
 
 
-@compiled
-def _angle(shape: Any, s: float) -> float:
-    """Return θ."""
-    series = shape.near if abs(s - shape.near.middle) <= shape.near.half else shape.whole
-    x, terms = (s - series.middle) / series.half, series.terms
-    angle = angle_old = 0.0
-    for j in range(terms.shape[1] - 1, 0, -1):
-        angle, angle_old = fma(2.0 * x, angle, terms[ANGLE, j] - angle_old), angle
-    return fma(x, angle, terms[ANGLE, 0] - angle_old)
-
-
 @overload(mechanism.wheel_angle, strict=False)
 def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
     if not _is_lever(system):
         return None
-    return lambda system, state, at: _angle(system.shape, state[0])
+    return lambda system, state, at: _values(system.shape, state[0])[5]
 
 
 @overload(mechanism.strike, strict=False)

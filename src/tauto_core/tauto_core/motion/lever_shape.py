@@ -27,6 +27,9 @@ MARGIN = 1.5
 
 FEWEST_TERMS, MOST_TERMS, MOST_OF_ARC = 16, 128, 1024
 TAIL = 2.0**-48
+MOST_GROWN = 64.0
+"""Largest sum of the powers' coefficients, by the largest of the series'."""
+
 _NEWTON = 60
 
 
@@ -44,6 +47,14 @@ class Series(NamedTuple):
     terms: FloatArray
 
 
+class Powers(NamedTuple):
+    """The same in powers of x, from −1 to 1 over the interval: half the work."""
+
+    middle: float
+    half: float
+    terms: FloatArray
+
+
 class LeverShape(NamedTuple):
     """Short series about rest, and longer ones as far as the motion may go.
 
@@ -51,7 +62,7 @@ class LeverShape(NamedTuple):
     no further than the short ones.
     """
 
-    near: Series
+    near: Series | Powers
     whole: Series
 
 
@@ -75,7 +86,7 @@ def lever_shape(machine: LeverMachine, blur: float = 0.0) -> LeverShape:
             0.0,
         )
     whole = _series(machine, arc, low, high) or short
-    return LeverShape(_shortened(short, blur), _shortened(whole, blur))
+    return LeverShape(_in_powers(_shortened(short, blur)), _shortened(whole, blur))
 
 
 def _shortened(series: Series, blur: float) -> Series:
@@ -84,6 +95,15 @@ def _shortened(series: Series, blur: float) -> Series:
     tails = np.cumsum(size[:, ::-1], axis=1)[:, ::-1] / np.max(size, axis=1, keepdims=True)
     needed = max(2, int(np.count_nonzero(np.max(tails, axis=0) > blur)))
     return series._replace(terms=np.ascontiguousarray(series.terms[:, :needed]))
+
+
+def _in_powers(series: Series) -> Series | Powers:
+    """Return a series in powers, where they don't grow so large that digits would cancel."""
+    terms = np.array([chebyshev.cheb2poly(row) for row in series.terms])
+    grown = np.sum(np.abs(terms), axis=1) / np.max(np.abs(series.terms), axis=1)
+    if np.max(grown) > MOST_GROWN:
+        return series
+    return Powers(series.middle, series.half, np.ascontiguousarray(terms))
 
 
 def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:

@@ -169,9 +169,7 @@ def first_event(
     slack, edge = _first_below(tension), _first_below(margin)
     clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
     if turns != NEVER and not stalled:
-        _turns_quietly(
-            watched, system, mode[0], place, after, clear, floats, ints, memory.work
-        )
+        _turns_quietly(watched, system, mode[0], place, after, clear, floats, ints, memory.work)
     armed, d = ints[ARMED] == 1, float(ints[DIRECTION])
     quiet = turns == NEVER or stalled or d * after[RATE] > 0.0
     missed = not armed or d * after[ANGLE] < angle

@@ -139,9 +139,7 @@ def _first_event(
         return NO_EVENT, 1.0
     mode, armed = mode_of(ints), ints[ARMED] == 1
     w = omega[0] * floats[STATE + 2]
-    event, xi = by_the_end(
-        limits, passed, well, mode, armed, omega, h, w, at, after, felt, work
-    )
+    event, xi = by_the_end(limits, passed, well, mode, armed, omega, h, w, at, after, felt, work)
     if event == UNSURE:
         event, xi = first_event(
             limits, passed, well, mode, omega, armed, stalled, floats, at, after, place, work
@@ -274,12 +272,13 @@ def release(
 
 
 @compiled
-def _tilt_at(
+def _tilt_ahead(
     well: Any, terms: int, tilt_end: Any, k: int, part: float, x: float, floats: Any, work: Any
 ) -> float:
     """Return the tilt in the case at x in the piece of span k, to count beats by.
 
     Where nothing feels the case within a span, it is known at the end only, and steady till then.
+    0 where events are told by it: `_move` knows it then.
 
     Args:
         part: of what is left of the span from where the tilt was last, up to x.
@@ -287,7 +286,7 @@ def _tilt_at(
     if tilt_end is None:
         return 0.0
     if feels_case(well[0]):
-        return outside_at(terms, x, work)[1][0]
+        return 0.0 if expects_events(well) else outside_at(terms, x, work)[1][0]
     return floats[LAST_TILT] + part * (tilt_end[k] - floats[LAST_TILT])
 
 
@@ -375,12 +374,8 @@ def advance(
                 cell, f, last = 0, 0.0, whole == left
             x = start + (low + (cell + f) / cells * whole)
             place = length, terms, x, (1.0 - f) / cells * whole
-            tilt = 0.0
-            if not (expects_events(well) and feels_case(machine)):
-                left = (end[k] - start) - low - (cell + f) / cells * whole
-                tilt = _tilt_at(
-                    well, terms, tilt_end, k, place[3] / left, x + place[3], floats, work
-                )
+            part = place[3] / ((end[k] - start) - low - (cell + f) / cells * whole)
+            tilt = _tilt_ahead(well, terms, tilt_end, k, part, x + place[3], floats, work)
             kind, xi, error, angle, tilt = _move(
                 tolerance,
                 limits,
