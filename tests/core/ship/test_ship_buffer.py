@@ -280,14 +280,17 @@ def test_a_turn_is_kept_through_batches_of_small_rolls():
     np.testing.assert_allclose(found, roll[:-1], rtol=0, atol=1e-14)
 
 
-def test_without_logged_instants_no_batch_has_tilts_but_the_first_span():
+def test_a_batch_without_logged_instants_has_no_tilts_but_the_first_span():
     made, tilts = buffer(), []
-    for first in range(0, 480, 160):
+    for first, log_ns in ((0, 10**15), (160, 80 * STEP), (320, 10**15)):
         made.add(motion(np.arange(first, first + 160) * STEP), 0)
-        tilts.append(made.forcing(10**15, None, final=False).tilt)
-    assert np.any(tilts[0][0])
-    assert not np.any(tilts[0][1:])
-    assert not np.any(np.concatenate(tilts[1:]))
+        tilts.append(made.forcing(log_ns, None, final=False).tilt)
+    assert tilts[1].shape == tilts[2].shape
+    assert [np.flatnonzero(np.any(tilt, axis=1)).tolist() for tilt in tilts] == [
+        [0],
+        [1, 21],
+        [],
+    ]
 
 
 def test_a_stride_outside_its_range_is_refused():
