@@ -144,33 +144,21 @@ def imu_samples(
     from tauto_core.ship.source_kernels import encode  # imports numba
 
     n = len(stamp_ns)
-    rows = -(-n // 8)
-    orientation, angular_velocity, force = (np.empty((w * rows, 8)) for w in (4, 3, 3))
+    whole = -(-n // 8) * 8
+    orientation = np.empty((whole, 4))
+    angular_velocity, force = np.empty((whole, 3)), np.empty((whole, 3))
     encode(
-        _in_eights(roll),
-        _in_eights(roll_rate),
-        None if height == 0.0 or roll_acceleration is None else _in_eights(roll_acceleration),
-        None if heave_acceleration is None else _in_eights(heave_acceleration),
+        np.ascontiguousarray(roll),
+        np.ascontiguousarray(roll_rate),
+        None if height == 0.0 else roll_acceleration,
+        heave_acceleration,
         height,
         gravity,
         orientation,
         angular_velocity,
         force,
     )
-    return _sensed(
-        stamp_ns,
-        orientation.reshape(-1, 4)[:n],
-        angular_velocity.reshape(-1, 3)[:n],
-        force.reshape(-1, 3)[:n],
-    )
-
-
-def _in_eights(channel: FloatArray) -> FloatArray:
-    """Return a channel as rows of eight samples, the last filled up with zeros."""
-    spare = -len(channel) % 8
-    if spare:
-        channel = np.concatenate([channel, np.zeros(spare)])
-    return np.ascontiguousarray(channel).reshape(-1, 8)
+    return _sensed(stamp_ns, orientation[:n], angular_velocity[:n], force[:n])
 
 
 def attitude(imu: ImuSamples) -> Attitude:

@@ -172,26 +172,26 @@ def encode(
     """Fill what an IMU beside the clock reads (equations: `imu.imu_samples`).
 
     Args:
-        angle: rho, shape (n, 8): eight samples a row, here and below.
-        rate: rho', shape (n, 8).
-        acceleration: rho'', shape (n, 8), or None where height is 0.
-        heave: z_s'' [m/s2], shape (n, 8), or None.
+        angle: rho, shape (n,).
+        rate: rho', shape (n,).
+        acceleration: rho'', shape (n,), or None where height is 0.
+        heave: z_s'' [m/s2], shape (n,), or None.
         height: of the clock above the roll axis [m].
         gravity: g [m/s2].
-        orientation: output, four numbers a sample, shape (4 n, 8).
-        angular_velocity: output, three numbers a sample, shape (3 n, 8).
+        orientation: output, shape (n', 4), n' >= n a multiple of eight.
+        angular_velocity: output, shape (n', 3).
         force: output, likewise.
     """
     zero = splat(0.0)
-    for i in range(len(angle)):
-        s, c = _half_angles(0.5 * load(angle, i))
-        turning = load(rate, i)
+    for i in range(len(orientation) // SIZE):
+        s, c = _half_angles(0.5 * _eight(angle, i))
+        turning = _eight(rate, i)
         weight = splat(gravity)
         if heave is not None:
-            weight = weight + load(heave, i)
+            weight = weight + _eight(heave, i)
         y, z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
         if acceleration is not None:
-            y = y - height * load(acceleration, i)
+            y = y - height * _eight(acceleration, i)
             z = z - height * (turning * turning)
         store(orientation, 4 * i, _fours(s, c, 0))
         store(orientation, 4 * i + 1, _fours(s, c, 2))
@@ -199,6 +199,17 @@ def encode(
         store(orientation, 4 * i + 3, _fours(s, c, 6))
         _store_threes(angular_velocity, i, turning, zero, zero)
         _store_threes(force, i, zero, y, z)
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _eight(channel: FloatArray, i: int) -> Any:
+    """Return the eight samples from 8 i on, zeros beyond the last."""
+    begin, x = SIZE * i, splat(0.0)
+    if begin + SIZE <= len(channel):
+        return load(channel, i)
+    for r in range(len(channel) - begin):
+        x = with_lane(x, r, channel[begin + r])
+    return x
 
 
 @njit(cache=True, nogil=True, forceinline=True)
