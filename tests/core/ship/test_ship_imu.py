@@ -1,5 +1,6 @@
 """IMU samples, attitude, and what is refused."""
 
+import math
 from dataclasses import fields, replace
 
 import mpmath
@@ -131,6 +132,28 @@ def test_orientation_and_gravity_at_any_roll():
     np.testing.assert_allclose(imu.linear_acceleration[:, 1:], whole, rtol=0, atol=4.5e-16)
 
 
+@pytest.mark.parametrize('heaves', [False, True])
+def test_a_sample_has_the_same_bits_alone_and_among_others(heaves):
+    """Eight are encoded at one go, those beyond a right angle one by one."""
+    roll, rate, bend, heave = np.random.default_rng(5).normal(size=(4, 203)) * 1.5
+    up = heave if heaves else None
+    whole = imu_samples(np.arange(203), roll, rate, bend, up, 2.0, 9.8)
+    for i in range(203):
+        one = slice(i, i + 1)
+        alone = imu_samples(
+            np.arange(i, i + 1),
+            roll[one],
+            rate[one],
+            bend[one],
+            None if up is None else up[one],
+            2.0,
+            9.8,
+        )
+        for field in fields(whole):
+            found, wanted = getattr(alone, field.name), getattr(take(whole, one), field.name)
+            np.testing.assert_array_equal(found, wanted)
+
+
 def spoil(imu: ImuSamples, name: str, row: int, value: object) -> ImuSamples:
     array = getattr(imu, name).copy()
     array[row] = value
@@ -162,6 +185,25 @@ def test_screen_refuses_and_counts(reason, name, value, compiled):
     assert counts == {**dict.fromkeys(REFUSALS, 0), reason: 1}
     np.testing.assert_array_equal(kept.stamp_ns, imu.stamp_ns[[0, 1, 3, 4]])
     np.testing.assert_array_equal(kept.orientation, imu.orientation[[0, 1, 3, 4]])
+
+
+@pytest.mark.parametrize(('reason', 'name', 'value'), SPOILED[:10])
+def test_screen_finds_a_bad_sample_wherever_it_stands(reason, name, value):
+    """Among those seen eight at one go and among those left over."""
+    imu = sensor(19)
+    assert screen(imu, None, compiled=True)[0] is imu
+    for row in (0, 5, 7, 8, 15, 16, 18):
+        kept, counts = screen(spoil(imu, name, row, value), None, compiled=True)
+        assert counts == {**dict.fromkeys(REFUSALS, 0), reason: 1}
+        np.testing.assert_array_equal(kept.stamp_ns, np.delete(imu.stamp_ns, row))
+
+
+def test_screen_keeps_a_steep_pitch():
+    half = math.radians(0.5 * 89.9)
+    imu = spoil(sensor(9), 'orientation', 3, [0.0, math.sin(half), 0.0, math.cos(half)])
+    kept, counts = screen(imu, None, compiled=True)
+    assert len(kept.stamp_ns) == 9
+    assert not any(counts.values())
 
 
 def test_screen_takes_unknown_covariance_and_the_last_stamp_into_account():

@@ -58,6 +58,15 @@ def test_an_awkward_step_keeps_its_phase():
     assert abs(value[0] - exact(harmonics, k, 8_388_608)[0]) < 1e-12
 
 
+def test_phases_all_round_the_circle_are_right_to_rounding():
+    """At the bounds of the octants, too; products and sums of numbers up to 1: two last places."""
+    for eps in np.linspace(-np.pi, np.pi, 33):
+        harmonics = Harmonics(np.ones(1), np.array([10.0]), np.array([eps]))
+        (value,) = SampledHarmonics(harmonics, STEP_NS, (0,)).between(0, BLOCK)
+        for k in (0, BLOCK // 2 - 1, BLOCK // 2, BLOCK - 1):
+            assert abs(value[k] - exact(harmonics, k, STEP_NS)[0]) < 4.5e-16
+
+
 def test_each_order_alone_has_the_bits_of_all_together():
     together = SampledHarmonics(many(), STEP_NS, (0, 1, 2)).between(700, 1900)
     for orders in ((0,), (2,), (0, 1), (0, 2)):

@@ -8,6 +8,7 @@ samples.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -113,11 +114,13 @@ class MotionBuffer:
             imu, times = take(imu, kept), times[kept]
         if not len(times):
             return
-        self._times = np.concatenate([self._times, times])
-        if self._data:
-            new = self._channel_values(imu)
-            for name, known in self._data.items():
-                self._data[name] = np.concatenate([known, new[name]])
+        known, n = len(self._times), len(self._times) + len(times)
+        joined = {name: np.empty(n) for name in self._data}
+        for name, values in self._data.items():
+            joined[name][:known] = values
+        if joined:
+            self._fill(imu, {name: values[known:] for name, values in joined.items()})
+        self._times, self._data = np.concatenate([self._times, times]), joined
 
     @property
     def has_samples(self) -> bool:
@@ -131,32 +134,24 @@ class MotionBuffer:
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
         return (*line, 'gravity') if self._apparent_gravity else line
 
-    def _channel_values(self, imu: ImuSamples) -> dict[str, FloatArray]:
+    def _fill(self, imu: ImuSamples, new: dict[str, FloatArray]) -> None:
+        """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # numba
 
         n = len(imu.stamp_ns)
         orientation = plain(imu.orientation)
         sine, cosine = np.empty(n), np.empty(n)
         kernels.roll_vector(orientation, sine, cosine)
-        roll = np.arctan2(sine, cosine)
+        roll = np.arctan2(sine, cosine, out=new['line'])
         self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
-        new = {'line': roll}
         if not self._apparent_vertical:
-            new['line_rate'] = np.empty(n)
-            kernels.roll_rate(
-                orientation, plain(imu.angular_velocity), sine, cosine, new['line_rate']
-            )
+            velocity = plain(imu.angular_velocity)
+            kernels.roll_rate(orientation, velocity, sine, cosine, new['line_rate'])
         if self._apparent_vertical or self._apparent_gravity:
-            # A force that would throw the weight out of the top of the case counts as negative:
-            # the pull then passes through zero smoothly, and the slack thread is found there.
-            np.copyto(sine, imu.linear_acceleration[:, 1])
-            np.copyto(cosine, imu.linear_acceleration[:, 2])
-            new['gravity'] = np.empty(n)
-            kernels.force_vector(sine, cosine, new['gravity'])
+            size = new['gravity'] if self._apparent_gravity else np.empty(n)
+            kernels.force_vector(plain(imu.linear_acceleration), sine, cosine, size)
         if self._apparent_vertical:
-            new['tilt'] = np.arctan2(sine, cosine)
-            roll += new['tilt']
-        return new
+            roll += np.arctan2(sine, cosine, out=new['tilt'])
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
         """Return which samples keep their distance from the last step or the nominal one.
@@ -164,8 +159,12 @@ class MotionBuffer:
         None: all do.
         """
         least = -(-self._step_ns // CROWDED_PART)
+        if self._still:
+            return None
+        from tauto_core.ship import kernels  # numba
+
         new = len(self._times) == 0 or times[0] - self._times[-1] >= least
-        if self._still or (new and np.all(times[1:] - times[:-1] >= least)):
+        if new and kernels.spaced(times, least):
             return None
         past = [int(time) for time in self._times[-2:]]
         kept = np.ones(len(times), np.bool_)
@@ -192,7 +191,8 @@ class MotionBuffer:
         pieces = self._ready(log_ns, end, final=final)
         if not len(pieces.begin):
             return None
-        starts, stops = self._times[pieces.begin], self._times[pieces.end]
+        stops = self._times[pieces.end]
+        starts = np.concatenate([self._times[pieces.begin[:1]], stops[:-1]])
         logs = np.arange(starts[0] // log_ns + 1, min(stops[-1], end) // log_ns + 1) * log_ns
         at = np.searchsorted(stops, logs)
         if stops[-1] <= end and np.array_equal(stops[at], logs):
@@ -255,7 +255,8 @@ class MotionBuffer:
             asked[0] |= self._next == 0
             rows = np.flatnonzero(asked) if piece is None else np.unique(piece[asked])
             some = self._channel('tilt', None, pieces.part(rows))
-            found['tilt'] = np.zeros((len(pieces.begin), some.shape[1]))
+            shape = len(pieces.begin), some.shape[1]
+            found['tilt'] = np.zeros(shape) if len(rows) else _untilted(*shape)
             found['tilt'][rows] = some
         if self._apparent_gravity:
             found['gravity'] = self._channel('gravity', None, pieces)
@@ -319,6 +320,12 @@ class MotionBuffer:
         self._first, self._next = state['first'], state['next']
         self._turns, self._last_roll = state['turns'], state['last_roll']
         self.bridged, self.crowded = state['bridged'], state['crowded']
+
+
+@lru_cache(maxsize=2)
+def _untilted(n: int, width: int) -> FloatArray:
+    """Return zeros, the same array again: nothing may be written there."""
+    return np.zeros((n, width))
 
 
 def _whole(starts: IntArray, stops: IntArray, at_logs: IntArray) -> Forcing:

@@ -9,10 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tauto_core.motion.lanes import SIZE, load, splat, store, with_lane
 from tauto_core.samples import FloatArray, IntArray
-
-BLOCK = 256
-"""Samples whose differences are taken at one go; they stay in the fastest cache."""
 
 
 @njit(cache=True, nogil=True)
@@ -118,31 +116,28 @@ def fit_values(
     """Fill rows with the polynomials through evenly spaced values.
 
     Args:
-        basis: powers of x of Newton's basis over the factorials, shape (w', w'), w' ≥ w a
-            multiple of four, zero beyond w.
+        basis: powers of x (rows) of Newton's basis over the factorials (columns), shape (w', w'),
+            w' ≥ w even, zero beyond w.
         size: w.
         values: the channel, shape (m,).
-        first: first sample of each row's window of w, rising, shape (n,).
+        first: first sample of each row's window of w, shape (n,).
         rows: row of the result for each of them, shape (n,).
-        result: output, shape (rows, >= w); what lies beyond w becomes zero.
+        result: output, shape (rows, w).
     """
-    work = np.empty(BLOCK + size)
-    newton = np.zeros((len(basis), BLOCK))
-    done = 0
-    while done < len(first):
-        base = first[done]
-        count = 1
-        while done + count < len(first) and first[done + count] - base < BLOCK:
-            count += 1
-        places = first[done : done + count] - base
-        length = places[count - 1] + size
-        work[:length] = values[base : base + length]
-        for k in range(size):
-            _pick(work, places, newton[k])
-            for i in range(length - 1 - k):
-                work[i] = work[i + 1] - work[i]
-        _to_powers(basis, newton, count, rows[done : done + count], result)
-        done += count
+    newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
+    for done in range(0, len(rows), SIZE):
+        _take(values, first, done, newton, size)
+        # two levels of differences at one go
+        for k in range(1, size, 2):
+            before = load(newton, k)
+            one = before - load(newton, k - 1)
+            store(newton, k, one)
+            for i in range(k + 1, size):
+                now = load(newton, i)
+                one_before, one = one, now - before
+                store(newton, i, one - one_before)
+                before = now
+        _to_powers(basis, size, newton, powers, done, rows, result)
 
 
 @njit(cache=True, nogil=True)
@@ -162,52 +157,43 @@ def fit_hermite(
     kept apart from those that begin with the second.
 
     Args:
-        basis: powers of x of Newton's basis, shape (w', w'), w' ≥ 2 w a multiple of four, zero
-            beyond 2 w.
+        basis: powers of x (rows) of Newton's basis (columns), shape (2 w, 2 w).
         size: 2 w.
         values: the channel, shape (m,).
         rates: its time derivative [1/s], shape (m,).
         step_s: time between samples in each row's window [s], shape (n,).
-        first: first sample of each row's window of w, rising, shape (n,).
+        first: first sample of each row's window of w, shape (n,).
         rows: row of the result for each of them, shape (n,).
-        result: output, shape (rows, >= 2 w); what lies beyond becomes zero.
+        result: output, shape (rows, 2 w).
     """
     points = size // 2
-    ones, twos = np.empty(BLOCK + points), np.empty(BLOCK + points)
-    newton = np.zeros((len(basis), BLOCK))
-    done = 0
-    while done < len(first):
-        base, step = first[done], step_s[done]
-        count = 1
-        while (
-            done + count < len(first)
-            and first[done + count] - base < BLOCK
-            and step_s[done + count] == step
-        ):
-            count += 1
-        places = first[done : done + count] - base
-        length = places[count - 1] + points
-        ones[:length] = values[base : base + length]
-        twos[:length] = ones[:length]
-        slopes = rates[base : base + length]
-        for k in range(size):
-            _pick(ones, places, newton[k])
-            if k == 0:
-                for i in range(length - 1):
-                    twos[i] = twos[i + 1] - twos[i]
-                for i in range(length):
-                    ones[i] = slopes[i] * step
-                continue
+    ones, twos = np.empty((points, SIZE)), np.empty((points, SIZE))
+    newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
+    steps = np.empty((1, SIZE))
+    for done in range(0, len(rows), SIZE):
+        _take(values, first, done, twos, points)
+        _take(rates, first, done, ones, points)
+        for r in range(SIZE):
+            steps[0, r] = step_s[min(done + r, len(rows) - 1)]
+        step, before = load(steps, 0), load(twos, 0)
+        store(newton, 0, before)
+        for i in range(points):
+            store(ones, i, load(ones, i) * step)
+        for i in range(points - 1):
+            now = load(twos, i + 1)
+            store(twos, i, now - before)
+            before = now
+        for k in range(1, size):
+            store(newton, k, load(ones, 0))
             per_one, per_two = 1.0 / ((k + 1) // 2), 1.0 / ((k + 2) // 2)
-            for i in range(length - (k + 2) // 2):
-                one = (twos[i] - ones[i]) * per_one
-                twos[i] = (ones[i + 1] - twos[i]) * per_two
-                ones[i] = one
+            left = points - (k + 2) // 2
+            for i in range(left):
+                one, two = load(ones, i), load(twos, i)
+                store(ones, i, (two - one) * per_one)
+                store(twos, i, (load(ones, i + 1) - two) * per_two)
             if k % 2 == 0:
-                i = length - 1 - k // 2
-                ones[i] = (twos[i] - ones[i]) * per_one
-        _to_powers(basis, newton, count, rows[done : done + count], result)
-        done += count
+                store(ones, left, (load(twos, left) - load(ones, left)) * per_one)
+        _to_powers(basis, size, newton, powers, done, rows, result)
 
 
 @njit(cache=True, nogil=True)
@@ -237,40 +223,60 @@ def take_windows(
 
 
 @njit(cache=True, nogil=True)
-def _pick(values: FloatArray, places: IntArray, picked: FloatArray) -> None:
-    """Fill with the values at some places; the way out keeps slow gather instructions away."""
-    for r in range(len(places)):
-        if places[r] < 0:
-            break
-        picked[r] = values[places[r]]
+def _take(values: FloatArray, first: IntArray, done: int, lanes: FloatArray, points: int) -> None:
+    """Fill lane r with the window from sample first[done + r] on; spare ones as the last.
+
+    Lane by lane and not in a loop, which would become slow gather and scatter instructions.
+    """
+    last = len(first) - 1
+    a, b = first[done], first[min(done + 1, last)]
+    c, d = first[min(done + 2, last)], first[min(done + 3, last)]
+    e, f = first[min(done + 4, last)], first[min(done + 5, last)]
+    g, h = first[min(done + 6, last)], first[min(done + 7, last)]
+    for i in range(points):
+        x = with_lane(splat(values[a + i]), 1, values[b + i])
+        x = with_lane(with_lane(x, 2, values[c + i]), 3, values[d + i])
+        x = with_lane(with_lane(x, 4, values[e + i]), 5, values[f + i])
+        x = with_lane(with_lane(x, 6, values[g + i]), 7, values[h + i])
+        store(lanes, i, x)
 
 
 @njit(cache=True, nogil=True)
 def _to_powers(
-    basis: FloatArray, newton: FloatArray, count: int, rows: IntArray, result: FloatArray
+    basis: FloatArray,
+    size: int,
+    newton: FloatArray,
+    powers: FloatArray,
+    done: int,
+    rows: IntArray,
+    result: FloatArray,
 ) -> None:
-    """Turn Newton's coefficients, (w, count), into those of the powers of x; small terms first.
+    """Turn Newton's coefficients into those of the powers of x; small terms first.
 
-    w is a multiple of four: what was added to make it so is zero, here and there.
+    A lane a polynomial: the coefficients are the rows of `newton`, and `powers`, as large, is for
+    what comes of them. Four at one go, after those that make no four.
     """
-    size = len(basis)
-    powers = np.empty((size, count))
+    fours = size // 4 * 4
     for j in range(0, size, 2):
-        left, right = powers[j], powers[j + 1]
-        for r in range(count):
-            left[r], right[r] = 0.0, 0.0
-        for k in range(size - 4, j - 4, -4):
-            b0, b1, b2, b3 = basis[k, j], basis[k + 1, j], basis[k + 2, j], basis[k + 3, j]
-            i = j + 1
-            c0, c1, c2, c3 = basis[k, i], basis[k + 1, i], basis[k + 2, i], basis[k + 3, i]
-            n0, n1, n2, n3 = newton[k], newton[k + 1], newton[k + 2], newton[k + 3]
-            for r in range(count):
-                left[r] += (b3 * n3[r] + b2 * n2[r]) + (b1 * n1[r] + b0 * n0[r])
-                right[r] += (c3 * n3[r] + c2 * n2[r]) + (c1 * n1[r] + c0 * n0[r])
-    for j in range(result.shape[1]):
-        power = powers[j]
-        for r in range(count):
-            result[rows[r], j] = power[r]
+        i = j + 1
+        left, right = splat(0.0), splat(0.0)
+        for k in range(max(fours, j), size):
+            n = load(newton, k)
+            left, right = left + basis[j, k] * n, right + basis[i, k] * n
+        for back in range((fours - j + 3) // 4):
+            k = fours - 4 - 4 * back
+            b0, b1, b2, b3 = basis[j, k], basis[j, k + 1], basis[j, k + 2], basis[j, k + 3]
+            c0, c1, c2, c3 = basis[i, k], basis[i, k + 1], basis[i, k + 2], basis[i, k + 3]
+            n0, n1 = load(newton, k), load(newton, k + 1)
+            n2, n3 = load(newton, k + 2), load(newton, k + 3)
+            left = left + ((b3 * n3 + b2 * n2) + (b1 * n1 + b0 * n0))
+            right = right + ((c3 * n3 + c2 * n2) + (c1 * n1 + c0 * n0))
+        store(powers, j, left)
+        store(powers, i, right)
+    for r in range(min(SIZE, len(rows) - done)):
+        row = rows[done + r]
+        for j in range(size):
+            result[row, j] = powers[j, r]
 
 
 @njit(cache=True, nogil=True, error_model='numpy')

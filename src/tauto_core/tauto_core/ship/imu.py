@@ -6,7 +6,6 @@ about x: starboard down is positive. Equations: theory E1.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeVar
@@ -84,7 +83,8 @@ def imu_from_roll(
         force_z: specific force along the ship's z [m/s2], shape (n,).
     """
     half = 0.5 * np.ascontiguousarray(roll)
-    imu = _filled_later(stamp_ns, np.zeros)
+    n = len(stamp_ns)
+    imu = _sensed(stamp_ns, np.zeros((n, 4)), np.zeros((n, 3)), np.zeros((n, 3)))
     imu.orientation[:, 0] = np.sin(half)
     imu.orientation[:, 3] = np.cos(half)
     imu.angular_velocity[:, 0] = roll_rate
@@ -93,21 +93,20 @@ def imu_from_roll(
     return imu
 
 
-def _filled_later(
-    stamp_ns: IntArray, array: Callable[[tuple[int, int]], FloatArray]
+def _sensed(
+    stamp_ns: IntArray, orientation: FloatArray, angular_velocity: FloatArray, force: FloatArray
 ) -> ImuSamples:
-    """Return samples with the covariances of this module and arrays to be filled."""
-    n = len(stamp_ns)
-    orientation, angular_velocity, force = _covariances(n)
+    """Return samples with the covariances of this module."""
+    of_orientation, of_velocity, of_force = _covariances(len(stamp_ns))
     return ImuSamples(
         stamp_ns,
         FRAME_ID,
-        array((n, 4)),
         orientation,
-        array((n, 3)),
+        of_orientation,
         angular_velocity,
-        array((n, 3)),
+        of_velocity,
         force,
+        of_force,
     )
 
 
@@ -142,9 +141,12 @@ def imu_samples(
         height: z0 of the clock above the roll axis [m].
         gravity: g [m/s2].
     """
-    from tauto_core.ship.kernels import encode  # imports numba
+    from tauto_core.ship.source_kernels import encode  # imports numba
 
-    imu = _filled_later(stamp_ns, np.empty)
+    n = len(stamp_ns)
+    whole = -(-n // 8) * 8
+    orientation = np.empty((whole, 4))
+    angular_velocity, force = np.empty((whole, 3)), np.empty((whole, 3))
     encode(
         np.ascontiguousarray(roll),
         np.ascontiguousarray(roll_rate),
@@ -152,11 +154,11 @@ def imu_samples(
         heave_acceleration,
         height,
         gravity,
-        imu.orientation,
-        imu.angular_velocity,
-        imu.linear_acceleration,
+        orientation,
+        angular_velocity,
+        force,
     )
-    return imu
+    return _sensed(stamp_ns, orientation[:n], angular_velocity[:n], force[:n])
 
 
 def attitude(imu: ImuSamples) -> Attitude:
@@ -237,8 +239,7 @@ def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
         plain(imu.orientation),
         plain(imu.angular_velocity),
         plain(imu.linear_acceleration),
-        (1.0 - 0.999 * NORM_TOLERANCE, 1.0 + 0.999 * NORM_TOLERANCE),
-        1.001 * SMALLEST_COS_PITCH,
+        0.999 * NORM_TOLERANCE,
     )
     return good
 

@@ -72,7 +72,7 @@ def _conditions(stride: int, before: int, *, slopes: bool) -> int:
 def newton_basis(stride: int, before: int, *, slopes: bool) -> FloatArray:
     """Return the powers of x of Newton's basis over a piece of evenly spaced samples.
 
-    Row k holds the coefficients of Π_{i<k} (stride·x + before − z_i), with z = 0, 1, 2, … for
+    Column k holds the coefficients of Π_{i<k} (stride·x + before − z_i), with z = 0, 1, 2, … for
     values, over k! there, and z = 0, 0, 1, 1, … for values and slopes. Exact up to the rounding
     of each number.
 
@@ -82,11 +82,11 @@ def newton_basis(stride: int, before: int, *, slopes: bool) -> FloatArray:
         slopes: whether each node counts twice.
     """
     size = _conditions(stride, before, slopes=slopes)
-    basis = np.zeros((-(-size // 4) * 4,) * 2)
+    basis = np.zeros((-(-size // 2) * 2,) * 2)
     row = [Fraction(1)]
     for k in range(size):
         scale = 1 if slopes else math.factorial(k)
-        basis[k, : k + 1] = [float(value / scale) for value in row]
+        basis[: k + 1, k] = [float(value / scale) for value in row]
         shift = before - (k // 2 if slopes else k)
         row = [
             shift * low + stride * high

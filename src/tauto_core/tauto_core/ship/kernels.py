@@ -1,177 +1,34 @@
-"""Compiled sums of harmonics and IMU arithmetic; import on first use only (numba).
+"""Compiled reading of an IMU; import on first use only (numba).
 
 Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
 """
 
 import math
+from typing import Any
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from tauto_core.motion.lanes import (
+    SIZE,
+    fma,
+    lane,
+    larger,
+    largest,
+    least,
+    load,
+    root,
+    splat,
+    store,
+    total,
+    with_lane,
+)
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.ship.waves import TOGETHER
-
-RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
-INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(18))
-"""Signed as in the series of sine (odd) and cosine (even)."""
 
 LARGEST = 1e150
 """What is larger, and does not overflow by itself, is looked at more closely."""
 
-
-@njit(cache=True, nogil=True)
-def sum_blocks(
-    first_block: int,
-    mean: float,
-    phase: NDArray[np.uint64],
-    increment: NDArray[np.uint64],
-    amplitude: FloatArray,
-    omega: FloatArray,
-    cosine: FloatArray,
-    sine: FloatArray,
-    value: FloatArray | None,
-    rate: FloatArray | None,
-    acceleration: FloatArray | None,
-) -> None:
-    """Return sum a cos(phi) and its first and second derivative over whole blocks.
-
-    phi = phi_b +- theta_j: phi_b at the middle of block b, exact in 2^-64 turns; theta_j from
-    there to the j-th sample on either side, from a table. cos theta adds to both alike, sin theta
-    with both signs. Outputs that are None are not in the compiled code.
-
-    Args:
-        first_block: index of the first block, counted from the start of the scene, >= 0.
-        mean: added to the value.
-        phase: phase at the middle of the first block of the scene [2^-64 turns], shape (n,).
-        increment: advance of the phase in a block [2^-64 turns], shape (n,).
-        amplitude: a, shape (n,).
-        omega: angular frequency [rad/s], shape (n,).
-        cosine: cos(theta_j), shape (n, block/2).
-        sine: sin(theta_j), shape (n, block/2).
-        value: output, shape (blocks, block), or None.
-        rate: output, likewise.
-        acceleration: output, likewise.
-    """
-    half = cosine.shape[1]
-    a, b = np.empty((3, len(phase))), np.empty((3, len(phase)))
-    even, odd = np.empty((3, half)), np.empty((3, half))
-    some = value if value is not None else acceleration
-    for block in range(some.shape[0]):  # type: ignore[union-attr]
-        for i in range(len(phase)):
-            turns = phase[i] + np.uint64(first_block + block) * increment[i]
-            start = np.int64(turns) * RADIANS_PER_UNIT
-            w = omega[i]
-            p, q = amplitude[i] * math.cos(start), amplitude[i] * math.sin(start)
-            a[0, i], b[0, i] = p, -q
-            a[1, i], b[1, i] = -w * q, -w * p
-            a[2, i], b[2, i] = -w * w * p, w * w * q
-        _accumulate(a, cosine, even, value, rate, acceleration)
-        _accumulate(b, sine, odd, value, rate, acceleration)
-        if value is not None:
-            _fold(mean, even[0], odd[0], value[block])
-        if rate is not None:
-            _fold(0.0, even[1], odd[1], rate[block])
-        if acceleration is not None:
-            _fold(0.0, even[2], odd[2], acceleration[block])
-
-
-@njit(cache=True, nogil=True)
-def _accumulate(
-    factors: FloatArray,
-    table: FloatArray,
-    sums: FloatArray,
-    value: FloatArray | None,
-    rate: FloatArray | None,
-    acceleration: FloatArray | None,
-) -> None:
-    """Sum factor times table over the components, for the orders asked for."""
-    sums[:] = 0.0
-    x, y, z = sums[0], sums[1], sums[2]
-    f, g, h = factors[0], factors[1], factors[2]
-    for i in range(0, table.shape[0], TOGETHER):
-        t0, t1, t2, t3 = table[i], table[i + 1], table[i + 2], table[i + 3]
-        f0, f1, f2, f3 = f[i], f[i + 1], f[i + 2], f[i + 3]
-        g0, g1, g2, g3 = g[i], g[i + 1], g[i + 2], g[i + 3]
-        h0, h1, h2, h3 = h[i], h[i + 1], h[i + 2], h[i + 3]
-        for j in range(table.shape[1]):
-            if value is not None:
-                x[j] += (f0 * t0[j] + f1 * t1[j]) + (f2 * t2[j] + f3 * t3[j])
-            if rate is not None:
-                y[j] += (g0 * t0[j] + g1 * t1[j]) + (g2 * t2[j] + g3 * t3[j])
-            if acceleration is not None:
-                z[j] += (h0 * t0[j] + h1 * t1[j]) + (h2 * t2[j] + h3 * t3[j])
-
-
-@njit(cache=True, nogil=True)
-def _fold(mean: float, even: FloatArray, odd: FloatArray, out: FloatArray) -> None:
-    half = len(even)
-    for j in range(half):
-        out[half + j] = mean + (even[j] + odd[j])
-    for j in range(half):
-        out[half - 1 - j] = mean + (even[j] - odd[j])
-
-
-@njit(cache=True, nogil=True)
-def encode(
-    angle: FloatArray,
-    rate: FloatArray,
-    acceleration: FloatArray | None,
-    heave: FloatArray | None,
-    height: float,
-    gravity: float,
-    orientation: FloatArray,
-    angular_velocity: FloatArray,
-    force: FloatArray,
-) -> None:
-    """Fill what an IMU beside the clock reads (equations: `imu.imu_samples`).
-
-    Args:
-        angle: rho, shape (n,).
-        rate: rho', shape (n,).
-        acceleration: rho'', shape (n,), or None where height is 0.
-        heave: z_s'' [m/s2], or None.
-        height: of the clock above the roll axis [m].
-        gravity: g [m/s2].
-        orientation: output, shape (n, 4).
-        angular_velocity: output, shape (n, 3).
-        force: output, shape (n, 3).
-    """
-    sine, cosine = np.empty(len(angle)), np.empty(len(angle))
-    _half_angles(angle, sine, cosine)
-    for i in range(len(angle)):
-        s, c = sine[i], cosine[i]
-        weight = gravity
-        if heave is not None:
-            weight += heave[i]
-        force_y, force_z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
-        if acceleration is not None:
-            force_y -= height * acceleration[i]
-            force_z -= height * (rate[i] * rate[i])
-        orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3] = s, 0.0, 0.0, c
-        angular_velocity[i, 0], angular_velocity[i, 1], angular_velocity[i, 2] = rate[i], 0.0, 0.0
-        force[i, 0], force[i, 1], force[i, 2] = 0.0, force_y, force_z
-
-
-@njit(cache=True, nogil=True)
-def _half_angles(angle: FloatArray, sine: FloatArray, cosine: FloatArray) -> None:
-    """Fill sine and cosine of half the angle, shape (n,).
-
-    Up to a right angle the Taylor series to x^17 and x^16 are exact to rounding (the next terms
-    are below 2e-19 and 3e-18); several fit one instruction, which the library's functions do not.
-    """
-    for i in range(len(angle)):
-        x = 0.5 * angle[i]
-        z = x * x
-        odd, even = INVERSE_FACTORIALS[17], INVERSE_FACTORIALS[16]
-        for k in range(15, 2, -2):
-            odd = odd * z + INVERSE_FACTORIALS[k]
-            even = even * z + INVERSE_FACTORIALS[k - 1]
-        sine[i] = x + x * (z * odd)
-        cosine[i] = 1.0 + z * even
-    for i in range(len(angle)):
-        if not abs(angle[i]) <= 0.5 * math.pi:
-            sine[i], cosine[i] = math.sin(0.5 * angle[i]), math.cos(0.5 * angle[i])
+STEEP = 0.495
+"""Half the sine of the pitch beyond which samples are looked at more closely."""
 
 
 @njit(cache=True, nogil=True)
@@ -181,10 +38,11 @@ def all_good(
     orientation: FloatArray,
     angular_velocity: FloatArray,
     force: FloatArray,
-    norms: tuple[float, float],
-    smallest_cos_pitch: float,
+    off_unit: float,
 ) -> bool:
     """Return whether stamps rise and all samples are finite with a roll; no doubtful ones.
+
+    Doubtful is a pitch above 82 degrees, too: 2 (w y - z x) is its sine.
 
     Args:
         stamp_ns: shape (n,), n > 0.
@@ -192,23 +50,53 @@ def all_good(
         orientation: shape (n, 4).
         angular_velocity: shape (n, 3).
         force: shape (n, 3).
-        norms: limits of the quaternion's norm, exclusive.
-        smallest_cos_pitch: limit for a roll, exclusive.
+        off_unit: by how much the quaternion's norm may be off 1, exclusive.
     """
-    low, high = norms[0] * norms[0], norms[1] * norms[1]
-    limit = smallest_cos_pitch * smallest_cos_pitch
-    good = True
-    for i in range(len(stamp_ns)):
+    rows = len(stamp_ns) // SIZE
+    off, steep, finite = splat(0.0), splat(0.0), splat(0.0)
+    for i in range(rows):
+        x, y, z, w = _quaternions(orientation, i)
+        norm = (x * x + y * y) + (z * z + w * w)
+        off, steep = larger(off, norm - 1.0), larger(steep, w * y - z * x)
+        finite = fma(norm, 0.0, finite)
+    limit = off_unit * (2.0 - off_unit)
+    good = largest(off) < limit and largest(steep) < STEEP and total(finite) == 0.0
+    for i in range(SIZE * rows, len(stamp_ns)):
         x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
         norm = (x * x + y * y) + (z * z + w * w)
-        sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
-        good &= (norm > low) & (norm < high) & (sine * sine + cosine * cosine > limit)
+        good &= abs(norm - 1.0) < limit and abs(w * y - z * x) < STEEP
     for numbers in (angular_velocity.reshape(-1), force.reshape(-1)):
         for i in range(len(numbers)):
             good &= abs(numbers[i]) < LARGEST
     good &= stamp_ns[0] > last_stamp_ns
     for i in range(len(stamp_ns) - 1):
         good &= stamp_ns[i + 1] > stamp_ns[i]
+    return good
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _quaternions(orientation: FloatArray, i: int) -> tuple[Any, Any, Any, Any]:
+    """Return x, y, z, w of the eight samples from 8 i on, as lanes."""
+    a, b = load(orientation, 4 * i), load(orientation, 4 * i + 1)
+    c, d = load(orientation, 4 * i + 2), load(orientation, 4 * i + 3)
+    x, y = _every_fourth(a, b, c, d, 0), _every_fourth(a, b, c, d, 1)
+    return x, y, _every_fourth(a, b, c, d, 2), _every_fourth(a, b, c, d, 3)
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _every_fourth(a: Any, b: Any, c: Any, d: Any, k: int) -> Any:
+    x = with_lane(splat(lane(a, k)), 1, lane(a, k + 4))
+    x = with_lane(with_lane(x, 2, lane(b, k)), 3, lane(b, k + 4))
+    x = with_lane(with_lane(x, 4, lane(c, k)), 5, lane(c, k + 4))
+    return with_lane(with_lane(x, 6, lane(d, k)), 7, lane(d, k + 4))
+
+
+@njit(cache=True, nogil=True)
+def spaced(times: IntArray, least: int) -> bool:
+    """Return whether all times are at least so far apart."""
+    good = True
+    for i in range(len(times) - 1):
+        good &= times[i + 1] - times[i] >= least
     return good
 
 
@@ -221,7 +109,12 @@ def roll_vector(orientation: FloatArray, sine: FloatArray, cosine: FloatArray) -
         sine: output, shape (n,).
         cosine: output, shape (n,).
     """
-    for i in range(len(sine)):
+    rows = len(sine) // SIZE
+    for i in range(rows):
+        x, y, z, w = _quaternions(orientation, i)
+        store(sine, i, 2.0 * (w * x + y * z))
+        store(cosine, i, (w * w - x * x) + (z * z - y * y))
+    for i in range(SIZE * rows, len(sine)):
         x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
         sine[i] = 2.0 * (w * x + y * z)
         cosine[i] = (w * w - x * x) + (z * z - y * y)
@@ -252,20 +145,43 @@ def roll_rate(
 
 
 @njit(cache=True, nogil=True)
-def force_vector(across: FloatArray, along: FloatArray, size: FloatArray) -> None:
-    """Turn (f_y, f_z) in place to (-f_y, f_z), upwards in the case; fill its size.
+def force_vector(
+    force: FloatArray, across: FloatArray, along: FloatArray, size: FloatArray
+) -> None:
+    """Fill (-f_y, f_z), turned upwards in the case, and its size.
+
+    A force that would throw the weight out of the top of the case counts as negative: the pull
+    then passes through zero smoothly, and the slack thread is found there.
 
     Args:
-        across: f_y, then to starboard in the case [m/s2], shape (n,).
-        along: f_z, then never negative [m/s2], shape (n,).
+        force: shape (n, 3).
+        across: output, to starboard in the case [m/s2], shape (n,).
+        along: output, never negative [m/s2], shape (n,).
         size: output, negative where the force was turned [m/s2], shape (n,).
     """
-    for i in range(len(across)):
-        y, z = across[i], along[i]
-        up = 1.0 - 2.0 * (z < 0.0)
-        across[i] = -up * y
-        along[i] = abs(z)
-        size[i] = up * math.sqrt(y * y + z * z)
+    rows = len(size) // SIZE
+    for i in range(rows):
+        a, b, c = load(force, 3 * i), load(force, 3 * i + 1), load(force, 3 * i + 2)
+        y = with_lane(with_lane(splat(lane(a, 1)), 1, lane(a, 4)), 2, lane(a, 7))
+        y = with_lane(with_lane(with_lane(y, 3, lane(b, 2)), 4, lane(b, 5)), 5, lane(c, 0))
+        y = with_lane(with_lane(y, 6, lane(c, 3)), 7, lane(c, 6))
+        z = with_lane(with_lane(splat(lane(a, 2)), 1, lane(a, 5)), 2, lane(b, 0))
+        z = with_lane(with_lane(with_lane(z, 3, lane(b, 3)), 4, lane(b, 6)), 5, lane(c, 1))
+        z = with_lane(with_lane(z, 6, lane(c, 4)), 7, lane(c, 7))
+        store(across, i, -y)
+        store(along, i, z)
+        store(size, i, root(y * y + z * z))
+        if least(z) < 0.0:
+            for k in range(SIZE * i, SIZE * i + SIZE):
+                across[k], along[k], size[k] = _upwards(force[k, 1], force[k, 2])
+    for i in range(SIZE * rows, len(size)):
+        across[i], along[i], size[i] = _upwards(force[i, 1], force[i, 2])
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _upwards(y: float, z: float) -> tuple[float, float, float]:
+    up = -1.0 if z < 0.0 else 1.0
+    return -up * y, abs(z), up * math.sqrt(y * y + z * z)
 
 
 @njit(cache=True, nogil=True)
@@ -277,6 +193,14 @@ def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
         turns: whole turns of the angle before these.
         last: that angle, in (-pi, pi].
     """
+    narrow = abs(last) < 0.5 * math.pi
+    for i in range(len(angle)):
+        narrow &= abs(angle[i]) < 0.5 * math.pi
+    if narrow and len(angle):
+        last = angle[-1]
+        for i in range(len(angle)):
+            angle[i] += 2.0 * math.pi * turns
+        return turns, last
     for i in range(len(angle)):
         now = angle[i] if angle[i] > -math.pi else math.pi
         if now - last < -math.pi:

@@ -43,14 +43,12 @@ class _BearingBuffer(MotionBuffer):
     def _channels(self) -> tuple[str, ...]:
         return ('sway', 'lift')
 
-    def _channel_values(self, imu: ImuSamples) -> dict[str, FloatArray]:
-        """Return ÿ and g + z̈: the specific force turned by the roll (theory E1)."""
+    def _fill(self, imu: ImuSamples, new: dict[str, FloatArray]) -> None:
+        """Fill in ÿ and g + z̈: the specific force turned by the roll (theory E1)."""
         read = attitude(imu)
         c, s = np.cos(read.roll), np.sin(read.roll)
-        return {
-            'sway': read.force_y * c - read.force_z * s,
-            'lift': read.force_y * s + read.force_z * c,
-        }
+        new['sway'][:] = read.force_y * c - read.force_z * s
+        new['lift'][:] = read.force_y * s + read.force_z * c
 
     def first(self) -> tuple[float, float]:
         """Return ÿ and g + z̈ at the first sample at hand [m/s2]."""

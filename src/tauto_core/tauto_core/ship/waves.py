@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from tauto_core.samples import NS_PER_S, FloatArray
 
 BLOCK = 512
-TOGETHER = 4
-"""Components summed at one go (kernels)."""
+TOGETHER = 8
+"""Samples summed at one go (source_kernels)."""
 _UNITS_PER_TURN = 2**64
 _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 
@@ -63,22 +63,19 @@ class SampledHarmonics:
     def __init__(self, harmonics: Harmonics, step_ns: int, orders: tuple[int, ...]) -> None:
         self._mean = harmonics.mean
         self._orders = orders
-        # Components without amplitude make up what is summed together.
-        none = -len(harmonics.period) % TOGETHER
         steps = [Fraction(step_ns, NS_PER_S) / Fraction(float(T)) for T in harmonics.period]
-        steps += none * [Fraction(0)]
-        phases = [Fraction(float(eps)) / _TWO_PI for eps in harmonics.phase] + none * [Fraction(0)]
+        phases = [Fraction(float(eps)) / _TWO_PI for eps in harmonics.phase]
         # from the middle of a block, between two samples, to those after it
         within = _units([x / 2 for x in steps])[:, None] * np.arange(1, BLOCK, 2, dtype=np.uint64)
         angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
+        angle = angle.reshape(len(steps), BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
         middle = Fraction(BLOCK - 1, 2)
         self._arguments = (
             _units([eps + middle * x for eps, x in zip(phases, steps, strict=True)]),
             _units([BLOCK * x for x in steps]),
-            np.append(harmonics.amplitude, np.zeros(none)),
-            np.append(harmonics.angular_frequency, np.zeros(none)),
-            np.cos(angle),
-            np.sin(angle),
+            np.array(harmonics.amplitude),
+            np.array(harmonics.angular_frequency),
+            _table(np.asarray(angle, np.float64)),
         )
         self._kept_from = 0
         self._kept = [np.empty(0) for _ in orders]
@@ -99,13 +96,27 @@ class SampledHarmonics:
         return [x[first - begin : last - begin] for x in blocks]
 
     def _blocks(self, first: int, last: int) -> list[FloatArray]:
-        from tauto_core.ship.kernels import sum_blocks  # numba, only when needed
+        from tauto_core.ship.source_kernels import sum_blocks  # numba, only when needed
 
         outputs: list[FloatArray | None] = [None, None, None]
         for order in self._orders:
             outputs[order] = np.empty((last - first, BLOCK))
         sum_blocks(first, self._mean, *self._arguments, *outputs)
         return [out.reshape(-1) for out in outputs if out is not None]
+
+
+def _table(angle: FloatArray) -> FloatArray:
+    """Return cosines and sines by turns, shape (.., 8), a row in one line of the cache.
+
+    Args:
+        angle: shape (.., components, 8).
+    """
+    spare = np.empty(2 * angle.size + TOGETHER)
+    first = -(spare.ctypes.data // spare.itemsize) % TOGETHER
+    table = spare[first : first + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
+    np.cos(angle, out=table[:, :, 0])
+    np.sin(angle, out=table[:, :, 1])
+    return table.reshape(-1, TOGETHER)
 
 
 def _units(turns: Sequence[Fraction]) -> NDArray[np.uint64]:

@@ -1,0 +1,245 @@
+"""Compiled sums of harmonics and what an IMU reads; import on first use only (numba).
+
+Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from tauto_core.motion.lanes import SIZE, fma, lane, largest, load, splat, store, with_lane
+from tauto_core.samples import FloatArray
+
+RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
+INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(18))
+"""Signed as in the series of sine (odd) and cosine (even)."""
+
+
+@njit(cache=True, nogil=True)
+def sum_blocks(
+    first_block: int,
+    mean: float,
+    phase: NDArray[np.uint64],
+    increment: NDArray[np.uint64],
+    amplitude: FloatArray,
+    omega: FloatArray,
+    table: FloatArray,
+    value: FloatArray | None,
+    rate: FloatArray | None,
+    acceleration: FloatArray | None,
+) -> None:
+    """Return sum a cos(phi) and its first and second derivative over whole blocks.
+
+    phi = phi_b +- theta_j: phi_b at the middle of block b, exact in 2^-64 turns; theta_j from
+    there to the j-th sample on either side, from a table. cos theta adds to both alike, sin theta
+    with both signs. Outputs that are None are not in the compiled code.
+
+    Args:
+        first_block: index of the first block, counted from the start of the scene, >= 0.
+        mean: added to the value.
+        phase: phase at the middle of the first block of the scene [2^-64 turns], shape (n,).
+        increment: advance of the phase in a block [2^-64 turns], shape (n,).
+        amplitude: a, shape (n,).
+        omega: angular frequency [rad/s], shape (n,).
+        table: of eight j after another, of each component, cos(theta_j), then sin(theta_j);
+            shape (block n/4, 8).
+        value: output, shape (blocks, block), or None.
+        rate: output, likewise.
+        acceleration: output, likewise.
+    """
+    n = len(phase)
+    turns, sine, cosine = np.empty(n, np.uint64), np.empty(n), np.empty(n)
+    some = value if value is not None else acceleration
+    strips = some.shape[1] // SIZE  # type: ignore[union-attr]
+    factors = np.empty((n, 6))
+    for block in range(some.shape[0]):  # type: ignore[union-attr]
+        for i in range(n):
+            turns[i] = phase[i] + np.uint64(first_block + block) * increment[i]
+        _of_turns(turns, sine, cosine)
+        for i in range(n):
+            w, p, q = omega[i], amplitude[i] * cosine[i], amplitude[i] * sine[i]
+            factors[i, 0], factors[i, 1] = p, -q
+            factors[i, 2], factors[i, 3] = -w * q, -w * p
+            factors[i, 4], factors[i, 5] = -w * w * p, w * w * q
+        _accumulate(mean, factors, table, block * strips, strips // 2, value, rate, acceleration)
+
+
+@njit(cache=True, nogil=True)
+def _of_turns(turns: NDArray[np.uint64], sine: FloatArray, cosine: FloatArray) -> None:
+    """Fill sine and cosine of angles in 2^-64 turns, reduced exactly to half a right angle."""
+    eighth, bits = np.uint64(2**61), np.uint64(62)
+    rest = np.empty(len(turns))
+    for i in range(len(turns)):
+        quarters = (turns[i] + eighth) >> bits
+        rest[i] = np.int64(turns[i] - (quarters << bits)) * RADIANS_PER_UNIT
+    for i in range(len(turns)):
+        sine[i], cosine[i] = _sine_cosine(rest[i])
+    for i in range(len(turns)):
+        quarters = np.int64((turns[i] + eighth) >> bits) & 3
+        s, c = sine[i], cosine[i]
+        if quarters & 1:
+            s, c = c, -s
+        back = 1.0 - (quarters & 2)
+        sine[i], cosine[i] = back * s, back * c
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _sine_cosine(x: Any) -> Any:
+    """Return sine and cosine of an angle, or lanes of them, up to half a right angle.
+
+    There the Taylor series to x^17 and x^16 are exact to rounding (the next terms are below
+    2e-19 and 3e-18); several fit one instruction, which the library's functions do not.
+    """
+    f, z = INVERSE_FACTORIALS, x * x
+    odd, even = f[17] * z + f[15], f[16] * z + f[14]
+    odd, even = odd * z + f[13], even * z + f[12]
+    odd, even = odd * z + f[11], even * z + f[10]
+    odd, even = odd * z + f[9], even * z + f[8]
+    odd, even = odd * z + f[7], even * z + f[6]
+    odd, even = odd * z + f[5], even * z + f[4]
+    odd, even = odd * z + f[3], even * z + f[2]
+    return x + x * (z * odd), 1.0 + z * even
+
+
+@njit(cache=True, nogil=True)
+def _accumulate(
+    mean: float,
+    factors: FloatArray,
+    table: FloatArray,
+    begin: int,
+    strips: int,
+    value: FloatArray | None,
+    rate: FloatArray | None,
+    acceleration: FloatArray | None,
+) -> None:
+    """Sum factor times table over the components, for the orders asked for.
+
+    Eight samples on either side at one go: their sums stay in registers over all components.
+
+    Args:
+        begin: place of the block in the outputs, in eights of samples.
+        strips: eights of samples on either side.
+    """
+    n, middle = len(factors), begin + strips
+    for strip in range(strips):
+        x, y, z = splat(0.0), splat(0.0), splat(0.0)
+        u, v, w = splat(0.0), splat(0.0), splat(0.0)
+        for i in range(n):
+            place = 2 * (strip * n + i)
+            c, s = load(table, place), load(table, place + 1)
+            if value is not None:
+                x, u = fma(c, factors[i, 0], x), fma(s, factors[i, 1], u)
+            if rate is not None:
+                y, v = fma(c, factors[i, 2], y), fma(s, factors[i, 3], v)
+            if acceleration is not None:
+                z, w = fma(c, factors[i, 4], z), fma(s, factors[i, 5], w)
+        right, left = middle + strip, middle - 1 - strip
+        if value is not None:
+            store(value, right, mean + (x + u))
+            store(value, left, _turned(mean + (x - u)))
+        if rate is not None:
+            store(rate, right, y + v)
+            store(rate, left, _turned(y - v))
+        if acceleration is not None:
+            store(acceleration, right, z + w)
+            store(acceleration, left, _turned(z - w))
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _turned(x: Any) -> Any:
+    """Return lanes in the opposite order."""
+    y = with_lane(splat(lane(x, 7)), 1, lane(x, 6))
+    y = with_lane(with_lane(y, 2, lane(x, 5)), 3, lane(x, 4))
+    y = with_lane(with_lane(y, 4, lane(x, 3)), 5, lane(x, 2))
+    return with_lane(with_lane(y, 6, lane(x, 1)), 7, lane(x, 0))
+
+
+@njit(cache=True, nogil=True)
+def encode(
+    angle: FloatArray,
+    rate: FloatArray,
+    acceleration: FloatArray | None,
+    heave: FloatArray | None,
+    height: float,
+    gravity: float,
+    orientation: FloatArray,
+    angular_velocity: FloatArray,
+    force: FloatArray,
+) -> None:
+    """Fill what an IMU beside the clock reads (equations: `imu.imu_samples`).
+
+    Args:
+        angle: rho, shape (n,).
+        rate: rho', shape (n,).
+        acceleration: rho'', shape (n,), or None where height is 0.
+        heave: z_s'' [m/s2], shape (n,), or None.
+        height: of the clock above the roll axis [m].
+        gravity: g [m/s2].
+        orientation: output, shape (n', 4), n' >= n a multiple of eight.
+        angular_velocity: output, shape (n', 3).
+        force: output, likewise.
+    """
+    zero = splat(0.0)
+    for i in range(len(orientation) // SIZE):
+        s, c = _half_angles(0.5 * _eight(angle, i))
+        turning = _eight(rate, i)
+        weight = splat(gravity)
+        if heave is not None:
+            weight = weight + _eight(heave, i)
+        y, z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
+        if acceleration is not None:
+            y = y - height * _eight(acceleration, i)
+            z = z - height * (turning * turning)
+        store(orientation, 4 * i, _fours(s, c, 0))
+        store(orientation, 4 * i + 1, _fours(s, c, 2))
+        store(orientation, 4 * i + 2, _fours(s, c, 4))
+        store(orientation, 4 * i + 3, _fours(s, c, 6))
+        _store_threes(angular_velocity, i, turning, zero, zero)
+        _store_threes(force, i, zero, y, z)
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _eight(channel: FloatArray, i: int) -> Any:
+    """Return the eight samples from 8 i on, zeros beyond the last."""
+    begin, x = SIZE * i, splat(0.0)
+    if begin + SIZE <= len(channel):
+        return load(channel, i)
+    for r in range(len(channel) - begin):
+        x = with_lane(x, r, channel[begin + r])
+    return x
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _half_angles(half: Any) -> Any:
+    """Return sine and cosine of lanes of half the angle."""
+    s, c = _sine_cosine(half)
+    if largest(half) > 0.25 * math.pi:
+        for r in range(SIZE):
+            x = lane(half, r)
+            if abs(x) > 0.25 * math.pi:
+                s, c = with_lane(s, r, math.sin(x)), with_lane(c, r, math.cos(x))
+    return s, c
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _fours(x: Any, w: Any, first: int) -> Any:
+    """Return two quaternions (x, 0, 0, w) of lanes, from sample `first` on."""
+    row = with_lane(with_lane(splat(0.0), 0, lane(x, first)), 3, lane(w, first))
+    return with_lane(with_lane(row, 4, lane(x, first + 1)), 7, lane(w, first + 1))
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _store_threes(out: FloatArray, i: int, x: Any, y: Any, z: Any) -> None:
+    """Write eight vectors from lanes of x, y, z to rows 3 i to 3 i + 2."""
+    a = with_lane(with_lane(splat(lane(x, 0)), 1, lane(y, 0)), 2, lane(z, 0))
+    a = with_lane(with_lane(with_lane(a, 3, lane(x, 1)), 4, lane(y, 1)), 5, lane(z, 1))
+    store(out, 3 * i, with_lane(with_lane(a, 6, lane(x, 2)), 7, lane(y, 2)))
+    b = with_lane(with_lane(splat(lane(z, 2)), 1, lane(x, 3)), 2, lane(y, 3))
+    b = with_lane(with_lane(with_lane(b, 3, lane(z, 3)), 4, lane(x, 4)), 5, lane(y, 4))
+    store(out, 3 * i + 1, with_lane(with_lane(b, 6, lane(z, 4)), 7, lane(x, 5)))
+    c = with_lane(with_lane(splat(lane(y, 5)), 1, lane(z, 5)), 2, lane(x, 6))
+    c = with_lane(with_lane(with_lane(c, 3, lane(y, 6)), 4, lane(z, 6)), 5, lane(x, 7))
+    store(out, 3 * i + 2, with_lane(with_lane(c, 6, lane(y, 7)), 7, lane(z, 7)))
