@@ -72,8 +72,7 @@ def span(length_s):
 def stepped(engine, state, length_s, level):
     """X and Y after 2^level equal steps from a state, whatever their error."""
     engine.restore(state)
-    engine._tolerance, engine.longest_step_s = math.inf, math.inf
-    engine._ints[events.LEVEL] = level
+    engine._tolerance, engine.longest_step_s = math.inf, length_s / 2**level
     engine.advance(at_rest_at_sea(span(length_s), engine._machine))
     return engine.state()['floats'][[events.STATE, events.STATE + 2]]
 

@@ -49,6 +49,10 @@ class ArcShape(NamedTuple):
     terms: FloatArray
 
 
+SETTLED = 4e-16
+"""Part of the arc that Newton's method may still move the angle by: two roundings."""
+
+
 def arc_of(angle: float, k: float) -> float:
     """Return s of the angle ϑ."""
     return 0.5 * (angle * math.hypot(1.0, k * angle) + math.asinh(k * angle) / k)
@@ -62,7 +66,7 @@ def angle_of(arc: float, k: float) -> float:
         root = math.sqrt(1.0 + (k * angle) * (k * angle))
         step = (0.5 * (angle * root + math.asinh(k * angle) / k) - size) / root
         angle -= step
-        if abs(step) <= 1e-16 * size:
+        if abs(step) <= SETTLED * size:
             break
     return math.copysign(angle, arc)
 
@@ -75,7 +79,7 @@ def angles_of(arcs: FloatArray, k: float) -> FloatArray:
         root = np.sqrt(1.0 + (k * angles) ** 2)
         steps = (0.5 * (angles * root + np.arcsinh(k * angles) / k) - sizes) / root
         angles = angles - steps
-        if np.all(np.abs(steps) <= 1e-16 * sizes):
+        if np.all(np.abs(steps) <= SETTLED * sizes):
             break
     return np.copysign(angles, arcs)
 

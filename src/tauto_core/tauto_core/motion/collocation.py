@@ -15,7 +15,7 @@ import numpy as np
 from tauto_core.machines import Machine
 from tauto_core.motion import events, stepping
 from tauto_core.motion.arc_length import arc_shape
-from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
@@ -137,7 +137,7 @@ class Collocation:
         if code != stepping.OK:
             left = (forcing.end[span] - x) * forcing.length_s[span]
             raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
-        return self._motion(rows)
+        return self._motion(rows) if len(rows) else no_motion()
 
     def _failure(self, code: int, time_s: float) -> PropagationError:
         if code == stepping.EDGE:

@@ -14,6 +14,9 @@ from tauto_core.motion.compiled import compiled
 BEYOND = 0.05
 """How far behind the event expected a stretch ends, as a phase [rad]."""
 
+CROWDED = 1e-3
+"""Phase since the last event below which events crowd [rad]."""
+
 SPARE = 0.05
 """Part of a step by which the steps of a stretch may together be too long, if that saves one."""
 

@@ -99,7 +99,10 @@ def _shortened(series: Series, blur: float) -> Series:
 
 def _in_powers(series: Series) -> Series | Powers:
     """Return a series in powers, where they don't grow so large that digits would cancel."""
-    terms = np.array([chebyshev.cheb2poly(row) for row in series.terms])
+    terms = np.zeros_like(series.terms)
+    for row, given in zip(terms, series.terms, strict=True):
+        found = chebyshev.cheb2poly(given)
+        row[: len(found)] = found
     grown = np.sum(np.abs(terms), axis=1) / np.max(np.abs(series.terms), axis=1)
     if np.max(grown) > MOST_GROWN:
         return series

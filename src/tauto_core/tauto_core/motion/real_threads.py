@@ -14,7 +14,7 @@ import numpy as np
 from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.hanging import LEAST_FREE
 from tauto_core.motion import hanging_planes, lever_plane, spans
-from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
@@ -22,7 +22,6 @@ from tauto_core.motion.span_events import ABRUPTLY, NEVER, SMOOTHLY
 from tauto_core.motion.step_size import (
     ERROR_OF_LAST_STRONG,
     MARGIN,
-    MAX_ANGLE,
     MIN_ANGLE,
     TOLERANCE,
     carried_within,
@@ -34,6 +33,9 @@ from tauto_core.scene.errors import CamRangeError, PropagationError
 from tauto_core.scene.regulators import Drag
 
 NAME = 'collocation'
+
+MAX_ANGLE = 2.0
+"""Longest step, as the angle it turns [rad]: beats are counted at its ends."""
 
 _SHORTER = 0.94
 
@@ -173,7 +175,7 @@ class RealThreads:
         if code != spans.OK:
             left = (forcing.end[span] - x) * forcing.length_s[span]
             raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
-        return self._motion(rows)
+        return self._motion(rows) if len(rows) else no_motion()
 
     def state(self) -> State:
         """Return the state vector, the discrete state and the phase at the start."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from tauto_core.motion.compiled import compiled, entry
 from tauto_core.motion.lanes import pointer
-from tauto_core.motion.layout import BEYOND, lay_out, phase_to
+from tauto_core.motion.layout import BEYOND, CROWDED, lay_out, phase_to
 from tauto_core.motion.mechanism import (
     ACCELERATION,
     ANGLE,
@@ -71,6 +71,8 @@ _NOTHING = (0.0,) * 9
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 ROW = 8
 MAX_EVENTS = 10_000
+"""Most events that may crowd."""
+
 MAX_STALLED = 4
 MAX_LEVEL = 24
 NEAR = 1e-8
@@ -333,7 +335,8 @@ def _span(
         now, worst = after, max(worst, error)
         reached = 1.0 if xi >= 1.0 else f + xi * (1.0 - f)
         stalled = stalled + 1 if reached == f else 0
-        events = 0 if reached == 1.0 else events + 1
+        crowded = reached < 1.0 and xi * place[3] * length * pace < CROWDED
+        events = events + 1 if crowded else 0
         cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
         done = last and cell == cells
         x = end[k] if done else start + (low + (cell + f) / cells * whole)

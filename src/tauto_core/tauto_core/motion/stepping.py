@@ -46,7 +46,7 @@ from tauto_core.motion.events import (
     turns_abruptly,
 )
 from tauto_core.motion.lanes import pointer
-from tauto_core.motion.layout import BEYOND, lay_out, phase_to
+from tauto_core.motion.layout import BEYOND, CROWDED, lay_out, phase_to
 from tauto_core.motion.outside import (
     forcing_at,
     forcing_at_nodes,
@@ -75,6 +75,8 @@ from tauto_core.motion.wheel_plane import Trochlea
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 ROW = 8
 MAX_EVENTS = 10_000
+"""Most events that may crowd."""
+
 MAX_STALLED = 4
 COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
 """Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
@@ -327,6 +329,14 @@ def _ahead_s(
     return (ahead + BEYOND) / pace
 
 
+@compiled
+def _coarsen(worst: float, tolerance: Any, ints: Any) -> None:
+    """Let steps double where none in the span erred by more than that would cost."""
+    coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
+    if ints[LEVEL] > 0 and worst < tolerance[0] * coarsen:
+        ints[LEVEL] -= 1
+
+
 @entry
 def advance(
     tolerance: Any,
@@ -398,7 +408,8 @@ def advance(
             worst = max(worst, error)
             reached = 1.0 if xi >= 1.0 else f + xi * (1.0 - f)
             stalled = stalled + 1 if reached == f else 0
-            events = 0 if reached == 1.0 else events + 1
+            crowded = reached < 1.0 and xi * place[3] * length * omega[0] < CROWDED
+            events = events + 1 if crowded else 0
             cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
             done = last and cell == cells
             x = end[k] if done else start + (low + (cell + f) / cells * whole)
@@ -410,9 +421,7 @@ def advance(
             count(angle, tilt, floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
-        coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
-        if ints[LEVEL] > 0 and worst < tolerance[0] * coarsen:
-            ints[LEVEL] -= 1
+        _coarsen(worst, tolerance, ints)
         if logged[k]:
             at = forcing_at(terms, end[k], work)
             _write(well, omega, at, floats, ints, rows[written])
