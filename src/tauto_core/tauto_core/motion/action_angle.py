@@ -39,6 +39,9 @@ SMALLEST_DEGREE = 16
 NEAR = 2.0**-32
 """How near x Newton's method is exact to rounding after one more step."""
 
+LONGEST_INVERTED = 256
+"""Most coefficients of a series that is inverted beforehand."""
+
 TAIL = 2.0**-50
 """Size of the last coefficients, against the first, at which a series is taken as complete."""
 
@@ -166,7 +169,7 @@ class Rising:
         series: its coefficients.
         slope: those of its derivative.
         top: its value at 1.
-        back: about x, as a series of 2·value/top − 1.
+        back: about x, as a series of 2·value/top − 1; a straight line where the series is long.
     """
 
     series: FloatArray
@@ -179,6 +182,8 @@ def rising(series: FloatArray) -> Rising:
     """Return an increasing series with what inverts it."""
     slope = np.asarray(chebyshev.chebder(series), np.float64)
     straight = Rising(series, slope, float(_value(series, 1.0)), np.array([0.0, 1.0]))
+    if len(series) > LONGEST_INVERTED:
+        return straight
     found = coefficients(inverse(straight, 0.5 * straight.top * (1.0 + nodes(2 * len(series)))))
     return replace(straight, back=np.asarray(chebyshev.chebtrim(found, NEAR), np.float64))
 
