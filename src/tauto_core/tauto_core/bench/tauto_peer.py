@@ -48,7 +48,9 @@ class Tauto:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
             return ('1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
-        return tuple(f'{rate} Hz {each}' for rate in (10, 20) for each in _TOLERANCES)
+        # what an escapement keeps going forgets how finely the sea was sampled
+        rates = (5, 10) if problem.numbers.impulse_energy else (10, 20)
+        return tuple(f'{rate} Hz {each}' for rate in rates for each in _TOLERANCES)
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
         """Solve the problem."""

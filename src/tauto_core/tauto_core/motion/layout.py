@@ -60,8 +60,9 @@ def lay_out(
         per_s: length of a second.
         longest_s: longest step [s].
         ahead_s: time to the next event [s]; infinite where none is expected.
-        level: how often the longest step is halved.
+        level: how often steps are halved.
     """
     whole = min(left, ahead_s * per_s)
-    steps = math.ceil(whole / (per_s * longest_s * 0.5**level) - SPARE)
-    return whole, max(1, steps)
+    steps = math.ceil(whole / (per_s * longest_s) - SPARE)
+    # equal steps keep the energy; ones that change with the phase do not
+    return whole, max(1, steps) << level
