@@ -173,6 +173,33 @@ def test_two_hours_and_thousands_of_beats_may_pass_between_two_logs():
     np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-8)
 
 
+@pytest.mark.parametrize('tolerance', [1e-3, 1e-9])
+@pytest.mark.parametrize('angle', [0.0, 0.3])
+def test_beats_and_turns_do_not_depend_on_how_long_the_steps_are(tolerance, angle):
+    """At 1e-3 a step takes a swing from impulse to impulse; logged often, and at the end alone."""
+    energy = 1e-6
+    often = scene_of(
+        escapement={'kind': 'impulse', 'energy': energy, 'angle': angle},
+        duration=120.0,
+        log={'interval': 0.5},
+        solver={'tolerance': tolerance},
+    )
+    arcs = swings_with_impulses(energy, angle, 300)
+    times = np.arange(0.0, 120.25, 0.5)
+    row = np.searchsorted(arcs[:, 0], times, 'right') - 1
+    turned = OMEGA * (times - arcs[row, 1])
+    said = phases(often)
+    # but where the wheel has all but arrived
+    sure = np.abs(np.cos(turned)) > 1e-2
+    beats = row // 2 + (turned > 0.5 * math.pi)
+    np.testing.assert_array_equal(said[sure, 3], beats[sure])
+    rare = phases(
+        often.model_copy(update={'log': often.log.model_copy(update={'interval': 120.0})})
+    )
+    assert rare[-1, 3] == said[-1, 3]
+    assert rare[-1, 0] == pytest.approx(said[-1, 0], abs=1e-4 if tolerance > 1e-6 else 1e-7)
+
+
 def test_a_wheel_that_nothing_moves_stays_where_it_is():
     scene = scene_of(
         trochlea={

@@ -17,6 +17,9 @@ from tauto_core.motion.lanes import (
     largest,
     least,
     load,
+    negative,
+    ones,
+    pointer,
     splat,
     store,
     total,
@@ -75,6 +78,16 @@ def rearrange(rows, x, i, out, numbers):
     numbers[2] = least(a)
     numbers[3] = total(a)
     numbers[4] = fma(numbers[5], numbers[6], numbers[7])
+
+
+@entry
+def tell(rows, numbers, counts):
+    """What is told of lanes in whole numbers, and pointers in place of arrays."""
+    place = pointer(rows)
+    counts[0] = negative(load(place, 0))
+    counts[1] = ones(counts[0])
+    numbers[0] = place[9]
+    store(place, 1, load(pointer(place), 0) + 1.0)
 
 
 def same_bits(found, wanted):
@@ -186,3 +199,16 @@ def test_fma_rounds_once(case):
     same_bits(numbers[4], rounded(a[5], b[5], c[5]))
     if case == 'cancelling':
         assert np.count_nonzero(out[11]) > SIZE // 2
+
+
+@pytest.mark.parametrize('row', [*SPECIAL, np.array([-1.0, 2.0, -3.0, -4.0, 5.0, 6.0, 7.0, -8.0])])
+def test_bits_tell_which_lanes_are_negative(row):
+    """Neither −0.0 nor what is no number is; the first lane has the lowest bit."""
+    rows, numbers, counts = np.array([row, row + 100.0]), np.zeros(1), np.zeros(2, np.int64)
+    before = rows[1, 1]
+    tell(rows, numbers, counts)
+    below = row < 0.0
+    assert counts[0] == sum(1 << i for i in range(SIZE) if below[i])
+    assert counts[1] == np.count_nonzero(below)
+    same_bits(numbers[0], before)
+    same_bits(rows[1], row + 1.0)

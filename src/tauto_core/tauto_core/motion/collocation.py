@@ -15,7 +15,7 @@ import numpy as np
 from tauto_core.machines import Machine
 from tauto_core.motion import events, stepping
 from tauto_core.motion.arc_length import arc_shape
-from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
@@ -27,7 +27,7 @@ from tauto_core.motion.step_size import (
     reference_frequency,
     settled_at,
 )
-from tauto_core.motion.turning import make_memory
+from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -87,6 +87,7 @@ class Collocation:
 
     @staticmethod
     def _outside(forcing: Forcing) -> tuple[object, ...]:
+        check_powers(forcing, TERMS)
         return forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity
 
     def release(self, forcing: Forcing) -> Motion:

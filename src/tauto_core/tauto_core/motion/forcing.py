@@ -68,6 +68,21 @@ class Forcing:
     window: Window | None = None
 
 
+def check_powers(forcing: Forcing, most: int) -> None:
+    """Refuse channels with more powers of x than a propagator takes.
+
+    Raises:
+        ValueError: one has more than `most`.
+    """
+    for name in ('neutral', 'tilt', 'gravity'):
+        channel = getattr(forcing, name)
+        if channel is not None and channel.shape[1] > most:
+            raise ValueError(
+                f'Forcing.{name} has {channel.shape[1]} powers of x, at most {most} are taken. '
+                'Divide its pieces'
+            )
+
+
 @dataclass(frozen=True)
 class Motion:
     """The regulator's motion at logged instants; every array is (n,).

@@ -14,7 +14,7 @@ import numpy as np
 from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.hanging import LEAST_FREE
 from tauto_core.motion import hanging_planes, lever_plane, spans
-from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
@@ -27,7 +27,7 @@ from tauto_core.motion.step_size import (
     carried_within,
     settled_at,
 )
-from tauto_core.motion.turning import make_memory
+from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError, PropagationError
 from tauto_core.scene.regulators import Drag
@@ -193,6 +193,7 @@ class RealThreads:
 
     def _outside(self, forcing: Forcing) -> tuple[FloatArray, ...]:
         """Return lengths and channels; constants where the ship lies still."""
+        check_powers(forcing, TERMS)
         if forcing.neutral is not None:
             channels = forcing.neutral, forcing.tilt, forcing.gravity
             return forcing.length_s, *(c for c in channels if c is not None)

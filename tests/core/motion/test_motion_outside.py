@@ -1,0 +1,91 @@
+"""The piece of forcing laid out in compiled code, against NumPy's polynomials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+from numpy.polynomial import Polynomial
+
+from tauto_core.machines import compile_machine
+from tauto_core.motion import Forcing
+from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.compiled import entry
+from tauto_core.motion.outside import outside_at, set_piece
+from tauto_core.motion.turning import TERMS, make_memory
+from tauto_core.ship.interpolation import (
+    FORCE_BEFORE,
+    MAX_STRIDE,
+    ROLL_BEFORE,
+    newton_basis,
+)
+
+
+@entry
+def at_instant(forcing, k, x, work, out):
+    length, terms = set_piece(forcing, k, work)
+    line, tilt, gravity = outside_at(terms, x, work)
+    out[0], out[1], out[2] = line
+    out[3], out[4], out[5] = tilt
+    out[6], out[7] = gravity, length
+
+
+def found(forcing, k, x, memory):
+    out = np.full(8, np.nan)
+    at_instant(forcing, k, x, memory.work, out)
+    return out
+
+
+def pieces(seed, *terms):
+    """Lengths of three pieces and channels of so many powers; they fall as those of waves do."""
+    random = np.random.default_rng(seed)
+    falling = [random.standard_normal((3, n)) * 0.5 ** np.arange(n) for n in terms]
+    return random.uniform(0.1, 3.0, 3), *falling
+
+
+def wanted(channel, k, x, length):
+    series = Polynomial(channel[k])
+    return [series(x), series.deriv(1)(x) / length, series.deriv(2)(x) / length**2]
+
+
+@pytest.mark.parametrize('terms', [(TERMS, TERMS, 20), (1, 1, 1), (7, 2, 4), (2, 3, 9)])
+@pytest.mark.parametrize('x', [0.0, 0.3, 1.0])
+def test_all_channels_and_their_derivatives_at_once(terms, x):
+    """A long piece before a short one: nothing of it may be left."""
+    memory = make_memory(1, 8)
+    found(pieces(1, TERMS, TERMS, TERMS), 0, 0.7, memory)
+    forcing = pieces(2, *terms)
+    for k in range(3):
+        length = forcing[0][k]
+        said = found(forcing, k, x, memory)
+        exact = wanted(forcing[1], k, x, length) + wanted(forcing[2], k, x, length)
+        exact += [Polynomial(forcing[3][k])(x), length]
+        # sums of two dozen terms that grow at most 23 · 22 fold, over length squared
+        np.testing.assert_allclose(said, exact, rtol=1e-13, atol=1e-13 / length**2)
+
+
+def test_absent_channels_are_zero():
+    length, line, _, _ = pieces(3, 6, 6, 6)
+    said = found((length, line, None, None), 1, 0.4, make_memory(1, 8))
+    np.testing.assert_allclose(said[:3], wanted(line, 1, 0.4, length[1]), rtol=1e-13)
+    assert not said[3:7].any()
+    assert not found((length, None, None, None), 1, 0.4, make_memory(1, 8))[:7].any()
+
+
+def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_are_refused():
+    widths = [
+        newton_basis(MAX_STRIDE, ROLL_BEFORE, slopes=True).shape[0],
+        newton_basis(MAX_STRIDE, FORCE_BEFORE, slopes=False).shape[0],
+    ]
+    assert max(widths) <= TERMS
+    machine = compile_machine(scene_of())
+    whole = Forcing(
+        length_s=np.ones(1),
+        begin=np.zeros(1),
+        end=np.ones(1),
+        end_ns=np.array([10**9]),
+        logged=np.ones(1, bool),
+        neutral=np.zeros((1, TERMS + 1)),
+    )
+    with pytest.raises(ValueError, match=rf'neutral has {TERMS + 1} powers of x, at most {TERMS}'):
+        Collocation(machine).advance(whole)
