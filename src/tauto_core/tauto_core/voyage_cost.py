@@ -38,8 +38,8 @@ START_S = {
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
 FORCED_NS_A_SAMPLE = 180.0
 SUSPENDED_NS_A_SAMPLE = 1100.0
-NS_A_STEP, NS_AN_IMPULSE = 1000.0, 1500.0
-NS_A_STEP_OF_THREAD = {'lever': 3000.0, 'hanging': 2200.0}
+NS_A_STEP, NS_AN_EVENT = 800.0, 1500.0
+NS_A_STEP_OF_THREAD = {'lever': 2000.0, 'hanging': 1600.0}
 NS_A_HALF_SWING = 8000.0
 NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0}
 NAVIGATION_NS_A_LOG = 1200.0
@@ -120,10 +120,12 @@ def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion)
 
 @dataclass(frozen=True)
 class _Steps:
-    """Steps of the collocation: how many a swing, and a step by the longest allowed."""
+    """Steps of the collocation: how many a swing, a step by the longest allowed, and the events
+    in a swing: impulses, and passages over a kink of the cam."""
 
     a_swing: float
     shorter: float
+    events: int
 
 
 def _steps(scene: Scene, machine: AnyMachine, swing_s: float) -> _Steps:
@@ -131,7 +133,9 @@ def _steps(scene: Scene, machine: AnyMachine, swing_s: float) -> _Steps:
     longest_s = make_collocation(machine, allowed).longest_step_s
     piece_s = samples_a_piece(scene) * felt_step_ns(scene) / NS_PER_S
     step_s = piece_s / math.ceil(piece_s / longest_s)
-    return _Steps(swing_s / step_s, step_s / longest_s)
+    kinked = isinstance(machine, Machine) and machine.cam.kinked
+    events = 2 * (int(kinked) + int(scene.escapement is not None))
+    return _Steps(swing_s / step_s, step_s / longest_s, events)
 
 
 def tolerance(scene: Scene) -> float:
@@ -307,8 +311,7 @@ def _run_s(
     if name == 'forced_harmonic':
         work_ns += felt * FORCED_NS_A_SAMPLE
     if steps is not None:
-        impulses = 0 if scene.escapement is None else 2
-        work_ns += swings * (steps.a_swing * step_ns(scene) + impulses * NS_AN_IMPULSE)
+        work_ns += swings * (steps.a_swing * step_ns(scene) + steps.events * NS_AN_EVENT)
     return START_S[name] + work_ns / NS_PER_S
 
 
