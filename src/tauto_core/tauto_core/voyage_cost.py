@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tauto_core.machines import AnyMachine, FluidPendulum, Machine, SlackThreadError
-from tauto_core.motion import make_collocation, propagator_name
+from tauto_core.motion import make_collocation, propagator_name, steps_in
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import CamRangeError
@@ -20,6 +21,10 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
 from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
 from tauto_core.ship.interpolation import FORCE_BEFORE, ROLL_BEFORE
+
+if TYPE_CHECKING:
+    from tauto_core.motion.collocation import Collocation
+    from tauto_core.motion.real_threads import RealThreads
 
 # Least of four runs of 10 h at sea or 100 days on land, each stage timed by itself, of the shipped
 # scenes ideal, second_cam_at_sea, involute_weight_at_sea and portsmouth_jamaica, and of the cheek
@@ -46,8 +51,6 @@ NAVIGATION_NS_A_LOG = 1200.0
 
 PERIOD_ERROR = 1e-14
 """Relative error of a period by quadrature, at most (tests of machines)."""
-ORDER = 16
-"""Of the collocation."""
 UNIT_ROUNDING = 2.0**-53
 
 
@@ -87,7 +90,13 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
         return _forecast_in_fluid(scene, machine, motion)
     name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
     swing_s = _swing_s(machine)
-    steps = _steps(scene, machine, swing_s) if name == 'collocation' else None
+    allowed = None if scene.solver is None else scene.solver.tolerance
+    engine = make_collocation(machine, allowed) if name == 'collocation' else None
+    samples = (
+        samples_a_piece(scene) if engine is None else samples_a_piece(scene, steps_in(engine))
+    )
+    piece_s = samples * felt_step_ns(scene) / NS_PER_S
+    steps = None if engine is None else _steps(scene, machine, engine, swing_s, piece_s)
     waves, bearing = scene_waves(scene), 0.0
     if scene.suspension is not None:
         waves, seas = _in_the_case(scene, waves), waves
@@ -95,7 +104,7 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     steady = None
     if not isinstance(scene.ship, RecordedShip):
         step_s = felt_step_ns(scene) / NS_PER_S
-        sampled = sampling_error_s(waves, machine, samples_a_piece(scene), step_s)
+        sampled = sampling_error_s(waves, machine, samples, step_s)
         steady = sampled + bearing + 0.5 * swing_s * UNIT_ROUNDING
     return Forecast(
         run_s=_run_s(scene, name, motion, scene.duration / swing_s, steps),
@@ -120,22 +129,27 @@ def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion)
 
 @dataclass(frozen=True)
 class _Steps:
-    """Steps of the collocation: how many a swing, a step by the longest allowed, and the events
-    in a swing: impulses, and passages over a kink of the cam."""
+    """Steps of the collocation: how many a swing, a step by the longest allowed, their order, and
+    the events in a swing: impulses, and passages over a kink of the cam."""
 
     a_swing: float
     shorter: float
+    order: int
     events: int
 
 
-def _steps(scene: Scene, machine: AnyMachine, swing_s: float) -> _Steps:
-    allowed = None if scene.solver is None else scene.solver.tolerance
-    longest_s = make_collocation(machine, allowed).longest_step_s
-    piece_s = samples_a_piece(scene) * felt_step_ns(scene) / NS_PER_S
+def _steps(
+    scene: Scene,
+    machine: AnyMachine,
+    engine: Collocation | RealThreads,
+    swing_s: float,
+    piece_s: float,
+) -> _Steps:
+    longest_s = engine.longest_step_s
     step_s = piece_s / math.ceil(piece_s / longest_s)
     kinked = isinstance(machine, Machine) and machine.cam.kinked
     events = 2 * (int(kinked) + int(scene.escapement is not None))
-    return _Steps(swing_s / step_s, step_s / longest_s, events)
+    return _Steps(swing_s / step_s, step_s / longest_s, engine.order, events)
 
 
 def tolerance(scene: Scene) -> float:
@@ -326,14 +340,14 @@ def _growth(
 ) -> float:
     """Return the most that the reading's error can grow in a day [s/day].
 
-    A step's error is the tolerance where the step is the longest, and goes with its 16th power
-    in a smooth well. All steps are taken to err alike; rounding errs at random.
+    A step's error is the tolerance where the step is the longest, and in a smooth well goes with
+    its power of the order. All steps are taken to err alike; rounding errs at random.
     """
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
         smooth = not isinstance(machine, Machine) or not machine.cam.joints.size
-        error = tolerance(scene) * (steps.shorter**ORDER if smooth else 1.0)
+        error = tolerance(scene) * (steps.shorter**steps.order if smooth else 1.0)
         return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
     if name == 'forced_harmonic':
         return rounding

@@ -6,6 +6,7 @@ machine and whether the platform lies still.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from tauto_core.machines import (
@@ -30,6 +31,7 @@ __all__ = [
     'make_collocation',
     'make_propagator',
     'propagator_name',
+    'steps_in',
 ]
 
 
@@ -125,6 +127,15 @@ def make_propagator(
             return UnevenWell(machine)
         case _:
             return make_collocation(machine, tolerance)
+
+
+def steps_in(propagator: Propagator) -> Callable[[float], int]:
+    """Return how many steps fill a piece of forcing, by its length [s].
+
+    One, where none are taken, or where they end at what happens in a swing.
+    """
+    steps: Callable[[float], int] = getattr(propagator, 'steps_in', lambda _: 1)
+    return steps
 
 
 def make_collocation(

@@ -16,8 +16,7 @@ from numba.extending import overload
 
 from tauto_core.motion import turning
 from tauto_core.motion.compiled import compiled, entry, inlined
-from tauto_core.motion.gauss import NODES, STAGES
-from tauto_core.motion.lanes import fma, lane, largest, least, load, splat, store
+from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, store, width
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
@@ -99,8 +98,8 @@ def _disturbed(system: Any, mode: Any, omega: Any, work: Any) -> None:
     turned = turned * (1.0 / e)
     per = 1.0 / (c * (tilt - tilt_prime))
     first, second = per * (c * bend - tilt_prime * turned), per * (tilt * turned - c * bend)
-    store(work, row(D1, PLANES, 0), splat(0.0))
-    store(work, row(D1, PLANES, 1), splat(0.0))
+    store(work, row(D1, PLANES, 0), filled(work, 0.0))
+    store(work, row(D1, PLANES, 1), filled(work, 0.0))
     store(work, row(D2, PLANES, 0), fma(q, omega[0], first * (1.0 / omega[0])))
     store(work, row(D2, PLANES, 1), fma(other, omega[1], second * (1.0 / omega[1])))
     store(work, OUTSIDE_ROW + CONTACT, contact)
@@ -139,9 +138,9 @@ def _lift_off(
     """Return the fraction of the step at which the contact force falls to zero."""
     expand(PLANES, work)
     upper = 1.0
-    for i in range(STAGES - 1, -1, -1):
+    for i in range(width(work) - 1, -1, -1):
         if lane(load(work, OUTSIDE_ROW + CONTACT), i) <= 0.0:
-            upper = NODES[i]
+            upper = lane(load(work, FRACTIONS), i)
     lower = 0.0
     for _ in range(40):
         middle = 0.5 * (lower + upper)
@@ -171,8 +170,8 @@ def _over(
     n, x0, hx = place
     work = memory.work
     x = load(work, FRACTIONS) * hx + x0
-    store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, splat(0.0)))
-    store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, splat(0.0)))
+    store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, filled(work, 0.0)))
+    store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, filled(work, 0.0)))
     last, newton = collocate(system, 0.0, omega, h, kind, SETTLED, state, memory)
     if not step_error(1.0, last, newton) <= tolerance:
         return NO_CONVERGENCE, 0.0

@@ -1,4 +1,4 @@
-"""The general propagator: Gauss collocation of order 16 in the turning frame, between events.
+"""The general propagator: Gauss collocation in the turning frame, between events.
 
 A span is one step or more, none longer than `longest_step_s`; steps are halved when the error
 estimate exceeds the tolerance or the iteration does not converge, and events – turning points
@@ -16,6 +16,8 @@ from tauto_core.machines import Machine
 from tauto_core.motion import events, stepping
 from tauto_core.motion.arc_length import arc_shape
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
+from tauto_core.motion.lanes import SIZE
+from tauto_core.motion.layout import SPARE
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.outside import ROWS
 from tauto_core.motion.phase import phase_rate, principal
@@ -26,6 +28,7 @@ from tauto_core.motion.step_size import (
     longest_step,
     reference_frequency,
     settled_at,
+    stages_of,
 )
 from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.samples import FloatArray, IntArray, State
@@ -48,17 +51,27 @@ class Collocation:
         self._omega = reference_frequency(machine)
         self._lever = machine.cam.lever
         self._shape = arc_shape(machine)
+        stages = stages_of(machine, self._shape)
+        self.order = 2 * stages
         self._factor = error_factor(machine, self._shape)
         self._tolerance = TOLERANCE if tolerance is None else tolerance
         self._settled = settled_at(self._tolerance)
         self._near = carried_within(self._tolerance)
+        # steps double below this: the error of smooth ones grows by 2^2S, else by 2^8
+        self._coarsen = self._tolerance * 2.0 ** -((self.order if self._factor else 8) + 1)
         self._floats = np.zeros(events.FLOATS)
         self._ints = np.zeros(events.INTS, np.int64)
-        self._memory = make_memory(1, ROWS)
+        self._memory = make_memory(1, ROWS, stages)
         self._start_angle = 0.0
         self.longest_step_s = longest_step(
             machine, self._shape, self._omega, factor=self._factor, tolerance=self._tolerance
         )
+
+    def steps_in(self, length_s: float) -> int:
+        """Return how many steps fill a piece of forcing; 1: they end at what happens."""
+        if self.order == 2 * SIZE:
+            return 1
+        return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 
     def _terms(self, moving_gravity: bool) -> tuple[object, ...]:
         """Return the machine's numbers per inertia, absent ones as None."""
@@ -106,7 +119,7 @@ class Collocation:
             float(forcing.begin[0]),
             self._floats,
             self._ints,
-            self._memory.work,
+            self._memory,
             row[0],
         )
         felt = float(row[0, 2])
@@ -123,7 +136,7 @@ class Collocation:
         """
         rows = np.empty((int(np.count_nonzero(forcing.logged)), stepping.ROW))
         code, span, x = stepping.advance(
-            (self._tolerance, self._factor, self._settled, self._near),
+            (self._tolerance, self._factor, self._settled, self._near, self._coarsen),
             self.longest_step_s,
             (self._omega,),
             self._limits(),

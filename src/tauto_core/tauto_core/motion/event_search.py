@@ -31,8 +31,7 @@ from tauto_core.motion.events import (
     turns_abruptly,
     value_of_state,
 )
-from tauto_core.motion.gauss import NODES, STAGES
-from tauto_core.motion.lanes import lane, largest, least, load
+from tauto_core.motion.lanes import lane, largest, least, load, width
 from tauto_core.motion.layout import back_to
 from tauto_core.motion.outside import (
     GRAVITY,
@@ -47,7 +46,7 @@ from tauto_core.motion.outside import (
     outside_at,
 )
 from tauto_core.motion.roots import locate, value_of
-from tauto_core.motion.turning import between, expand
+from tauto_core.motion.turning import FRACTIONS, between, expand
 from tauto_core.motion.wells import (
     acceleration,
     angle_at,
@@ -184,15 +183,16 @@ def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work:
     edge = slack = 2.0
     if _surely_within(limits, well, omega, felt, work):
         return edge, slack
+    nodes = load(work, FRACTIONS)
     q, rate = _node_state(well, mode, omega, felt, work)
     if largest(q) > limits[1]:
-        for i in range(STAGES - 1, -1, -1):
-            edge = NODES[i] if abs(lane(q, i)) > limits[1] else edge
+        for i in range(width(q) - 1, -1, -1):
+            edge = lane(nodes, i) if abs(lane(q, i)) > limits[1] else edge
     if has_weight(well[0]):
         tension = _node_tension(well, mode, q, rate, felt, work)
         if least(tension) <= 0.0:
-            for i in range(STAGES - 1, -1, -1):
-                slack = NODES[i] if lane(tension, i) <= 0.0 else slack
+            for i in range(width(q) - 1, -1, -1):
+                slack = lane(nodes, i) if lane(tension, i) <= 0.0 else slack
     return edge, slack
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from typing import Any
 
 from tauto_core.motion.compiled import compiled
-from tauto_core.motion.gauss import STAGES
+from tauto_core.motion.lanes import width
 from tauto_core.motion.outside import (
     forcing_at,
 )
@@ -174,7 +174,7 @@ def hold(
     angle = floats[HELD_ANGLE]
     mode = mode_of(ints)
     limit = term(machine[6], 1.0)
-    probes = 1 if felt[0] is None and felt[2] is None else 2 * STAGES
+    probes = 1 if felt[0] is None and felt[2] is None else 2 * width(work)
     for i in range(1, probes + 1):
         b = i / probes
         at = forcing_at(terms, x0 + b * hx, work)

@@ -14,7 +14,7 @@ from numba.extending import overload
 
 from tauto_core.motion import mechanism, turning
 from tauto_core.motion.compiled import inlined
-from tauto_core.motion.lanes import load, splat, store
+from tauto_core.motion.lanes import filled, load, store
 from tauto_core.motion.mechanism import resistance
 from tauto_core.motion.outside import (
     GRAVITY,
@@ -145,7 +145,7 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
         for p in range(PLANES):
             bend = bends[0] if p == 0 else bends[1]
             x = load(work, row(X, PLANES, p))
-            store(work, row(D1, PLANES, p), splat(0.0))
+            store(work, row(D1, PLANES, p), filled(work, 0.0))
             store(work, row(D2, PLANES, p), omega[p] * x + bend * (1.0 / omega[p]))
 
     return disturb

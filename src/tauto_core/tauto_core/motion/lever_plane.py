@@ -19,7 +19,7 @@ from numba.extending import overload
 
 from tauto_core.motion import mechanism, turning
 from tauto_core.motion.compiled import compiled, inlined
-from tauto_core.motion.lanes import fma, largest, load, splat, store
+from tauto_core.motion.lanes import filled, fma, largest, load, store
 from tauto_core.motion.lever_shape import (
     ANGLE,
     BEND,
@@ -137,8 +137,8 @@ def _series_of(series: Any, s: Any, zero: Any) -> Any:
 def _shape_at(shape: Any, s: Any) -> Any:
     """Return n, w, χ', cos β and sin β of lanes of s."""
     if largest(s - shape.near.middle) <= shape.near.half:
-        return _series_at(shape.near, s, splat(0.0))[:5]
-    return _series_at(shape.whole, s, splat(0.0))[:5]
+        return _series_at(shape.near, s, filled(s, 0.0))[:5]
+    return _series_at(shape.whole, s, filled(s, 0.0))[:5]
 
 
 @compiled

@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import overload
 
 from tauto_core.motion.compiled import compiled, inlined
-from tauto_core.motion.lanes import SIZE, fma, lane, load, splat, store
+from tauto_core.motion.lanes import filled, fma, lane, load, store, width
 from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, PIECE, X, Y
 
 LINE, LINE_RATE, LINE_BEND, TILT, TILT_RATE, TILT_BEND, GRAVITY = range(7)
@@ -36,12 +36,12 @@ def _set_channel(channel: Any, k: int, first: int, per_s: float, terms: int, wor
     """Fill three columns with a channel and its first two time derivatives."""
     if channel is None:
         return
-    own = channel.shape[1]
+    own, size = channel.shape[1], width(work)
     above = above_rate = 0.0
     for j in range(terms - 1, -1, -1):
         number = channel[k, j] if j < own else 0.0
         rate, bend = (j + 1) * per_s * above, (j + 1) * per_s * above_rate
-        place = (PIECE + j) * SIZE + first
+        place = (PIECE + j) * size + first
         work[place], work[place + 1], work[place + 2] = number, rate, bend
         above, above_rate = number, rate
 
@@ -50,9 +50,9 @@ def _set_channel(channel: Any, k: int, first: int, per_s: float, terms: int, wor
 def _set_gravity(gravity: Any, k: int, terms: int, work: Any) -> None:
     if gravity is None:
         return
-    own = gravity.shape[1]
+    own, size = gravity.shape[1], width(work)
     for j in range(terms):
-        work[(PIECE + j) * SIZE + GRAVITY] = gravity[k, j] if j < own else 0.0
+        work[(PIECE + j) * size + GRAVITY] = gravity[k, j] if j < own else 0.0
 
 
 @compiled
@@ -75,7 +75,7 @@ def set_piece(forcing: Any, k: int, work: Any) -> tuple[float, int]:
 @compiled
 def outside_at(terms: int, x: float, work: Any) -> Any:
     """Return (γ, γ̇, γ̈), (τ, τ̇, τ̈) and the apparent gravity at x; zeros where absent."""
-    even, odd, square = splat(0.0), splat(0.0), x * x
+    even, odd, square = filled(work, 0.0), filled(work, 0.0), x * x
     for j in range(terms - 2, -1, -2):
         odd = fma(odd, square, load(work, PIECE + j + 1))
         even = fma(even, square, load(work, PIECE + j))
@@ -101,18 +101,18 @@ def nodes_of(place: Any, work: Any) -> Any:
 @inlined
 def column(which: int, terms: int, x: Any, work: Any) -> Any:
     """Return a column of the piece at lanes of x."""
-    value = splat(0.0)
+    value, size = filled(work, 0.0), width(work)
     for j in range(terms - 1, -1, -1):
-        value = fma(value, x, work[(PIECE + j) * SIZE + which])
+        value = fma(value, x, work[(PIECE + j) * size + which])
     return value
 
 
 @inlined
 def difference(first: int, second: int, terms: int, x: Any, work: Any) -> Any:
     """Return the first column of the piece less the second at lanes of x."""
-    value = splat(0.0)
+    value, size = filled(work, 0.0), width(work)
     for j in range(terms - 1, -1, -1):
-        place = (PIECE + j) * SIZE
+        place = (PIECE + j) * size
         value = fma(value, x, work[place + first] - work[place + second])
     return value
 
@@ -120,10 +120,10 @@ def difference(first: int, second: int, terms: int, x: Any, work: Any) -> Any:
 @inlined
 def _columns(first: int, terms: int, x: Any, work: Any) -> Any:
     """Return two columns side by side at lanes of x."""
-    one, two = splat(0.0), splat(0.0)
+    one, two, size = filled(work, 0.0), filled(work, 0.0), width(work)
     for j in range(terms - 1, -1, -1):
-        one = fma(one, x, work[(PIECE + j) * SIZE + first])
-        two = fma(two, x, work[(PIECE + j) * SIZE + first + 1])
+        place = (PIECE + j) * size + first
+        one, two = fma(one, x, work[place]), fma(two, x, work[place + 1])
     return one, two
 
 

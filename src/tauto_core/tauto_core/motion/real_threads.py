@@ -15,6 +15,7 @@ from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.hanging import LEAST_FREE
 from tauto_core.motion import hanging_planes, lever_plane, spans
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
+from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
@@ -113,6 +114,7 @@ class RealThreads:
     ) -> None:
         self._machine = machine
         self._tolerance = TOLERANCE if tolerance is None else tolerance
+        self.order = 2 * SIZE
         self._settled = settled_at(self._tolerance)
         self._near = carried_within(self._tolerance)
         if isinstance(machine, LeverMachine):

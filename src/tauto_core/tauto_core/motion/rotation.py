@@ -22,8 +22,8 @@ _COSINE_REST = (-1 / 20922789888000, 1 / 6402373705728000, -1 / 2432902008176640
 SINE = _SINE + _SINE_REST
 COSINE = _COSINE + _COSINE_REST
 
-MAX_ANGLE = 3.25
-"""Largest ωh the series take: the first term left out is then 6e-16."""
+MAX_ANGLE = 6.5
+"""Largest ωh of a rotation: twice what the series take; the first term left out is then 6e-16."""
 
 
 @inlined
@@ -112,5 +112,5 @@ def sine_versine(angle: Any) -> Any:
 @inlined
 def rotation(angle: Any) -> Any:
     """Return cos and sin of lanes or a float, |angle| ≤ MAX_ANGLE."""
-    sine, versine = sine_versine(angle)
-    return 1.0 - versine, sine
+    sine, versine = sine_versine(0.5 * angle)
+    return 1.0 - 2.0 * (sine * sine), 2.0 * (sine * (1.0 - versine))

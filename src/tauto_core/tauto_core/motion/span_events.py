@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 from numba.extending import overload
 
 from tauto_core.motion.compiled import compiled
-from tauto_core.motion.gauss import NODES, STAGES
-from tauto_core.motion.lanes import lane, least
+from tauto_core.motion.lanes import lane, least, load, width
 from tauto_core.motion.layout import back_to
 from tauto_core.motion.mechanism import (
     ANGLE,
@@ -32,7 +31,7 @@ from tauto_core.motion.mechanism import (
 )
 from tauto_core.motion.outside import outside_at
 from tauto_core.motion.roots import locate, value_of
-from tauto_core.motion.turning import between, expand
+from tauto_core.motion.turning import FRACTIONS, between, expand
 
 NO_EVENT, AT_TURNING, AT_IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4
 DIRECTION, PALLET, ARMED, SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(9)
@@ -107,13 +106,13 @@ def mode_of(ints: Any) -> tuple[float, float]:
 
 
 @compiled
-def _first_below(values: Any) -> float:
+def _first_below(values: Any, work: Any) -> float:
     """Return the first node with a value that is not positive; 2: none."""
     if least(values) > 0.0:
         return _NOWHERE
-    for i in range(STAGES):
+    for i in range(width(values)):
         if not lane(values, i) > 0.0:
-            return NODES[i]
+            return lane(load(work, FRACTIONS), i)
     return _NOWHERE
 
 
@@ -166,7 +165,7 @@ def first_event(
     """
     turns, angle, _ = watched
     tension, margin = margins(system, mode, omega, memory.work)
-    slack, edge = _first_below(tension), _first_below(margin)
+    slack, edge = _first_below(tension, memory.work), _first_below(margin, memory.work)
     clear = min(after[MARGIN], least(margin)) > CLEAR and min(after[TENSION], least(tension)) > 0.0
     if turns != NEVER and not stalled:
         _turns_quietly(watched, system, mode[0], place, after, clear, floats, ints, memory.work)

@@ -9,13 +9,15 @@ import numpy as np
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
 from tauto_core.motion.compiled import inlined
-from tauto_core.motion.gauss import NODES, PROJECTION, STAGES
+from tauto_core.motion.gauss import gauss
+from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.turning import SETTLED
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
-MAX_ANGLE = 3.05
-"""Longest step, as the angle it turns [rad]: with `layout.SPARE`, half a swing and `BEYOND`."""
+MAX_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
+"""Longest step by its stages, as the angle it turns [rad]: with `layout.SPARE`, of eight half a
+swing and `layout.BEYOND`, of sixteen what `rotation` takes."""
 
 MIN_ANGLE = 0.005
 
@@ -36,6 +38,12 @@ to 0.03 where the disturbance is weak, up to 0.8 for a weight or spring that ben
 strongly (benchmarks/stress.json).
 """
 
+WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_BEND = 0.003, 0.05
+"""The same of sixteen stages, and what a bent well adds to it by k²ϑ² (arc_length)."""
+
+MOST_BENT = 1.0
+"""Growth of the inertia, or damping, up to which sixteen stages are worth their price."""
+
 _PHASES = 12
 
 
@@ -50,6 +58,27 @@ def reference_frequency(machine: Machine) -> float:
         return machine.frequency
 
 
+def stages_of(machine: Machine, shape: ArcShape | None) -> int:
+    """Return how many stages a step has: sixteen where little disturbs the swing, else eight.
+
+    Steps end at what happens, and at the joints of a spline, and are short where the well is bent
+    strongly or damped: longer ones would be of no use there.
+    """
+    drag = machine.drag
+    abrupt = drag is not None and (drag.quadratic > 0.0 or drag.coulomb > 0.0)
+    cam = machine.cam
+    if abrupt or machine.escapement is not None or cam.kinked or cam.joints.size:
+        return SIZE
+    damped = drag.viscous / (machine.inertia * machine.frequency) if drag is not None else 0.0
+    weak = shape is not None or machine.is_linear
+    return WIDE_SIZE if weak and max(_bent(machine, shape), damped) <= MOST_BENT else SIZE
+
+
+def _bent(machine: Machine, shape: ArcShape | None) -> float:
+    """Return by what part the inertia grows from rest to the release, k²ϑ² (arc_length)."""
+    return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
+
+
 def error_factor(machine: Machine, shape: ArcShape | None) -> float:
     """Return the error of a step per square of its last coefficient; 0: it is no square.
 
@@ -57,6 +86,8 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
     """
     if machine.cam.joints.size:
         return 0.0
+    if stages_of(machine, shape) == WIDE_SIZE:
+        return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_BEND * _bent(machine, shape)
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
@@ -97,7 +128,7 @@ def longest_step(
     amplitude = machine.release_angle
     if shape is not None:
         amplitude = arc_of(amplitude, shape.k)
-    angle = MAX_ANGLE
+    angle = MAX_ANGLE[stages_of(machine, shape)]
     while angle > MIN_ANGLE:
         last = max(
             _last_coefficient(machine, shape, omega, amplitude, angle, phase)
@@ -118,14 +149,15 @@ def _last_coefficient(
     phase: float,
 ) -> float:
     """Return the last Legendre coefficient of a step of ωh = angle, relative to the state."""
-    turned = NODES * angle
+    constants = gauss(stages_of(machine, shape))
+    turned = constants.nodes * angle
     x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
     if machine.cam.kinked and np.min(x) * np.max(x) < 0.0:
         # no step goes over the kink
         return 0.0
     d1, d2 = _disturbance(machine, shape, omega, x, y)
     slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
-    tails = [abs(float(PROJECTION[STAGES - 1] @ slope)) for slope in slopes]
+    tails = [abs(float(constants.projection[-1] @ slope)) for slope in slopes]
     size = abs(amplitude)
     return angle / omega * max(tails) / size if size > 0.0 else 0.0
 
@@ -142,7 +174,7 @@ def _disturbance(
     mass = machine.mass(q) / machine.inertia
     force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
     if along:
-        return np.zeros(STAGES), omega * x - force / np.sqrt(mass) / omega
+        return np.zeros(len(x)), omega * x - force / np.sqrt(mass) / omega
     w = omega * y
     ride = machine.carried_mass / machine.inertia * t * t1 * (w / mass) ** 2
     viscous = machine.drag.viscous / machine.inertia if machine.drag else 0.0

@@ -78,8 +78,8 @@ MAX_EVENTS = 10_000
 """Most events that may crowd."""
 
 MAX_STALLED = 4
-COARSEN_SMOOTH, COARSEN_SPLINE = 2.0**-17, 2.0**-9
-"""Part of the tolerance below which steps double: their error grows by 2^16, or 2^8."""
+HALF_SWING = 3.25
+"""Longest step within which events are looked for, as the angle it turns [rad]."""
 
 MAX_LEVEL = 24
 
@@ -196,12 +196,16 @@ def _move(
     forcing_at_nodes(felt, feels_drag(machine), place, work)
     last, newton = collocate(system, mode, omega, h, kind, tolerance[2], floats, memory)
     error = step_error(tolerance[1], last, newton)
+    passed = limit_passed(limits, well, mode, omega, felt, work)
+    inside = min(passed[0], passed[1]) > 1.0
+    if not inside and omega[0] * h > HALF_SWING:
+        # where the motion ends is found in shorter steps
+        error = math.inf
     if not error <= tolerance[0]:
         return NO_EVENT, 0.0, error, 0.0, 0.0
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
-    passed = limit_passed(limits, well, mode, omega, felt, work)
-    if not expects_events(well) and min(passed[0], passed[1]) > 1.0:
+    if inside and not expects_events(well):
         count_nodes(2.0, tilt, floats, ints, work)
         copy_state(1, end, floats)
         return NO_EVENT, 1.0, error, floats[STATE] + tilt, tilt
@@ -258,10 +262,11 @@ def release(
     x0: float,
     floats: Any,
     ints: Any,
-    work: Any,
+    memory: Any,
     row: Any,
 ) -> None:
     """Set the state: the wheel at rest in the case at the beginning of the first span."""
+    work = pointers(memory).work
     at = forcing_at(set_piece(forcing, 0, work)[1], x0, work)
     ints[:] = 0
     ints[SIDE] = ints[DIRECTION] = 1
@@ -332,8 +337,7 @@ def _ahead_s(
 @compiled
 def _coarsen(worst: float, tolerance: Any, ints: Any) -> None:
     """Let steps double where none in the span erred by more than that would cost."""
-    coarsen = COARSEN_SMOOTH if tolerance[1] > 0.0 else COARSEN_SPLINE
-    if ints[LEVEL] > 0 and worst < tolerance[0] * coarsen:
+    if ints[LEVEL] > 0 and worst < tolerance[4]:
         ints[LEVEL] -= 1
 
 
@@ -355,7 +359,8 @@ def advance(
 
     Args:
         tolerance: error allowed a step relative to the state, `error_factor` of the machine, how
-            far the stages are iterated, and how near an event the state is carried to it [rad].
+            far the stages are iterated, how near an event the state is carried to it [rad], and
+            the error below which steps double.
         longest_s: longest step [s].
         spans: begin, end, logged, and γ − α_c at the end, which counts the beats.
 

@@ -9,14 +9,15 @@ the angle ω(t − t₀), only the disturbance is left to integrate:
 
     U̇ = c d₁ − s d₂,    V̇ = s d₁ + c d₂.
 
-Eight Gauss stages make this symmetric, symplectic and of order 16 in the step; the error falls
-with the strength of the disturbance too, and no disturbance is solved exactly. The stage
+Eight Gauss stages make this symmetric, symplectic and of order 16 in the step, sixteen of order
+32; the error falls with the strength of the disturbance too, and no disturbance is solved exactly.
+The stage
 equations are iterated, to rounding if need be; where the disturbance is too strong for that,
 Newton's method takes over. The state is kept in twofold numbers and turned by a twofold rotation,
 so that what n steps lose grows like √n.
 
 Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
-rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as `Lanes`, one
+rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as lanes, one
 a stage. `row` tells where in `work` they are; `make_memory` makes it.
 
 Sources: J. D. Lawson, SIAM J. Numer. Anal. 4 (1967); M. Antoñana, J. Makazaga, A. Murua, Reducing
@@ -30,19 +31,26 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
+from numba.extending import overload
 
 from tauto_core.motion.compiled import compiled, inlined
-from tauto_core.motion.gauss import COLUMNS, INTEGRAL, NODES, PROJECTION, STAGES, WEIGHTS
+from tauto_core.motion.gauss import gauss
 from tauto_core.motion.lanes import (
+    SIZE,
+    WIDE_SIZE,
+    combined,
+    filled,
     fma,
     lane,
     larger,
     largest,
     load,
     pointer,
-    splat,
     store,
     total,
+    wide_pointer,
+    width,
 )
 from tauto_core.motion.rotation import (
     multiply_exactly,
@@ -55,7 +63,8 @@ from tauto_core.samples import FloatArray
 TERMS = 24
 """Most powers of the polynomials that stand for the forcing."""
 
-COEFFICIENTS, QUADRATURE, FRACTIONS, TAIL, PIECE, FIRST = 0, 8, 9, 10, 11, 11 + TERMS
+COEFFICIENTS, EXPANSION, QUADRATURE, FRACTIONS, TAIL, PIECE = 0, 16, 32, 33, 34, 35
+FIRST = PIECE + TERMS
 K1, K2, U, V, X, Y, D1, D2, F1, F2, WHOLE, PART, OUTSIDE = *range(11), 12, 14
 TURNED = 5
 """Numbers a plane and kind of step in `turned`: h, then cos and sin of ωh, each twofold."""
@@ -66,8 +75,6 @@ MAX_NEWTON = 12
 ROUNDING = 2.0**-53
 SETTLED = 0.25 * ROUNDING
 """Part of the state to which its stages can be told."""
-
-EXPANSION = np.ascontiguousarray(INTEGRAL.T)
 
 
 @inlined
@@ -80,12 +87,14 @@ class Memory(NamedTuple):
     """What steps are worked out in; a few kB, made once.
 
     Attributes:
-        work: rows of 8: of constants, of the forcing's piece, of the planes (`row`) and of the
-            system, one behind the other. They begin at cache lines: a row that lies across two
-            costs twice the time.
+        work: rows of as many numbers as there are stages: of constants, of the forcing's piece, of
+            the planes (`row`) and of the system, one behind the other. They begin at cache lines:
+            a row that lies across two costs twice the time.
         turned: rotations over whole and part steps, TURNED·P numbers of each.
         end: X and Y of each plane at the end of a step, each in two doubles, (4P,).
-        matrix, right, slopes: what Newton's method solves, (16P · 16P,), (16P,), (2P · 8,).
+        matrix, right, slopes: what Newton's method solves, (2PS · 2PS,), (2PS,), (2P · S,) of S
+            stages.
+        wide: None of eight stages, 0 of sixteen: compiled code tells them apart by its type.
     """
 
     work: FloatArray
@@ -94,19 +103,22 @@ class Memory(NamedTuple):
     matrix: FloatArray
     right: FloatArray
     slopes: FloatArray
+    wide: int | None
 
 
-def make_memory(planes: int, more: int) -> Memory:
-    """Return the memory of P planes, with so many rows from OUTSIDE on."""
+def make_memory(planes: int, more: int, stages: int = SIZE) -> Memory:
+    """Return the memory of P planes, with so many rows from OUTSIDE on and 8 or 16 stages."""
     rows = FIRST + OUTSIDE * planes + more
-    raw = np.zeros(STAGES * (rows + 1))
-    first = -(raw.ctypes.data // raw.itemsize) % STAGES
-    work = raw[first : first + STAGES * rows].reshape(rows, STAGES)
-    work[COEFFICIENTS : COEFFICIENTS + STAGES] = COLUMNS
-    work[QUADRATURE] = WEIGHTS
-    work[FRACTIONS] = NODES
-    work[TAIL] = PROJECTION[STAGES - 1]
-    unknowns = 2 * planes * STAGES
+    raw = np.zeros(stages * (rows + 1))
+    first = -(raw.ctypes.data // raw.itemsize) % stages
+    work = raw[first : first + stages * rows].reshape(rows, stages)
+    constants = gauss(stages)
+    work[COEFFICIENTS : COEFFICIENTS + stages] = constants.columns
+    work[EXPANSION : EXPANSION + stages] = constants.integral.T
+    work[QUADRATURE] = constants.weights
+    work[FRACTIONS] = constants.nodes
+    work[TAIL] = constants.projection[-1]
+    unknowns = 2 * planes * stages
     return Memory(
         work.reshape(-1),
         np.full(2 * TURNED * planes, math.nan),
@@ -114,20 +126,33 @@ def make_memory(planes: int, more: int) -> Memory:
         np.zeros(unknowns * unknowns),
         np.zeros(unknowns),
         np.zeros(unknowns),
+        0 if stages == WIDE_SIZE else None,
     )
+
+
+def _rows(work: Any, wide: Any) -> Any:
+    raise TypeError('_rows runs in compiled code only')
+
+
+@overload(_rows, strict=False)
+def _rows_of(work: Any, wide: Any) -> Any:
+    if isinstance(wide, types.NoneType):
+        return lambda work, wide: pointer(work)
+    return lambda work, wide: wide_pointer(work)
 
 
 @inlined
 def pointers(memory: Any) -> Any:
     """Return the memory by pointers: what kernels hand each other."""
-    work, turned, end, matrix, right, slopes = memory
+    work, turned, end, matrix, right, slopes, wide = memory
     return Memory(
-        pointer(work),
+        _rows(work, wide),
         pointer(turned),
         pointer(end),
         pointer(matrix),
         pointer(right),
-        pointer(slopes),
+        _rows(slopes, wide),
+        wide,
     )
 
 
@@ -173,20 +198,6 @@ def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
 
 
 @inlined
-def _integral(slopes: Any, work: Any) -> Any:
-    """Return Σ_j a_ij slope_j at the stages; four sums side by side, for speed."""
-    first = load(work, COEFFICIENTS) * lane(slopes, 0)
-    second = load(work, COEFFICIENTS + 1) * lane(slopes, 1)
-    third = load(work, COEFFICIENTS + 2) * lane(slopes, 2)
-    fourth = load(work, COEFFICIENTS + 3) * lane(slopes, 3)
-    first = fma(load(work, COEFFICIENTS + 4), lane(slopes, 4), first)
-    second = fma(load(work, COEFFICIENTS + 5), lane(slopes, 5), second)
-    third = fma(load(work, COEFFICIENTS + 6), lane(slopes, 6), third)
-    fourth = fma(load(work, COEFFICIENTS + 7), lane(slopes, 7), fourth)
-    return (first + second) + (third + fourth)
-
-
-@inlined
 def _evaluate(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
     """Fill the slopes K1, K2 from the stages U, V."""
     planes = len(omega)
@@ -210,10 +221,10 @@ def _sweep(
 ) -> float:
     """Iterate the stage equations once; return the largest change of a stage."""
     planes = len(omega)
-    change = splat(0.0)
+    change = filled(work, 0.0)
     for p in range(planes):
-        u = fma(_integral(load(work, row(K1, planes, p)), work), h, state[4 * p])
-        v = fma(_integral(load(work, row(K2, planes, p)), work), h, state[4 * p + 2])
+        u = fma(combined(work, COEFFICIENTS, load(work, row(K1, planes, p))), h, state[4 * p])
+        v = fma(combined(work, COEFFICIENTS, load(work, row(K2, planes, p))), h, state[4 * p + 2])
         moved = larger(u - load(work, row(U, planes, p)), v - load(work, row(V, planes, p)))
         change = larger(change, moved)
         store(work, row(U, planes, p), u)
@@ -225,7 +236,7 @@ def _sweep(
 @inlined
 def _size(planes: int, work: Any) -> float:
     """Return the largest magnitude of the stages."""
-    size = splat(0.0)
+    size = filled(work, 0.0)
     for r in range(2 * planes):
         size = larger(size, load(work, row(U, planes, r)))
     return largest(size)
@@ -248,8 +259,8 @@ def _iterate(
     """
     planes = len(omega)
     for p in range(planes):
-        store(work, row(U, planes, p), splat(state[4 * p]))
-        store(work, row(V, planes, p), splat(state[4 * p + 2]))
+        store(work, row(U, planes, p), filled(work, state[4 * p]))
+        store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
     _evaluate(system, mode, omega, kind, work)
     before, size, floor = math.inf, 0.0, 0.0
     for n in range(MAX_SWEEPS):
@@ -272,7 +283,8 @@ def _linearised(
     """Fill the matrix I − h A ∂K/∂(U, V), by central differences at all stages together."""
     planes = len(omega)
     unknowns = 2 * planes
-    width = unknowns * STAGES
+    stages = width(work)
+    side = unknowns * stages
     for column in range(unknowns):
         place = row(U, planes, column)
         there = load(work, place)
@@ -286,12 +298,12 @@ def _linearised(
         store(work, place, there)
         for r in range(unknowns):
             slope = (load(slopes, r) - load(work, row(K1, planes, r))) / (2.0 * step)
-            for i in range(STAGES):
-                for j in range(STAGES):
-                    a = COLUMNS[j, i] * h * lane(slope, j)
-                    matrix[(r * STAGES + i) * width + column * STAGES + j] = -a
-    for i in range(width):
-        matrix[i * width + i] += 1.0
+            for i in range(stages):
+                for j in range(stages):
+                    a = work[(COEFFICIENTS + j) * stages + i] * h * lane(slope, j)
+                    matrix[(r * stages + i) * side + column * stages + j] = -a
+    for i in range(side):
+        matrix[i * side + i] += 1.0
 
 
 @compiled
@@ -326,26 +338,26 @@ def _solve(
     system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, memory: Any
 ) -> tuple[bool, float]:
     """Solve the stage equations by Newton's method; return whether it converges, and the size."""
-    work, _, _, matrix, right, slopes = memory
-    planes = len(omega)
+    work, _, _, matrix, right, slopes, _ = memory
+    planes, stages = len(omega), width(memory.work)
     unknowns = 2 * planes
     for p in range(planes):
-        store(work, row(U, planes, p), splat(state[4 * p]))
-        store(work, row(V, planes, p), splat(state[4 * p + 2]))
+        store(work, row(U, planes, p), filled(work, state[4 * p]))
+        store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
     before, size = math.inf, 0.0
     for _ in range(MAX_NEWTON):
         _linearised(system, mode, omega, h, kind, work, slopes, matrix)
         _evaluate(system, mode, omega, kind, work)
         for r in range(unknowns):
             begin = state[4 * (r % planes) + 2 * (r // planes)]
-            new = fma(_integral(load(work, row(K1, planes, r)), work), h, begin)
+            new = fma(combined(work, COEFFICIENTS, load(work, row(K1, planes, r))), h, begin)
             wanted = new - load(work, row(U, planes, r))
-            for i in range(STAGES):
-                right[r * STAGES + i] = lane(wanted, i)
-        change = _eliminate(unknowns * STAGES, matrix, right)
+            for i in range(stages):
+                right[r * stages + i] = lane(wanted, i)
+        change = _eliminate(unknowns * stages, matrix, right)
         for r in range(unknowns):
-            for i in range(STAGES):
-                work[row(U, planes, r) * STAGES + i] += right[r * STAGES + i]
+            for i in range(stages):
+                work[row(U, planes, r) * stages + i] += right[r * stages + i]
         size = _size(planes, work)
         if not math.isfinite(change):
             return False, size
@@ -386,7 +398,7 @@ def collocate(
         Last Legendre coefficient of the slopes over the step, relative to the state – infinite
         without convergence – and whether Newton's method was needed.
     """
-    work, turned, _, _, _, _ = memory
+    work, turned = memory.work, memory.turned
     planes = len(omega)
     turn_to(omega, h, kind, work, turned)
     converged, size = _iterate(system, mode, omega, h, kind, settled, state, work)
@@ -419,7 +431,7 @@ def _turned(cosine: Any, sine: Any, a: Any, b: Any, add_a: float, add_b: float) 
 @compiled
 def finish(omega: Any, h: float, kind: int, state: Any, memory: Any) -> None:
     """Fill `memory.end` with the state at the end of the step last collocated."""
-    work, turned, end, _, _, _ = memory
+    work, turned, end = memory.work, memory.turned, memory.end
     planes = len(omega)
     weights = load(work, QUADRATURE)
     for p in range(planes):
@@ -443,24 +455,21 @@ def copy_state(planes: int, source: Any, target: Any) -> None:
 
 @compiled
 def expand(planes: int, work: Any) -> None:
-    """Fill F1, F2 with the slopes' integrals in powers of the fraction: what `between` reads."""
+    """Fill F1, F2 with the slopes' integrals over the fraction, in powers: for `between`."""
     for r in range(2 * planes):
         slopes = load(work, row(K1, planes, r))
-        coefficients = load(EXPANSION, 0) * lane(slopes, 0)
-        for j in range(1, STAGES):
-            coefficients = fma(load(EXPANSION, j), lane(slopes, j), coefficients)
-        store(work, row(F1, planes, r), coefficients)
+        store(work, row(F1, planes, r), combined(work, EXPANSION, slopes))
 
 
 @compiled
 def between(omega: Any, p: int, h: float, xi: float, state: Any, work: Any) -> Any:
     """Return X and Y of plane p at the fraction xi of the step, from the stage polynomials."""
-    planes = len(omega)
-    first, second = row(F1, planes, p) * STAGES, row(F2, planes, p) * STAGES
-    u, v = work[first + STAGES - 1], work[second + STAGES - 1]
-    for n in range(STAGES - 2, -1, -1):
-        u = fma(u, xi, work[first + n])
-        v = fma(v, xi, work[second + n])
+    planes, stages, t = len(omega), width(work), 2.0 * xi - 1.0
+    first, second = row(F1, planes, p) * stages, row(F2, planes, p) * stages
+    u, v = work[first + stages - 1], work[second + stages - 1]
+    for n in range(stages - 2, -1, -1):
+        u = fma(u, t, work[first + n])
+        v = fma(v, t, work[second + n])
     u, v = fma(u, xi * h, state[4 * p]), fma(v, xi * h, state[4 * p + 2])
     c, s = rotation(omega[p] * (xi * h))
     return c * u + s * v, c * v - s * u

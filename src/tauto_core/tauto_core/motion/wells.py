@@ -32,8 +32,16 @@ from numba.extending import overload
 from tauto_core.curves.levers import ArcLever, LinearLever, SmoothLever, SpringLever
 from tauto_core.motion import arc_length
 from tauto_core.motion.compiled import compiled, inlined
-from tauto_core.motion.gauss import STAGES
-from tauto_core.motion.lanes import LANES, fma, lane, largest, root, splat, with_lane
+from tauto_core.motion.lanes import (
+    LanesType,
+    filled,
+    fma,
+    lane,
+    largest,
+    root,
+    width,
+    with_lane,
+)
 from tauto_core.motion.rotation import sine_versine
 
 SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
@@ -84,8 +92,8 @@ def _smooth_at(lever: Any, q: float) -> tuple[float, float, float]:
 @compiled
 def _splines(lever: Any, q: Any) -> Any:
     """Return t, t' and h of pieces at the stages."""
-    arm, rate, lift = splat(0.0), splat(0.0), splat(0.0)
-    for i in range(STAGES):
+    arm = rate = lift = filled(q, 0.0)
+    for i in range(width(q)):
         value, first, height = _spline(lever, lane(q, i))
         arm = with_lane(arm, i, value)
         rate = with_lane(rate, i, first)
@@ -102,7 +110,8 @@ def _smooth(lever: Any, q: Any) -> Any:
     u = q * (1.0 / lever.knots[1])
     u = u * u
     last = middle.shape[1] - 1
-    arm, rate, lift = splat(middle[0, last]), splat(middle[1, last]), splat(middle[2, last])
+    arm, rate = filled(q, middle[0, last]), filled(q, middle[1, last])
+    lift = filled(q, middle[2, last])
     for j in range(last - 1, -1, -1):
         arm = fma(arm, u, middle[0, j])
         rate = fma(rate, u, middle[1, j])
@@ -144,9 +153,9 @@ def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
     if lever.instance_class is SpringLever:
         return lambda lever, side, q: _spring(lever, q)
     if lever.instance_class is SmoothLever:
-        law = _smooth if q is LANES else _smooth_at
+        law = _smooth if isinstance(q, LanesType) else _smooth_at
     else:
-        law = _splines if q is LANES else _spline
+        law = _splines if isinstance(q, LanesType) else _spline
     return lambda lever, side, q: law(lever, q)
 
 
@@ -372,8 +381,8 @@ def kick(escapement: Any, mu: Any, t: float, v: float, d: float) -> float:
 @compiled
 def _shape_exactly(shape: Any, rate: float, s: Any) -> Any:
     """Return n, (dn/ds)/s, b − nt/s and ϑ of each lane from the functions themselves."""
-    n_all, slope, less, q_all = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
-    for i in range(STAGES):
+    n_all = slope = less = q_all = filled(s, 0.0)
+    for i in range(width(s)):
         arc = lane(s, i)
         q = angle_of(arc, shape.k)
         ratio = q / arc if arc != 0.0 else 1.0
@@ -394,10 +403,10 @@ def shape_at(shape: Any, rate: float, s: Any) -> Any:
     terms = shape.terms
     last = terms.shape[1] - 1
     n, slope, more, angle = (
-        splat(terms[SHORTENING, last]),
-        splat(terms[SLOPE, last]),
-        splat(terms[LEVER, last]),
-        splat(terms[ANGLE, last]),
+        filled(s, terms[SHORTENING, last]),
+        filled(s, terms[SLOPE, last]),
+        filled(s, terms[LEVER, last]),
+        filled(s, terms[ANGLE, last]),
     )
     # side by side: each of them waits for its own last term only
     for j in range(last - 1, -1, -1):

@@ -11,7 +11,7 @@ from numba import types
 from numba.extending import overload
 
 from tauto_core.motion import turning
-from tauto_core.motion.lanes import load, splat, store
+from tauto_core.motion.lanes import load, store
 from tauto_core.motion.outside import (
     D1_ROW,
     D2_ROW,
@@ -82,5 +82,5 @@ def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
     per_omega = 1.0 / omega[0]
     square = omega[0] * omega[0] - lever.rate * pull + pull * less
     more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
-    store(work, D1_ROW, splat(0.0) - carried)
+    store(work, D1_ROW, -carried)
     store(work, D2_ROW, more * per_omega)

@@ -7,6 +7,7 @@ samples.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -40,15 +41,34 @@ roll and roll rate at two instants δ apart multiply their noise by (step/δ)³.
 _LATEST_NS = 2**63 - 1
 
 
-def samples_a_piece(scene: Scene) -> int:
+PIECE_COST = 0.5
+"""What a piece costs beside its steps, in steps."""
+
+WORTH = 0.9
+"""Part of the cost below which shorter pieces are worth it."""
+
+
+def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1) -> int:
     """Return how many samples of the motion a piece spans: as many as may be, so that logs end it.
 
-    The more a polynomial spans, the less of it is at the edge of what it is fitted to.
+    The more a polynomial spans, the less of it is at the edge of what it is fitted to. Shorter
+    pieces are taken where the steps then fill them better.
+
+    Args:
+        scene: one that can sail.
+        steps_in: how many steps the propagator takes in a piece of a length [s].
     """
     if isinstance(scene.ship, StillShip):
         return 1
-    logs = scene.log_interval_ns // felt_step_ns(scene)
-    return next(n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
+    step_ns = felt_step_ns(scene)
+    logs = scene.log_interval_ns // step_ns
+    most, *fewer = (n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
+
+    def cost(samples: int) -> float:
+        return (PIECE_COST + steps_in(samples * step_ns * 1e-9)) / samples
+
+    best = min(fewer, key=cost, default=most)
+    return best if cost(best) < WORTH * cost(most) else most
 
 
 class MotionBuffer:
