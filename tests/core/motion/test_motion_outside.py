@@ -23,7 +23,7 @@ from tauto_core.ship.interpolation import (
 
 @entry
 def at_instant(forcing, k, x, work, out):
-    length, terms = set_piece(forcing, k, work)
+    length, terms = set_piece(forcing, k, True, work)
     line, tilt, gravity = outside_at(terms, x, work)
     out[0], out[1], out[2] = line
     out[3], out[4], out[5] = tilt

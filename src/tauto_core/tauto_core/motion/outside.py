@@ -56,18 +56,20 @@ def _set_gravity(gravity: Any, k: int, terms: int, work: Any) -> None:
 
 
 @compiled
-def set_piece(forcing: Any, k: int, work: Any) -> tuple[float, int]:
+def set_piece(forcing: Any, k: int, tilted: bool, work: Any) -> tuple[float, int]:
     """Lay out piece k, at most `turning.TERMS` powers; return its length [s] and its powers.
 
     Args:
         forcing: lengths of the pieces [s]; γ, τ and g as coefficients, or None: they stay zero.
+        tilted: whether τ is asked for; else it stays what it was.
     """
     length, neutral, tilt, gravity = forcing
     per_s = 1.0 / length[k]
     terms = max(_terms(neutral), _terms(tilt), _terms(gravity))
     terms += terms % 2
     _set_channel(neutral, k, LINE, per_s, terms, work)
-    _set_channel(tilt, k, TILT, per_s, terms, work)
+    if tilted:
+        _set_channel(tilt, k, TILT, per_s, terms, work)
     _set_gravity(gravity, k, terms, work)
     return length[k], terms
 

@@ -234,7 +234,7 @@ def release(
     `pallet`: the direction of the last impulse. Returns the tension and the margin, which must be
     positive.
     """
-    at = outside_at(set_piece(forcing, 0, work)[1], x0, work)
+    at = outside_at(set_piece(forcing, 0, True, work)[1], x0, work)
     ints[:] = 0
     ints[PALLET] = pallet
     now = instant(system, mode_of(ints), omega, floats, at)
@@ -397,7 +397,7 @@ def advance(
     memory, floats, ints = pointers(memory), pointer(floats), pointer(ints)
     scratch = pointer(scratch)
     for k in range(len(spans[0])):
-        piece = set_piece(forcing, k, memory.work)
+        piece = set_piece(forcing, k, True, memory.work)
         code, x = _span(
             k,
             tolerance,

@@ -267,7 +267,7 @@ def release(
 ) -> None:
     """Set the state: the wheel at rest in the case at the beginning of the first span."""
     work = pointers(memory).work
-    at = forcing_at(set_piece(forcing, 0, work)[1], x0, work)
+    at = forcing_at(set_piece(forcing, 0, True, work)[1], x0, work)
     ints[:] = 0
     ints[SIDE] = ints[DIRECTION] = 1
     ints[PALLET] = -1 if release_angle < 0.0 else 1
@@ -378,7 +378,7 @@ def advance(
         # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps
         # its resolution in spans of a day.
         start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
-        length, terms = set_piece(forcing, k, work)
+        length, terms = set_piece(forcing, k, feels_case(machine) or logged[k], work)
         per_s, last = 1.0 / length, False
         while not last or cell < cells:
             if cell == cells:
