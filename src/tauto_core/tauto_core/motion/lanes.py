@@ -190,26 +190,47 @@ def store(_typing: Any, array: Any, row: Any, lanes: Any) -> Any:
     return types.void(array, types.int64, _lanes_in(array)), build
 
 
+def _combined(context: Any, builder: Any, kind: Any, args: Any, many: tuple[Any, ...]) -> list[Any]:
+    """Sum rows with each of several weights, each row read once."""
+    lanes = _lanes_in(kind)
+    name = f'llvm.fma.v{lanes.count}f64'
+    sums: list[list[Any]] = [[] for _ in many]
+    for j in range(lanes.count):
+        place = builder.add(args[1], ir.Constant(args[1].type, j))
+        row = _loaded(context, builder, kind, args[0], place)
+        for weights, parts in zip(many, sums, strict=True):
+            one = builder.extract_element(weights, ir.Constant(_INDEX, j))
+            pair = [row, _splat(builder, lanes, one)]
+            if j < 4:
+                parts.append(builder.fmul(*pair))
+            else:
+                parts[j % 4] = _call(builder, name, lanes.vector, [*pair, parts[j % 4]])
+    return [
+        builder.fadd(builder.fadd(*parts[:2]), builder.fadd(*parts[2:])) for parts in sums
+    ]
+
+
 @_built
 def combined(_typing: Any, array: Any, first: Any, weights: Any) -> Any:
     """Return Σ_j weights_j · row (first + j); four sums side by side, for speed."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        kind, lanes = sig.args[0], sig.args[2]
-        name = f'llvm.fma.v{lanes.count}f64'
-        sums: list[Any] = []
-        for j in range(lanes.count):
-            place = builder.add(args[1], ir.Constant(args[1].type, j))
-            one = builder.extract_element(args[2], ir.Constant(_INDEX, j))
-            pair = [_loaded(context, builder, kind, args[0], place), _splat(builder, lanes, one)]
-            if j < 4:
-                sums.append(builder.fmul(*pair))
-            else:
-                sums[j % 4] = _call(builder, name, lanes.vector, [*pair, sums[j % 4]])
-        return builder.fadd(builder.fadd(*sums[:2]), builder.fadd(*sums[2:]))
+        return _combined(context, builder, sig.args[0], args, args[2:])[0]
 
     lanes = _lanes_in(array)
     return lanes(array, types.int64, lanes), build
+
+
+@_built
+def combined_both(_typing: Any, array: Any, first: Any, weights: Any, others: Any) -> Any:
+    """Return `combined` of the same rows with two weights; each row is read once."""
+
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        both = _combined(context, builder, sig.args[0], args, args[2:])
+        return context.make_tuple(builder, sig.return_type, both)
+
+    lanes = _lanes_in(array)
+    return types.UniTuple(lanes, 2)(array, types.int64, lanes, lanes), build
 
 
 @_built

@@ -40,6 +40,7 @@ from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
     combined,
+    combined_both,
     filled,
     fma,
     lane,
@@ -223,8 +224,9 @@ def _sweep(
     planes = len(omega)
     change = filled(work, 0.0)
     for p in range(planes):
-        u = fma(combined(work, COEFFICIENTS, load(work, row(K1, planes, p))), h, state[4 * p])
-        v = fma(combined(work, COEFFICIENTS, load(work, row(K2, planes, p))), h, state[4 * p + 2])
+        k1, k2 = load(work, row(K1, planes, p)), load(work, row(K2, planes, p))
+        u, v = combined_both(work, COEFFICIENTS, k1, k2)
+        u, v = fma(u, h, state[4 * p]), fma(v, h, state[4 * p + 2])
         moved = larger(u - load(work, row(U, planes, p)), v - load(work, row(V, planes, p)))
         change = larger(change, moved)
         store(work, row(U, planes, p), u)
