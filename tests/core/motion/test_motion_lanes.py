@@ -8,9 +8,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tauto_core.motion.compiled import entry
+from tauto_core.motion.compiled import compiled, entry
 from tauto_core.motion.lanes import (
     SIZE,
+    WIDE_SIZE,
+    combined,
+    combined_both,
+    filled,
     fma,
     lane,
     larger,
@@ -20,9 +24,12 @@ from tauto_core.motion.lanes import (
     negative,
     ones,
     pointer,
+    root,
     splat,
     store,
     total,
+    wide_pointer,
+    width,
     with_lane,
 )
 
@@ -34,8 +41,8 @@ OPERATORS = {
 }
 
 
-@entry
-def operate(rows, x, n, out):
+@compiled
+def _operate(rows, x, n, out):
     """Every operator of rows 0 and 1 with each other, the float x and the integer n."""
     a, b = load(rows, 0), load(rows, 1)
     store(out, 0, a + b)
@@ -61,18 +68,23 @@ def operate(rows, x, n, out):
     store(out, 20, -a)
 
 
-@entry
-def rearrange(rows, x, i, out, numbers):
+@compiled
+def _rearrange(rows, x, i, out, numbers):
     """All that is no operator; `numbers` takes what is one float."""
     a, b, c = load(rows, 0), load(rows, 1), load(rows, 2)
     store(out, i, c)
-    store(out, 8, splat(x))
-    store(out, 9, with_lane(a, i, x))
-    store(out, 10, larger(a, b))
-    store(out, 11, fma(a, b, c))
-    store(out, 12, fma(x, b, c))
-    store(out, 13, fma(a, x, c))
-    store(out, 14, fma(a, b, x))
+    store(out, 16, filled(a, x))
+    store(out, 17, with_lane(a, i, x))
+    store(out, 18, larger(a, b))
+    store(out, 19, fma(a, b, c))
+    store(out, 20, fma(x, b, c))
+    store(out, 21, fma(a, x, c))
+    store(out, 22, fma(a, b, x))
+    store(out, 23, root(filled(rows, x)))
+    store(out, 24, combined(rows, 0, a))
+    both = combined_both(rows, 0, b, a)
+    store(out, 25, both[0])
+    store(out, 26, both[1])
     numbers[0] = lane(a, i)
     numbers[1] = largest(a)
     numbers[2] = least(a)
@@ -80,14 +92,56 @@ def rearrange(rows, x, i, out, numbers):
     numbers[4] = fma(numbers[5], numbers[6], numbers[7])
 
 
+@compiled
+def _tell(rows, numbers, counts):
+    """What is told of lanes in whole numbers."""
+    counts[0] = negative(load(rows, 0))
+    counts[1] = ones(counts[0])
+    counts[2] = width(rows)
+    numbers[0] = rows[width(rows) + 1]
+    store(rows, 1, load(rows, 0) + 1.0)
+
+
+@entry
+def operate(rows, x, n, out):
+    _operate(rows, x, n, out)
+
+
+@entry
+def operate_wide(rows, x, n, out):
+    _operate(wide_pointer(rows), x, n, wide_pointer(out))
+
+
+@entry
+def rearrange(rows, x, i, out, numbers):
+    _rearrange(rows, x, i, out, numbers)
+
+
+@entry
+def rearrange_wide(rows, x, i, out, numbers):
+    _rearrange(wide_pointer(rows), x, i, wide_pointer(out), numbers)
+
+
 @entry
 def tell(rows, numbers, counts):
-    """What is told of lanes in whole numbers, and pointers in place of arrays."""
-    place = pointer(rows)
-    counts[0] = negative(load(place, 0))
-    counts[1] = ones(counts[0])
-    numbers[0] = place[9]
-    store(place, 1, load(pointer(place), 0) + 1.0)
+    _tell(pointer(rows), numbers, counts)
+
+
+@entry
+def tell_wide(rows, numbers, counts):
+    _tell(wide_pointer(rows), numbers, counts)
+
+
+@entry
+def fill_eight(x, out):
+    store(out, 0, splat(x))
+    store(pointer(out), 1, load(pointer(pointer(out)), 0) + 1.0)
+
+
+OPERATE = {SIZE: operate, WIDE_SIZE: operate_wide}
+REARRANGE = {SIZE: rearrange, WIDE_SIZE: rearrange_wide}
+TELL = {SIZE: tell, WIDE_SIZE: tell_wide}
+WIDTHS = pytest.mark.parametrize('n', [SIZE, WIDE_SIZE])
 
 
 def same_bits(found, wanted):
@@ -111,23 +165,25 @@ SPECIAL = np.array(
 )
 
 
+@WIDTHS
 @pytest.mark.parametrize(
-    ('rows', 'x', 'n'),
+    ('rows', 'x', 'whole'),
     [
-        *((numbers_of_all_sizes(seed, (2, SIZE)), 10.0**seed / 3, seed - 4) for seed in range(4)),
-        (SPECIAL, -0.0, 3),
-        (SPECIAL, np.inf, 2**53 + 1),
+        *((numbers_of_all_sizes(k, (2, WIDE_SIZE)), 10.0**k / 3, k - 4) for k in range(4)),
+        (np.tile(SPECIAL, 2), -0.0, 3),
+        (np.tile(SPECIAL, 2), np.inf, 2**53 + 1),
     ],
 )
-def test_operators_give_the_bits_of_numpy(rows, x, n):
-    out = np.full((21, SIZE), 7.0)
-    operate(rows, x, n, out)
+def test_operators_give_the_bits_of_numpy(rows, x, whole, n):
+    rows = np.ascontiguousarray(rows[:, :n])
+    out = np.full((21, n), 7.0)
+    OPERATE[n](rows, x, whole, out)
     a, b = rows
     with np.errstate(all='ignore'):
         wanted = [
             do(*pair)
             for do in OPERATORS.values()
-            for pair in ((a, b), (a, x), (x, a), (a, float(n)), (float(n), a))
+            for pair in ((a, b), (a, x), (x, a), (a, float(whole)), (float(whole), a))
         ]
     for found, exact in zip(out, [*wanted, -a], strict=True):
         same_bits(found, exact)
@@ -140,29 +196,53 @@ def folded(values):
     return values[0]
 
 
-@pytest.mark.parametrize('i', range(SIZE))
-def test_what_moves_lanes_moves_the_right_ones(i):
-    rows = numbers_of_all_sizes(i, (3, SIZE))
-    out, numbers = np.full((15, SIZE), 7.0), np.zeros(8)
-    x = -1.0 / 3.0
-    rearrange(rows, x, i, out, numbers)
-    a, b, c = rows
+@pytest.mark.parametrize(
+    ('i', 'n'), [*((i, SIZE) for i in range(SIZE)), *((i, WIDE_SIZE) for i in range(WIDE_SIZE))]
+)
+def test_what_moves_lanes_moves_the_right_ones(i, n):
+    rows = numbers_of_all_sizes(i, (n, n))
+    out, numbers = np.full((27, n), 7.0), np.zeros(8)
+    x = 1.0 / 3.0
+    REARRANGE[n](rows, x, i, out, numbers)
+    a, b, c = rows[:3]
     same_bits(out[i], c)
-    untouched = np.arange(SIZE) != i
-    same_bits(out[:SIZE][untouched], np.full((SIZE - 1, SIZE), 7.0))
-    same_bits(out[8], np.full(SIZE, x))
-    same_bits(out[9], np.where(np.arange(SIZE) == i, x, a))
-    same_bits(out[10], np.maximum(np.abs(a), np.abs(b)))
+    untouched = np.arange(16) != i
+    same_bits(out[:16][untouched], np.full((15, n), 7.0))
+    same_bits(out[16], np.full(n, x))
+    same_bits(out[17], np.where(np.arange(n) == i, x, a))
+    same_bits(out[18], np.maximum(np.abs(a), np.abs(b)))
+    same_bits(out[23], np.full(n, np.sqrt(x)))
     same_bits(numbers[:4], [a[i], np.max(np.abs(a)), np.min(a), folded(a)])
 
 
-def test_the_order_of_the_sum_is_the_documented_one():
-    """Any other order of these eight gives another number."""
-    rows = np.zeros((3, SIZE))
-    rows[0] = [1e16, 1.0, 1.0, 1e-16, -1e16, 1.0, 1.0, -1.0]
+@WIDTHS
+def test_rows_are_combined_in_four_sums(n):
+    """Term j goes to sum j mod 4, with one rounding; sums 0 and 1, 2 and 3 come together first."""
+    rows = np.random.default_rng(n).standard_normal((n, n))
+    out, numbers = np.zeros((27, n)), np.zeros(8)
+    REARRANGE[n](rows, 0.5, 0, out, numbers)
+
+    def combination(weights, lane):
+        sums = [0.0] * 4
+        for j in range(n):
+            sums[j % 4] = rounded(float(weights[j]), float(rows[j, lane]), sums[j % 4])
+        return (sums[0] + sums[1]) + (sums[2] + sums[3])
+
+    with_a, with_b = ([combination(rows[k], i) for i in range(n)] for k in (0, 1))
+    same_bits(out[24], with_a)
+    same_bits(out[25], with_b)
+    same_bits(out[26], with_a)
+
+
+@WIDTHS
+def test_the_order_of_the_sum_is_the_documented_one(n):
+    """Any other order of these eight, then zeros, gives another number."""
+    rows = np.zeros((n, n))
+    eight = np.array([1e16, 1.0, 1.0, 1e-16, -1e16, 1.0, 1.0, -1.0])
+    rows[0, :SIZE] = eight
     numbers = np.zeros(8)
-    rearrange(rows, 0.0, 0, np.zeros((15, SIZE)), numbers)
-    a = rows[0]
+    REARRANGE[n](rows, 0.0, 0, np.zeros((27, n)), numbers)
+    a = eight
     pairs = ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
     assert numbers[3] == pairs
     assert pairs not in (np.add.reduce(a), sum(a[::-1].tolist()))
@@ -173,42 +253,55 @@ def rounded(a, b, c):
     return float(Fraction(a) * Fraction(b) + Fraction(c))
 
 
-def fused_rows(case):
+def fused_rows(case, n):
     random = np.random.default_rng(11)
-    a, b = random.standard_normal((2, SIZE))
+    rows = np.zeros((n, n))
+    a, b = random.standard_normal((2, n))
     if case == 'cancelling':
-        return np.array([a, b, -a * b])
-    if case == 'tiny':  # the products and what is left of them are subnormal
-        return np.array([a * 1e-160, b * 1e-155, a * 1e-314])
-    return np.array([a, b, random.standard_normal(SIZE) * 10.0 ** np.arange(-20, 20, 5)])
+        rows[:3] = a, b, -a * b
+    elif case == 'tiny':  # the products and what is left of them are subnormal
+        rows[:3] = a * 1e-160, b * 1e-155, a * 1e-314
+    else:
+        rows[:3] = a, b, random.standard_normal(n) * 10.0 ** np.linspace(-20, 15, n)
+    return rows
 
 
+@WIDTHS
 @pytest.mark.parametrize('case', ['cancelling', 'tiny', 'apart'])
-def test_fma_rounds_once(case):
-    rows = fused_rows(case)
+def test_fma_rounds_once(case, n):
+    rows = fused_rows(case, n)
     x = float(rows[0, 3]) * 1.1
-    out, numbers = np.zeros((15, SIZE)), np.zeros(8)
-    numbers[5:] = rows[:, 5]
-    rearrange(rows, x, 0, out, numbers)
-    a, b, c = rows.tolist()
-    xs = [x] * SIZE
-    same_bits(out[11], list(map(rounded, a, b, c)))
-    same_bits(out[12], list(map(rounded, xs, b, c)))
-    same_bits(out[13], list(map(rounded, a, xs, c)))
-    same_bits(out[14], list(map(rounded, a, b, xs)))
+    out, numbers = np.zeros((27, n)), np.zeros(8)
+    numbers[5:] = rows[:3, 5]
+    REARRANGE[n](rows, x, 0, out, numbers)
+    a, b, c = rows[:3].tolist()
+    xs = [x] * n
+    same_bits(out[19], list(map(rounded, a, b, c)))
+    same_bits(out[20], list(map(rounded, xs, b, c)))
+    same_bits(out[21], list(map(rounded, a, xs, c)))
+    same_bits(out[22], list(map(rounded, a, b, xs)))
     same_bits(numbers[4], rounded(a[5], b[5], c[5]))
     if case == 'cancelling':
-        assert np.count_nonzero(out[11]) > SIZE // 2
+        assert np.count_nonzero(out[19]) > n // 2
 
 
+@WIDTHS
 @pytest.mark.parametrize('row', [*SPECIAL, np.array([-1.0, 2.0, -3.0, -4.0, 5.0, 6.0, 7.0, -8.0])])
-def test_bits_tell_which_lanes_are_negative(row):
+def test_bits_tell_which_lanes_are_negative(row, n):
     """Neither −0.0 nor what is no number is; the first lane has the lowest bit."""
-    rows, numbers, counts = np.array([row, row + 100.0]), np.zeros(1), np.zeros(2, np.int64)
+    row = np.concatenate([row, -row])[:n]
+    rows, numbers, counts = np.array([row, row + 100.0]), np.zeros(1), np.zeros(3, np.int64)
     before = rows[1, 1]
-    tell(rows, numbers, counts)
+    TELL[n](rows, numbers, counts)
     below = row < 0.0
-    assert counts[0] == sum(1 << i for i in range(SIZE) if below[i])
+    assert counts[0] == sum(1 << i for i in range(n) if below[i])
     assert counts[1] == np.count_nonzero(below)
+    assert counts[2] == n
     same_bits(numbers[0], before)
     same_bits(rows[1], row + 1.0)
+
+
+def test_a_pointer_to_a_pointer_is_that_pointer():
+    out = np.zeros((2, SIZE))
+    fill_eight(0.25, out)
+    same_bits(out, np.repeat([[0.25], [1.25]], SIZE, axis=1))
