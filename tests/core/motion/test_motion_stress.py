@@ -21,7 +21,7 @@ def broken(rows):
     return [f'{row.name} ({row.setting}): {row.measured}' for row in rows if not row.holds]
 
 
-def test_the_order_is_sixteen_and_the_engine_is_the_method():
+def test_the_orders_are_sixteen_and_thirty_two_and_the_engine_is_the_method():
     from stress_order import order
 
     assert not broken(order())
