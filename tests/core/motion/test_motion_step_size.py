@@ -59,6 +59,36 @@ def longest(name, tolerance):
     )
 
 
+CALM = {'cam': {'kind': 'involute', 'base_radius': 0.0025}, 'thread': {'kind': 'vertical'}}
+WEIGHT = {**CALM, 'power': {'kind': 'weight', 'mass': 0.644}}
+OMEGA, INERTIA = 2.0 * math.pi, 4e-4
+BUSY = {
+    'impulses': (WEIGHT, {'escapement': {'energy': 1e-6}, 'drag': {'viscous': 1e-6}}),
+    'drag with a kink': (WEIGHT, {'drag': {'quadratic': 1e-6}}),
+    'friction': (WEIGHT, {'drag': {'coulomb': 1e-6}}),
+    'kinked cam': (MACHINES['arc'], {}),
+    'bent well': (MACHINES['stiff spring'], {}),
+    'weight as heavy as the wheel': (MACHINES['heavy'], {}),
+    'overdamped': (WEIGHT, {'drag': {'viscous': 1.1 * OMEGA * INERTIA}}),
+}
+
+
+@pytest.mark.parametrize('drag', [{}, {'drag': {'viscous': 0.9 * OMEGA * INERTIA}}])
+def test_a_calm_swing_takes_sixteen_stages_and_steps_of_most_of_a_turn(drag):
+    engine = Collocation(compile_machine(scene_of(trochlea=WEIGHT, **drag)), 1e-10)
+    assert engine.order == 32
+    assert 4.0 < engine.longest_step_s * OMEGA < 5.0
+    assert [engine.steps_in(length_s) for length_s in (0.1, 0.6, 0.8, 2.0)] == [1, 1, 2, 3]
+
+
+@pytest.mark.parametrize('name', BUSY)
+def test_what_ends_or_bends_steps_takes_eight_stages(name):
+    trochlea, sections = BUSY[name]
+    engine = Collocation(compile_machine(scene_of(trochlea=trochlea, **sections)), 1e-10)
+    assert engine.order == 16
+    assert engine.steps_in(60.0) == 1
+
+
 def span(length_s):
     return Forcing(
         length_s=np.array([length_s]),

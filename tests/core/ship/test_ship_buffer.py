@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tauto_core.samples import take
+from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.buffer import MotionBuffer
+from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
 from tauto_core.ship.imu import attitude, imu_samples
 
 STEP = 50_000_000
@@ -296,3 +297,30 @@ def test_a_batch_without_logged_instants_has_no_tilts_but_the_first_span():
 def test_a_stride_outside_its_range_is_refused():
     with pytest.raises(ValueError, match=r'stride = 9: must lie in \[1, 8\]'):
         buffer(stride=9)
+
+
+@pytest.mark.parametrize(
+    ('interval', 'longest_s', 'wanted'),
+    [
+        (60.0, math.inf, 8),
+        (60.0, 0.4, 8),
+        (60.0, 0.3, 6),  # one step of 0.3 s instead of two of 0.2 s
+        (60.0, 0.2, 8),
+        (0.7, 0.4, 7),
+        (0.7, 0.3, 7),  # of 14 samples there are no six
+        (0.55, 0.4, 1),
+        (0.5, 0.3, 5),
+        (0.05, 0.4, 1),
+    ],
+)
+def test_pieces_span_what_logs_and_steps_divide(interval, longest_s, wanted):
+    scene = load_scene('involute_weight_at_sea', duration=interval * 60)
+    changed = scene.model_copy(update={'log': scene.log.model_copy(update={'interval': interval})})
+    assert changed.ship.rate == 20.0
+
+    def steps_in(length_s):
+        return max(1, math.ceil(length_s / longest_s - 1e-9))
+
+    assert samples_a_piece(changed, steps_in) == wanted
+    if longest_s == math.inf:
+        assert samples_a_piece(changed) == wanted
