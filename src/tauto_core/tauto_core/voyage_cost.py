@@ -341,13 +341,17 @@ def _growth(
     """Return the most that the reading's error can grow in a day [s/day].
 
     A step's error is the tolerance where the step is the longest, and in a smooth well goes with
-    its power of the order. All steps are taken to err alike; rounding errs at random.
+    its power of the order; what is left to the iteration does not. All steps are taken to err
+    alike; rounding errs at random.
     """
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
         smooth = not isinstance(machine, Machine) or not machine.cam.joints.size
-        error = tolerance(scene) * (steps.shorter**steps.order if smooth else 1.0)
+        from tauto_core.motion.step_size import settled_at  # imports numba
+
+        allowed = tolerance(scene)
+        error = allowed * (steps.shorter**steps.order if smooth else 1.0) + settled_at(allowed)
         return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
     if name == 'forced_harmonic':
         return rounding

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
@@ -45,37 +45,38 @@ _KERNELS = (
     'wells',
     'wheel_plane',
 )
-_FOLLOWED = (
+_ENGINE = (
     *(Path(__file__).with_name(f'{name}.py') for name in _KERNELS),
     Path(levers.__file__),
 )
+_LANES = tuple(Path(__file__).with_name(f'{name}.py') for name in ('compiled', 'lanes'))
 
 
-@lru_cache(maxsize=1)
-def _sources() -> str:
-    """Return the hash of all that the kernels are made from."""
+@cache
+def _hash(sources: tuple[Path, ...]) -> str:
+    """Return the hash of all that kernels are made from."""
     whole = sha256()
-    for path in _FOLLOWED:
+    for path in sources:
         whole.update(path.read_bytes())
     return whole.hexdigest()
 
 
-def _cached(kernel: Any) -> Callable[..., Any]:
+def _cached(kernel: Any, sources: tuple[Path, ...]) -> Callable[..., Any]:
     index: Any = getattr(getattr(kernel, '_cache', None), '_cache_file', None)
     if hasattr(index, '_source_stamp'):
-        index._source_stamp = (index._source_stamp, _sources())
+        index._source_stamp = (index._source_stamp, _hash(sources))
     return cast(Callable[..., Any], kernel)
 
 
 def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile into whatever calls it: for what is short, or called in one place that is hot."""
     options = {**_INTERNAL, 'forceinline': True}
-    return _cached(njit(**options)(function))
+    return _cached(njit(**options)(function), _ENGINE)
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile for calls from other compiled functions only."""
-    return _cached(njit(**_INTERNAL)(function))
+    return _cached(njit(**_INTERNAL)(function), _ENGINE)
 
 
 def entry(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -85,4 +86,19 @@ def entry(function: Callable[..., Any]) -> Callable[..., Any]:
     stamp is private: where a later numba hides it, only who edits the kernels must clear
     `__pycache__` by hand.
     """
-    return _cached(njit(**_OPTIONS)(function))
+    return _cached(njit(**_OPTIONS)(function), _ENGINE)
+
+
+def on_lanes(**options: Any) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Return a decorator for what uses lanes outside the engine, and may allocate.
+
+    Kept on disk until its own file or that of the lanes changes.
+
+    Args:
+        options: of numba, besides the cache and no GIL.
+    """
+
+    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
+        return _cached(njit(cache=True, nogil=True, **options)(function), _LANES)
+
+    return decorate

@@ -33,13 +33,16 @@ def _built(function: Callable[..., Any]) -> Callable[..., Any]:
     return made
 
 
-class LanesType(types.Type):
-    """So many doubles as one number; `vector` is LLVM's name for them."""
+class _LanesType(types.Type):
+    """So many doubles as one number; `vector` is LLVM's type of them."""
 
     def __init__(self, count: int) -> None:
         super().__init__(name=f'Lanes{count}')
         self.count = count
-        self.vector = ir.VectorType(_DOUBLE, count)
+
+    @property
+    def vector(self) -> Any:
+        return ir.VectorType(_DOUBLE, self.count)
 
 
 class _WidePointer(types.CPointer):
@@ -48,23 +51,24 @@ class _WidePointer(types.CPointer):
         self.name = f'wide {dtype}*'
 
 
-LANES, WIDE_LANES = LanesType(SIZE), LanesType(WIDE_SIZE)
+LANES, WIDE_LANES = _LanesType(SIZE), _LanesType(WIDE_SIZE)
 register_model(_WidePointer)(models.PointerModel)
 
 
-@register_model(LanesType)
+@register_model(_LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, kind.vector)
 
 
-def _is_lanes(kind: Any) -> bool:
-    return isinstance(kind, LanesType)
+def is_lanes(kind: Any) -> bool:
+    """Return whether a numba type is lanes."""
+    return isinstance(kind, _LanesType)
 
 
-def _lanes_in(rows: Any) -> LanesType:
+def _lanes_in(rows: Any) -> _LanesType:
     """Return what a row is: of an array, of a pointer, or of what is lanes itself."""
-    if isinstance(rows, LanesType):
+    if isinstance(rows, _LanesType):
         return rows
     return WIDE_LANES if isinstance(rows, _WidePointer) else LANES
 
@@ -73,13 +77,13 @@ def _shuffled(builder: Any, a: Any, b: Any, order: list[int]) -> Any:
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_INDEX, len(order)), order))
 
 
-def _splat(builder: Any, kind: LanesType, x: Any) -> Any:
+def _splat(builder: Any, kind: _LanesType, x: Any) -> Any:
     nothing = ir.Constant(kind.vector, ir.Undefined)
     first = builder.insert_element(nothing, x, ir.Constant(_INDEX, 0))
     return _shuffled(builder, first, nothing, [0] * kind.count)
 
 
-def _lower(operation: Any, method: str, kinds: tuple[Any, Any], result: LanesType) -> None:
+def _lower(operation: Any, method: str, kinds: tuple[Any, Any], result: _LanesType) -> None:
     @lower_builtin(operation, *kinds)
     def _(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
         pair = [
@@ -95,7 +99,7 @@ def _register(operation: Any, method: str) -> None:
     @infer_global(operation)
     class Operator(AbstractTemplate):
         def generic(self, args: Any, _kws: Any) -> Any:
-            wide = [arg for arg in args if _is_lanes(arg)]
+            wide = [arg for arg in args if is_lanes(arg)]
             if len(args) != 2 or not wide:
                 return None
             if not all(arg is wide[0] or isinstance(arg, types.Number) for arg in args):
@@ -120,10 +124,10 @@ for _operation, _method in (
 @infer_global(operator.neg)
 class _Negation(AbstractTemplate):
     def generic(self, args: Any, _kws: Any) -> Any:
-        return signature(args[0], args[0]) if len(args) == 1 and _is_lanes(args[0]) else None
+        return signature(args[0], args[0]) if len(args) == 1 and is_lanes(args[0]) else None
 
 
-@lower_builtin(operator.neg, LanesType)
+@lower_builtin(operator.neg, _LanesType)
 def _negate(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
@@ -190,9 +194,9 @@ def store(_typing: Any, array: Any, row: Any, lanes: Any) -> Any:
     return types.void(array, types.int64, _lanes_in(array)), build
 
 
-def _combined(context: Any, builder: Any, kind: Any, args: Any, many: tuple[Any, ...]) -> list[Any]:
-    """Sum rows with each of several weights, each row read once."""
-    lanes = _lanes_in(kind)
+def _combined(context: Any, builder: Any, kind: Any, args: Any) -> list[Any]:
+    """Sum rows from the second argument on with each of the weights that follow it."""
+    lanes, many = _lanes_in(kind), args[2:]
     name = f'llvm.fma.v{lanes.count}f64'
     sums: list[list[Any]] = [[] for _ in many]
     for j in range(lanes.count):
@@ -205,9 +209,7 @@ def _combined(context: Any, builder: Any, kind: Any, args: Any, many: tuple[Any,
                 parts.append(builder.fmul(*pair))
             else:
                 parts[j % 4] = _call(builder, name, lanes.vector, [*pair, parts[j % 4]])
-    return [
-        builder.fadd(builder.fadd(*parts[:2]), builder.fadd(*parts[2:])) for parts in sums
-    ]
+    return [builder.fadd(builder.fadd(*parts[:2]), builder.fadd(*parts[2:])) for parts in sums]
 
 
 @_built
@@ -215,7 +217,7 @@ def combined(_typing: Any, array: Any, first: Any, weights: Any) -> Any:
     """Return Σ_j weights_j · row (first + j); four sums side by side, for speed."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _combined(context, builder, sig.args[0], args, args[2:])[0]
+        return _combined(context, builder, sig.args[0], args)[0]
 
     lanes = _lanes_in(array)
     return lanes(array, types.int64, lanes), build
@@ -226,7 +228,7 @@ def combined_both(_typing: Any, array: Any, first: Any, weights: Any, others: An
     """Return `combined` of the same rows with two weights; each row is read once."""
 
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        both = _combined(context, builder, sig.args[0], args, args[2:])
+        both = _combined(context, builder, sig.args[0], args)
         return context.make_tuple(builder, sig.return_type, both)
 
     lanes = _lanes_in(array)
@@ -292,8 +294,8 @@ def _call(builder: Any, name: str, result: Any, args: list[Any]) -> Any:
 @_built
 def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
     """Return a·b + c, rounded once; lanes where any of them is lanes, else a float."""
-    wide = [kind for kind in (a, b, c) if _is_lanes(kind)]
-    kinds = [kind if _is_lanes(kind) else types.float64 for kind in (a, b, c)]
+    wide = [kind for kind in (a, b, c) if is_lanes(kind)]
+    kinds = [kind if is_lanes(kind) else types.float64 for kind in (a, b, c)]
 
     def build(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
         if not wide:
@@ -310,10 +312,10 @@ def fma(_typing: Any, a: Any, b: Any, c: Any) -> Any:
 @_built
 def root(_typing: Any, x: Any) -> Any:
     """Return the square root, correctly rounded: lanes of lanes, a float of a float."""
-    kind = x if _is_lanes(x) else types.float64
+    kind = x if is_lanes(x) else types.float64
 
     def build(_context: Any, builder: Any, _sig: Any, args: Any) -> Any:
-        name, result = (f'v{x.count}f64', x.vector) if _is_lanes(x) else ('f64', _DOUBLE)
+        name, result = (f'v{x.count}f64', x.vector) if is_lanes(x) else ('f64', _DOUBLE)
         return _call(builder, f'llvm.sqrt.{name}', result, list(args))
 
     return kind(kind), build

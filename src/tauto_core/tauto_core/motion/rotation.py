@@ -13,7 +13,7 @@ from typing import Any
 from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.lanes import fma
 
-_TERMS = 13
+_TERMS = 14
 _HALVINGS = 3
 _SINE = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800)
 _SINE_REST = (-1 / 1307674368000, 1 / 355687428096000, -1 / 121645100408832000)

@@ -33,9 +33,9 @@ from tauto_core.curves.levers import ArcLever, LinearLever, SmoothLever, SpringL
 from tauto_core.motion import arc_length
 from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.lanes import (
-    LanesType,
     filled,
     fma,
+    is_lanes,
     lane,
     largest,
     root,
@@ -153,9 +153,9 @@ def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
     if lever.instance_class is SpringLever:
         return lambda lever, side, q: _spring(lever, q)
     if lever.instance_class is SmoothLever:
-        law = _smooth if isinstance(q, LanesType) else _smooth_at
+        law = _smooth if is_lanes(q) else _smooth_at
     else:
-        law = _splines if isinstance(q, LanesType) else _spline
+        law = _splines if is_lanes(q) else _spline
     return lambda lever, side, q: law(lever, q)
 
 
