@@ -228,3 +228,4 @@ def test_passage_and_two_at_once_say_what_they_measured() -> None:
     assert result['us_per_oscillation'] == pytest.approx(per_swing)
     both = bench.two_at_once(60.0)
     assert both['ratio'] == both['two_s'] / both['one_s'] > 0.0
+    assert both['processes_ratio'] > 0.0

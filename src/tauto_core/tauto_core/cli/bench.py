@@ -89,8 +89,10 @@ def _print(result: Mapping[str, Any]) -> None:
             '(needed: at most {needed_us:g})'.format(**result['passage'])
         )
         console.print(
-            'two runs at once take {ratio:.3g} of the time of one '
-            '(needed: at most {needed_ratio:g})'.format(**result['two_at_once'])
+            'two runs at once take {ratio:.3g} times as long as one (needed: at most '
+            '{needed_ratio:g}), in two processes {processes_ratio:.3g}'.format(
+                **result['two_at_once']
+            )
         )
 
 
