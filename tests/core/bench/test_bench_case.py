@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tauto_core import bench
-from tauto_core.bench.case_kernels import case_slope, fill_jacobian
+from tauto_core.bench.case_kernels import bends, case_slope, fill_jacobian
 from tauto_core.bench.case_references import gauss_case, long_double_case
 from tauto_core.bench.problems import CaseProblem, HungCase, problems
 from tauto_core.bench.references import CASE_STEPS_A_SECOND, Reference, error_rad, reference
@@ -78,6 +78,31 @@ def test_jacobian_is_the_slope_of_the_slope() -> None:
             np.testing.assert_allclose(
                 found[:, j], (ahead - behind) / (2 * h), rtol=1e-6, atol=1e-4
             )
+
+
+def test_peers_equations_in_long_double_end_where_the_stored_state_is() -> None:
+    """Other equations, tolerance and steps than the stored state's, and no rounding of Gauss."""
+    hy = pytest.importorskip('heyoka')
+    long = np.longdouble
+    theta, phi, theta_rate, phi_rate = hy.make_vars('theta', 'phi', 'theta_rate', 'phi_rate')
+    delta = phi - theta
+    bent = bends(
+        [hy.expression(long(number)) for number in NUMBERS],
+        (theta_rate, phi_rate),
+        (hy.sin(theta), hy.cos(theta)),
+        (hy.sin(delta), hy.cos(delta)),
+    )
+    integrator = hy.taylor_adaptive(
+        [(theta, theta_rate), (phi, phi_rate), (theta_rate, bent[0]), (phi_rate, bent[1])],
+        np.array([CASE.release_angle] * 2 + [0.0, 0.0], long),
+        fp_type=long,
+        tol=long(1e-20),
+        high_accuracy=True,
+    )
+    integrator.propagate_until(long(600.0))
+    _, angle, _, rate = (float(each) for each in integrator.state)
+    # what is compared is a double: a few 1e-17, and 1e-14 of both tolerances
+    assert abs(error_rad(PROBLEM, angle, rate, reference(PROBLEM, 600.0))) < 1e-13
 
 
 @pytest.mark.parametrize('way', ['long double', 'gauss'])
