@@ -190,9 +190,7 @@ def store(_typing: Any, array: Any, row: Any, lanes: Any) -> Any:
     return types.void(array, types.int64, _lanes_in(array)), build
 
 
-def _combined(
-    context: Any, builder: Any, kind: Any, args: Any, many: tuple[Any, ...]
-) -> list[Any]:
+def _combined(context: Any, builder: Any, kind: Any, args: Any, many: tuple[Any, ...]) -> list[Any]:
     """Sum rows with each of several weights, each row read once."""
     lanes = _lanes_in(kind)
     name = f'llvm.fma.v{lanes.count}f64'
@@ -207,7 +205,9 @@ def _combined(
                 parts.append(builder.fmul(*pair))
             else:
                 parts[j % 4] = _call(builder, name, lanes.vector, [*pair, parts[j % 4]])
-    return [builder.fadd(builder.fadd(*parts[:2]), builder.fadd(*parts[2:])) for parts in sums]
+    return [
+        builder.fadd(builder.fadd(*parts[:2]), builder.fadd(*parts[2:])) for parts in sums
+    ]
 
 
 @_built
