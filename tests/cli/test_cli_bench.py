@@ -40,7 +40,7 @@ def test_the_table_says_what_is_compared_and_what_is_needed() -> None:
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        (('--problem', 'z'), "problem 'z' is not known. Choose from a, b, c, d, e"),
+        (('--problem', 'z'), "problem 'z' is not known. Choose from a, b, c, d, e, f"),
         (('--peers', 'matlab'), "peer 'matlab' is not known. Choose from tauto, heyoka"),
         (('--plot', 'figure.pdf'), 'must end in .svg or .png'),
         (('--plot', 'nowhere/figure.png'), 'there is no folder nowhere'),

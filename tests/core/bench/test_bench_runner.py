@@ -125,7 +125,7 @@ def test_a_missing_peer_is_named_and_skipped(monkeypatch: pytest.MonkeyPatch) ->
 @pytest.mark.parametrize(
     ('keys', 'names', 'words'),
     [
-        (['a', 'q'], None, "problem 'q' is not known. Choose from a, b, c, d, e"),
+        (['a', 'q'], None, "problem 'q' is not known. Choose from a, b, c, d, e, f"),
         (['a'], ['tauto', 'rk4'], "peer 'rk4' is not known. Choose from tauto, heyoka, dop853"),
     ],
 )

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from tauto_core.bench.peer import Outcome
-from tauto_core.bench.peer_states import angular_frequency, library, mass_ratio, start, wheel
+from tauto_core.bench.peer_states import angular_frequency, end_of, library, mass_ratio, start_of
 from tauto_core.bench.peer_states import vertical as vertical_at
-from tauto_core.bench.problems import Numbers, Problem
+from tauto_core.bench.problems import CaseProblem, Numbers, Problem
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
@@ -51,23 +51,28 @@ class Cvode:
             PropagationError: CVODE stopped before the end.
         """
         began = time.perf_counter()
-        numbers = problem.numbers
         method, tolerance = setting.split()
         sense = np.array([1.0])
         solver = self._solver(problem, method, float(tolerance), sense)
-        state = np.array(start(numbers))
+        state = np.array(start_of(problem))
         ready = time.perf_counter()
-        state = _advance(solver, numbers, state, duration_s, sense)
+        state = _advance(solver, problem, state, duration_s, sense)
         run_s = time.perf_counter() - ready
-        angle, rate = wheel(numbers, duration_s, state[0], state[1])
-        return Outcome(duration_s, float(angle), float(rate), run_s, ready - began)
+        angle, rate = end_of(problem, duration_s, state)
+        return Outcome(duration_s, angle, rate, run_s, ready - began)
 
     def _solver(self, problem: Problem, method: str, tolerance: float, sense: FloatArray) -> Any:
         cvode = library(NAME, 'sksundae.cvode', 'scikit-sundae')
         if problem.key not in self._compiled:
-            self._compiled[problem.key] = _compiled(problem.numbers)
+            self._compiled[problem.key] = (
+                _compiled_case(problem)
+                if isinstance(problem, CaseProblem)
+                else _compiled(problem.numbers)
+            )
         slope, jacobian, crossing = self._compiled[problem.key]
         scale = np.abs(np.array([problem.numbers.release_angle, 2 * math.pi / problem.period_s]))
+        if isinstance(problem, CaseProblem):
+            scale = np.repeat(scale, 2)
         options: dict[str, Any] = {
             'method': method,
             'rtol': tolerance,
@@ -76,7 +81,7 @@ class Cvode:
             'jacfn': jacobian,
             'userdata': sense,
         }
-        if problem.numbers.impulse_energy:
+        if not isinstance(problem, CaseProblem) and problem.numbers.impulse_energy:
 
             def events(t: float, y: FloatArray, out: FloatArray, sense: FloatArray) -> None:
                 crossing(t, y, out, sense)
@@ -88,11 +93,11 @@ class Cvode:
 
 
 def _advance(
-    solver: Any, numbers: Numbers, state: FloatArray, end_s: float, sense: FloatArray
+    solver: Any, problem: Problem, state: FloatArray, end_s: float, sense: FloatArray
 ) -> FloatArray:
-    """Return (x, u) at the end; CVODE starts anew after each impulse."""
+    """Return the state at the end; CVODE starts anew after each impulse."""
     now = 0.0
-    sense[0] = math.copysign(1.0, numbers.release_angle)
+    sense[0] = math.copysign(1.0, problem.numbers.release_angle)
     while True:
         solver.init_step(now, state)
         result = solver.step(end_s, method='normal', tstop=end_s)
@@ -101,9 +106,9 @@ def _advance(
             raise PropagationError(
                 f'CVODE stopped: {result.message}. Choose a coarser tolerance.', now
             )
-        if now >= end_s:
+        if now >= end_s or isinstance(problem, CaseProblem):
             return state
-        state[1] += _gain(numbers, now, state)
+        state[1] += _gain(problem.numbers, now, state)
         sense[0] = -sense[0]
 
 
@@ -160,6 +165,35 @@ def _compiled(numbers: Numbers) -> tuple[Any, Any, Any]:
     jacobian(0.0, frozen, frozen, square, one)
     crossing(0.0, frozen, one.copy(), one)
     return slope, jacobian, crossing
+
+
+def _compiled_case(problem: CaseProblem) -> tuple[Any, Any, None]:
+    """Return right-hand side and Jacobian of the case, compiled for CVODE's arrays; no event."""
+    njit = library(NAME, 'numba', 'numba').njit
+    from tauto_core.bench.case_kernels import fill_jacobian, fill_slope
+
+    case = problem.numbers
+    numbers = case.e, case.c, case.k, case.gravity
+
+    @njit  # type: ignore[untyped-decorator]
+    def slope(t: float, y: FloatArray, out: FloatArray, sense: FloatArray) -> None:  # noqa: ARG001
+        fill_slope(y, numbers, out)
+
+    @njit  # type: ignore[untyped-decorator]
+    def jacobian(
+        t: float,  # noqa: ARG001
+        y: FloatArray,
+        rate: FloatArray,  # noqa: ARG001
+        out: FloatArray,
+        sense: FloatArray,  # noqa: ARG001
+    ) -> None:
+        fill_jacobian(y, numbers, out)
+
+    frozen = np.array(start_of(problem))
+    frozen.flags.writeable = False
+    slope(0.0, frozen, np.ones(4), np.ones(1))
+    jacobian(0.0, frozen, frozen, np.ones((4, 4)), np.ones(1))
+    return slope, jacobian, None
 
 
 def _attitude(numbers: Numbers) -> Callable[[float], tuple[float, float, float, float]]:

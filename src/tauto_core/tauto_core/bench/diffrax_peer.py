@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from tauto_core.bench.peer import Outcome
-from tauto_core.bench.peer_states import angular_frequency, library, mass_ratio, start, wheel
-from tauto_core.bench.problems import Numbers, Problem
+from tauto_core.bench.peer_states import angular_frequency, end_of, library, mass_ratio, start_of
+from tauto_core.bench.problems import CaseProblem, HungCase, Numbers, Problem
 from tauto_core.scene.errors import PropagationError
 
 NAME = 'diffrax'
@@ -51,12 +51,10 @@ class Diffrax:
             PropagationError: diffrax stopped before the end.
         """
         began = time.perf_counter()
-        numbers = problem.numbers
         tolerance = float(setting)
-        state = tuple(float(each) for each in (*start(numbers), numbers.release_angle))
+        state, program = _start_and_program(problem)
         if problem.key not in self._compiled:
-            jax = library(NAME, 'jax', 'jax')
-            run = jax.jit(_swings(numbers) if numbers.impulse_energy else _one_run(numbers))
+            run = library(NAME, 'jax', 'jax').jit(program)
             self._compiled[problem.key] = run.lower(state, duration_s, tolerance).compile()
         run = self._compiled[problem.key]
         ready = time.perf_counter()
@@ -67,8 +65,8 @@ class Diffrax:
             raise PropagationError(
                 'diffrax stopped before the end. Choose a coarser tolerance.', reached
             )
-        angle, rate = wheel(numbers, duration_s, end[0], end[1])
-        return Outcome(duration_s, float(angle), float(rate), run_s, ready - began)
+        angle, rate = end_of(problem, duration_s, end)
+        return Outcome(duration_s, angle, rate, run_s, ready - began)
 
 
 def _solve(
@@ -92,16 +90,44 @@ def _solve(
     return solution.ts[-1], tuple(each[-1] for each in solution.ys)
 
 
-def _one_run(numbers: Numbers) -> Callable[[Any, Any, Any], tuple[Any, Any]]:
-    """Return the program of a problem without impulses; the state is (x, u)."""
-    dfx = library(NAME, 'diffrax', 'diffrax')
+def _start_and_program(problem: Problem) -> tuple[tuple[float, ...], Callable[..., Any]]:
+    """Return the state at the start and the program that takes it to the end.
+
+    It is (x, u), with impulses (x, u, theta), of the case (theta, phi, theta', phi').
+    """
+    state = start_of(problem)
+    if isinstance(problem, CaseProblem):
+        return state, _one_run(_case_slope(problem.numbers))
+    numbers = problem.numbers
+    if numbers.impulse_energy:
+        return (*state, numbers.release_angle), _swings(numbers)
     slope = _slope(numbers)
-    term = dfx.ODETerm(lambda t, y, args: slope(t, y, args)[:2])
+    return state, _one_run(lambda t, y, args: slope(t, y, args)[:2])
+
+
+def _one_run(slope: Callable[[Any, Any, Any], Any]) -> Callable[[Any, Any, Any], Any]:
+    """Return the program of a problem without impulses."""
+    term = library(NAME, 'diffrax', 'diffrax').ODETerm(slope)
 
     def run(state: Any, end_s: Any, tolerance: Any) -> tuple[Any, Any]:
-        return _solve(term, state[:2], (0.0, end_s), tolerance)
+        return _solve(term, state, (0.0, end_s), tolerance)
 
     return run
+
+
+def _case_slope(case: HungCase) -> Callable[[Any, Any, Any], Any]:
+    """Return the derivative of the case's state as a function of (t, y, args)."""
+    from tauto_core.bench.case_kernels import bends
+
+    jnp = library(NAME, 'jax.numpy', 'jax')
+    numbers = case.e, case.c, case.k, case.gravity
+
+    def slope(_t: Any, y: Any, _args: Any) -> Any:
+        theta, delta = y[0], y[1] - y[0]
+        normal, tilt = (jnp.sin(theta), jnp.cos(theta)), (jnp.sin(delta), jnp.cos(delta))
+        return y[2], y[3], *bends(numbers, (y[2], y[3]), normal, tilt)
+
+    return slope
 
 
 def _swings(numbers: Numbers) -> Callable[[Any, Any, Any], tuple[Any, Any]]:

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from mpmath import mp
 
-from tauto_core.bench.problems import Numbers, Problem
+from tauto_core.bench.problems import Numbers, WheelProblem
 from tauto_core.bench.sea import turns_at
 
 DIGITS = 40
@@ -72,7 +72,7 @@ def _mass(numbers: Numbers, x: Real) -> Real:
     return mp.mpf(numbers.inertia) + mp.mpf(numbers.mass) * arm * arm
 
 
-def exact_state(problem: Problem, time_s: float) -> tuple[Real, Real]:
+def exact_state(problem: WheelProblem, time_s: float) -> tuple[Real, Real]:
     """Return theta [rad] and theta' [rad/s] of problems a, b and d at a time."""
     numbers = problem.numbers
     with mp.workdps(DIGITS):

@@ -112,8 +112,10 @@ def _panel(axes: Axes, key: str, title: str, rows: Iterable[Mapping[str, Any]]) 
             alpha=1.0 if ours else 0.9,
             zorder=5 if ours else 3,
         )
-    bound = targets()[key].error_s_per_day
-    axes.axvspan(LEAST_S_PER_DAY / 3.0, bound, color='#f4e9cd', zorder=0, linewidth=0.0)
+    target = targets().get(key)
+    if target is not None:
+        bound = target.error_s_per_day
+        axes.axvspan(LEAST_S_PER_DAY / 3.0, bound, color='#f4e9cd', zorder=0, linewidth=0.0)
     axes.set_xlim(left=LEAST_S_PER_DAY / 3.0)
     axes.set_title(f'({key}) {title}', fontsize=9.5, loc='left')
     axes.set_xlabel('error of the clock [s/day]')

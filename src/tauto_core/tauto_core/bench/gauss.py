@@ -14,7 +14,7 @@ from numpy.polynomial import legendre
 
 from tauto_core.bench import exact
 from tauto_core.bench.kernels import gauss_advance
-from tauto_core.bench.problems import Problem
+from tauto_core.bench.problems import WheelProblem
 from tauto_core.bench.sea import constants_of, sea_from, stretches
 from tauto_core.samples import FloatArray
 
@@ -42,7 +42,7 @@ def gauss_rule(stages: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def gauss_states(
-    problem: Problem, times_s: Sequence[float], steps_a_second: float
+    problem: WheelProblem, times_s: Sequence[float], steps_a_second: float
 ) -> list[tuple[float, float]]:
     """Return theta [rad] and theta' [rad/s] of a weight-driven problem at rising times.
 

@@ -5,6 +5,7 @@ a pair of states (a omega cos, a omega sin) that turn into each other, which cos
 sines of hy.time do. With events (e) a step costs by the number of states, and in double precision
 sines of hy.time are the cheaper way. Roll and its second derivative are integrated from the sums
 that serve their derivatives too; no compact mode, which takes several times as long; fast_math.
+The case (f) has no sea; sin and cos of an angle are computed together.
 `high_accuracy` sums the Taylor series with compensation; it is a setting of its own, without
 fast_math. heyoka keeps compiled code on disk, so that `compile_s` is small from the second run on.
 """
@@ -20,9 +21,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.bench.peer import Outcome
-from tauto_core.bench.peer_states import angular_frequency, library, mass_ratio, start, wheel
+from tauto_core.bench.peer_states import (
+    angular_frequency,
+    end_of,
+    library,
+    mass_ratio,
+    start,
+    start_of,
+    wheel,
+)
 from tauto_core.bench.peer_states import vertical as vertical_at
-from tauto_core.bench.problems import Numbers, Problem
+from tauto_core.bench.problems import CaseProblem, Numbers, Problem, WheelProblem
 from tauto_core.scene.errors import PropagationError
 
 NAME = 'heyoka'
@@ -58,24 +67,24 @@ class Heyoka:
         began = time.perf_counter()
         tolerance, *words = setting.split()
         compensated = COMPENSATED in words
-        integrator = _integrator(
-            problem.numbers,
-            np.float64,
-            tol=float(tolerance),
-            high_accuracy=compensated,
-            fast_math=not compensated,
-        )
+        options = {
+            'tol': float(tolerance),
+            'high_accuracy': compensated,
+            'fast_math': not compensated,
+        }
+        if isinstance(problem, CaseProblem):
+            integrator = _case_integrator(problem, options)
+        else:
+            integrator = _integrator(problem.numbers, np.float64, **options)
         ready = time.perf_counter()
         _run(integrator, duration_s)
         run_s = time.perf_counter() - ready
-        angle, rate = wheel(
-            problem.numbers, duration_s, integrator.state[_X], integrator.state[_U]
-        )
-        return Outcome(duration_s, float(angle), float(rate), run_s, ready - began)
+        angle, rate = end_of(problem, duration_s, integrator.state)
+        return Outcome(duration_s, angle, rate, run_s, ready - began)
 
 
 def reference_states(
-    problem: Problem, times_s: Sequence[float], tolerance: float = REFERENCE_TOLERANCE
+    problem: WheelProblem, times_s: Sequence[float], tolerance: float = REFERENCE_TOLERANCE
 ) -> list[tuple[float, float]]:
     """Return theta [rad] and theta' [rad/s] at times from the start, from extended precision.
 
@@ -111,6 +120,24 @@ def _run(integrator: Any, end_s: Any) -> None:
         raise PropagationError(
             f'heyoka stopped with {outcome}. Choose a coarser tolerance.', float(integrator.time)
         )
+
+
+def _case_integrator(problem: CaseProblem, options: dict[str, Any]) -> Any:
+    """Return an integrator with the state (theta, phi, theta', phi') of the case."""
+    from tauto_core.bench.case_kernels import bends
+
+    hy, case = library(NAME, 'heyoka', 'heyoka'), problem.numbers
+    theta, phi, theta_rate, phi_rate = hy.make_vars('theta', 'phi', 'theta_rate', 'phi_rate')
+    delta = phi - theta
+    theta_bend, phi_bend = bends(
+        (case.e, case.c, case.k, case.gravity),
+        (theta_rate, phi_rate),
+        (hy.sin(theta), hy.cos(theta)),
+        (hy.sin(delta), hy.cos(delta)),
+    )
+    equations = [(theta, theta_rate), (phi, phi_rate)]
+    equations += [(theta_rate, theta_bend), (phi_rate, phi_bend)]
+    return hy.taylor_adaptive(equations, np.array(start_of(problem)), **options)
 
 
 def _integrator(numbers: Numbers, kind: type, **options: Any) -> Any:

@@ -13,7 +13,7 @@ from mpmath import mp
 
 from tauto_core.bench import exact
 from tauto_core.bench.peer import MissingPeerError
-from tauto_core.bench.problems import Numbers, Problem, Sea
+from tauto_core.bench.problems import Numbers, Sea, WheelProblem
 from tauto_core.bench.sea import stretches, turns_at
 from tauto_core.scene.errors import TautoError
 
@@ -31,7 +31,7 @@ class LongDoubleError(TautoError):
 
 
 def long_double_states(
-    problem: Problem, times_s: Sequence[float], tolerance: float = TOLERANCE
+    problem: WheelProblem, times_s: Sequence[float], tolerance: float = TOLERANCE
 ) -> list[tuple[str, str]]:
     """Return theta [rad] and theta' [rad/s] in 20 digits of a weight-driven problem.
 
@@ -44,22 +44,17 @@ def long_double_states(
         LongDoubleError: this processor has no x87 long double.
         MissingPeerError: heyoka is not installed.
     """
-    if np.finfo(Long).nmant != 63:
-        raise LongDoubleError(
-            f'long double has {np.finfo(Long).nmant} bits of fraction here, not the 63 of x87. '
-            'Make the references on x86-64 Linux'
-        )
-    numbers = problem.numbers
+    hy, numbers = require_long_double(), problem.numbers
     with mp.workdps(exact.DIGITS):
         start = [_long(value) for value in exact.release(numbers)]
-    integrator, states, wanted = _integrator(numbers, start, tolerance), [], set(times_s)
+    integrator, states, wanted = _integrator(hy, numbers, start, tolerance), [], set(times_s)
     cuts = sorted({begin for begin, _ in stretches(max(times_s), STRETCH_S)} | wanted)
     for begin, end in zip([0.0, *cuts], cuts, strict=False):
         if begin == end:
             continue
         integrator.time = Long(0)
         integrator.pars[:] = _phases(numbers.sea, begin)
-        _propagate(integrator, Long(end - begin), begin)
+        propagate(integrator, Long(end - begin), begin)
         if end in wanted:
             with mp.workdps(exact.DIGITS):
                 x, p = (mp.mpf(_digits(value)) for value in integrator.state)
@@ -68,7 +63,31 @@ def long_double_states(
     return states
 
 
-def _propagate(integrator: Any, end: Any, begin_s: float) -> None:
+def require_long_double() -> Any:
+    """Return heyoka's module where it can compute in x87 long double.
+
+    Raises:
+        LongDoubleError: this processor has no such type.
+        MissingPeerError: heyoka is not installed.
+    """
+    if np.finfo(Long).nmant != 63:
+        raise LongDoubleError(
+            f'long double has {np.finfo(Long).nmant} bits of fraction here, not the 63 of x87. '
+            'Make the references on x86-64 Linux'
+        )
+    try:
+        import heyoka
+    except ImportError:
+        raise MissingPeerError('heyoka') from None
+    return heyoka
+
+
+def propagate(integrator: Any, end: Any, begin_s: float) -> None:
+    """Advance heyoka's integrator to its time `end`; its zero is at `begin_s` of the run [s].
+
+    Raises:
+        LongDoubleError: it did not arrive.
+    """
     import heyoka
 
     outcome = integrator.propagate_until(end)[0]
@@ -78,11 +97,7 @@ def _propagate(integrator: Any, end: Any, begin_s: float) -> None:
         )
 
 
-def _integrator(numbers: Numbers, start: list[Any], tolerance: float) -> Any:
-    try:
-        import heyoka as hy
-    except ImportError:
-        raise MissingPeerError('heyoka') from None
+def _integrator(hy: Any, numbers: Numbers, start: list[Any], tolerance: float) -> Any:
     x, p, t = hy.make_vars('x', 'p', 't')
     inertia, lever = hy.expression(Long(numbers.inertia)), hy.expression(Long(numbers.lever_rate))
     mass, viscous = hy.expression(Long(numbers.mass)), hy.expression(Long(numbers.viscous))

@@ -7,6 +7,9 @@ move it, swinging freely at the component's frequency; the tendon adds them up. 
 from outside (mocap, control) would stand still during a step and cost the order. Three slides
 share a body, which is what makes a step cheapest.
 
+The case (f) is one body with two hinges: about the bearing's centre, and about the axle's centre
+that the first one carries. Their angles are theta and phi - theta; the link needs no mass.
+
 The weight-driven involute (b, c, e) cannot be expressed: its varying inertia m b^2 x^2 would need
 an equality constraint between wheel and weight, which MuJoCo keeps softly only, and the thread's
 apparent vertical and the impulses have no counterpart in its models.
@@ -24,7 +27,7 @@ import numpy as np
 from tauto_core.bench.peer import Outcome
 from tauto_core.bench.peer_states import angular_frequency, library
 from tauto_core.bench.peer_states import vertical as vertical_at
-from tauto_core.bench.problems import Numbers, Problem
+from tauto_core.bench.problems import CaseProblem, HungCase, Numbers, Problem
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError, UsageError
 
@@ -47,6 +50,8 @@ class Mujoco:
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return integrators and steps, coarse to fine; none for the weight-driven machine."""
+        if isinstance(problem, CaseProblem):
+            return tuple(f'RK4 {step}' for step in ('5e-3', '2e-3', '1e-3', '5e-4', '2e-4'))
         numbers = problem.numbers
         if numbers.mass or numbers.impulse_energy or numbers.follows_vertical:
             return ()
@@ -63,13 +68,17 @@ class Mujoco:
         if not self.settings(problem):
             raise UsageError(
                 f'mujoco: problem {problem.key!r} is beyond its models, which hold the linear '
-                "wheel only. Choose 'a' or 'd'."
+                "wheel and the case only. Choose 'a', 'd' or 'f'."
             )
         mujoco = library(NAME, 'mujoco', 'mujoco')
         began = time.perf_counter()
         integrator, step = setting.split()
         steps = math.ceil(duration_s / float(step))
-        model, data = _model(mujoco, problem.numbers, integrator, duration_s / steps)
+        if isinstance(problem, CaseProblem):
+            model, data = _case_model(mujoco, problem.numbers, integrator)
+        else:
+            model, data = _model(mujoco, problem.numbers, integrator)
+        model.opt.timestep = duration_s / steps
         ready = time.perf_counter()
         mujoco.mj_step(model, data, nstep=steps)
         run_s = time.perf_counter() - ready
@@ -78,20 +87,44 @@ class Mujoco:
                 f'mujoco reported a bad state with steps of {step} s. Choose shorter steps.',
                 float(data.time),
             )
-        at = vertical_at(problem.numbers, duration_s)
-        angle, rate = data.qpos[0] - at.roll, data.qvel[0] - at.roll_rate
-        return Outcome(duration_s, float(angle), float(rate), run_s, ready - began)
+        angle, rate = _end(problem, duration_s, data)
+        return Outcome(duration_s, angle, rate, run_s, ready - began)
 
 
 _IMPLICIT = ('implicit', 'implicitfast')
 
 
-def _model(mujoco: Any, numbers: Numbers, integrator: str, step_s: float) -> tuple[Any, Any]:
+def _end(problem: Problem, time_s: float, data: Any) -> tuple[float, float]:
+    """Return the angle [rad] and rate [rad/s] that are compared: theta of the wheel or phi."""
+    if isinstance(problem, CaseProblem):
+        return float(data.qpos.sum()), float(data.qvel.sum())
+    at = vertical_at(problem.numbers, time_s)
+    return float(data.qpos[0] - at.roll), float(data.qvel[0] - at.roll_rate)
+
+
+def _case_model(mujoco: Any, case: HungCase, integrator: str) -> tuple[Any, Any]:
+    """Return MuJoCo's model of the case and its data at the start."""
+    inertia = case.k**2
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option integrator="{integrator}" gravity="0 0 {-case.gravity!r}">'
+        '<flag contact="disable" constraint="disable"/></option>'
+        '<worldbody><body>'
+        f'<joint type="hinge" axis="1 0 0" pos="0 0 {case.e!r}"/>'
+        '<joint type="hinge" axis="1 0 0"/>'
+        f'<inertial pos="0 0 {-case.c!r}" mass="1" '
+        f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
+        '</body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.qpos[:] = case.release_angle, 0.0
+    return model, data
+
+
+def _model(mujoco: Any, numbers: Numbers, integrator: str) -> tuple[Any, Any]:
     """Return MuJoCo's model and its data at the start."""
     amplitude, omega, phase = _components(numbers)
     at = vertical_at(numbers, 0.0)
     model = mujoco.MjModel.from_xml_string(_xml(numbers, integrator, amplitude, omega))
-    model.opt.timestep = step_s
     data = mujoco.MjData(model)
     data.qpos[:] = [numbers.release_angle + at.roll, *np.cos(phase)]
     data.qvel[:] = [at.roll_rate, *(-omega * np.sin(phase))]

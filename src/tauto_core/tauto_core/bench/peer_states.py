@@ -1,6 +1,7 @@
-"""What the peers' equations share: one first-order form for all problems, its start and its end.
+"""What the peers' equations share: one first-order form for the wheel, its start and its end.
 
-With x = psi - gamma the angle that the cam feels, eps = m b^2/I and u = p/I the momentum of the
+The case's equations are in `case_kernels`; its state is (theta, phi, theta', phi'). Of the wheel,
+with x = psi - gamma the angle that the cam feels, eps = m b^2/I and u = p/I the momentum of the
 machine over the wheel's inertia (theory E2):
 
     x' = (u - gamma')/(1 + eps x^2)
@@ -19,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.bench.peer import MissingPeerError
-from tauto_core.bench.problems import Numbers, Sea
+from tauto_core.bench.problems import CaseProblem, Numbers, Problem, Sea
 
 
 def library(peer: str, module: str, package: str) -> Any:
@@ -104,3 +105,19 @@ def wheel(
     at = vertical(numbers, time_s, kind)
     speed = (u - at.lean_rate - at.roll_rate) / (1 + mass_ratio(numbers, kind) * x * x)
     return x + at.lean, speed + at.lean_rate
+
+
+def start_of(problem: Problem) -> tuple[float, ...]:
+    """Return the state at the start: x and u, or the case's theta, phi and their rates."""
+    if isinstance(problem, CaseProblem):
+        return problem.numbers.release_angle, problem.numbers.release_angle, 0.0, 0.0
+    x, u = start(problem.numbers)
+    return float(x), float(u)
+
+
+def end_of(problem: Problem, time_s: float, state: Any) -> tuple[float, float]:
+    """Return the angle [rad] and rate [rad/s] that are compared: theta of the wheel or phi."""
+    if isinstance(problem, CaseProblem):
+        return float(state[1]), float(state[3])
+    angle, rate = wheel(problem.numbers, time_s, state[0], state[1])
+    return float(angle), float(rate)

@@ -1,7 +1,7 @@
-"""The problems of the benchmark: two machines, on land and in one sea.
+"""The problems of the benchmark: two machines, on land and in one sea, and a suspended case.
 
-Every program solves the same equation (theory E2), with psi the wheel's absolute angle, rho the
-roll, b the lever arm per angle:
+In a to e every program solves the same equation (theory E2), with psi the wheel's absolute angle,
+rho the roll, b the lever arm per angle:
 
     a, d   I psi'' + P b (psi - gamma) = 0,                        gamma = rho
     b, c   (I + m b^2 x^2) x'' + m b^2 x x'^2 + m g_eff b x = -I gamma'',   x = psi - gamma
@@ -10,6 +10,11 @@ roll, b the lever arm per angle:
 gamma is the apparent vertical beta (b, c, e), theta = psi - rho the wheel's angle in its case,
 released at rest there. rho is the exact sum of the sea's components, and beta and g_eff follow
 from it (theory E1): what Tauto loses by sampling the ship counts as its error.
+
+f is the pendulum on its axle at any angles, on land (theory C): a case in its bearing, released at
+rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular: two releases
+1e-10 rad apart part like the time (7e-8 rad after 1000 s, 7e-7 rad after 10,000 s; of 1 rad they
+part faster).
 """
 
 from __future__ import annotations
@@ -17,10 +22,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 from tauto_core.machines import compile_ideal
+from tauto_core.machines.modes import modes
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import Scene, SeaShip
+from tauto_core.scene.constants import STANDARD_GRAVITY
 from tauto_core.ship.sea import sea_motion
 
 PASSAGE_S = 81.0 * SECONDS_PER_DAY
@@ -113,8 +121,32 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class Problem:
-    """A problem of the benchmark.
+class HungCase:
+    """The numbers of the case on its axle (theory C).
+
+    Attributes:
+        e: radius of the hollow less that of the axle [m].
+        c: depth of the centre of gravity below the axle's centre [m].
+        k: radius of gyration [m].
+        gravity: g [m/s2].
+        release_angle: theta = phi at the start, at rest [rad].
+    """
+
+    e: float
+    c: float
+    k: float
+    gravity: float
+    release_angle: float
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of small swings in the slow mode [rad/s]."""
+        return math.sqrt(modes(self.e, self.c, self.k**2).squared_frequencies(self.gravity)[0])
+
+
+@dataclass(frozen=True)
+class WheelProblem:
+    """A problem of the benchmark about the wheel.
 
     Attributes:
         key: one letter.
@@ -132,6 +164,29 @@ class Problem:
     numbers: Numbers
     period_s: float
     duration_s: float
+
+
+@dataclass(frozen=True)
+class CaseProblem:
+    """A problem of the benchmark about the suspended case.
+
+    Attributes:
+        key, title: as of a `WheelProblem`.
+        numbers: for everybody; no scene lets the case go at a large angle.
+        period_s: of small swings in the slow mode, else as of a `WheelProblem`.
+        duration_s: full length [s].
+    """
+
+    key: str
+    title: str
+    numbers: HungCase
+    period_s: float
+    duration_s: float
+
+
+Problem: TypeAlias = WheelProblem | CaseProblem
+
+_HUNG_CASE = HungCase(e=0.015, c=0.1, k=0.05, gravity=STANDARD_GRAVITY, release_angle=0.7)
 
 
 @cache
@@ -152,6 +207,7 @@ def problems() -> tuple[Problem, ...]:
             ship=_AT_SEA,
             **_kept_going(),
         ),
+        _case_problem('f', 'axle pendulum at large angles, on land', _HUNG_CASE, TEN_DAYS_S),
     )
 
 
@@ -171,10 +227,14 @@ def _kept_going() -> dict[str, dict[str, object]]:
 
 def _problem(
     key: str, title: str, trochlea: dict[str, object], duration_s: float, **sections: object
-) -> Problem:
+) -> WheelProblem:
     scene = _scene(title, trochlea, duration_s, **sections)
     numbers = _numbers(scene)
-    return Problem(key, title, scene, numbers, math.tau / numbers.frequency, duration_s)
+    return WheelProblem(key, title, scene, numbers, math.tau / numbers.frequency, duration_s)
+
+
+def _case_problem(key: str, title: str, numbers: HungCase, duration_s: float) -> CaseProblem:
+    return CaseProblem(key, title, numbers, math.tau / numbers.frequency, duration_s)
 
 
 def _scene(name: str, trochlea: dict[str, object], duration_s: float, **sections: object) -> Scene:

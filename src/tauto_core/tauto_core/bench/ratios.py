@@ -28,7 +28,7 @@ class Target:
 
 
 def targets() -> dict[str, Target]:
-    """Return the targets by the problems' keys."""
+    """Return the targets by the problems' keys; f has none."""
     found = {p.key: p for p in problems()}
     land = {'heyoka': 1e5, 'dop853': 1e7}
     return {
@@ -79,9 +79,11 @@ def best_ratio(rows: Iterable[Mapping[str, Any]], key: str, program: str) -> flo
 
     Args:
         rows: of all problems.
-        key: of the problem.
+        key: of the problem; without a target, there is no ratio.
         program: compared with.
     """
+    if key not in targets():
+        return None
     rows, bound = list(rows), targets()[key].error_s_per_day
     ours = [
         row

@@ -2,10 +2,11 @@
 
     python -m tauto_core.bench.references [--until SECONDS] [PROBLEM ...]
 
-makes `references.json` again (the extra `bench`; half an hour and two cores for c and e). Problems
-a, b and d are closed forms in 40 digits (`exact`). Problems c and e are integrated in two ways,
-heyoka in long double (`long_double`, stored) and Gauss–Legendre in double precision (`gauss`);
-`agree_rad` is how far the two are apart at each time.
+makes `references.json` again (the extra `bench`; half an hour and two cores for c and e, ten
+minutes for a day of f). Problems a, b and d are closed forms in 40 digits (`exact`). Problems c,
+e and f are integrated in two ways, heyoka in long double (stored) and Gauss–Legendre in double
+precision (`long_double` and `gauss`; of f both in `case_references`); `agree_rad` is how far the
+two are apart at each time.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tauto_core.bench.problems import Problem, problems
+from tauto_core.bench.problems import CaseProblem, Problem, WheelProblem, problems
 from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.scene.errors import TautoError
 
@@ -29,11 +30,13 @@ DURATIONS_S = (60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 864_000.0, 6_998_400.0)
 FILE = Path(__file__).with_name('references.json')
 STEPS_A_SECOND = 8.37
 """Of the second way; not a whole number of steps in a swing, or its rounding would add up."""
+CASE_STEPS_A_SECOND = 128.0
+"""The same for the case, whose fast mode turns ten times as fast; a step is a binary fraction."""
 
 _CLOSED = 'closed form, 40 digits (mpmath)'
 _INTEGRATED = (
     'heyoka, Taylor in x87 long double at tolerance 1e-19; agree_rad: against Gauss-Legendre of '
-    f'order 16 in double precision, {STEPS_A_SECOND} steps a second'
+    'order 16 in double precision, {:.4g} steps a second'
 )
 
 
@@ -43,12 +46,12 @@ class NoReferenceError(TautoError):
 
 @dataclass(frozen=True)
 class Reference:
-    """The state of the wheel at a time.
+    """The state of the wheel, or of the case, at a time.
 
     Attributes:
         time_s: from the start [s].
-        angle: theta [rad].
-        rate: theta' [rad/s].
+        angle: theta of the wheel, phi of the case [rad].
+        rate: of the angle [rad/s].
     """
 
     time_s: float
@@ -80,10 +83,12 @@ def reference(problem: Problem, duration_s: float) -> Reference:
 
 
 def error_rad(problem: Problem, angle: float, rate: float, true: Reference) -> float:
-    """Return the angle between two states in the plane (theta, -theta'/omega) [rad].
+    """Return the angle between two states in the plane (angle, -rate/omega) [rad].
 
     A turn there is a swing, so this is the error of the phase but for the well's departure from
-    harmonic: within its square root of the mass, 0.5 % here. Positive: ahead.
+    harmonic: within its square root of the mass, 0.5 % here. Of the case the angle is phi, and
+    omega that of small swings in the slow mode; what the fast mode adds to phi'/omega stays a
+    small part of the swing, so that states never come near the middle. Positive: ahead.
     """
     omega = problem.numbers.frequency
     here, there = complex(angle, -rate / omega), complex(true.angle, -true.rate / omega)
@@ -96,7 +101,7 @@ def rad_to_s_per_day(problem: Problem, error: float, duration_s: float) -> float
     return error / problem.numbers.frequency / duration_s * SECONDS_PER_DAY
 
 
-def _closed(problem: Problem, times_s: Sequence[float]) -> list[dict[str, Any]]:
+def _closed(problem: WheelProblem, times_s: Sequence[float]) -> list[dict[str, Any]]:
     from mpmath import mp
 
     from tauto_core.bench.exact import exact_state
@@ -109,12 +114,21 @@ def _closed(problem: Problem, times_s: Sequence[float]) -> list[dict[str, Any]]:
 
 
 def _first_way(problem: Problem, times_s: Sequence[float]) -> list[tuple[str, str]]:
+    if isinstance(problem, CaseProblem):
+        from tauto_core.bench.case_references import long_double_case
+
+        return [(phi, rate) for _, phi, _, rate in long_double_case(problem.numbers, times_s)]
     from tauto_core.bench.long_double import long_double_states
 
     return long_double_states(problem, times_s)
 
 
 def _second_way(problem: Problem, times_s: Sequence[float]) -> list[tuple[float, float]]:
+    if isinstance(problem, CaseProblem):
+        from tauto_core.bench.case_references import gauss_case
+
+        states = gauss_case(problem.numbers, times_s, CASE_STEPS_A_SECOND)
+        return [(float(phi), float(rate)) for _, phi, _, rate in states]
     from tauto_core.bench.gauss import gauss_states
 
     return gauss_states(problem, times_s, STEPS_A_SECOND)
@@ -138,11 +152,11 @@ def _made(asked: Sequence[Problem], until_s: float) -> dict[str, Any]:
     times = {
         p.key: [time for time in DURATIONS_S if time <= min(p.duration_s, until_s)] for p in asked
     }
-    hard = [p for p in asked if p.key in 'ce']
+    hard = [p for p in asked if p.key in 'cef']
     made: dict[str, Any] = {
         p.key: {'made_by': _CLOSED, 'states': _closed(p, times[p.key])}
         for p in asked
-        if p not in hard
+        if isinstance(p, WheelProblem) and p not in hard
     }
     with ProcessPoolExecutor(2) as pool:
         jobs = [
@@ -155,7 +169,8 @@ def _made(asked: Sequence[Problem], until_s: float) -> dict[str, Any]:
         ]
         for p, first, second in jobs:
             states = _both_ways(p, times[p.key], first, second)
-            made[p.key] = {'made_by': _INTEGRATED, 'states': states}
+            steps = CASE_STEPS_A_SECOND if isinstance(p, CaseProblem) else STEPS_A_SECOND
+            made[p.key] = {'made_by': _INTEGRATED.format(steps), 'states': states}
     return made
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from tauto_core.bench.peer import Outcome
-from tauto_core.bench.peer_states import vertical
-from tauto_core.bench.problems import Numbers, Problem
+from tauto_core.bench.peer_states import end_of, start_of, vertical
+from tauto_core.bench.problems import CaseProblem, Numbers, Problem
 from tauto_core.bench.sea import constants_of, sea_from, stretches
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
@@ -46,8 +46,13 @@ class SciPy:
 
         return str(scipy.__version__)
 
-    def settings(self, problem: Problem) -> tuple[str, ...]:  # noqa: ARG002
-        """Return tolerances, coarse to fine; every problem can be expressed."""
+    def settings(self, problem: Problem) -> tuple[str, ...]:
+        """Return tolerances, coarse to fine; every problem can be expressed.
+
+        Radau's finer ones are left out of the case: a run of a minute takes minutes.
+        """
+        if self._method == 'Radau' and isinstance(problem, CaseProblem):
+            return SETTINGS[self._method][:2]
         return SETTINGS[self._method]
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
@@ -57,17 +62,24 @@ class SciPy:
             PropagationError: SciPy gave up.
         """
         began = time.perf_counter()
-        run = _Run(problem.numbers, self._method, float(setting))
+        run: _Run | _CaseRun
+        if isinstance(problem, CaseProblem):
+            run = _CaseRun(problem, self._method, float(setting))
+        else:
+            run = _Run(problem.numbers, self._method, float(setting))
         ready = time.perf_counter()
         for start, length in stretches(duration_s, STRETCH_S):
             run.advance(start, length)
         run_s = time.perf_counter() - ready
-        angle, rate = wheel_of(problem.numbers, duration_s, run.state)
+        if isinstance(problem, CaseProblem):
+            angle, rate = end_of(problem, duration_s, run.state)
+        else:
+            angle, rate = wheel_of(problem.numbers, duration_s, run.state)
         return Outcome(duration_s, angle, rate, run_s, ready - began)
 
 
 class _Run:
-    """A state on its way."""
+    """A state of the wheel on its way."""
 
     def __init__(self, numbers: Numbers, method: str, tolerance: float) -> None:
         from scipy.integrate import solve_ivp
@@ -107,6 +119,32 @@ class _Run:
             if self._event is not None and found.status == 1:
                 self.state[1] += self._kernels.impulse(now, self.state, *arguments)
                 self._event.direction = -self._event.direction
+
+
+class _CaseRun:
+    """A state of the case on its way."""
+
+    def __init__(self, problem: CaseProblem, method: str, tolerance: float) -> None:
+        from scipy.integrate import solve_ivp
+
+        from tauto_core.bench.case_kernels import case_slope
+
+        self._solve_ivp, self._slope, case = solve_ivp, case_slope, problem.numbers
+        self._numbers = case.e, case.c, case.k, case.gravity
+        self.state = np.array(start_of(problem))
+        atol = tolerance * case.release_angle * np.repeat([1.0, case.frequency], 2)
+        self._options: dict[str, Any] = {'method': method, 'rtol': tolerance, 'atol': atol}
+        # compiles, or loads what was compiled
+        case_slope(0.0, self.state, self._numbers)
+
+    def advance(self, start_s: float, length_s: float) -> None:
+        """Advance over a stretch."""
+        found = self._solve_ivp(
+            self._slope, (0.0, length_s), self.state, args=(self._numbers,), **self._options
+        )
+        if not found.success:
+            raise PropagationError(f'SciPy gave up: {found.message}', start_s + found.t[-1])
+        self.state = found.y[:, -1].copy()
 
 
 class _Passage:

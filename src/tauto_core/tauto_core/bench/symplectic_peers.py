@@ -2,7 +2,8 @@
 
 In the arc of the well, q = s/sqrt(I), even the machine with its varying inertia is a unit mass in
 a potential that changes with time, so the schemes are explicit for problems a to d. The impulses
-of e would have to be met inside their fixed steps; they are not offered for it.
+of e would have to be met inside their fixed steps; they are not offered for it. Nor are they for
+f: two angles whose inertia depends on their difference leave no drifts and kicks to compose.
 
 Yoshida, Phys. Lett. A 150 (1990) 262; coefficients to 20 digits from Hairer, Lubich, Wanner,
 Geometric Numerical Integration (2006), V.3.2 (orders 6 and 8 with 7 and 15 stages).
@@ -18,10 +19,11 @@ import numpy as np
 
 from tauto_core.bench.peer import Outcome
 from tauto_core.bench.peer_states import vertical
-from tauto_core.bench.problems import Numbers, Problem, Sea
+from tauto_core.bench.problems import CaseProblem, Numbers, Problem, Sea
 from tauto_core.bench.scipy_peers import release_of
 from tauto_core.bench.sea import constants_of, sea_from, stretches
 from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import UsageError
 
 STRETCH_S = 3600.0
 
@@ -88,15 +90,24 @@ class Symplectic:
         return f'numba {numba.__version__}'
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
-        """Return steps a second, coarse to fine; none for a problem with impulses."""
-        if problem.numbers.impulse_energy:
+        """Return steps a second, coarse to fine; none with impulses and for the case."""
+        if isinstance(problem, CaseProblem) or problem.numbers.impulse_energy:
             return ()
         return tuple(f'{rate}/s' for rate in self._scheme.rates)
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
-        """Solve the problem with so many steps a second."""
+        """Solve the problem with so many steps a second.
+
+        Raises:
+            UsageError: the case, which no composition splits.
+        """
         from tauto_core.bench.kernels import compose
 
+        if isinstance(problem, CaseProblem):
+            raise UsageError(
+                f'{self.name}: the angles of problem {problem.key!r} do not split into drifts '
+                'and kicks. Choose a problem of a to d'
+            )
         began = time.perf_counter()
         numbers, rate = problem.numbers, int(setting.removesuffix('/s'))
         linear, parts = not numbers.mass, self._scheme.parts

@@ -2,21 +2,26 @@
 
 At sea the time is that of the ship's motion and the trochlea's stage, chunk by chunk as
 `tauto sail` feeds them, without bag, navigation and summary. On land it is the propagator's alone,
-one span over the whole time, the mean of a thousand.
+one span over the whole time, the mean of a thousand. The case (f) is what `motion` moves in a
+bearing at rest, an hour at a time as the ship's motion would come.
 """
 
 from __future__ import annotations
 
+import math
 import time
+from dataclasses import replace
 from importlib.metadata import version
 
 import numpy as np
 
 from tauto_core.bench.peer import Outcome
-from tauto_core.bench.problems import Problem
+from tauto_core.bench.problems import CaseProblem, HungCase, Problem, WheelProblem
+from tauto_core.bench.sea import stretches
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
+from tauto_core.motion.bearing import BearingMotion
 from tauto_core.samples import JOINT_STATES, NS_PER_S, SHIP_IMU, Batches, JointSamples
 from tauto_core.scene import Scene
 from tauto_core.ship import ShipMotion
@@ -25,13 +30,18 @@ from tauto_core.voyage import CHUNK
 NAME = 'tauto'
 REPEATS = 1000
 WARM_S = 60.0
+STRETCH_S = 3600.0
 
 _CLOSED_FORM = 'closed form'
 _TOLERANCES = ('1e-6', '1e-8', '1e-10', '1e-12', '1e-14')
 
 
 class Tauto:
-    """This program; settings are the ship's sample rate and the solver's tolerance."""
+    """This program; settings are the ship's sample rate and the solver's tolerance.
+
+    Those of the case are the steps asked for; its tolerance is fixed, and steps that miss it are
+    halved.
+    """
 
     name = NAME
 
@@ -44,6 +54,8 @@ class Tauto:
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return 'RATE Hz TOLERANCE', coarse to fine, or what needs neither."""
+        if isinstance(problem, CaseProblem):
+            return ('20 Hz', '40 Hz', '80 Hz', '100 Hz', '160 Hz')
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
@@ -54,6 +66,8 @@ class Tauto:
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
         """Solve the problem."""
+        if isinstance(problem, CaseProblem):
+            return self._case(problem, setting, duration_s)
         if setting == _CLOSED_FORM:
             return _on_land(problem, duration_s)
         key = problem.key, setting
@@ -64,8 +78,39 @@ class Tauto:
         compile_s = outcome.compile_s + self._warmed[key]
         return Outcome(duration_s, outcome.angle, outcome.rate, outcome.run_s, compile_s)
 
+    def _case(self, problem: CaseProblem, setting: str, duration_s: float) -> Outcome:
+        key = problem.key, setting
+        if key not in self._warmed:
+            first, again = (_hung(problem.numbers, setting, WARM_S) for _ in range(2))
+            self._warmed[key] = max(0.0, first.run_s - again.run_s)
+        outcome = _hung(problem.numbers, setting, duration_s)
+        return replace(outcome, compile_s=outcome.compile_s + self._warmed[key])
 
-def scene_of(problem: Problem, setting: str, duration_s: float) -> Scene:
+
+def _hung(case: HungCase, setting: str, duration_s: float) -> Outcome:
+    began = time.perf_counter()
+    from tauto_core.motion.axle_swing import AxleSwing  # imports numba
+
+    rate, gravity = int(setting.removesuffix(' Hz')), case.gravity
+    swing = AxleSwing(case.e, case.c, case.k, gravity)
+    # a bearing that is accelerated until the start lets the case hang at that angle
+    swing.release(-gravity * math.tan(case.release_angle), gravity)
+    ready = time.perf_counter()
+    for start, length in stretches(duration_s, STRETCH_S):
+        at_rest = BearingMotion(
+            begin_ns=np.array([round(start * NS_PER_S)]),
+            length_ns=np.array([round(length * NS_PER_S)]),
+            parts=np.array([round(length * rate)]),
+            sway=np.zeros((1, 1)),
+            lift=np.full((1, 1), gravity),
+        )
+        motion = swing.advance(at_rest)
+    run_s = time.perf_counter() - ready
+    angle, speed = float(motion.phi[-1]), float(motion.phi_rate[-1])
+    return Outcome(duration_s, angle, speed, run_s, ready - began)
+
+
+def scene_of(problem: WheelProblem, setting: str, duration_s: float) -> Scene:
     """Return a problem's scene at a setting and of a length [s], logged at its end alone."""
     rate, *tolerance = setting.replace(' Hz', '').split()
     scene = problem.scene.model_dump()
@@ -92,7 +137,7 @@ def _at_sea(scene: Scene) -> Outcome:
     return Outcome(scene.duration, angle, rate, run_s, ready - began)
 
 
-def _on_land(problem: Problem, duration_s: float) -> Outcome:
+def _on_land(problem: WheelProblem, duration_s: float) -> Outcome:
     began = time.perf_counter()
     propagator = make_propagator(compile_machine(problem.scene), still=True)
     whole = Forcing(

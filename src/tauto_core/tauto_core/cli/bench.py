@@ -13,12 +13,14 @@ from tauto_core.cli.options import AsJson, Plots
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from tauto_core.bench.ratios import Target
+
 COMPARED = ('heyoka', 'dop853')
 
 
 def bench(
     problem: Annotated[
-        str | None, typer.Option(metavar='A,B,…', help='Problems, of a to e; default: all.')
+        str | None, typer.Option(metavar='A,B,…', help='Problems, of a to f; default: all.')
     ] = None,
     peers: Annotated[
         str | None,
@@ -108,13 +110,12 @@ def problem_table(key: str, title: str, rows: list[dict[str, Any]]) -> Table:
 
     from tauto_core.bench import ratio, targets
 
-    bound = targets()[key].error_s_per_day
-    needed = ', '.join(f'{name} {n:g}×' for name, n in targets()[key].faster.items())
+    target = targets().get(key)
+    bound = 0.0 if target is None else target.error_s_per_day
     table = Table(
         title=f'{key}: {title}',
         title_justify='left',
-        caption=f"times slower than Tauto at {bound:.2g} s/day or Tauto's error, where larger; "
-        f'–: never so accurate. Needed: {needed}',
+        caption=_caption(target),
         caption_justify='left',
     )
     for name in ('program', 'setting'):
@@ -136,6 +137,18 @@ def problem_table(key: str, title: str, rows: list[dict[str, Any]]) -> Table:
             style='bold' if ours else None,
         )
     return table
+
+
+def _caption(target: Target | None) -> str:
+    """Return what the ratios of a table mean, and which are needed."""
+    never = '–: never so accurate'
+    if target is None:
+        return f"times slower than Tauto at Tauto's error; {never}"
+    needed = ', '.join(f'{name} {n:g}×' for name, n in target.faster.items())
+    return (
+        f"times slower than Tauto at {target.error_s_per_day:.2g} s/day or Tauto's error, where "
+        f'larger; {never}. Needed: {needed}'
+    )
 
 
 def _span(seconds: float) -> str:
