@@ -92,9 +92,7 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     swing_s = _swing_s(machine)
     allowed = None if scene.solver is None else scene.solver.tolerance
     engine = make_collocation(machine, allowed) if name == 'collocation' else None
-    samples = (
-        samples_a_piece(scene) if engine is None else samples_a_piece(scene, steps_in(engine))
-    )
+    samples = samples_a_piece(scene, steps_in(engine))
     piece_s = samples * felt_step_ns(scene) / NS_PER_S
     steps = None if engine is None else _steps(scene, machine, engine, swing_s, piece_s)
     waves, bearing = scene_waves(scene), 0.0

@@ -66,25 +66,20 @@ class Tauto:
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
         """Solve the problem."""
-        if isinstance(problem, CaseProblem):
-            return self._case(problem, setting, duration_s)
-        if setting == _CLOSED_FORM:
+        if isinstance(problem, WheelProblem) and setting == _CLOSED_FORM:
             return _on_land(problem, duration_s)
         key = problem.key, setting
         if key not in self._warmed:
-            first, again = (_at_sea(scene_of(problem, setting, WARM_S)) for _ in range(2))
+            first, again = (_stepped(problem, setting, WARM_S) for _ in range(2))
             self._warmed[key] = max(0.0, first.run_s - again.run_s)
-        outcome = _at_sea(scene_of(problem, setting, duration_s))
-        compile_s = outcome.compile_s + self._warmed[key]
-        return Outcome(duration_s, outcome.angle, outcome.rate, outcome.run_s, compile_s)
-
-    def _case(self, problem: CaseProblem, setting: str, duration_s: float) -> Outcome:
-        key = problem.key, setting
-        if key not in self._warmed:
-            first, again = (_hung(problem.numbers, setting, WARM_S) for _ in range(2))
-            self._warmed[key] = max(0.0, first.run_s - again.run_s)
-        outcome = _hung(problem.numbers, setting, duration_s)
+        outcome = _stepped(problem, setting, duration_s)
         return replace(outcome, compile_s=outcome.compile_s + self._warmed[key])
+
+
+def _stepped(problem: Problem, setting: str, duration_s: float) -> Outcome:
+    if isinstance(problem, CaseProblem):
+        return _hung(problem.numbers, setting, duration_s)
+    return _at_sea(scene_of(problem, setting, duration_s))
 
 
 def _hung(case: HungCase, setting: str, duration_s: float) -> Outcome:

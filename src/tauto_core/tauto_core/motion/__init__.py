@@ -129,10 +129,10 @@ def make_propagator(
             return make_collocation(machine, tolerance)
 
 
-def steps_in(propagator: Propagator) -> Callable[[float], int]:
+def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
     """Return how many steps fill a piece of forcing, by its length [s].
 
-    One, where none are taken, or where they end at what happens in a swing.
+    One, where none are taken, where they end at what happens in a swing, or without a propagator.
     """
     steps: Callable[[float], int] = getattr(propagator, 'steps_in', lambda _: 1)
     return steps

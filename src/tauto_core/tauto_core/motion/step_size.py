@@ -9,7 +9,7 @@ import numpy as np
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
 from tauto_core.motion.compiled import inlined
-from tauto_core.motion.gauss import gauss
+from tauto_core.motion.gauss import Gauss, gauss
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.turning import SETTLED
 from tauto_core.samples import FloatArray
@@ -128,10 +128,11 @@ def longest_step(
     amplitude = machine.release_angle
     if shape is not None:
         amplitude = arc_of(amplitude, shape.k)
-    angle = MAX_ANGLE[stages_of(machine, shape)]
+    stages = stages_of(machine, shape)
+    constants, angle = gauss(stages), MAX_ANGLE[stages]
     while angle > MIN_ANGLE:
         last = max(
-            _last_coefficient(machine, shape, omega, amplitude, angle, phase)
+            _last_coefficient(machine, shape, constants, omega, amplitude, angle, phase)
             for phase in np.arange(_PHASES) * (math.tau / _PHASES)
         )
         if (factor * last * last if factor else last) <= MARGIN * tolerance:
@@ -143,13 +144,13 @@ def longest_step(
 def _last_coefficient(
     machine: Machine,
     shape: ArcShape | None,
+    constants: Gauss,
     omega: float,
     amplitude: float,
     angle: float,
     phase: float,
 ) -> float:
     """Return the last Legendre coefficient of a step of ωh = angle, relative to the state."""
-    constants = gauss(stages_of(machine, shape))
     turned = constants.nodes * angle
     x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
     if machine.cam.kinked and np.min(x) * np.max(x) < 0.0:

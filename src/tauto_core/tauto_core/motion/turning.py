@@ -11,10 +11,9 @@ the angle ω(t − t₀), only the disturbance is left to integrate:
 
 Eight Gauss stages make this symmetric, symplectic and of order 16 in the step, sixteen of order
 32; the error falls with the strength of the disturbance too, and no disturbance is solved exactly.
-The stage
-equations are iterated, to rounding if need be; where the disturbance is too strong for that,
-Newton's method takes over. The state is kept in twofold numbers and turned by a twofold rotation,
-so that what n steps lose grows like √n.
+The stage equations are iterated, to rounding if need be; where the disturbance is too strong for
+that, Newton's method takes over. The state is kept in twofold numbers and turned by a twofold
+rotation, so that what n steps lose grows like √n.
 
 Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
 rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as lanes, one
