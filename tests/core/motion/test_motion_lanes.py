@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tauto_core.motion.compiled import compiled, entry
+from tauto_core.kernels import compiled, entry
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.motion.compiled import entry
+from tauto_core.kernels import entry
 from tauto_core.motion.layout import back_to, lay_out, phase_to
 
 

@@ -7,10 +7,10 @@ import pytest
 from motion_cases import scene_of
 from numpy.polynomial import Polynomial
 
+from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.compiled import entry
 from tauto_core.motion.outside import outside_at, set_piece
 from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.ship.interpolation import (

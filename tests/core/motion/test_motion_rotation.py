@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.motion.compiled import entry
+from tauto_core.kernels import entry
 from tauto_core.motion.lanes import load, store
 from tauto_core.motion.rotation import (
     MAX_ANGLE,

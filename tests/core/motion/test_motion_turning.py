@@ -13,11 +13,9 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from numba import types
-from numba.extending import overload
 
+from tauto_core.kernels import entry, overload
 from tauto_core.motion import turning
-from tauto_core.motion.compiled import entry
 from tauto_core.motion.lanes import filled, load, store
 from tauto_core.motion.turning import (
     D1,
@@ -36,11 +34,10 @@ from tauto_core.motion.turning import (
 OMEGA = 1.0, 1.7
 
 
-# The system is a plain pair, λ and c: a class of this module would stay in numba's caches, where
-# other programs could not load it.
-@overload(turning.disturb, strict=False)
+# The system is a plain pair, λ and c.
+@overload(turning.disturb)
 def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:  # noqa: ARG001
-    if not (isinstance(system, types.UniTuple) and system.count == 2):
+    if getattr(system, 'instance_class', None) is not None or len(system) != 2:
         return None
 
     def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:  # noqa: ARG001

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from tauto_core.motion.compiled import compiled
+from tauto_core.kernels import compiled
 from tauto_core.motion.events import (
     feels_case,
     feels_drag,
@@ -104,7 +102,7 @@ def step_to_event(
     length, terms, x0, hx = place
     work, end = memory.work, memory.end
     well = machine, lever, shape
-    part = np.int64(PART_STEP)
+    part = PART_STEP
     there = 1.0
     if xi <= 0.5 or not feels_case(machine):
         copy_state(1, floats, end)

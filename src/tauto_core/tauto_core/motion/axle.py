@@ -12,10 +12,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import overload
-
+from tauto_core.kernels import compiled, entry, inlined, overload
 from tauto_core.motion import turning
-from tauto_core.motion.compiled import compiled, entry, inlined
 from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, store, width
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
@@ -78,7 +76,7 @@ def _pressed(system: Any, theta: Any, phi: Any, rates: Any, sway: Any, lift: Any
     return pressed / (1.0 + wide * wide), sine, cosine, across, along
 
 
-@overload(turning.disturb, strict=False)
+@overload(turning.disturb)
 def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if getattr(system, 'instance_class', None) is not SuspendedCase:
         return None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauto_core.motion.compiled import compiled
+from tauto_core.kernels import compiled
 from tauto_core.motion.events import (
     BEATS,
     LAST_TILT,

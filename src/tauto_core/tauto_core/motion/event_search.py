@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import types
-from numba.extending import overload
-
 from tauto_core.curves.levers import LinearLever
-from tauto_core.motion.compiled import compiled
+from tauto_core.kernels import compiled, overload
 from tauto_core.motion.events import (
     ARMED,
     AT_EDGE,
@@ -87,7 +84,7 @@ class Watch(NamedTuple):
     work: Any
 
 
-@overload(value_of, strict=False)
+@overload(value_of)
 def _value_within(watch: Any, xi: Any) -> Any:
     if getattr(watch, 'instance_class', None) is not Watch:
         return None
@@ -115,9 +112,9 @@ def _node_state(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
     raise TypeError('_node_state runs in compiled code only')
 
 
-@overload(_node_state, strict=False)
+@overload(_node_state)
 def _node_state_of(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
-    if isinstance(well[2], types.NoneType):
+    if well[2] is None:
 
         def angle(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
             q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
@@ -154,7 +151,7 @@ def _surely_within(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> 
     raise TypeError('_surely_within runs in compiled code only')
 
 
-@overload(_surely_within, strict=False)
+@overload(_surely_within)
 def _surely_within_of(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> Any:
     if getattr(well[1], 'instance_class', None) is not LinearLever:
         return lambda limits, well, omega, felt, work: False

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauto_core.motion.compiled import compiled
+from tauto_core.kernels import compiled
 from tauto_core.motion.lanes import width
 from tauto_core.motion.outside import (
     forcing_at,

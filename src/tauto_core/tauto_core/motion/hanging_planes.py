@@ -10,10 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import overload
-
+from tauto_core.kernels import inlined, overload
 from tauto_core.motion import mechanism, turning
-from tauto_core.motion.compiled import inlined
 from tauto_core.motion.lanes import filled, load, store
 from tauto_core.motion.mechanism import resistance
 from tauto_core.motion.outside import (
@@ -110,7 +108,7 @@ def _pushed(
     return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
 
 
-@overload(mechanism.at_nodes, strict=False)
+@overload(mechanism.at_nodes)
 def _at_nodes(system: Any, place: Any, work: Any) -> Any:
     if not _is_hanging(system):
         return None
@@ -133,7 +131,7 @@ def _at_stages(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
 
 
-@overload(turning.disturb, strict=False)
+@overload(turning.disturb)
 def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if not _is_hanging(system):
         return None
@@ -151,7 +149,7 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return disturb
 
 
-@overload(mechanism.margins, strict=False)
+@overload(mechanism.margins)
 def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if not _is_hanging(system):
         return None
@@ -163,7 +161,7 @@ def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return margins
 
 
-@overload(mechanism.instant, strict=False)
+@overload(mechanism.instant)
 def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     if not _is_hanging(system):
         return None
@@ -193,7 +191,7 @@ def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     return instant
 
 
-@overload(mechanism.wheel_angle, strict=False)
+@overload(mechanism.wheel_angle)
 def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
     if not _is_hanging(system):
         return None
@@ -204,7 +202,7 @@ def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
     return wheel_angle
 
 
-@overload(mechanism.strike, strict=False)
+@overload(mechanism.strike)
 def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
     if not _is_hanging(system):
         return None

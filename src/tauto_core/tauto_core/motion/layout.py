@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from tauto_core.motion.compiled import compiled
+from tauto_core.kernels import compiled
 
 BEYOND = 0.05
 """How far behind the event expected a stretch ends, as a phase [rad]."""

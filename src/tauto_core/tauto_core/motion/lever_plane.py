@@ -15,10 +15,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import overload
-
+from tauto_core.kernels import compiled, inlined, overload
 from tauto_core.motion import mechanism, turning
-from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.lanes import filled, fma, largest, load, store
 from tauto_core.motion.lever_shape import (
     ANGLE,
@@ -123,7 +121,7 @@ def _series_at(series: Any, s: Any, zero: Any) -> Any:
     raise TypeError('_series_at runs in compiled code only')
 
 
-@overload(_series_at, strict=False)
+@overload(_series_at)
 def _series_of(series: Any, s: Any, zero: Any) -> Any:
     scheme = _horner if series.instance_class is Powers else _clenshaw
 
@@ -149,7 +147,7 @@ def _values(shape: Any, s: float) -> Any:
     return _series_at(shape.whole, s, 0.0)
 
 
-@overload(mechanism.at_nodes, strict=False)
+@overload(mechanism.at_nodes)
 def _at_nodes(system: Any, place: Any, work: Any) -> Any:
     if not _is_lever(system):
         return None
@@ -166,7 +164,7 @@ def _at_nodes(system: Any, place: Any, work: Any) -> Any:
     return fill
 
 
-@overload(turning.disturb, strict=False)
+@overload(turning.disturb)
 def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if not _is_lever(system):
         return None
@@ -187,7 +185,7 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return disturb
 
 
-@overload(mechanism.margins, strict=False)
+@overload(mechanism.margins)
 def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if not _is_lever(system):
         return None
@@ -209,7 +207,7 @@ def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return margins
 
 
-@overload(mechanism.instant, strict=False)
+@overload(mechanism.instant)
 def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     if not _is_lever(system):
         return None
@@ -242,14 +240,14 @@ def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
     return instant
 
 
-@overload(mechanism.wheel_angle, strict=False)
+@overload(mechanism.wheel_angle)
 def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
     if not _is_lever(system):
         return None
     return lambda system, state, at: _values(system.shape, state[0])[5]
 
 
-@overload(mechanism.strike, strict=False)
+@overload(mechanism.strike)
 def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
     if not _is_lever(system):
         return None

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauto_core.motion.compiled import inlined
+from tauto_core.kernels import inlined
 from tauto_core.motion.lanes import fma
 from tauto_core.motion.wells import term
 

@@ -10,10 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import types
-from numba.extending import overload
-
-from tauto_core.motion.compiled import compiled, inlined
+from tauto_core.kernels import compiled, inlined, overload
 from tauto_core.motion.lanes import filled, fma, lane, load, store, width
 from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, PIECE, X, Y
 
@@ -153,9 +150,9 @@ def node_row(channel: Any, work: Any, row: int) -> Any:
     raise TypeError('node_row runs in compiled code only')
 
 
-@overload(node_row, strict=False)
+@overload(node_row)
 def _node_row(channel: Any, work: Any, row: Any) -> Any:
-    if isinstance(channel, types.NoneType):
+    if channel is None:
         return lambda channel, work, row: 0.0
     return lambda channel, work, row: load(work, row)
 
@@ -165,8 +162,8 @@ def presence(channel: Any) -> Any:
     raise TypeError('presence runs in compiled code only')
 
 
-@overload(presence, strict=False)
+@overload(presence)
 def _presence(channel: Any) -> Any:
-    if isinstance(channel, types.NoneType):
+    if channel is None:
         return lambda channel: None
     return lambda channel: 0

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauto_core.motion.compiled import compiled, inlined
+from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import fma
 
 _TERMS = 14

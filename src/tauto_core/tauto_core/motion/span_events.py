@@ -11,9 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from numba.extending import overload
-
-from tauto_core.motion.compiled import compiled
+from tauto_core.kernels import compiled, overload
 from tauto_core.motion.lanes import lane, least, load, width
 from tauto_core.motion.layout import back_to
 from tauto_core.motion.mechanism import (
@@ -79,7 +77,7 @@ class Watch(NamedTuple):
     scratch: Any
 
 
-@overload(value_of, strict=False)
+@overload(value_of)
 def _value_within(watch: Any, xi: Any) -> Any:
     if getattr(watch, 'instance_class', None) is not Watch:
         return None

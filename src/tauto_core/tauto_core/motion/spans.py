@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from tauto_core.motion.compiled import compiled, entry
+from tauto_core.kernels import compiled, entry
 from tauto_core.motion.lanes import pointer
 from tauto_core.motion.layout import BEYOND, CROWDED, lay_out, phase_to
 from tauto_core.motion.mechanism import (
@@ -144,7 +142,7 @@ def _step_to_event(
 ) -> float:
     """Step to an event from the nearer end of the step; return the fraction where it is."""
     length, terms, x0, hx = place
-    planes, part, end = len(omega), np.int64(PART_STEP), memory.end
+    planes, part, end = len(omega), PART_STEP, memory.end
     there = 1.0
     if xi <= 0.5:
         copy_state(planes, floats, end)

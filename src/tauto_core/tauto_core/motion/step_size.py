@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from tauto_core.kernels import inlined
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
-from tauto_core.motion.compiled import inlined
 from tauto_core.motion.gauss import Gauss, gauss
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.turning import SETTLED

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from tauto_core.kernels import compiled, entry
 from tauto_core.motion import turning
 from tauto_core.motion.arrival import step_to_event
-from tauto_core.motion.compiled import compiled, entry
 from tauto_core.motion.counting import APART, count, count_nodes
 from tauto_core.motion.event_search import by_the_end, first_event, limit_passed, turns_quietly
 from tauto_core.motion.events import (

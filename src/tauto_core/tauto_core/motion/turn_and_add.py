@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.motion.compiled import compiled, entry
+from tauto_core.kernels import compiled, entry
 from tauto_core.samples import FloatArray, IntArray
 
 OK, EDGE = 0, 1

@@ -30,10 +30,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
-from tauto_core.motion.compiled import compiled, inlined
+from tauto_core.kernels import compiled, inlined, overload
 from tauto_core.motion.gauss import gauss
 from tauto_core.motion.lanes import (
     SIZE,
@@ -134,9 +132,9 @@ def _rows(work: Any, wide: Any) -> Any:
     raise TypeError('_rows runs in compiled code only')
 
 
-@overload(_rows, strict=False)
+@overload(_rows)
 def _rows_of(work: Any, wide: Any) -> Any:
-    if isinstance(wide, types.NoneType):
+    if wide is None:
         return lambda work, wide: pointer(work)
     return lambda work, wide: wide_pointer(work)
 

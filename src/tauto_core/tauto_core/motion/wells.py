@@ -26,12 +26,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 
 from tauto_core.curves.levers import ArcLever, LinearLever, SmoothLever, SpringLever
+from tauto_core.kernels import compiled, inlined, overload
 from tauto_core.motion import arc_length
-from tauto_core.motion.compiled import compiled, inlined
 from tauto_core.motion.lanes import (
     filled,
     fma,
@@ -134,7 +132,7 @@ def lever_arm(lever: Any, side: float, q: Any) -> Any:
     raise TypeError('lever_arm runs in compiled code only')
 
 
-@overload(lever_arm, strict=False)
+@overload(lever_arm)
 def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
     if lever.instance_class is LinearLever:
         return lambda lever, side, q: (lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q))
@@ -164,7 +162,7 @@ def excess(lever: Any, q: Any, t: Any, pull: Any, square: float) -> Any:
     raise TypeError('excess runs in compiled code only')
 
 
-@overload(excess, strict=False)
+@overload(excess)
 def _excess(lever: Any, q: Any, t: Any, pull: Any, square: Any) -> Any:
     if lever.instance_class is LinearLever:
         # no difference of two large terms
@@ -177,7 +175,7 @@ def kinked(lever: Any) -> bool:
     raise TypeError('kinked runs in compiled code only')
 
 
-@overload(kinked, strict=False)
+@overload(kinked)
 def _kinked(lever: Any) -> Any:
     if lever.instance_class is ArcLever:
         return lambda lever: True
@@ -185,7 +183,7 @@ def _kinked(lever: Any) -> Any:
 
 
 def _absent(kind: Any) -> bool:
-    return isinstance(kind, types.NoneType)
+    return kind is None
 
 
 def term(coefficient: Any, value: Any) -> Any:
@@ -193,7 +191,7 @@ def term(coefficient: Any, value: Any) -> Any:
     raise TypeError('term runs in compiled code only')
 
 
-@overload(term, strict=False)
+@overload(term)
 def _term(coefficient: Any, value: Any) -> Any:
     if _absent(coefficient):
         return lambda coefficient, value: -0.0
@@ -227,7 +225,7 @@ def rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
     raise TypeError('rate_of runs in compiled code only')
 
 
-@overload(rate_of, strict=False)
+@overload(rate_of)
 def _rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
     if _absent(mu):
         return lambda mu, t, w, line_rate: w - line_rate
@@ -264,7 +262,7 @@ def angle_at(well: Any, x: float) -> float:
     raise TypeError('angle_at runs in compiled code only')
 
 
-@overload(angle_at, strict=False)
+@overload(angle_at)
 def _angle_at(well: Any, x: Any) -> Any:
     if _absent(well[2]):
         return lambda well, x: x
@@ -276,7 +274,7 @@ def unfold(well: Any, x: Any, w: Any, line_rate: Any, side: float) -> Any:
     raise TypeError('unfold runs in compiled code only')
 
 
-@overload(unfold, strict=False)
+@overload(unfold)
 def _unfold(well: Any, x: Any, w: Any, line_rate: Any, side: Any) -> Any:
     if _absent(well[2]):
 
@@ -299,7 +297,7 @@ def fold(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any
     raise TypeError('fold runs in compiled code only')
 
 
-@overload(fold, strict=False)
+@overload(fold)
 def _fold(well: Any, q: Any, rate: Any, line_rate: Any, side: Any) -> Any:
     if _absent(well[2]):
 
@@ -337,7 +335,7 @@ def drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
     raise TypeError('drift runs in compiled code only')
 
 
-@overload(drift, strict=False)
+@overload(drift)
 def _drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
     if _absent(well[2]):
 

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from numba import types
-from numba.extending import overload
-
+from tauto_core.kernels import overload
 from tauto_core.motion import turning
 from tauto_core.motion.lanes import load, store
 from tauto_core.motion.outside import (
@@ -46,11 +44,11 @@ class Trochlea(NamedTuple):
     felt: Any
 
 
-@overload(turning.disturb, strict=False)
+@overload(turning.disturb)
 def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     if getattr(system, 'instance_class', None) is not Trochlea:
         return None
-    if not isinstance(system[2], types.NoneType):
+    if system[2] is not None:
         return _along_the_arc
     return _along_the_angle
 

@@ -8,12 +8,12 @@ samples a piece spans. Sums have a fixed order: the bits do not depend on the ba
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.motion.compiled import on_lanes
+from tauto_core.kernels import compiled, entry
 from tauto_core.motion.lanes import SIZE, load, splat, store, with_lane
 from tauto_core.samples import FloatArray, IntArray
 
 
-@on_lanes()
+@entry
 def choose_pieces(
     times: IntArray,
     offset: int,
@@ -96,7 +96,7 @@ def choose_pieces(
     return first[:count], last[:count], regular[:count], bridged, False
 
 
-@on_lanes()
+@compiled
 def _all_even(times: IntArray) -> bool:
     even = True
     for i in range(len(times) - 1):
@@ -104,7 +104,7 @@ def _all_even(times: IntArray) -> bool:
     return even
 
 
-@on_lanes()
+@entry
 def fit_values(
     basis: FloatArray,
     size: int,
@@ -140,7 +140,7 @@ def fit_values(
         _to_powers(basis, size, newton, powers, done, rows, result)
 
 
-@on_lanes()
+@entry
 def fit_hermite(
     basis: FloatArray,
     size: int,
@@ -196,7 +196,7 @@ def fit_hermite(
         _to_powers(basis, size, newton, powers, done, rows, result)
 
 
-@on_lanes()
+@entry
 def take_windows(
     values: FloatArray,
     rates: FloatArray,
@@ -222,7 +222,7 @@ def take_windows(
             row[i], row[points + i] = values[begin + i], rates[begin + i] * length
 
 
-@on_lanes()
+@compiled
 def _take(values: FloatArray, first: IntArray, done: int, lanes: FloatArray, points: int) -> None:
     """Fill lane r with the window from sample first[done + r] on; spare ones as the last.
 
@@ -241,7 +241,7 @@ def _take(values: FloatArray, first: IntArray, done: int, lanes: FloatArray, poi
         store(lanes, i, x)
 
 
-@on_lanes()
+@compiled
 def _to_powers(
     basis: FloatArray,
     size: int,
@@ -279,7 +279,7 @@ def _to_powers(
             result[row, j] = powers[j, r]
 
 
-@on_lanes(error_model='numpy')
+@entry
 def fit_windows(
     times: IntArray,
     values: FloatArray,

@@ -6,7 +6,7 @@ Each sample is computed by itself and in a fixed order: the bits do not depend o
 import math
 from typing import Any
 
-from tauto_core.motion.compiled import on_lanes
+from tauto_core.kernels import entry, inlined
 from tauto_core.motion.lanes import (
     SIZE,
     fma,
@@ -30,7 +30,7 @@ STEEP = 0.495
 """Half the sine of the pitch beyond which samples are looked at more closely."""
 
 
-@on_lanes()
+@entry
 def all_good(
     stamp_ns: IntArray,
     last_stamp_ns: int,
@@ -73,7 +73,7 @@ def all_good(
     return good
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _quaternions(orientation: FloatArray, i: int) -> tuple[Any, Any, Any, Any]:
     """Return x, y, z, w of the eight samples from 8 i on, as lanes."""
     a, b = load(orientation, 4 * i), load(orientation, 4 * i + 1)
@@ -82,7 +82,7 @@ def _quaternions(orientation: FloatArray, i: int) -> tuple[Any, Any, Any, Any]:
     return x, y, _every_fourth(a, b, c, d, 2), _every_fourth(a, b, c, d, 3)
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _every_fourth(a: Any, b: Any, c: Any, d: Any, k: int) -> Any:
     x = with_lane(splat(lane(a, k)), 1, lane(a, k + 4))
     x = with_lane(with_lane(x, 2, lane(b, k)), 3, lane(b, k + 4))
@@ -90,7 +90,7 @@ def _every_fourth(a: Any, b: Any, c: Any, d: Any, k: int) -> Any:
     return with_lane(with_lane(x, 6, lane(d, k)), 7, lane(d, k + 4))
 
 
-@on_lanes()
+@entry
 def spaced(times: IntArray, least: int) -> bool:
     """Return whether all times are at least so far apart."""
     good = True
@@ -99,7 +99,7 @@ def spaced(times: IntArray, least: int) -> bool:
     return good
 
 
-@on_lanes()
+@entry
 def roll_vector(orientation: FloatArray, sine: FloatArray, cosine: FloatArray) -> None:
     """Fill the roll's sine and cosine, times cos(pitch) and the quaternion's squared norm.
 
@@ -119,7 +119,7 @@ def roll_vector(orientation: FloatArray, sine: FloatArray, cosine: FloatArray) -
         cosine[i] = (w * w - x * x) + (z * z - y * y)
 
 
-@on_lanes(error_model='numpy')
+@entry
 def roll_rate(
     orientation: FloatArray,
     angular_velocity: FloatArray,
@@ -143,7 +143,7 @@ def roll_rate(
         rate[i] = angular_velocity[i, 0] + across * (2.0 * (w * y - z * x)) / squared
 
 
-@on_lanes()
+@entry
 def force_vector(
     force: FloatArray, across: FloatArray, along: FloatArray, size: FloatArray
 ) -> None:
@@ -177,13 +177,13 @@ def force_vector(
         across[i], along[i], size[i] = _upwards(force[i, 1], force[i, 2])
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _upwards(y: float, z: float) -> tuple[float, float, float]:
     up = -1.0 if z < 0.0 else 1.0
     return -up * y, abs(z), up * math.sqrt(y * y + z * z)
 
 
-@on_lanes()
+@entry
 def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
     """Add whole turns in place, so that no step exceeds half a turn; return turns and last angle.
 

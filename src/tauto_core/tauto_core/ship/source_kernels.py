@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.motion.compiled import on_lanes
+from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.lanes import SIZE, fma, lane, largest, load, splat, store, with_lane
 from tauto_core.samples import FloatArray
 
@@ -18,7 +18,7 @@ INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(1
 """Signed as in the series of sine (odd) and cosine (even)."""
 
 
-@on_lanes()
+@entry
 def sum_blocks(
     first_block: int,
     mean: float,
@@ -67,7 +67,7 @@ def sum_blocks(
         _accumulate(mean, factors, table, block * strips, strips // 2, value, rate, acceleration)
 
 
-@on_lanes()
+@compiled
 def _of_turns(turns: NDArray[np.uint64], sine: FloatArray, cosine: FloatArray) -> None:
     """Fill sine and cosine of angles in 2^-64 turns, reduced exactly to half a right angle."""
     eighth, bits = np.uint64(2**61), np.uint64(62)
@@ -86,7 +86,7 @@ def _of_turns(turns: NDArray[np.uint64], sine: FloatArray, cosine: FloatArray) -
         sine[i], cosine[i] = back * s, back * c
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _sine_cosine(x: Any) -> Any:
     """Return sine and cosine of an angle, or lanes of them, up to half a right angle.
 
@@ -104,7 +104,7 @@ def _sine_cosine(x: Any) -> Any:
     return x + x * (z * odd), 1.0 + z * even
 
 
-@on_lanes()
+@compiled
 def _accumulate(
     mean: float,
     factors: FloatArray,
@@ -148,7 +148,7 @@ def _accumulate(
             store(acceleration, left, _turned(z - w))
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _turned(x: Any) -> Any:
     """Return lanes in the opposite order."""
     y = with_lane(splat(lane(x, 7)), 1, lane(x, 6))
@@ -157,7 +157,7 @@ def _turned(x: Any) -> Any:
     return with_lane(with_lane(y, 6, lane(x, 1)), 7, lane(x, 0))
 
 
-@on_lanes()
+@entry
 def encode(
     angle: FloatArray,
     rate: FloatArray,
@@ -201,7 +201,7 @@ def encode(
         _store_threes(force, i, zero, y, z)
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _eight(channel: FloatArray, i: int) -> Any:
     """Return the eight samples from 8 i on, zeros beyond the last."""
     begin, x = SIZE * i, splat(0.0)
@@ -212,7 +212,7 @@ def _eight(channel: FloatArray, i: int) -> Any:
     return x
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _half_angles(half: Any) -> Any:
     """Return sine and cosine of lanes of half the angle."""
     s, c = _sine_cosine(half)
@@ -224,14 +224,14 @@ def _half_angles(half: Any) -> Any:
     return s, c
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _fours(x: Any, w: Any, first: int) -> Any:
     """Return two quaternions (x, 0, 0, w) of lanes, from sample `first` on."""
     row = with_lane(with_lane(splat(0.0), 0, lane(x, first)), 3, lane(w, first))
     return with_lane(with_lane(row, 4, lane(x, first + 1)), 7, lane(w, first + 1))
 
 
-@on_lanes(forceinline=True)
+@inlined
 def _store_threes(out: FloatArray, i: int, x: Any, y: Any, z: Any) -> None:
     """Write eight vectors from lanes of x, y, z to rows 3 i to 3 i + 2."""
     a = with_lane(with_lane(splat(lane(x, 0)), 1, lane(y, 0)), 2, lane(z, 0))

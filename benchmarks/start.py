@@ -1,0 +1,78 @@
+"""How long a first run of a scene takes, how long a second one: seconds to the first result.
+
+    .venv/bin/python benchmarks/start.py [--build NAME] [--repeats N] [SCENE ...]
+
+Each shipped scene is sailed for ten minutes in a process of its own: cold with an empty folder of
+compiled kernels, then warm with what the first run has left there. Python's own byte code is there
+in both. Wall is what a user waits; CPU, user and system together, is what remains comparable on a
+machine that does other work, too. The least of the repeats counts. The rows of a build are kept
+under its name beside those of others in benchmarks/start.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+RESULTS = Path(__file__).with_suffix('.json')
+DURATION_S = 600.0
+TAUTO = (sys.executable, '-c', 'from tauto_core.cli import main; main()')
+
+
+def seconds(arguments: list[str], cache: str) -> dict[str, float]:
+    """Return wall and CPU seconds of one command whose kernels are kept in a folder."""
+    environment = {**os.environ, 'TAUTO_CACHE_DIR': cache, 'NUMBA_CACHE_DIR': cache}
+    before, began = os.times(), time.perf_counter()
+    subprocess.run(
+        [*TAUTO, *arguments], env=environment, check=True, stdout=subprocess.DEVNULL, timeout=600
+    )
+    wall, after = time.perf_counter() - began, os.times()
+    cpu = after.children_user + after.children_system
+    cpu -= before.children_user + before.children_system
+    return {'wall_s': round(wall, 3), 'cpu_s': round(cpu, 3)}
+
+
+def least(rows: list[dict[str, float]]) -> dict[str, float]:
+    """Return the least of each figure."""
+    return {name: min(row[name] for row in rows) for name in rows[0]}
+
+
+def measure(scene: str, repeats: int) -> dict[str, dict[str, float]]:
+    """Return the cold and warm seconds of a scene."""
+    command, cold, warm = ['sail', scene, '--duration', str(DURATION_S), '--json'], [], []
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory() as cache:
+            cold.append(seconds(command, cache))
+            warm.append(seconds(command, cache))
+    return {'cold': least(cold), 'warm': least(warm)}
+
+
+def main() -> None:
+    """Measure the scenes, print each, write them down."""
+    from tauto_core.scene import shipped_scenes
+
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser.add_argument('scenes', nargs='*', metavar='SCENE')
+    parser.add_argument('--build', default='current')
+    parser.add_argument('--repeats', type=int, default=1)
+    given = parser.parse_args()
+    results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {'builds': {}}
+    build = results['builds'].setdefault(given.build, {'scenes': {}})
+    build['python'] = platform.python_version()
+    build['help'] = least([seconds(['--help'], '') for _ in range(5)])
+    print('--help', json.dumps(build['help']))
+    for scene in given.scenes or shipped_scenes():
+        build['scenes'][scene] = measure(scene, given.repeats)
+        print(scene, json.dumps(build['scenes'][scene]), flush=True)
+        RESULTS.write_text(json.dumps(results, indent=1) + '\n')
+
+
+if __name__ == '__main__':
+    main()

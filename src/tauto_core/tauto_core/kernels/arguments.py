@@ -1,0 +1,275 @@
+"""How arguments come from Python, and results go there: words of eight bytes, one a number.
+
+The structure of an argument is a tree: the name of a number's kind, None, `Rows` of an array, or
+a `Tuple`. From it a function is made that packs arguments of this structure, fast, and notices
+those of another one. Of an array its object's address is packed: the compiled code reads from
+there where its numbers are.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from collections.abc import Callable, Iterator
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from tauto_core.kernels.errors import KernelError
+
+if TYPE_CHECKING:
+    from tauto_core.kernels.emission import Emission
+
+ENTRY = 'entry'
+"""What an entry is called in its object code."""
+
+DATA, DIMENSIONS, FLAGS = 0, 16, 48
+"""Places behind the head of NumPy's array object (PyArrayObject_fields in ndarraytypes.h, which
+programs compiled with NumPy depend on)."""
+
+NEEDED_FLAGS = 0x0001 | 0x0100
+"""C-contiguous and aligned."""
+
+FORMATS = {'float': 'd', 'int': 'q', 'uint64': 'Q', 'bool': 'q'}
+_TESTS = {
+    'float': 'not isinstance({0}, float)',
+    'int': '{0}.__class__ is not int and {0}.__class__ is not int64',
+    'uint64': '{0}.__class__ is not uint64',
+    'bool': '{0}.__class__ is not bool and {0}.__class__ is not bool_',
+}
+_DTYPES = {name: np.dtype(name) for name in ('f8', 'i8', 'u8', 'b1')}
+
+
+class Rows(NamedTuple):
+    """An array: its items and the number of its dimensions."""
+
+    dtype: Any
+    ndim: int
+
+
+class Tuple(NamedTuple):
+    """A tuple, or a NamedTuple of a class."""
+
+    named: Any
+    items: tuple[Any, ...]
+
+
+def structure_of(x: Any) -> Any:
+    """Return the structure of an argument.
+
+    Raises:
+        KernelError: kernels take no such thing.
+    """
+    if x is None:
+        return None
+    if isinstance(x, (bool, np.bool_)):
+        return 'bool'
+    if isinstance(x, float):
+        return 'float'
+    if isinstance(x, (int, np.int64)):
+        return 'int'
+    if isinstance(x, np.uint64):
+        return 'uint64'
+    if isinstance(x, tuple):
+        named = type(x) if hasattr(x, '_fields') else None
+        return Tuple(named, tuple(structure_of(item) for item in x))
+    if isinstance(x, np.ndarray):
+        if x.dtype.fields is None and x.dtype.str[1:] not in _DTYPES:
+            raise KernelError(f'kernels take no arrays of {x.dtype}')
+        return Rows(_dtype(x), x.ndim)
+    raise KernelError(f'kernels take no {type(x).__name__}: {x!r}')
+
+
+def _dtype(x: Any) -> Any:
+    return x.dtype if x.dtype.fields is not None else _DTYPES[x.dtype.str[1:]]
+
+
+def plain(x: Any) -> Any:
+    """Return an argument with arrays that are just arrays, of NumPy's own objects for dtypes."""
+    if isinstance(x, tuple):
+        items = [plain(item) for item in x]
+        return type(x)(*items) if hasattr(x, '_fields') else tuple(items)
+    return np.asarray(x).view(_dtype(x)) if isinstance(x, np.ndarray) else x
+
+
+def in_words(structure: Any) -> str:
+    """Return a structure as text that is the same in every run."""
+    if isinstance(structure, Tuple):
+        named = structure.named
+        name = f'{named.__module__}.{named.__qualname__}{named._fields}' if named else ''
+        return f'{name}({", ".join(in_words(item) for item in structure.items)})'
+    if isinstance(structure, Rows):
+        return f'{structure.dtype.descr}[{structure.ndim}]'
+    return str(structure)
+
+
+def packer(structures: list[Any]) -> Callable[..., bytes | None]:
+    """Return a function that packs arguments, or returns None: theirs is another structure."""
+    lines: list[str] = []
+    known: dict[str, Any] = {
+        'ndarray': np.ndarray,
+        'int64': np.int64,
+        'uint64': np.uint64,
+        'bool_': np.bool_,
+    }
+    words: list[str] = []
+    formats: list[str] = []
+
+    def refuse(test: str) -> None:
+        lines.append(f' if {test}: return None')
+
+    def take(name: str, structure: Any) -> None:
+        if structure is None:
+            refuse(f'{name} is not None')
+        elif isinstance(structure, Tuple):
+            known[f'T{name}'] = structure.named or tuple
+            refuse(f'{name}.__class__ is not T{name} or len({name}) != {len(structure.items)}')
+            names = [f'{name}_{i}' for i in range(len(structure.items))]
+            if names:
+                lines.append(f' {", ".join(names)}, = {name}')
+            for each, item in zip(names, structure.items, strict=True):
+                take(each, item)
+        elif isinstance(structure, Rows):
+            known[f'D{name}'] = structure.dtype
+            other = '!=' if structure.dtype.fields is not None else 'is not'
+            refuse(f'{name}.__class__ is not ndarray or {name}.dtype {other} D{name}')
+            refuse(f'{name}.ndim != {structure.ndim}')
+            words.append(f'id({name})')
+            formats.append('q')
+        else:
+            refuse(_TESTS[structure].format(name))
+            words.append(f'bool({name})' if structure == 'bool' else name)
+            formats.append(FORMATS[structure])
+
+    names = [f'a{i}' for i in range(len(structures))]
+    for name, structure in zip(names, structures, strict=True):
+        take(name, structure)
+    known['pack'] = struct.Struct(''.join(formats)).pack
+    lines = [f'def packed({", ".join(names)}):', *lines, f' return pack({", ".join(words)})']
+    exec('\n'.join(lines), known)
+    made: Callable[..., bytes | None] = known['packed']
+    return made
+
+
+def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
+    """Emit what reads an argument from its words; return its value in compiled code."""
+    from llvmlite import ir
+
+    from tauto_core.kernels.emission import element
+    from tauto_core.kernels.values import (
+        BIT,
+        BOOL,
+        BYTE,
+        DOUBLE,
+        FLOAT,
+        INDEX,
+        INT,
+        UINT,
+        WORD,
+        Array,
+        Fields,
+        Group,
+        Record,
+        Value,
+    )
+
+    if structure is None:
+        return None
+    if isinstance(structure, Tuple):
+        items = [value_of(item, words, out) for item in structure.items]
+        return Group(items, structure.named)
+    b, place = out.b, next(words)
+    word = b.load(b.gep(out.f.args[0], [ir.Constant(WORD, place)]))
+    if structure == 'float':
+        return Value(FLOAT, b.bitcast(word, DOUBLE))
+    if structure == 'bool':
+        return Value(BOOL, b.trunc(word, BIT))
+    if not isinstance(structure, Rows):
+        return Value(UINT if structure == 'uint64' else INT, word)
+
+    def of_object(offset: int, kind: Any) -> Any:
+        at = b.add(word, ir.Constant(WORD, object.__basicsize__ + offset))
+        return b.load(b.inttoptr(at, kind.as_pointer()))
+
+    needed = ir.Constant(INDEX, NEEDED_FLAGS)
+    fits = b.icmp_unsigned('==', b.and_(of_object(FLAGS, INDEX), needed), needed)
+    with b.if_then(b.not_(fits), likely=False):
+        b.ret(ir.Constant(INDEX, place + 1))
+    dimensions = of_object(DIMENSIONS, WORD.as_pointer())
+    shape = [b.load(b.gep(dimensions, [ir.Constant(WORD, i)])) for i in range(structure.ndim)]
+    if structure.dtype.fields is None:
+        kind: Any = element(structure.dtype)
+        return Array(kind, of_object(DATA, kind.stored.as_pointer()), shape)
+    kind, data = Fields(structure.dtype), of_object(DATA, BYTE.as_pointer())
+    return Array(kind, data, shape) if structure.ndim else Record(kind, data)
+
+
+@cache
+def check_arrays() -> None:
+    """See that NumPy's arrays are laid out as compiled code reads them.
+
+    Raises:
+        KernelError: they are not.
+    """
+    array = np.arange(6.0).reshape(2, 3)
+    begin = id(array) + object.__basicsize__
+    data = ctypes.c_void_p.from_address(begin + DATA).value
+    shape = ctypes.POINTER(ctypes.c_ssize_t).from_address(begin + DIMENSIONS)
+    flags = ctypes.c_int.from_address(begin + FLAGS).value
+    if (
+        data != array.ctypes.data
+        or shape[:2] != [2, 3]
+        or flags & 0xFFF != array.flags.num & 0xFFF
+    ):
+        raise KernelError(
+            f'NumPy {np.__version__} lays its arrays out in another way than kernels read them. '
+            'Use NumPy 1.26 to 2.4'
+        )
+
+
+def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
+    """Return how many words a result takes, and what makes the result from them.
+
+    Args:
+        layout: the name of a number's kind, None, a list, or a dict of an array.
+    """
+    words, formats = 0, []
+    known: dict[str, Any] = {'array': _array}
+
+    def made(part: Any) -> str:
+        nonlocal words
+        if part is None:
+            return 'None'
+        if isinstance(part, list):
+            return f'({"".join(f"{made(item)}, " for item in part)})'
+        first = words
+        if isinstance(part, dict):
+            words += 1 + part['ndim']
+            formats.append('q' * (1 + part['ndim']))
+            return f'array({part["array"]!r}, w[{first}:{words}])'
+        words += 1
+        formats.append(FORMATS[part])
+        return f'w[{first}] != 0' if part == 'bool' else f'w[{first}]'
+
+    text = made(layout)
+    known['unpack'] = struct.Struct(''.join(formats)).unpack
+    exec(f'def unpacked(back):\n w = unpack(back)\n return {text}', known)
+    return words, known['unpacked']
+
+
+def _array(kind: str, words: tuple[int, ...]) -> Any:
+    """Return an array that a kernel has made, and give its memory back."""
+    dtype = {'float': 'f8', 'int': 'i8', 'uint64': 'u8', 'bool': 'b1'}[kind]
+    data, shape = words[0], words[1:]
+    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    copy = np.frombuffer(bytearray(ctypes.string_at(data, size)), dtype).reshape(shape)
+    _free()(ctypes.c_void_p.from_address(data - 8))
+    return copy
+
+
+@cache
+def _free() -> Any:
+    free = ctypes.CDLL(None).free
+    free.argtypes, free.restype = [ctypes.c_void_p], None
+    return free

@@ -1,0 +1,453 @@
+"""The function of LLVM that is being written: conversions, and what differs by the way taken."""
+
+from __future__ import annotations
+
+import builtins
+from collections.abc import Callable, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from llvmlite import ir
+
+from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.values import (
+    BIT,
+    BOOL,
+    BYTE,
+    DOUBLE,
+    FLOAT,
+    INDEX,
+    INT,
+    UINT,
+    WORD,
+    Array,
+    Conflict,
+    Fields,
+    Group,
+    Kind,
+    Pointer,
+    Record,
+    Value,
+    at_run_time,
+    described,
+    is_number,
+    is_static,
+    lanes_of,
+    pointer_to,
+)
+
+
+class BeginAnewError(Exception):
+    """A variable of a loop is of another kind at its end than at its beginning: begin anew."""
+
+
+class Emission:
+    """What is emitted so far of one function of LLVM, and where the next instruction goes.
+
+    Attributes:
+        module: LLVM's module with all functions of an entry.
+        f: LLVM's function.
+        b: writes instructions.
+        widened: (loop, name, place) of variables that a loop makes floats, or drops.
+        depth: of branches and loops: what is emitted there may run never, or many times.
+        rooms: what has been allocated.
+    """
+
+    def __init__(self, module: Any, f: ir.Function, widened: dict[Any, str]) -> None:
+        self.module, self.f, self.widened = module, f, widened
+        self.b = ir.IRBuilder(f.append_basic_block('start'))
+        self.depth = 0
+        self.rooms: list[ir.Value] = []
+
+    def block(self, name: str) -> ir.Block:
+        """Return a new block, in which nothing is yet."""
+        return self.f.append_basic_block(name)
+
+    @contextmanager
+    def nested(self) -> Any:
+        """Mark what is emitted as not run exactly once."""
+        self.depth += 1
+        yield
+        self.depth -= 1
+
+    def external(self, name: str, result: ir.Type, args: Sequence[ir.Value]) -> ir.Value:
+        """Call an intrinsic of LLVM or a function of the C library without side effects."""
+        found = self.module.globals.get(name)
+        if found is None:
+            kind = ir.FunctionType(result, [arg.type for arg in args])
+            found = ir.Function(self.module, kind, name)
+            if not name.startswith('llvm.'):
+                found.attributes.add('nounwind')
+                found.attributes.add('readnone')
+        return self.b.call(found, args)
+
+    # numbers
+
+    def convert(self, x: Any, kind: Kind) -> Value:
+        """Return a number as another kind.
+
+        Raises:
+            KernelError: it is none, or would not be the same number.
+        """
+        x = at_run_time(x)
+        if isinstance(x, Value):
+            if x.kind is kind:
+                return x
+            change = self._change(x, kind)
+            if change is not None:
+                return Value(kind, change)
+        raise KernelError(f'{described(x)} where {kind} is wanted')
+
+    def _change(self, x: Value, kind: Kind) -> ir.Value | None:
+        b, was = self.b, x.kind
+        if kind is FLOAT:
+            if was is INT:
+                return b.sitofp(x.ir, DOUBLE)
+            return b.uitofp(x.ir, DOUBLE) if was in (UINT, BOOL) else None
+        if kind in (INT, UINT):
+            if was is FLOAT:
+                return (b.fptosi if kind is INT else b.fptoui)(x.ir, WORD)
+            if was is BOOL:
+                return b.zext(x.ir, WORD)
+            return x.ir if was in (INT, UINT) else None
+        if kind is BOOL:
+            truth = self.truth(x)
+            return truth.ir if isinstance(truth, Value) else None
+        return self.spread(self.float(x), kind.lanes) if kind.lanes and not was.lanes else None
+
+    def float(self, x: Any) -> ir.Value:
+        """Return LLVM's value of a number as a float."""
+        return self.convert(x, FLOAT).ir
+
+    def int(self, x: Any) -> ir.Value:
+        """Return LLVM's value of a whole number."""
+        x = at_run_time(x)
+        if not isinstance(x, Value) or x.kind not in (INT, UINT, BOOL):
+            raise KernelError(f'{described(x)} where a whole number is wanted')
+        return self.convert(x, INT).ir if x.kind is BOOL else x.ir
+
+    def truth(self, x: Any) -> Any:
+        """Return whether a value is true: a bool where that is known when compiling."""
+        if is_static(x):
+            return bool(x)
+        if isinstance(x, Value):
+            if x.kind is BOOL:
+                return x
+            if x.kind in (INT, UINT):
+                return Value(BOOL, self.b.icmp_signed('!=', x.ir, ir.Constant(WORD, 0)))
+            if x.kind is FLOAT:
+                return Value(BOOL, self.b.fcmp_unordered('!=', x.ir, ir.Constant(DOUBLE, 0.0)))
+        raise KernelError(f'{described(x)} is neither true nor false')
+
+    # lanes
+
+    def lanes(self, x: Any) -> ir.Value:
+        """Return LLVM's vector of lanes."""
+        if not isinstance(x, Value) or not x.kind.lanes:
+            raise KernelError(f'{described(x)} where lanes are wanted')
+        return x.ir
+
+    def as_lanes(self, vector: ir.Value) -> Value:
+        """Return a vector of LLVM as lanes."""
+        return Value(lanes_of(vector.type.count), vector)
+
+    def as_float(self, value: ir.Value) -> Value:
+        """Return a double of LLVM as a float."""
+        return Value(FLOAT, value)
+
+    def as_int(self, value: ir.Value) -> Value:
+        """Return an integer of LLVM as a whole number; of fewer bits, as if zeros followed."""
+        return Value(INT, value if value.type == WORD else self.b.zext(value, WORD))
+
+    def group(self, items: Sequence[Any]) -> Group:
+        """Return values as a tuple."""
+        return Group(items)
+
+    def item(self, vector: ir.Value, i: Any) -> ir.Value:
+        """Return a double of a vector; i is a number, or LLVM's."""
+        return self.b.extract_element(vector, self.index(i))
+
+    def index(self, i: Any) -> ir.Value:
+        """Return a place in a vector."""
+        return ir.Constant(INDEX, i) if is_number(i) else self.b.trunc(self.int(i), INDEX)
+
+    def vector_function(self, name: str, *vectors: ir.Value) -> ir.Value:
+        """Call LLVM's intrinsic of a name for vectors, or for doubles, of their own type."""
+        kind = vectors[0].type
+        suffix = f'v{kind.count}f64' if isinstance(kind, ir.VectorType) else 'f64'
+        return self.external(f'llvm.{name}.{suffix}', kind, vectors)
+
+    def row(self, rows: Any, count: builtins.int, number: ir.Value) -> ir.Value:
+        """Return the address of a row of so many doubles in an array or behind a pointer."""
+        if isinstance(rows, Array) and rows.kind is FLOAT:
+            data = rows.data
+        elif isinstance(rows, Value) and isinstance(rows.kind, Pointer):
+            data = rows.ir
+        else:
+            raise KernelError(f'{described(rows)} where rows of floats are wanted')
+        first = self.b.gep(data, [self.b.mul(number, ir.Constant(WORD, count))])
+        return self.b.bitcast(first, ir.VectorType(DOUBLE, count).as_pointer())
+
+    def next(self, number: ir.Value, step: builtins.int) -> ir.Value:
+        """Return a whole number some steps further."""
+        return self.b.add(number, ir.Constant(WORD, step))
+
+    def pointer(self, array: Any, row: builtins.int) -> Value:
+        """Return where the numbers of an array are, `row` of them being a row of lanes."""
+        if isinstance(array, Value) and isinstance(array.kind, Pointer):
+            return Value(pointer_to(array.kind.item, row), array.ir)
+        if not isinstance(array, Array) or isinstance(array.kind, Fields):
+            raise KernelError(f'pointer to {described(array)}')
+        return Value(pointer_to(array.kind, row), array.data)
+
+    def shuffled(self, a: ir.Value, c: ir.Value, order: Sequence[builtins.int]) -> ir.Value:
+        """Return lanes picked from two vectors, one behind the other."""
+        mask = ir.Constant(ir.VectorType(INDEX, len(order)), list(order))
+        return self.b.shuffle_vector(a, c, mask)
+
+    def spread(self, x: ir.Value, lanes: builtins.int) -> ir.Value:
+        """Return a double in all of so many lanes."""
+        nothing = ir.Constant(ir.VectorType(DOUBLE, lanes), ir.Undefined)
+        first = self.b.insert_element(nothing, x, ir.Constant(INDEX, 0))
+        return self.shuffled(first, nothing, [0] * lanes)
+
+    def zeros(self, vector: ir.Value) -> ir.Value:
+        """Return a vector of zeros like another."""
+        return ir.Constant(vector.type, [0.0] * vector.type.count)
+
+    def bits(self, vector: ir.Value) -> ir.Value:
+        """Return a vector of bits as one integer, the first in the lowest."""
+        return self.b.bitcast(vector, ir.IntType(vector.type.count))
+
+    # memory
+
+    def load(self, address: ir.Value, kind: Any) -> Any:
+        """Return what an address holds."""
+        if isinstance(kind, Fields):
+            return Record(kind, address)
+        found = self.b.load(address)
+        if kind is BOOL:
+            found = self.b.icmp_unsigned('!=', found, ir.Constant(BYTE, 0))
+        return Value(kind, found)
+
+    def save(self, address: ir.Value, kind: Any, x: Any) -> None:
+        """Write a number where it is kept."""
+        if isinstance(kind, Fields):
+            raise KernelError('a whole record cannot be set, only its fields')
+        value = self.convert(x, kind).ir
+        self.b.store(self.b.zext(value, BYTE) if kind is BOOL else value, address)
+
+    def field(self, record: Record, name: str) -> tuple[ir.Value, Kind]:
+        """Return the address and kind of a field of a record."""
+        fields: Any = record.kind.dtype.fields or {}
+        if name not in fields:
+            raise KernelError(f'the record has no field {name}; it has {", ".join(fields)}')
+        dtype, offset = fields[name][:2]
+        kind = element(dtype)
+        place = self.b.gep(record.data, [ir.Constant(WORD, offset)])
+        return self.b.bitcast(place, kind.stored.as_pointer()), kind
+
+    # ways that meet
+
+    def joined(
+        self, values: Sequence[Any], blocks: Sequence[ir.Block], after: ir.Block, name: str
+    ) -> Any:
+        """Return in `after` what a value is that differs by the block one comes from.
+
+        The blocks have no end yet, so that numbers can be converted there.
+        """
+        first = values[0]
+        if all(_same(x, first) for x in values):
+            return first
+        if any(isinstance(x, Conflict) for x in values):
+            return next(x for x in values if isinstance(x, Conflict))
+        grouped = [group for group in map(_grouped, values) if group is not None]
+        if len(grouped) == len(values) and all(_alike(g, grouped[0]) for g in grouped):
+            columns = zip(*[g.items for g in grouped], strict=True)
+            items = [self.joined(column, blocks, after, name) for column in columns]
+            return Group(items, grouped[0].instance_class)
+        if all(isinstance(x, Array) and _alike(x, first) for x in values):
+            room = first.room if all(x.room is first.room for x in values) else None
+            data = self._phi([x.data for x in values], blocks, after)
+            columns = zip(*[x.shape for x in values], strict=True)
+            return Array(first.kind, data, [self._phi(c, blocks, after) for c in columns], room)
+        if all(isinstance(x, Record) and x.kind.dtype == first.kind.dtype for x in values):
+            return Record(first.kind, self._phi([x.data for x in values], blocks, after))
+        kind = common_kind(values)
+        if kind is None:
+            said = ' or '.join(dict.fromkeys(described(x) for x in values))
+            return Conflict(f'{name} is {said}, by the way taken')
+        converted = []
+        for x, block in zip(values, blocks, strict=True):
+            self.b.position_at_end(block)
+            converted.append(self.convert(x, kind).ir)
+        return Value(kind, self._phi(converted, blocks, after))
+
+    def _phi(
+        self, values: Sequence[ir.Value], blocks: Sequence[ir.Block], after: ir.Block
+    ) -> ir.Value:
+        if all(value is values[0] for value in values):
+            return values[0]
+        self.b.position_at_end(after)
+        phi = self.b.phi(values[0].type)
+        for value, block in zip(values, blocks, strict=True):
+            phi.add_incoming(value, block)
+        return phi
+
+    def meet(self, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict[str, Any]:
+        """Let several ways go on together; return the variables there."""
+        if len(ends) == 1:
+            self.b.position_at_end(ends[0][0])
+            return ends[0][1]
+        after, blocks = self.block('after'), [block for block, _ in ends]
+        together: dict[str, Any] = {}
+        for name in dict.fromkeys(name for _, variables in ends for name in variables):
+            found = [variables.get(name, _unset(name)) for _, variables in ends]
+            together[name] = self.joined(found, blocks, after, name)
+        self.go_on(blocks, after)
+        return together
+
+    def go_on(self, blocks: Sequence[ir.Block], after: ir.Block) -> None:
+        """Let blocks go on in another, and write there."""
+        for block in blocks:
+            self.b.position_at_end(block)
+            self.b.branch(after)
+        self.b.position_at_end(after)
+
+    # loops
+
+    def carried(
+        self, x: Any, loop: Any, name: str, came: ir.Block, head: ir.Block, place: Any = ()
+    ) -> tuple[Any, Callable[[Any, ir.Block], None]]:
+        """Return a variable as a loop's head finds it, and what tells it to come from an end."""
+        key = loop, name, place
+        change = self.widened.get(key)
+        group = _grouped(x)
+        if change == 'dropped' or isinstance(x, Conflict):
+            why = x.why if isinstance(x, Conflict) else f'{name} changes its kind in the loop'
+            return Conflict(why), lambda _x, _block: None
+        if group is not None:
+            pairs = [
+                self.carried(item, loop, name, came, head, (*place, i))
+                for i, item in enumerate(group.items)
+            ]
+
+            def from_group(end: Any, block: ir.Block) -> None:
+                other = _grouped(end)
+                if other is None or not _alike(other, group):
+                    self._restart(key, 'dropped')
+                for (_, tell), item in zip(pairs, other or (), strict=True):
+                    tell(item, block)
+
+            return Group([item for item, _ in pairs], group.instance_class), from_group
+        if isinstance(x, (Array, Record)) or not (is_number(x) or isinstance(x, Value)):
+
+            def from_same(end: Any, _block: ir.Block) -> None:
+                if not _same(end, x):
+                    self._restart(key, 'dropped')
+
+            return (x, from_same) if not isinstance(x, Array) else self._rows(x, key, came, head)
+        x = at_run_time(x)
+        kind = FLOAT if change == 'float' else INT if change == 'int' else x.kind
+        self.b.position_at_end(came)
+        begun = self.convert(x, kind).ir
+        self.b.position_at_end(head)
+        phi = self.b.phi(kind.type)
+        phi.add_incoming(begun, came)
+
+        def from_number(end: Any, block: ir.Block) -> None:
+            wanted = common_kind([Value(kind, phi), end])
+            if wanted is None:
+                self._restart(key, 'dropped')
+            elif wanted is not kind:
+                self._restart(key, 'float' if wanted is FLOAT else 'int')
+            self.b.position_at_end(block)
+            phi.add_incoming(self.convert(end, kind).ir, block)
+
+        return Value(kind, phi), from_number
+
+    def _rows(self, x: Array, key: Any, came: ir.Block, head: ir.Block) -> Any:
+        """Return `carried` of an array."""
+        self.b.position_at_end(head)
+        phis = [self.b.phi(value.type) for value in (x.data, *x.shape)]
+        for phi, value in zip(phis, (x.data, *x.shape), strict=True):
+            phi.add_incoming(value, came)
+
+        def from_array(end: Any, block: ir.Block) -> None:
+            if not isinstance(end, Array) or not _alike(end, x):
+                self._restart(key, 'dropped')
+            for phi, value in zip(phis, (end.data, *end.shape), strict=True):
+                phi.add_incoming(value, block)
+
+        return Array(x.kind, phis[0], phis[1:]), from_array
+
+    def _restart(self, key: Any, change: str) -> None:
+        self.widened[key] = change
+        raise BeginAnewError
+
+
+def element(dtype: Any) -> Kind:
+    """Return the kind of the items of an array.
+
+    Raises:
+        KernelError: kernels know no such items.
+    """
+    kind = ELEMENT_KINDS.get(dtype.str[1:])
+    if kind is None or dtype.byteorder == '>':
+        raise KernelError(f'kernels know no arrays of {dtype}')
+    return kind
+
+
+ELEMENT_KINDS = {'f8': FLOAT, 'i8': INT, 'u8': UINT, 'b1': BOOL}
+
+
+def common_kind(values: Sequence[Any]) -> Kind | None:
+    """Return the kind that numbers have together: of a float and a whole number, a float."""
+    kinds: list[Kind] = []
+    for x in values:
+        if isinstance(x, Conflict) or not (isinstance(x, Value) or is_number(x)):
+            return None
+        kind = at_run_time(x).kind
+        if kind not in kinds:
+            kinds.append(kind)
+    if len(kinds) == 1:
+        return kinds[0]
+    if all(kind in (FLOAT, INT, BOOL) for kind in kinds):
+        return FLOAT if FLOAT in kinds else INT
+    return None
+
+
+def _unset(name: str) -> Conflict:
+    return Conflict(f'{name} may not have been set')
+
+
+def _same(x: Any, y: Any) -> bool:
+    if x is y:
+        return True
+    if isinstance(x, Value) and isinstance(y, Value):
+        return x.ir is y.ir and x.kind is y.kind
+    if not (is_static(x) and is_static(y)) or type(x) is not type(y):
+        return False
+    return repr(x) == repr(y) if is_number(x) or isinstance(x, tuple) else False
+
+
+def _grouped(x: Any) -> Group | None:
+    if isinstance(x, tuple):
+        return Group(x, type(x) if hasattr(x, '_fields') else None)
+    return x if isinstance(x, Group) else None
+
+
+def _alike(x: Any, y: Any) -> bool:
+    if isinstance(x, Group):
+        return x.instance_class is y.instance_class and len(x) == len(y)
+    if isinstance(x, Array) and isinstance(y, Array):
+        same = x.kind is y.kind or (
+            isinstance(x.kind, Fields)
+            and isinstance(y.kind, Fields)
+            and x.kind.dtype == y.kind.dtype
+        )
+        return same and len(x.shape) == len(y.shape)
+    return False
+
+
+TRUE, FALSE = ir.Constant(BIT, 1), ir.Constant(BIT, 0)

@@ -1,0 +1,20 @@
+"""What can go wrong with a kernel."""
+
+from __future__ import annotations
+
+from tauto_core.scene.errors import TautoError
+
+
+class KernelError(TautoError):
+    """A kernel cannot be compiled; the message says what, and where in which file."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
+        self.places: list[str] = []
+
+    def __str__(self) -> str:
+        return '\n  '.join([super().__str__(), *self.places])
+
+
+class KernelCacheWarning(UserWarning):
+    """Compiled kernels cannot be kept: each run compiles them anew."""

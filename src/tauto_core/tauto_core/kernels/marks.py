@@ -1,0 +1,66 @@
+"""How a function is marked as a kernel; nothing of LLVM is imported here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, TypeVar
+
+from tauto_core.kernels.errors import KernelError
+
+Function = TypeVar('Function', bound=Callable[..., Any])
+
+IS_INLINED: set[Any] = set()
+OVERLOADS: dict[Any, list[Callable[..., Any]]] = {}
+
+
+def compiled(function: Function) -> Function:
+    """Mark a function that kernels call; called from Python it runs as Python."""
+    return function
+
+
+def inlined(function: Function) -> Function:
+    """Mark a function that is translated wherever it is called: short, or hot and in one place."""
+    IS_INLINED.add(function)
+    return function
+
+
+def overload(function: Callable[..., Any]) -> Callable[[Function], Function]:
+    """Return a decorator for what chooses, when compiling, the kernel called for a function.
+
+    The decorated function gets the arguments as they are known when compiling – a NamedTuple
+    tells its class as `instance_class` – and returns a function with the same arguments, or None
+    where it has none for them. The first that has one is taken.
+    """
+
+    def register(selector: Function) -> Function:
+        OVERLOADS.setdefault(function, []).append(selector)
+        return selector
+
+    return register
+
+
+class Intrinsic:
+    """A function that writes instructions itself, see `intrinsic`."""
+
+    def __init__(self, function: Any) -> None:
+        self.function = function
+        self.__name__, self.__doc__ = function.__name__, function.__doc__
+
+    def __call__(self, *_args: Any) -> Any:
+        raise KernelError(f'{self.__name__} runs in compiled code only')
+
+
+def intrinsic(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark a function that writes instructions of LLVM itself.
+
+    Its first argument is an `emission.Emission`, which kernels do not pass; the others are the
+    arguments as they are known when compiling; it returns a value likewise.
+    """
+    return Intrinsic(function)
+
+
+def plain_function(callee: Any) -> FunctionType | None:
+    """Return the function of Python that a callee is, or that it is made from."""
+    callee = getattr(callee, 'python', callee)
+    return callee if isinstance(callee, FunctionType) else None

@@ -1,0 +1,186 @@
+"""A module of LLVM: an entry, and all that it calls."""
+
+from __future__ import annotations
+
+from itertools import count
+from types import FunctionType
+from typing import Any
+
+from llvmlite import ir
+
+from tauto_core.kernels.arguments import value_of
+from tauto_core.kernels.emission import BeginAnewError, Emission
+from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.translation import Frame
+from tauto_core.kernels.used import Used
+from tauto_core.kernels.values import (
+    BIT,
+    BOOL,
+    BYTE,
+    DOUBLE,
+    INDEX,
+    WORD,
+    Array,
+    Group,
+    Value,
+    at_run_time,
+    leaves,
+    rebuilt,
+)
+
+
+class Instance:
+    """A function of LLVM: a kernel for arguments of one structure.
+
+    Attributes:
+        f: LLVM's function.
+        result: what it returns, with values that stand for those of a call.
+        widened: what loops changed of their variables' kinds.
+    """
+
+    def __init__(self, program: Program, function: FunctionType, args: list[Any]) -> None:
+        self.widened: dict[Any, str] = {}
+        values: list[ir.Value] = []
+        for arg in args:
+            leaves(arg, values)
+        kind = ir.FunctionType(ir.VoidType(), [value.type for value in values])
+        program.count += 1
+        name = f'{function.__name__.strip("<>")}.{program.count}'
+        while True:
+            self.f = ir.Function(program.module, kind, name)
+            try:
+                self._translate(program, function, args)
+            except BeginAnewError:
+                del program.module.globals[name]
+                program.module.scope._useset.discard(name)
+                continue
+            break
+        self.f.linkage = 'internal'
+        self.f.attributes.add('nounwind')
+
+    def _translate(self, program: Program, function: FunctionType, args: list[Any]) -> None:
+        out = Emission(program.module, self.f, self.widened)
+        head = out.b.block
+        out.b.position_at_end(out.block('body'))
+        first = out.b.block
+        given = iter(self.f.args)
+        self.result = Frame(program, out, function).result([rebuilt(a, given) for a in args], {})
+        self._return(out)
+        out.b.position_at_end(head)
+        out.b.branch(first)
+
+    def _return(self, out: Emission) -> None:
+        b = out.b
+        kept = _rooms_of(self.result)
+        if out.rooms:
+            if None in kept:
+                raise KernelError('an array is returned that may be one of several')
+            free = release(out.module)
+            for room in out.rooms:
+                if all(room is not other for other in kept):
+                    b.call(free, [room])
+        values: list[ir.Value] = []
+        leaves(self.result, values)
+        if not values:
+            b.ret_void()
+            return
+        kind = ir.LiteralStructType([value.type for value in values])
+        whole = ir.Constant(kind, ir.Undefined)
+        for i, value in enumerate(values):
+            whole = b.insert_value(whole, value, i)
+        b.ret(whole)
+        self.f.ftype = ir.FunctionType(kind, self.f.ftype.args)
+        self.f.return_value.type = kind
+        self.f.type = self.f.ftype.as_pointer()
+
+    def called(self, out: Emission, values: list[ir.Value]) -> Any:
+        """Emit a call; return what it returns."""
+        result, count = out.b.call(self.f, values), len(leaves_of(self.result))
+        return rebuilt(self.result, iter([out.b.extract_value(result, i) for i in range(count)]))
+
+
+def leaves_of(x: Any) -> list[ir.Value]:
+    """Return LLVM's values of a value."""
+    values: list[ir.Value] = []
+    leaves(x, values)
+    return values
+
+
+def release(module: ir.Module) -> ir.Function:
+    """Return the C library's function that gives memory back."""
+    found = module.globals.get('free')
+    return found or ir.Function(
+        module, ir.FunctionType(ir.VoidType(), [BYTE.as_pointer()]), 'free'
+    )
+
+
+def _rooms_of(x: Any) -> list[Any]:
+    if isinstance(x, Array):
+        return [x.room]
+    return [room for item in x for room in _rooms_of(item)] if isinstance(x, Group) else []
+
+
+class Program:
+    """All functions of an entry.
+
+    Attributes:
+        module: LLVM's.
+        used: what they are made from.
+        count: functions so far.
+        result: layout of what the entry returns: nested lists, names of kinds, None.
+    """
+
+    def __init__(self, function: FunctionType, arguments: list[Any], name: str) -> None:
+        self.module, self.used, self.count = ir.Module(function.__name__), Used(), 0
+        self._instances: dict[Any, Instance] = {}
+        self._being_made: list[Any] = []
+        kind = ir.FunctionType(INDEX, [WORD.as_pointer(), WORD.as_pointer()])
+        out = Emission(self.module, ir.Function(self.module, kind, name), {})
+        words = count()
+        args = [value_of(argument, words, out) for argument in arguments]
+        result = at_run_time(self.call(out, function, args))
+        for i, value in enumerate(leaves_of(result)):
+            place = out.b.gep(out.f.args[1], [ir.Constant(WORD, i)])
+            out.b.store(_as_word(out, value), place)
+        out.b.ret(ir.Constant(INDEX, 0))
+        self.result = _layout(result)
+
+    def call(self, out: Emission, function: FunctionType, args: list[Any]) -> Any:
+        """Call a kernel as a function of its own."""
+        args = [at_run_time(arg) for arg in args]
+        values: list[ir.Value] = []
+        structure = tuple(leaves(arg, values) for arg in args)
+        cells = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())
+        key = function.__code__, cells, structure
+        if key not in self._instances:
+            if key in self._being_made:
+                raise KernelError(f'{function.__qualname__} calls itself')
+            self._being_made.append(key)
+            self._instances[key] = Instance(self, function, args)
+            self._being_made.pop()
+        return self._instances[key].called(out, values)
+
+
+def _as_word(out: Emission, value: ir.Value) -> ir.Value:
+    if value.type == DOUBLE:
+        return out.b.bitcast(value, WORD)
+    if value.type == BIT:
+        return out.b.zext(value, WORD)
+    if isinstance(value.type, ir.PointerType):
+        return out.b.ptrtoint(value, WORD)
+    if value.type == WORD:
+        return value
+    raise KernelError(f'{value.type} cannot be returned to Python')
+
+
+def _layout(x: Any) -> Any:
+    """Return what is needed to make a result from words."""
+    if isinstance(x, Value):
+        return 'bool' if x.kind is BOOL else x.kind.name
+    if isinstance(x, Group):
+        return [_layout(item) for item in x]
+    if isinstance(x, Array):
+        return {'array': x.kind.name, 'ndim': len(x.shape)}
+    if x is None:
+        return None
+    raise KernelError(f'{x!r} cannot be returned to Python')
