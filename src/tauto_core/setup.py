@@ -10,6 +10,7 @@ TEST = [
     'colcon-ros>=0.5',
     'hypothesis>=6.100',
     'mpmath>=1.3',
+    'numba>=0.60',  # the same kernels through another compiler, bit for bit
     'pytest>=8.0',
     'pytest-xdist>=3.5',
 ]
@@ -28,6 +29,7 @@ BENCH = [
     'heyoka>=7.13',
     'mpmath>=1.3',
     'mujoco>=4.0',
+    'numba>=0.60',
     'scikit-sundae>=1.2',
 ]
 
@@ -53,7 +55,6 @@ setup(
         'lz4>=4.3',
         'matplotlib>=3.6',
         'mcap>=1.1',
-        'numba>=0.60',
         'numpy>=1.26',
         'pydantic>=2.7',
         'pyyaml>=6.0.1',

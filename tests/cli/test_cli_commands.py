@@ -16,7 +16,7 @@ from tauto_core.cli.app import app
 from tauto_core.cli.facts import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
 
-SLOW_MODULES = ('numpy', 'scipy', 'numba', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
+SLOW_MODULES = ('numpy', 'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
 BAGS = Path(__file__).parents[2] / 'bags'
 MINUTE = ('sail', 'cheek_before_euler', '--duration', '60')
 OFF_THE_CAM = """\
@@ -52,7 +52,7 @@ def imported_by(*arguments: str) -> set[str]:
 
 @pytest.mark.parametrize('arguments', [('--help',), ('sail', '--help'), ('graph', '--help')])
 def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
-    slow = SLOW_MODULES if arguments[0] != 'graph' else ('rclpy', 'numba')
+    slow = SLOW_MODULES if arguments[0] != 'graph' else ('rclpy', 'llvmlite')
     assert not imported_by(*arguments) & set(slow)
 
 
@@ -69,7 +69,16 @@ def test_help_needs_no_models_of_scenes() -> None:
     ],
 )
 def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) -> None:
-    heavy = {'numba', 'scipy', 'pandas', 'rosbags', 'mcap', 'matplotlib', 'hypothesis', 'mpmath'}
+    heavy = {
+        'llvmlite',
+        'scipy',
+        'pandas',
+        'rosbags',
+        'mcap',
+        'matplotlib',
+        'hypothesis',
+        'mpmath',
+    }
     assert not imported_by(*arguments) & heavy
 
 
@@ -80,7 +89,7 @@ def test_isochronism_imports_only_the_machine_of_its_scene() -> None:
 
 
 def test_scenes_imports_no_kernels_and_no_bags() -> None:
-    assert not imported_by('scenes') & {'scipy', 'numba', 'rosbags', 'mcap', 'matplotlib'}
+    assert not imported_by('scenes') & {'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib'}
 
 
 def test_scenes_lists_each_shipped_scene_with_what_it_is() -> None:

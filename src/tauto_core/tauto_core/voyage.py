@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, cast
 
@@ -36,13 +37,16 @@ from tauto_core.samples import (
     text,
 )
 from tauto_core.scene import Scene, SeaShip, parse_scene, scene_yaml
-from tauto_core.scene.errors import BagError, PropagationError, naming
+from tauto_core.scene.errors import BagError, PropagationError, TautoError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.sea import sea_metadata
 from tauto_core.summary import Summary, scene_propagator
 
 CHUNK = 32_768
 """Motion samples handled at once; the result does not depend on it."""
+
+SAILED_TO_COMPILE_S = 20.0
+"""How much of a voyage calls all kernels that it needs, long pieces of forcing among them [s]."""
 
 
 class ShipSource:
@@ -209,6 +213,19 @@ def sail(
         'bag': None if out is None else str(out),
         **({'warnings': warnings} if warnings else {}),
     }
+
+
+def compile_kernels(scene: Scene) -> None:
+    """Compile what a scene's ship and clock run, or see that it is compiled.
+
+    The first seconds are sailed, and what they say is dropped. An error of theirs is left to the
+    voyage, which says when it happens.
+    """
+    source, stages = ShipSource(scene), pipeline(scene)
+    samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
+    with suppress(TautoError):
+        stages.feed(source.produce(samples))
+        stages.finish()
 
 
 def _voyage(source: ShipSource, stages: Pipeline) -> Iterator[Batches]:

@@ -154,7 +154,7 @@ def tolerance(scene: Scene) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
     if scene.solver is not None and scene.solver.tolerance is not None:
         return scene.solver.tolerance
-    from tauto_core.motion.step_size import TOLERANCE  # imports numba
+    from tauto_core.motion.step_size import TOLERANCE  # imports kernels
 
     return TOLERANCE
 
@@ -346,7 +346,7 @@ def _growth(
     rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
     if steps is not None:
         smooth = not isinstance(machine, Machine) or not machine.cam.joints.size
-        from tauto_core.motion.step_size import settled_at  # imports numba
+        from tauto_core.motion.step_size import settled_at  # imports kernels
 
         allowed = tolerance(scene)
         error = allowed * (steps.shorter**steps.order if smooth else 1.0) + settled_at(allowed)

@@ -86,7 +86,7 @@ def graph(
     from tauto_core.readiness import check_scene
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.voyage import summarise_bag
+    from tauto_core.voyage import compile_kernels, summarise_bag
     from tauto_nodes.graph import Plan, run_graph
 
     pace = _speed(speed)
@@ -99,6 +99,7 @@ def graph(
     plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place)
     began_s = time.monotonic()
     with progress_bar(loaded.name) as progress:
+        compile_kernels(loaded)  # once, and not in each node
         outcome = run_graph(plan, loaded, progress)
     _say(outcome)
     if outcome.signal:

@@ -6,12 +6,14 @@ from typing import Any
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.samples import Stage
+from tauto_core.voyage import compile_kernels
 from tauto_nodes.parameters import Settings
 from tauto_nodes.running import main_of
 from tauto_nodes.stage_node import StageNode, scene_of
 
 
 def _build(settings: Settings) -> Stage:
+    compile_kernels(scene_of(settings))
     foreign = settings.text('source') == 'foreign'
     return TrochleaStage(scene_of(settings), anchor='first' if foreign else 'scene')
 

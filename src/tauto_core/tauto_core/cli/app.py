@@ -197,8 +197,10 @@ def scenes(as_json: AsJson = False) -> None:
 def check(scene: SceneName, as_json: AsJson = False) -> None:
     """Check a scene without sailing it, and tell what would run."""
     from tauto_core.cli.facts import facts_table, scene_facts
+    from tauto_core.cli.progress import progress_bar
 
-    facts = scene_facts(scene)
+    with progress_bar(scene):
+        facts = scene_facts(scene)
     _warn(facts)
     _show(facts, None if as_json else facts_table(facts))
 

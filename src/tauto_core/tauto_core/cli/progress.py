@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -10,19 +11,34 @@ from contextlib import contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr, where that is a terminal, for as long as the context lasts.
 
+    While a kernel compiles, the label says which, and about how long it takes.
+
     Args:
         label: what goes on, in front of the bar.
 
     Yields:
         A function to call with the share done so far, from 0 to 1.
     """
+    if not sys.stderr.isatty():
+        yield lambda _share: None
+        return
     from rich.console import Console
     from rich.progress import Progress
 
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda _share: None
-        return
-    with Progress(console=console, transient=True) as bar:
+    from tauto_core.kernels import listening
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(label, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
+
+        def compiles(kernel: str | None, left_s: float) -> None:
+            said = label if kernel is None else f'{label}: {_compiling(kernel, left_s)}'
+            bar.update(task, description=said)
+
+        with listening(compiles):
+            yield lambda share: bar.update(task, completed=share)
+
+
+def _compiling(kernel: str, left_s: float) -> str:
+    """Return what is said while a kernel compiles; seconds where they are known."""
+    name = kernel.removeprefix('tauto_core.')
+    return f'compiling {name} once' + (f', about {left_s:.1f} s' if left_s else '')

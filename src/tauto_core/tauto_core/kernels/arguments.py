@@ -104,8 +104,11 @@ def in_words(structure: Any) -> str:
     return str(structure)
 
 
-def packer(structures: list[Any]) -> Callable[..., bytes | None]:
-    """Return a function that packs arguments, or returns None: theirs is another structure."""
+def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
+    """Return a function that packs arguments, or returns None: theirs is another structure.
+
+    It is named like the kernel, for Python's own error of a wrong number of arguments.
+    """
     lines: list[str] = []
     known: dict[str, Any] = {
         'ndarray': np.ndarray,
@@ -146,9 +149,9 @@ def packer(structures: list[Any]) -> Callable[..., bytes | None]:
     for name, structure in zip(names, structures, strict=True):
         take(name, structure)
     known['pack'] = struct.Struct(''.join(formats)).pack
-    lines = [f'def packed({", ".join(names)}):', *lines, f' return pack({", ".join(words)})']
+    lines = [f'def {kernel}({", ".join(names)}):', *lines, f' return pack({", ".join(words)})']
     exec('\n'.join(lines), known)
-    made: Callable[..., bytes | None] = known['packed']
+    made: Callable[..., bytes | None] = known[kernel]
     return made
 
 

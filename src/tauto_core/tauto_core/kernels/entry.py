@@ -88,12 +88,9 @@ class Entry:
         Raises:
             KernelError: the kernel, or the arguments, cannot be compiled.
         """
-        wanted = self.python.__code__.co_argcount
-        if len(args) != wanted:
-            raise TypeError(f'{self.__qualname__} takes {wanted} arguments, {len(args)} given')
         structures = [structure_of(arg) for arg in args]
         with _LOCK:
-            pack = packer(structures)
+            pack = packer(structures, self.__name__.replace('<lambda>', 'function'))
             if any(old(*plain(args)) is not None for old, *_ in self._made):
                 return
             check_arrays()

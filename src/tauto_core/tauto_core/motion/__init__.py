@@ -141,7 +141,7 @@ def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
 def make_collocation(
     machine: AnyMachine, tolerance: float | None = None
 ) -> Collocation | RealThreads:
-    """Return the general propagator for a machine, which takes steps; imports numba."""
+    """Return the general propagator for a machine, which takes steps; imports kernels."""
     if isinstance(machine, Machine):
         from tauto_core.motion.collocation import Collocation
 

@@ -95,7 +95,7 @@ class ForcedHarmonic:
         Raises:
             PropagationError: the edge of the cam.
         """
-        from tauto_core.motion.turn_and_add import OK, turn_and_add  # imports numba
+        from tauto_core.motion.turn_and_add import OK, turn_and_add  # imports kernels
 
         shape, shapes = self._shapes(forcing)
         logged = np.flatnonzero(forcing.logged)
@@ -217,7 +217,7 @@ def _shapes(
     width: int,
 ) -> Shapes:
     """Return the shapes of some lengths [s], begins, ends, and whether samples are given."""
-    from tauto_core.motion.turn_and_add import Shapes  # imports numba
+    from tauto_core.motion.turn_and_add import Shapes  # imports kernels
 
     found = [
         _shape(omega0, delta, length, begin, end, nodes if sampled else None, width)

@@ -1,6 +1,6 @@
 """The trochlea in compiled code: what its lever arm, its power and its drag do at an instant.
 
-Absent terms are `None`: numba compiles them away, they are not in the code that runs. Angles,
+Absent terms are `None`: they are not in the code that runs. Angles,
 rates and forcing are floats or `Lanes`; one formula serves both.
 
 Variables per unit of inertia: q = ϑ, the angle the cam feels, and w = p/I with the momentum

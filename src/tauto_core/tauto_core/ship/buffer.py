@@ -156,7 +156,7 @@ class MotionBuffer:
 
     def _fill(self, imu: ImuSamples, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
-        from tauto_core.ship import kernels  # numba
+        from tauto_core.ship import kernels  # kernels
 
         n = len(imu.stamp_ns)
         orientation = plain(imu.orientation)
@@ -181,7 +181,7 @@ class MotionBuffer:
         least = -(-self._step_ns // CROWDED_PART)
         if self._still:
             return None
-        from tauto_core.ship import kernels  # numba
+        from tauto_core.ship import kernels  # kernels
 
         new = len(self._times) == 0 or times[0] - self._times[-1] >= least
         if new and kernels.spaced(times, least):
@@ -234,7 +234,7 @@ class MotionBuffer:
             index = index[times[index] < end_ns]
             self.bridged += int(np.count_nonzero(times[index + 1] - times[index] > bridged_ns))
             return Pieces(index, index + 1, np.zeros(len(index), np.bool_))
-        from tauto_core.ship.fitting import choose_pieces  # imports numba
+        from tauto_core.ship.fitting import choose_pieces  # imports kernels
 
         force = self._apparent_vertical or self._apparent_gravity
         window = (FORCE_BEFORE, FORCE_POINTS) if force else (ROLL_BEFORE, ROLL_POINTS)

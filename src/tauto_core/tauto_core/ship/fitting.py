@@ -1,4 +1,4 @@
-"""Compiled choice and fit of the pieces of ship motion; import on first use only (numba).
+"""Compiled choice and fit of the pieces of ship motion; import on first use only.
 
 All fits are Newton's form, from divided differences: data that vary slowly leave small
 differences, so that nothing large cancels when they are turned into powers of x, however many

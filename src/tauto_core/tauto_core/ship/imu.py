@@ -141,7 +141,7 @@ def imu_samples(
         height: z0 of the clock above the roll axis [m].
         gravity: g [m/s2].
     """
-    from tauto_core.ship.source_kernels import encode  # imports numba
+    from tauto_core.ship.source_kernels import encode  # imports kernels
 
     n = len(stamp_ns)
     whole = -(-n // 8) * 8
@@ -210,7 +210,7 @@ def screen(
     Args:
         imu: samples as they came.
         last_stamp_ns: stamp of the last sample kept before these; None: none was.
-        compiled: see first, in one compiled pass (numba), whether nothing is to be refused.
+        compiled: see first, in one compiled pass, whether nothing is to be refused.
 
     Returns:
         The samples kept, stamps strictly increasing, and the counts by name (all names, always).
@@ -226,7 +226,7 @@ def screen(
 
 def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
     """Return whether all samples are good by a margin that rounding does not reach."""
-    from tauto_core.ship.kernels import all_good  # imports numba
+    from tauto_core.ship.kernels import all_good  # imports kernels
 
     covariances = (
         imu.orientation_covariance,

@@ -120,7 +120,7 @@ def polynomials(
         stride: samples that a regular piece spans.
         offset: index of the first sample at hand, counted from the start of the run.
     """
-    from tauto_core.ship.fitting import fit_hermite, fit_values, fit_windows  # imports numba
+    from tauto_core.ship.fitting import fit_hermite, fit_values, fit_windows  # imports kernels
 
     slopes = rates is not None
     before, points = (ROLL_BEFORE, ROLL_POINTS) if slopes else (FORCE_BEFORE, FORCE_POINTS)
@@ -170,7 +170,7 @@ def windows(
     Of regular pieces these are the values in the window, then the rates there times the length
     of the piece; of others the coefficients.
     """
-    from tauto_core.ship.fitting import take_windows  # imports numba
+    from tauto_core.ship.fitting import take_windows  # imports kernels
 
     result = np.empty((len(pieces.begin), _conditions(stride, ROLL_BEFORE, slopes=True)))
     rows = np.flatnonzero(pieces.regular)

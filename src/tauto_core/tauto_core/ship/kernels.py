@@ -1,4 +1,4 @@
-"""Compiled reading of an IMU; import on first use only (numba).
+"""Compiled reading of an IMU; import on first use only.
 
 Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
 """

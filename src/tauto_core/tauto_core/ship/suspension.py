@@ -211,7 +211,7 @@ def _check_contact(contact: FloatArray, end_ns: IntArray) -> None:
 
 def _swing_of(large: bool, case: Case) -> CaseSwing:
     if large:
-        from tauto_core.motion.axle_swing import AxleSwing  # imports numba
+        from tauto_core.motion.axle_swing import AxleSwing  # imports kernels
 
         return AxleSwing(*case)
     from tauto_core.motion.axle_modes import AxleModes

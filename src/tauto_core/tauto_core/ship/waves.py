@@ -96,7 +96,7 @@ class SampledHarmonics:
         return [x[first - begin : last - begin] for x in blocks]
 
     def _blocks(self, first: int, last: int) -> list[FloatArray]:
-        from tauto_core.ship.source_kernels import sum_blocks  # numba, only when needed
+        from tauto_core.ship.source_kernels import sum_blocks  # only when needed
 
         outputs: list[FloatArray | None] = [None, None, None]
         for order in self._orders:

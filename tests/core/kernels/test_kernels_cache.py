@@ -1,0 +1,184 @@
+"""Compiled code is kept as long as all that it is made from is as it was, and nobody else's."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import pytest
+
+from tauto_core.kernels import KernelCacheWarning, store, used
+from tauto_core.kernels.progress import listening
+
+LAWS = """
+from typing import NamedTuple
+FACTOR = 3.0
+class Law(NamedTuple):
+    rate: float
+    bend: float
+def law(given, x):
+    for _ in range(2):
+        x = FACTOR * x
+    return given.rate * x
+"""
+KERNEL = """
+from tauto_core.kernels import entry
+from {laws} import Law, law
+SHIFT = 1.0
+@entry
+def run(given, x):
+    return law(given, x) + SHIFT
+"""
+
+
+class Program:
+    """Two modules, imported anew as by another process."""
+
+    def __init__(self, folder: Path) -> None:
+        self.laws, self.kernel = folder / 'laws_of_a_test.py', folder / 'kernel_of_a_test.py'
+        self.laws.write_text(LAWS)
+        self.kernel.write_text(KERNEL.format(laws=self.laws.stem))
+
+    def run(self, x: float = 1.0) -> tuple[float, int]:
+        """What the kernel returns, and how many were compiled."""
+        used.digest.cache_clear()
+        for path in (self.laws, self.kernel):
+            spec = importlib.util.spec_from_file_location(path.stem, path)
+            module = importlib.util.module_from_spec(spec)
+            sys.modules[path.stem] = module
+            spec.loader.exec_module(module)
+            importlib.invalidate_caches()
+        compiled = []
+        with listening(lambda name, _left: compiled.append(name)):
+            found = module.run(sys.modules[self.laws.stem].Law(2.0, 0.5), x)
+        return found, compiled.count(None)
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    monkeypatch.setenv('TAUTO_CACHE_DIR', str(tmp_path / 'cache'))
+    monkeypatch.setattr(sys, 'dont_write_bytecode', True)
+    monkeypatch.setattr(store, '_warned', set())
+    yield Program(tmp_path)
+    for name in ('laws_of_a_test', 'kernel_of_a_test'):
+        sys.modules.pop(name, None)
+    from tauto_core.kernels.source import _definitions, _plan_of
+
+    _definitions.cache_clear()
+    _plan_of.cache_clear()
+    used.digest.cache_clear()
+
+
+def forget_sources():
+    from tauto_core.kernels.source import _definitions, _plan_of
+
+    _definitions.cache_clear()
+    _plan_of.cache_clear()
+
+
+def edit(path: Path, before: str, after: str) -> None:
+    text = path.read_text()
+    assert before in text
+    path.write_text(text.replace(before, after))
+    forget_sources()
+
+
+def test_a_second_run_loads_what_the_first_has_compiled(program):
+    assert program.run() == (19.0, 1)
+    assert program.run() == (19.0, 0)
+
+
+def test_a_change_of_any_source_that_was_used_compiles_anew(program):
+    program.run()
+    edit(program.laws, 'given.rate * x', 'given.bend * x')
+    assert program.run() == (5.5, 1)
+    edit(program.laws, 'FACTOR = 3.0', 'FACTOR = 2.0')
+    assert program.run() == (3.0, 1)
+    edit(program.laws, '    rate: float\n    bend: float', '    bend: float\n    rate: float')
+    assert program.run() == (9.0, 1)
+    edit(program.kernel, 'SHIFT = 1.0', 'SHIFT = 2.0')
+    assert program.run() == (10.0, 1)
+    assert program.run() == (10.0, 0)
+
+
+def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
+    """Though no file has changed: what a name stands for is part of the code."""
+    assert program.run() == (19.0, 1)
+    header, _ = store.read(next(path.name for path in store.folder().iterdir()))
+    assert used.is_as_it_was(header['files'], header['names'])
+    monkeypatch.setattr(sys.modules['laws_of_a_test'], 'FACTOR', 4.0)
+    assert not used.is_as_it_was(header['files'], header['names'])
+
+
+def test_a_file_cut_short_is_compiled_anew(program):
+    program.run()
+    (kept,) = store.folder().iterdir()
+    whole = kept.read_bytes()
+    for damaged in (b'', whole[:100], whole[:-1], whole[:-1] + bytes([whole[-1] ^ 1])):
+        kept.write_bytes(damaged)
+        assert program.run() == (19.0, 1)
+    assert kept.read_bytes()[64:65] == b'\n'
+
+
+def test_the_folder_and_its_files_are_the_users_alone(program):
+    program.run()
+    folder = store.folder()
+    assert folder.stat().st_mode & 0o777 == 0o700
+    assert [path.stat().st_mode & 0o777 for path in folder.iterdir()] == [0o600]
+
+
+def test_what_others_may_write_is_not_run(program):
+    program.run()
+    store.folder().chmod(0o777)
+    with pytest.warns(KernelCacheWarning, match='others may write there. Set TAUTO_CACHE_DIR'):
+        assert program.run() == (19.0, 1)
+
+
+def test_a_folder_that_cannot_be_written_is_named_with_its_remedy_once(program, monkeypatch):
+    place = program.laws.parent / 'a_file'
+    place.write_text('')
+    monkeypatch.setenv('TAUTO_CACHE_DIR', str(place))
+    with pytest.warns(
+        KernelCacheWarning, match='cannot be kept in .*a_file: .*Set TAUTO_CACHE_DIR'
+    ):
+        assert program.run() == (19.0, 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert program.run() == (19.0, 1)
+
+
+def test_another_processor_or_version_has_code_of_its_own(program, monkeypatch):
+    program.run()
+    monkeypatch.setattr(entry_module_of(), '_stamp', lambda: 'another')
+    assert program.run() == (19.0, 1)
+    assert len(list(store.folder().iterdir())) == 2
+
+
+def entry_module_of():
+    return sys.modules['tauto_core.kernels.entry']
+
+
+def test_two_processes_at_once_leave_one_whole_file(program):
+    code = (
+        f'import sys; sys.path.insert(0, {str(program.laws.parent)!r}); '
+        'from kernel_of_a_test import run; from laws_of_a_test import Law; '
+        'print(run(Law(2.0, 0.5), 1.0))'
+    )
+    both = [
+        subprocess.Popen([sys.executable, '-B', '-c', code], stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    assert [process.communicate()[0] for process in both] == ['19.0\n', '19.0\n']
+    assert len(list(store.folder().iterdir())) == 1
+    assert program.run() == (19.0, 0)
+
+
+def test_the_cache_has_a_place_where_nothing_says_so(monkeypatch):
+    monkeypatch.delenv('TAUTO_CACHE_DIR', raising=False)
+    monkeypatch.setenv('XDG_CACHE_HOME', '/somewhere')
+    assert store.folder() == Path('/somewhere/tauto')
+    monkeypatch.delenv('XDG_CACHE_HOME')
+    assert store.folder() == Path.home() / '.cache' / 'tauto'
