@@ -74,5 +74,4 @@ def at_rest_at_sea(spans: Forcing, machine: Machine) -> Forcing:
         neutral=nothing,
         tilt=nothing if tilts else None,
         gravity=np.full_like(nothing, machine.gravity),
-        tilt_end=nothing[:, 0].copy() if tilts else None,
     )

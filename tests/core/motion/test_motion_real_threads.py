@@ -105,6 +105,32 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
     assert np.ptp(found.angle) > 1.0
 
 
+@pytest.mark.parametrize('trochlea', [LEVER, LONGER], ids=['lever', 'long thread'])
+@pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.01, -1e-3])
+def test_beats_are_counted_whatever_the_swing(trochlea, amplitude):
+    """Signs of DOP853's angle every 20 ms; the smallest swing is far below what the sea makes."""
+    scene = scene_of(
+        trochlea={**trochlea, 'release_angle': amplitude},
+        ship={**SEA, 'rate': 50.0},
+        duration=20.0,
+        log={'interval': 0.02},
+    )
+    machine = compile_machine(scene)
+    lever = isinstance(machine, LeverMachine)
+    engine, forcing = RealThreads(machine), sampled(scene, stride=1)
+    engine.release(forcing)
+    found = engine.advance(forcing)
+    angle = swing((LeverReference if lever else HangingReference)(machine), forcing)[:, 0]
+    below = np.concatenate([[amplitude < 0.0], angle < 0.0])
+    beats = np.cumsum(below[1:] != below[:-1])
+    np.testing.assert_array_equal(found.beats, beats)
+    if lever:
+        # the coordinate of its phase has the sign of θ
+        up = np.cumsum(below[:-1] & ~below[1:])
+        phase = math.pi * (found.half_turns + found.fraction) + (math.pi if below[0] else 0.0)
+        np.testing.assert_array_equal(np.floor(phase / math.tau + 0.25), up)
+
+
 def test_the_swinging_thread_is_that_of_forty_digits():
     entry = next(each for each in GOLDEN if each['id'] == 'A5-swing-nonlinear-t1')
     p = {name: float(each['value']) for name, each in entry['params'].items()}

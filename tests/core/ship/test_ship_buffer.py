@@ -46,7 +46,6 @@ def buffer(**changed):
         'step_ns': STEP,
         'max_gap_s': 1.0,
         'stride': 4,
-        'tilt_inside': False,
     }
     return MotionBuffer(**{**arguments, **changed})
 
@@ -69,14 +68,7 @@ def check_against_the_waves(spans, tolerance=1e-14):
         t = start + x * spans.length_s
         line = roll_at(t) + tilt_at(t)
         np.testing.assert_allclose(values(spans.neutral, x), line, rtol=0, atol=tolerance)
-    end = spans.end_ns * 1e-9
-    np.testing.assert_allclose(spans.tilt_end, tilt_at(end), rtol=0, atol=tolerance)
-    for rows, x, t in (
-        (spans.logged, spans.end, end),
-        (np.arange(len(end)) < 1, spans.begin, start),
-    ):
-        found = values(spans.tilt[rows], x[rows])
-        np.testing.assert_allclose(found, tilt_at(t[rows]), rtol=0, atol=tolerance)
+        np.testing.assert_allclose(values(spans.tilt, x), tilt_at(t), rtol=0, atol=tolerance)
 
 
 @pytest.mark.parametrize('stride', range(1, 9))
@@ -105,7 +97,7 @@ def test_even_samples_make_long_pieces(stride):
 def test_smooth_motion_is_fitted_with_long_pieces_from_the_start(slopes):
     """The first piece is the worst: its window lies on one side, but is wider than a single's."""
     times = np.arange(400) * 5 * STEP
-    arguments = {'stride': 4, 'step_ns': 5 * STEP, 'tilt_inside': True}
+    arguments = {'stride': 4, 'step_ns': 5 * STEP}
     if slopes:
         arguments |= {'apparent_vertical': False, 'apparent_gravity': False}
     single, smooth = (forcing_of(times, smooth=each, **arguments) for each in (False, True))
@@ -119,25 +111,10 @@ def test_smooth_motion_is_fitted_with_long_pieces_from_the_start(slopes):
     assert np.max(wrong[1]) < 0.5 * np.max(wrong[0])
 
 
-def test_tilt_rows_are_filled_where_they_are_asked_for():
-    times = np.arange(400) * STEP
-    spans = forcing_of(times)
-    filled = np.any(spans.tilt != 0.0, axis=1)
-    asked = spans.logged.copy()
-    asked[0] = True
-    np.testing.assert_array_equal(filled, asked)
-    inside = forcing_of(times, tilt_inside=True)
-    np.testing.assert_array_equal(inside.tilt[asked], spans.tilt[asked])
-    start = inside.end_ns * 1e-9 - inside.length_s
-    middle = tilt_at(start + 0.5 * inside.length_s)
-    np.testing.assert_allclose(values(inside.tilt, 0.5), middle, rtol=0, atol=1e-14)
-
-
 def test_a_thread_that_goes_with_the_case_has_no_tilt():
     times = np.arange(400) * STEP
     spans = forcing_of(times, apparent_vertical=False, apparent_gravity=False)
     assert spans.tilt is None
-    assert spans.tilt_end is None
     assert spans.gravity is None
     start = spans.end_ns * 1e-9 - spans.length_s
     middle = roll_at(start + 0.5 * spans.length_s)
@@ -211,10 +188,8 @@ def test_any_split_and_resumption_give_the_same_bits(data, stride):
         made = buffer(stride=stride)
         made.restore(state)
     parts.append(made.forcing(LOG, None, final=True))
-    for name in ('length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'gravity', 'tilt_end'):
+    for name in ('length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'gravity', 'tilt'):
         assert joined(parts, name).tobytes() == joined(expected, name).tobytes(), name
-    logged = joined(expected, 'logged')
-    assert np.array_equal(joined(parts, 'tilt')[logged], joined(expected, 'tilt')[logged])
     assert made.bridged == whole.bridged == 2
     assert joined(parts, 'end_ns')[-1] == uneven_times()[-1]
 
@@ -240,13 +215,14 @@ def test_a_force_that_points_down_counts_as_negative_and_stays_smooth():
     force[:, 2] = 1.0 - 0.05 * np.arange(60)
     force[:, 1] = 0.1 * force[:, 2]
     imu = replace(imu, linear_acceleration=force)
-    made = buffer(tilt_inside=True)
+    made = buffer()
     made.add(imu, 0)
     spans = made.forcing(LOG, None, final=False)
     gravity = math.hypot(1.0, 0.1) * (1.0 - spans.end_ns * 1e-9)
     np.testing.assert_allclose(values(spans.gravity, 1.0), gravity, rtol=0, atol=1e-13)
     at_zero = np.abs(gravity) < 1e-9
-    np.testing.assert_allclose(spans.tilt_end[~at_zero], -math.atan(0.1), rtol=0, atol=1e-13)
+    tilt = values(spans.tilt, spans.end)[~at_zero]
+    np.testing.assert_allclose(tilt, -math.atan(0.1), rtol=0, atol=1e-13)
 
 
 def test_a_ship_that_pitches_and_yaws_rolls_as_attitude_says():
@@ -279,19 +255,6 @@ def test_a_turn_is_kept_through_batches_of_small_rolls():
         found.extend(spans.neutral[:, 0])
     # rolls of a turn are off by a unit in the last place, one-sided pieces by some more
     np.testing.assert_allclose(found, roll[:-1], rtol=0, atol=1e-14)
-
-
-def test_a_batch_without_logged_instants_has_no_tilts_but_the_first_span():
-    made, tilts = buffer(), []
-    for first, log_ns in ((0, 10**15), (160, 80 * STEP), (320, 10**15)):
-        made.add(motion(np.arange(first, first + 160) * STEP), 0)
-        tilts.append(made.forcing(log_ns, None, final=False).tilt)
-    assert tilts[1].shape == tilts[2].shape
-    assert [np.flatnonzero(np.any(tilt, axis=1)).tolist() for tilt in tilts] == [
-        [0],
-        [1, 21],
-        [],
-    ]
 
 
 def test_a_stride_outside_its_range_is_refused():

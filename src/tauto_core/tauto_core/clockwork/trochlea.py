@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from tauto_core.clockwork.reading import dial_ns
-from tauto_core.machines import AnyMachine, FluidPendulum, Machine, compile_machine
+from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.motion import Motion, make_propagator, steps_in
 from tauto_core.samples import (
     JOINT_STATES,
@@ -81,8 +81,6 @@ class TrochleaStage:
             max_gap_s=None if self._still else MAX_GAP_S,
             stride=samples_a_piece(scene, steps_in(self._propagator)),
             smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
-            tilt_inside=not isinstance(self._machine, Machine)
-            or not (self._machine.drag is None and self._machine.escapement is None),
             by_samples=self._propagator.name == 'forced_harmonic',
         )
         self._suspension: Suspension | None = None

@@ -28,7 +28,7 @@ from tauto_core.machines import Machine
 from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
-from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, principal, two_floats
+from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, two_floats, within_turn
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import PropagationError
 
@@ -115,7 +115,7 @@ class ActionAngle(ClosedForm):
         carried = machine.carried_mass
         acceleration = -(pull * arm + carried * arm * slope * rate * rate) / mass
         tension = pull + carried * (slope * rate * rate + arm * acceleration)
-        turned = principal(machine, sign * angle, sign * rate) / math.pi
+        turned = within_turn(machine, sign * angle, sign * rate) / math.pi
         return Motion(
             angle=angle,
             rate=rate,

@@ -20,7 +20,7 @@ from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.layout import SPARE
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
 from tauto_core.motion.outside import ROWS
-from tauto_core.motion.phase import phase_rate, principal
+from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.step_size import (
     TOLERANCE,
     carried_within,
@@ -125,7 +125,7 @@ class Collocation:
         felt = float(row[0, 2])
         if not abs(felt) <= self._machine.cam.range_rad:
             raise released_beyond(self._machine, felt)
-        self._start_angle = float(principal(self._machine, row[:, 2], row[:, 3])[0])
+        self._start_angle = float(within_turn(self._machine, row[:, 2], row[:, 3])[0])
         return self._motion(row)
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -142,7 +142,7 @@ class Collocation:
             self._limits(),
             (self._terms(forcing.gravity is not None), self._lever, self._shape),
             self._outside(forcing),
-            (forcing.begin, forcing.end, forcing.logged, forcing.tilt_end),
+            (forcing.begin, forcing.end, forcing.logged),
             self._floats,
             self._ints,
             self._memory,
@@ -166,7 +166,7 @@ class Collocation:
         )
 
     def _motion(self, rows: FloatArray) -> Motion:
-        felt = principal(self._machine, rows[:, 2], rows[:, 3])
+        felt = within_turn(self._machine, rows[:, 2], rows[:, 3])
         half = (felt - self._start_angle) / math.pi
         whole = np.floor(half)
         turns: IntArray = rows[:, 6].astype(np.int64)

@@ -29,9 +29,10 @@ from tauto_core.motion.wells import (
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
 """The negative of a kind is no event, but where the value of that kind stops falling."""
 
-STATE, HELD_ANGLE, LAST_X, LAST_Y, LAST_TILT, FLOATS = 0, 4, 5, 6, 7, 8
-DIRECTION, SIDE, PALLET, ARMED, HELD, THETA_SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(11)
-"""PALLET: direction of the last impulse, from which the next tooth pushes the wheel back."""
+STATE, HELD_ANGLE, FLOATS = 0, 4, 5
+DIRECTION, SIDE, PALLET, ARMED, HELD, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
+"""PALLET: direction of the last impulse, from which the next tooth pushes the wheel back.
+BEATS: passages of θ less those by which it is ahead of ϑ (passages)."""
 
 
 @compiled

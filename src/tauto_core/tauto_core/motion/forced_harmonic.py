@@ -32,7 +32,7 @@ from tauto_core.machines import Machine
 from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.harmonic import frequency
 from tauto_core.motion.limits import edge_reached, released_beyond
-from tauto_core.motion.phase import DIGITS, PI, phase_rate, principal
+from tauto_core.motion.phase import DIGITS, PI, phase_rate, within_turn
 from tauto_core.samples import FloatArray, IntArray, State
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class ForcedHarmonic:
             units_per_ns = int(exact / (2 * PI * 10**9) * 2**128)
         self._omega = float(exact)
         self._turning = np.uint64(units_per_ns >> 64), np.uint64(units_per_ns % 2**64)
-        self._floats, self._ints = np.zeros(6), np.zeros(3, np.int64)
+        self._floats, self._ints = np.zeros(6), np.zeros(2, np.int64)
         self._time_ns = 0
         self._start_angle = 0.0
 
@@ -85,8 +85,8 @@ class ForcedHarmonic:
         self._time_ns = 0
         y = rate + self._delta * psi, self._omega * psi
         self._floats = np.array([*y, 0.0, 0.0, angle, 0.0])
-        self._ints = np.array([0, 0, np.sign(angle)], np.int64)
-        self._start_angle = float(principal(machine, np.array([angle]), np.zeros(1))[0])
+        self._ints = np.zeros(2, np.int64)
+        self._start_angle = float(within_turn(machine, np.array([angle]), np.zeros(1))[0])
         return self._motion(np.array([[angle, 0.0, 0.0, 0.0]]), tilt[2])
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -155,7 +155,7 @@ class ForcedHarmonic:
         machine = self._machine
         stiffness = self._omega0 * self._omega0
         acceleration = -tilt_acceleration - 2.0 * self._delta * rate - stiffness * angle
-        half = (principal(machine, angle, rate) - self._start_angle) / math.pi
+        half = (within_turn(machine, angle, rate) - self._start_angle) / math.pi
         whole = np.floor(half)
         return Motion(
             angle=angle,

@@ -47,12 +47,9 @@ class Forcing:
         neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m), or None
             where the platform lies still or a window takes its place.
         tilt: the same of the neutral line's tilt in the case, γ − α_c [rad], (n, m'); None where
-            it is zero: the thread goes with the case, or the platform lies still. Unless drag or
-            an escapement feel it inside spans, only rows of logged spans and of the first span
-            of the run are filled, the others zero.
+            it is zero: the thread goes with the case, or the platform lies still.
         gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
             feel it.
-        tilt_end: γ − α_c at the span's end [rad], (n,), of all spans; None where it is zero.
         window: the neutral line by samples; None: not asked for.
     """
 
@@ -64,7 +61,6 @@ class Forcing:
     neutral: FloatArray | None = None
     tilt: FloatArray | None = None
     gravity: FloatArray | None = None
-    tilt_end: FloatArray | None = None
     window: Window | None = None
 
 

@@ -1,11 +1,12 @@
 """The oscillator phase, theory E4, and its exact reduction to half turns.
 
 φ is the unwrapped angle of (s, −ṡ/ω) less its value at the start, with s = ∫√M dϑ the arc length
-of the well and ω its small-amplitude frequency.
+of the well and ω its small-amplitude frequency. A turn is added at every upward passage of ϑ = 0.
 """
 
 from __future__ import annotations
 
+import math
 from decimal import Decimal, localcontext
 
 import numpy as np
@@ -67,10 +68,26 @@ def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
     return product, error
 
 
-def principal(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return the angle of (s, −ṡ/ω) in (−π, π] from ϑ and ϑ̇."""
+def polar(coordinate: FloatArray, speed: FloatArray, omega: float) -> FloatArray:
+    """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad].
+
+    A turn ends where x passes zero upwards, which is where turns are counted (theory E4). No
+    release lies there, so that rounding cannot put a release on either side of the joint.
+
+    Args:
+        coordinate: x, (n,).
+        speed: ẋ, (n,).
+        omega: ω [rad/s].
+    """
+    # the sums turn −0.0, which arctan2 tells from 0.0, into 0.0
+    angle = np.arctan2(0.0 - speed / omega, coordinate + 0.0)
+    return np.where((coordinate < 0.0) & (angle < 0.0), angle + math.tau, angle)
+
+
+def within_turn(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return the angle of (s, −ṡ/ω) in [−π/2, 3π/2) from ϑ and ϑ̇."""
     speed = np.sqrt(machine.mass(angle)) * rate
-    return np.arctan2(0.0 - speed / machine.frequency, machine.arc(angle))
+    return polar(machine.arc(angle), speed, machine.frequency)
 
 
 def phase_rate(

@@ -19,6 +19,7 @@ from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
+from tauto_core.motion.phase import polar
 from tauto_core.motion.span_events import ABRUPTLY, NEVER, SMOOTHLY
 from tauto_core.motion.step_size import (
     ERROR_OF_LAST_STRONG,
@@ -124,7 +125,7 @@ class RealThreads:
         planes = len(self._model.omega)
         self._memory = make_memory(planes, self._model.rows)
         self._scratch = np.zeros(4 * planes)
-        self._floats = np.zeros(4 * planes + spans.EXTRA)
+        self._floats = np.zeros(4 * planes)
         self._ints = np.zeros(spans.INTS, np.int64)
         self._start_angle = 0.0
         self.longest_step_s = self._longest_step()
@@ -149,7 +150,6 @@ class RealThreads:
             )
         self._place(case)
         tension, _ = spans.release(
-            machine.frequency,
             self._watched(),
             -1 if machine.release_angle < 0.0 else 1,
             self._model.system,
@@ -163,7 +163,7 @@ class RealThreads:
         )
         if not tension > 0.0:
             raise thread_slack(0.0)
-        self._start_angle = float(self._principal(row)[0])
+        self._start_angle = float(self._within_turn(row)[0])
         return self._motion(row)
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -297,13 +297,13 @@ class RealThreads:
             time_s,
         )
 
-    def _principal(self, rows: FloatArray) -> FloatArray:
-        """Return the angle of (x, −ẋ/ω) in (−π, π], x = s of the lever, u of the thread."""
-        return np.arctan2(0.0 - rows[:, 4] / self._machine.frequency, rows[:, 3])
+    def _within_turn(self, rows: FloatArray) -> FloatArray:
+        """Return the angle of (x, −ẋ/ω) within a turn, x = s of the lever, u of the thread."""
+        return polar(rows[:, 3], rows[:, 4], self._machine.frequency)
 
     def _motion(self, rows: FloatArray) -> Motion:
         omega, (x, speed, bend) = self._machine.frequency, rows[:, 3:6].T
-        half = (self._principal(rows) - self._start_angle) / math.pi
+        half = (self._within_turn(rows) - self._start_angle) / math.pi
         whole = np.floor(half)
         size = omega * omega * x * x + speed * speed
         turning = omega * (speed * speed - x * bend)

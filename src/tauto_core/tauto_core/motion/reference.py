@@ -21,11 +21,12 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import BPoly
 
 from tauto_core.machines import Machine
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
-from tauto_core.motion.phase import phase_rate, principal
+from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -57,13 +58,10 @@ class _Now:
 
     felt: float = 0.0
     momentum: float = 0.0
-    tilt: float = 0.0
-    polar: float = 0.0
     start_angle: float = 0.0
     direction: float = 1.0
     pallet: float = 1.0
     side: float = 1.0
-    sign: float = 0.0
     armed: bool = False
     turns: int = 0
     beats: int = 0
@@ -93,10 +91,8 @@ class Reference:
         if not abs(felt) <= machine.cam.range_rad:
             raise released_beyond(machine, felt)
         self._set_off(0.0, np.array([felt, rate]), 0.0)
-        now = self._now
-        now.tilt, now.sign = tilt[0], float(np.sign(machine.release_angle))
-        now.polar = math.atan2(-rate, machine.frequency * felt)
-        now.start_angle = float(principal(machine, np.array(felt), np.array(rate)))
+        start = within_turn(machine, np.array(felt), np.array(rate))
+        self._now.start_angle = float(start)
         return self._motion([self._row(0.0, np.array([felt, rate]))])
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -146,8 +142,7 @@ class Reference:
 
     def _instant(self, t: float, y: FloatArray, d: float) -> _Instant:
         machine, forcing, drag = self._machine, self._forcing, self._machine.drag
-        inside = drag is not None or machine.escapement is not None
-        tilt = self._channel(forcing.tilt if inside else None, t)
+        tilt = self._channel(forcing.tilt, t)
         still = forcing.gravity is None
         gravity = machine.gravity if still else self._channel(forcing.gravity, t)[0]
         (felt, felt_rate), carried = y.tolist(), machine.carried_mass
@@ -208,18 +203,17 @@ class Reference:
 
     def _span(self, length: float) -> FloatArray:
         """Advance over a span; return ϑ and ϑ̇ at its end."""
-        t, y, now = 0.0, np.array([self._now.felt, 0.0]), self._now
+        t, y = 0.0, np.array([self._now.felt, 0.0])
         # the momentum is what stays where γ̇ of two pieces differs
-        y[1] = now.momentum - self._channel(self._forcing.neutral, 0.0)[1]
+        y[1] = self._now.momentum - self._channel(self._forcing.neutral, 0.0)[1]
         y[1] *= self._machine.inertia / self._instant(0.0, y, 0.0).mass
         while t < length:
             times, states, kind = self._solve(t, length, y, '')
             t, y = length, states[:, -1]
             if kind:
                 t, y, kind = self._reach(kind, times, states)
-            self._count(np.append(times[:-1], t) / length, np.column_stack([states[:, :-1], y]))
+            self._count(np.append(times[:-1], t), np.column_stack([states[:, :-1], y]))
             y = self._happen(kind, t, y)
-        now.tilt = 0.0 if self._forcing.tilt_end is None else self._forcing.tilt_end[self._k]
         return y
 
     def _reach(
@@ -271,16 +265,16 @@ class Reference:
         now.side = math.copysign(1.0, free.felt or now.direction)
         now.armed = escapement is not None and now.direction * free.angle < escapement.angle
 
-    def _count(self, x: FloatArray, states: FloatArray) -> None:
-        """Count turns of (ϑ, −ϑ̇) about the origin and passages of θ through zero."""
-        now, ends, (felt, rate) = self._now, self._forcing.tilt_end, states
-        polar = np.append(now.polar, np.arctan2(-rate, self._machine.frequency * felt))
-        now.turns -= int(np.sum(np.round(np.diff(polar) / math.tau)))
-        tilt = 0.0 if ends is None else now.tilt + x * (ends[self._k] - now.tilt)
-        signs = np.append(now.sign, np.sign(felt + tilt))
-        signs = signs[signs != 0.0]
-        now.beats += int(np.count_nonzero(np.diff(signs)))
-        now.polar, now.sign = float(polar[-1]), float(np.append(0.0, signs)[-1])
+    def _count(self, times: FloatArray, states: FloatArray) -> None:
+        """Count upward passages of ϑ and passages of θ through zero over steps between events."""
+        at = [
+            self._instant(t, y, self._now.direction)
+            for t, y in zip(times.tolist(), states.T, strict=True)
+        ]
+        felt = np.array([(each.felt, each.felt_rate, each.felt_bend) for each in at])
+        angle = np.array([(each.angle, each.rate, each.bend) for each in at])
+        self._now.turns += _passages(times, felt)[0]
+        self._now.beats += sum(_passages(times, angle))
 
     def _time(self, t: float) -> float:
         """Return the time from the start of the run [s]."""
@@ -299,8 +293,30 @@ class Reference:
 
     def _motion(self, rows: list[tuple[float, ...]]) -> Motion:
         angle, rate, felt, felt_rate, bend, torque, turns, beats = np.array(rows).reshape(-1, 8).T
-        half = (principal(self._machine, felt, felt_rate) - self._now.start_angle) / math.pi
+        half = (within_turn(self._machine, felt, felt_rate) - self._now.start_angle) / math.pi
         half_turns = (2 * turns + np.floor(half)).astype(np.int64)
         speed = phase_rate(self._machine, felt, felt_rate, bend)
         fraction = half - np.floor(half)
         return Motion(angle, rate, torque, half_turns, fraction, speed, beats.astype(np.int64))
+
+
+def _passages(times: FloatArray, values: FloatArray) -> tuple[int, int]:
+    """Return how often a value passes zero upwards and downwards.
+
+    Args:
+        times: of the ends of steps, (n,).
+        values: the value and two derivatives there, (n, 3).
+    """
+    # a wheel at rest in the middle leaves it, and does not pass it
+    first = 1 if values[0, 0] == 0.0 and values[0, 1] == 0.0 else 0
+    below, falls = values[first:, 0] < 0.0, values[first:, 1] < 0.0
+    up = int(np.count_nonzero(below[:-1] & ~below[1:]))
+    down = int(np.count_nonzero(~below[:-1] & below[1:]))
+    back = (below[:-1] == below[1:]) & (falls[:-1] != below[:-1]) & (falls[1:] == below[1:])
+    for k in (np.flatnonzero(back) + first).tolist():
+        # steps are a sixteenth of a swing: the quintic through both ends errs by 1e-7 of it
+        between = BPoly.from_derivatives(times[k : k + 2], values[k : k + 2])
+        inside = between(np.linspace(times[k], times[k + 1], 257))
+        if np.any((inside < 0.0) != (values[k, 0] < 0.0)):
+            up, down = up + 1, down + 1
+    return up, down

@@ -15,6 +15,7 @@ from tauto_core.kernels import compiled, overload
 from tauto_core.motion.lanes import lane, least, load, width
 from tauto_core.motion.layout import back_to
 from tauto_core.motion.mechanism import (
+    ACCELERATION,
     ANGLE,
     BEND,
     COORDINATE,
@@ -28,19 +29,23 @@ from tauto_core.motion.mechanism import (
     wheel_angle,
 )
 from tauto_core.motion.outside import outside_at
+from tauto_core.motion.passages import ahead, angles_at, passages, settle
 from tauto_core.motion.roots import locate, value_of
 from tauto_core.motion.turning import FRACTIONS, between, expand
 
 NO_EVENT, AT_TURNING, AT_IMPULSE, AT_EDGE, AT_SLACK = 0, 1, 2, 3, 4
-DIRECTION, PALLET, ARMED, SIGN, TURNS, BEATS, LEVEL, NEWTON, INTS = range(9)
-LAST_X, LAST_Y, EXTRA = 0, 1, 2
-"""Numbers behind the state in `floats`: where the phase was last."""
+DIRECTION, PALLET, ARMED, TURNS, BEATS, LEVEL, NEWTON, INTS = range(8)
+"""BEATS: passages of θ less those by which it is ahead of the phase's coordinate (passages)."""
 
 NEVER, SMOOTHLY, ABRUPTLY = 0, 1, 2
 """How turning points matter: not at all, for the escapement, or for a drag with a kink there."""
 
 CLEAR = 0.05
 """Margin of all nodes of a step that is surely within the range, as `mechanism.MARGIN`."""
+
+LARGE = 3.0
+"""Radius of a swing in its phase plane, over the acceleration that disturbs it [1/ω²], from which
+on it passes zero at most once within a step of two radians: 2 would do if that were constant."""
 
 BENT = 0.25
 """Part of the rate by which it may change between an impulse and the end of the step."""
@@ -93,6 +98,24 @@ def _value_within(watch: Any, xi: Any) -> Any:
             return angle - mode[0] * wheel_angle(system, scratch, at)
         now = instant(system, mode, omega, scratch, at)
         return value(kind, angle, mode[0], now)
+
+    return within
+
+
+@overload(angles_at)
+def _angles_within(watch: Any, xi: Any) -> Any:
+    if getattr(watch, 'instance_class', None) is not Watch:
+        return None
+
+    def within(watch: Any, xi: Any) -> Any:
+        _, _, system, mode, omega, place, floats, memory, scratch = watch
+        length, terms, x0, hx = place
+        for p in range(len(omega)):
+            x, y = between(omega, p, hx * length, xi, floats, memory.work)
+            scratch[4 * p], scratch[4 * p + 2] = x, y
+        at = outside_at(terms, x0 + xi * hx, memory.work)
+        now = instant(system, mode, omega, scratch, at)
+        return now[COORDINATE], now[SPEED], now[ANGLE], now[RATE]
 
     return within
 
@@ -220,18 +243,60 @@ def happen(
 
 
 @compiled
-def count(phase_rate: float, now: Any, where: int, floats: Any, ints: Any) -> None:
-    """Count the turns of (x, −ẋ/ω) about the origin and the passages of θ through zero.
+def _radius(value: float, rate: float, bend: float, omega: float) -> tuple[float, float]:
+    """Return the square of an angle's radius in its phase plane, and of what disturbs it."""
+    speed, pushed = rate / omega, bend / (omega * omega) + value
+    return value * value + speed * speed, pushed * pushed
 
-    `where`: place in `floats` of the phase before.
+
+@compiled
+def swings_clear(omega: float, before: Any, after: Any) -> bool:
+    """Return whether the phase's coordinate and θ pass zero at most once within a step.
+
+    Args:
+        omega: of the phase [rad/s].
+        before, after: `instant` at both ends of the step.
     """
-    x0, y0 = floats[where + LAST_X], floats[where + LAST_Y]
-    x1, y1 = now[COORDINATE], -now[SPEED] / phase_rate
-    if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * y0 / (y0 - y1) < 0.0:
-        ints[TURNS] += 1 if y1 < 0.0 else -1
-    floats[where + LAST_X], floats[where + LAST_Y] = x1, y1
-    if now[ANGLE] != 0.0:
-        sign = 1 if now[ANGLE] > 0.0 else -1
-        if ints[SIGN] == -sign:
-            ints[BEATS] += 1
-        ints[SIGN] = sign
+    for value, rate, bend in ((COORDINATE, SPEED, ACCELERATION), (ANGLE, RATE, BEND)):
+        first, pushed = _radius(before[value], before[rate], before[bend], omega)
+        second, more = _radius(after[value], after[rate], after[bend], omega)
+        if not min(first, second) > LARGE * LARGE * max(pushed, more):
+            return False
+    return True
+
+
+@compiled
+def passed(
+    clear: bool,
+    before: float,
+    stop: float,
+    system: Any,
+    mode: Any,
+    omega: Any,
+    place: Any,
+    now: Any,
+    floats: Any,
+    memory: Any,
+    scratch: Any,
+) -> tuple[int, int, bool, bool]:
+    """Return what passes zero within the step last collocated, but for its end, for `count`.
+
+    Args:
+        clear: as `swings_clear` returns.
+        before, stop: as in passages.
+        now: `instant` at the beginning of the step.
+    """
+    if clear:
+        x = now[COORDINATE]
+        return 0, ahead(x, now[SPEED], now[ANGLE]), x < 0.0, now[ANGLE] < 0.0
+    expand(len(omega), memory.work)
+    watch = Watch(NO_EVENT, 0.0, system, mode, omega, place, floats, memory, scratch)
+    return passages(watch, place[3] * place[0], before, stop, memory.work)
+
+
+@compiled
+def count(found: Any, now: Any, ints: Any) -> None:
+    """Count a step at whose end, after what happens there, `instant` is `now`."""
+    turns, beats = settle(False, found, now[COORDINATE], now[SPEED], now[ANGLE])
+    ints[TURNS] += turns
+    ints[BEATS] += beats

@@ -27,6 +27,7 @@ from tauto_core.motion.mechanism import (
     instant,
 )
 from tauto_core.motion.outside import outside_at, set_piece
+from tauto_core.motion.passages import APART, ahead
 from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.span_events import (
     ARMED,
@@ -35,10 +36,7 @@ from tauto_core.motion.span_events import (
     AT_TURNING,
     BEATS,
     DIRECTION,
-    EXTRA,
     INTS,
-    LAST_X,
-    LAST_Y,
     LEVEL,
     NEVER,
     NEWTON,
@@ -49,6 +47,8 @@ from tauto_core.motion.span_events import (
     first_event,
     happen,
     mode_of,
+    passed,
+    swings_clear,
     value,
 )
 from tauto_core.motion.step_size import step_error
@@ -63,9 +63,8 @@ from tauto_core.motion.turning import (
     pointers,
 )
 
-__all__ = ['EXTRA', 'INTS', 'LEVEL', 'NEWTON', 'advance', 'release']
+__all__ = ['INTS', 'LEVEL', 'NEWTON', 'advance', 'release']
 
-_NOTHING = (0.0,) * 9
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 ROW = 8
 MAX_EVENTS = 10_000
@@ -167,19 +166,24 @@ def _step_to_event(
 @compiled
 def _move(
     tolerance: Any,
+    phase_rate: float,
     watched: Any,
     system: Any,
     omega: Any,
     stalled: bool,
     place: Any,
+    now: Any,
     floats: Any,
     ints: Any,
     memory: Any,
     scratch: Any,
 ) -> Any:
-    """Advance over hx or to the first event.
+    """Advance over hx or to the first event, and count what passes zero on the way.
 
-    Returns the event, the fraction of hx, the error, and `instant` at the end of hx.
+    Args:
+        now: `instant` at the beginning.
+
+    Returns the event, the fraction of hx, the error, and `instant` where the event has happened.
     """
     length, terms, x0, hx = place
     mode, h, planes = mode_of(ints), hx * length, len(omega)
@@ -189,19 +193,26 @@ def _move(
     last, newton = collocate(system, mode, omega, h, kind, settled, floats, memory)
     error = step_error(tolerance[1], last, newton)
     if not error <= tolerance[0]:
-        return NO_EVENT, 0.0, error, _NOTHING
+        return NO_EVENT, 0.0, error, now
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
     after = instant(system, mode, omega, memory.end, outside_at(terms, x0 + hx, memory.work))
     event, xi = first_event(
         watched, system, mode, omega, ints, stalled, place, after, floats, memory, scratch
     )
+    clear, before = swings_clear(phase_rate, now, after), 2.0 if event == NO_EVENT else xi - APART
+    found = passed(clear, before, xi, system, mode, omega, place, now, floats, memory, scratch)
     if event != NO_EVENT:
         mode = mode_of(ints)
         xi = _step_to_event(
             event, xi, watched[1], tolerance, system, mode, omega, place, floats, memory, scratch
         )
     copy_state(planes, memory.end, floats)
+    if event != NO_EVENT and event < AT_EDGE:
+        at = outside_at(terms, x0 + xi * hx, memory.work)
+        happen(event, watched, system, omega, at, floats, ints)
+        after = instant(system, mode_of(ints), omega, floats, at)
+    count(found, after, ints)
     return event, xi, error, after
 
 
@@ -210,12 +221,12 @@ def _write(now: Any, ints: Any, row: Any) -> None:
     """Fill θ, θ̇, torque/I, the phase's coordinate, its rate and bend, turns and beats."""
     row[0], row[1], row[2] = now[ANGLE], now[RATE], now[TORQUE]
     row[3], row[4], row[5] = now[COORDINATE], now[SPEED], now[ACCELERATION]
-    row[6], row[7] = ints[TURNS], ints[BEATS]
+    row[6] = ints[TURNS]
+    row[7] = ints[BEATS] + ahead(now[COORDINATE], now[SPEED], now[ANGLE])
 
 
 @entry
 def release(
-    phase_rate: float,
     watched: Any,
     pallet: int,
     system: Any,
@@ -238,11 +249,8 @@ def release(
     now = instant(system, mode_of(ints), omega, floats, at)
     ints[DIRECTION] = -1 if now[BEND] < 0.0 else 1
     ints[ARMED] = 1 if ints[DIRECTION] * now[ANGLE] < watched[1] < math.inf else 0
-    where = 4 * len(omega)
-    floats[where + LAST_X] = now[COORDINATE]
-    floats[where + LAST_Y] = -now[SPEED] / phase_rate
-    count(phase_rate, now, where, floats, ints)
     _write(now, ints, row)
+    ints[BEATS], row[7] = -int(row[7]), 0
     return now[TENSION], now[MARGIN]
 
 
@@ -299,16 +307,14 @@ def _span(
     """Advance over one span; return a code and, of a failure, the fraction of the piece."""
     begin, end, _ = spans
     worst, events, stalled = 0.0, 0, 0
-    work, where = memory.work, 4 * len(omega)
+    work = memory.work
     # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps its
     # resolution in spans of a day.
     start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
     length, terms = piece
     per_s, last, ahead_s = 1.0 / length, False, math.inf
     pace = omega[0] if len(omega) == 1 else phase_rate
-    now = _NOTHING
-    if watched[1] < math.inf:
-        now = instant(system, mode_of(ints), omega, floats, outside_at(terms, start, work))
+    now = instant(system, mode_of(ints), omega, floats, outside_at(terms, start, work))
     while not last or cell < cells:
         if cell == cells:
             start, low = sum_exactly(start, low + whole)
@@ -321,7 +327,18 @@ def _span(
         place = length, terms, x, (1.0 - f) / cells * whole
         pause = stalled > MAX_STALLED
         kind, xi, error, after = _move(
-            tolerance, watched, system, omega, pause, place, floats, ints, memory, scratch
+            tolerance,
+            phase_rate,
+            watched,
+            system,
+            omega,
+            pause,
+            place,
+            now,
+            floats,
+            ints,
+            memory,
+            scratch,
         )
         if not error <= tolerance[0]:
             ints[LEVEL] += 1
@@ -340,14 +357,9 @@ def _span(
         x = end[k] if done else start + (low + (cell + f) / cells * whole)
         if kind >= AT_EDGE or events > MAX_EVENTS:
             return EDGE if kind == AT_EDGE else SLACK if kind == AT_SLACK else NO_CONVERGENCE, x
-        if kind != NO_EVENT:
-            at = outside_at(terms, x, work)
-            happen(kind, watched, system, omega, at, floats, ints)
-            now = instant(system, mode_of(ints), omega, floats, at)
-            if not done:
-                whole *= (cell + f) / cells
-                cells, cell, last = 0, 0, False
-        count(phase_rate, now, where, floats, ints)
+        if kind != NO_EVENT and not done:
+            whole *= (cell + f) / cells
+            cells, cell, last = 0, 0, False
     if ints[LEVEL] > 0 and worst < tolerance[0] * COARSEN:
         ints[LEVEL] -= 1
     return OK, 0.0
@@ -383,7 +395,7 @@ def advance(
         omega: ω of each plane [rad/s].
         forcing: lengths of the pieces; β, τ and g_eff as coefficients in each.
         spans: begin, end, logged.
-        floats: the state, then EXTRA numbers.
+        floats: the state.
         ints: INTS whole numbers.
         memory: of turning.
         scratch: 4 numbers a plane.

@@ -12,7 +12,6 @@ from typing import Any
 from tauto_core.kernels import compiled, entry
 from tauto_core.motion import turning
 from tauto_core.motion.arrival import step_to_event
-from tauto_core.motion.counting import APART, count, count_nodes
 from tauto_core.motion.event_search import by_the_end, first_event, limit_passed, turns_quietly
 from tauto_core.motion.events import (
     ARMED,
@@ -22,16 +21,12 @@ from tauto_core.motion.events import (
     DIRECTION,
     HELD,
     HELD_ANGLE,
-    LAST_TILT,
-    LAST_X,
-    LAST_Y,
     LEVEL,
     NEWTON,
     NO_EVENT,
     PALLET,
     SIDE,
     STATE,
-    THETA_SIGN,
     TURNING,
     TURNS,
     UNSURE,
@@ -54,6 +49,7 @@ from tauto_core.motion.outside import (
     presence,
     set_piece,
 )
+from tauto_core.motion.passages import APART, ahead
 from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
@@ -70,6 +66,7 @@ from tauto_core.motion.wells import (
     kinked,
     lever_arm,
 )
+from tauto_core.motion.wheel_passages import clear_square, count, in_ride, in_step, swings_clear
 from tauto_core.motion.wheel_plane import Trochlea
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
@@ -156,13 +153,14 @@ def _first_event(
 @compiled
 def _ride(
     limits: Any, system: Any, omega: Any, place: Any, floats: Any, ints: Any, work: Any
-) -> tuple[int, float, float, float, float]:
+) -> tuple[int, float, float]:
     """Let the held wheel ride with the case, over hx or until it breaks loose; as `_move`."""
     machine, lever, shape, felt = system
-    _, terms, x0, hx = place
-    loose = hold(limits, (machine, lever, shape), omega, felt, place, floats, ints, work)
-    tilt = outside_at(terms, x0 + loose * hx, work)[1][0]
-    return NO_EVENT, loose, 0.0, floats[HELD_ANGLE], tilt
+    well = machine, lever, shape
+    loose = hold(limits, well, omega, felt, place, floats, ints, work)
+    found = in_ride(loose, place, floats, work)
+    count(False, found, well, omega, place[1], place[2] + loose * place[3], floats, ints, work)
+    return NO_EVENT, loose, 0.0
 
 
 @compiled
@@ -173,17 +171,19 @@ def _move(
     place: Any,
     omega: Any,
     stalled: bool,
-    tilt: float,
+    clear: float,
+    piece: Any,
     floats: Any,
     ints: Any,
     memory: Any,
-) -> tuple[int, float, float, float, float]:
-    """Advance over hx or to the first event, and count by the nodes on the way.
+) -> tuple[int, float, float]:
+    """Advance over hx or to the first event, and count what passes zero on the way.
 
     Args:
-        tilt: in the case at the end of hx, where nothing feels it within a span.
+        clear: as `clear_square` returns.
+        piece: forcing, and which of its pieces the step lies in.
 
-    Returns the event, the fraction, the error, and there θ, as it counts, and the tilt.
+    Returns the event, the fraction and the error.
     """
     machine, lever, shape, felt = system
     length, terms, x0, hx = place
@@ -202,42 +202,39 @@ def _move(
         # where the motion ends is found in shorter steps
         error = math.inf
     if not error <= tolerance[0]:
-        return NO_EVENT, 0.0, error, 0.0, 0.0
+        return NO_EVENT, 0.0, error
     ints[NEWTON] += 1 if newton else 0
     finish(omega, h, kind, floats, memory)
+    large = swings_clear(clear, work)
     if inside and not expects_events(well):
-        count_nodes(2.0, tilt, floats, ints, work)
+        found = in_step(large, 2.0, 1.0, well, mode, omega, piece, place, floats, work)
         copy_state(1, end, floats)
-        return NO_EVENT, 1.0, error, floats[STATE] + tilt, tilt
+        count(large, found, well, omega, terms, x0 + hx, floats, ints, work)
+        return NO_EVENT, 1.0, error
     at = forcing_at(terms, x0 + hx, work)
     after = acceleration(well, mode, end[0], omega[0] * end[2], at)
     event, xi = _first_event(
         limits, passed, well, omega, stalled, h, at, after, felt, place, floats, ints, work
     )
-    followed = feels_case(machine)
-    tilt = at[1][0] if followed else tilt
-    count_nodes(2.0 if event == NO_EVENT else xi - APART, tilt, floats, ints, work)
+    before = 2.0 if event == NO_EVENT else xi - APART
+    found = in_step(large, before, xi, well, mode, omega, piece, place, floats, work)
     if event == NO_EVENT:
         copy_state(1, end, floats)
-        return event, 1.0, error, after[0] if followed else floats[STATE] + tilt, tilt
+        count(large, found, well, omega, terms, x0 + hx, floats, ints, work)
+        return event, 1.0, error
     mode = mode_of(ints)
     xi = step_to_event(event, xi, limits, tolerance, system, mode, omega, place, floats, memory)
     copy_state(1, end, floats)
     at = forcing_at(terms, x0 + xi * hx, work)
     state = acceleration(well, mode, end[0], omega[0] * end[2], at)
     happen(event, limits, well, omega, at, state, floats, ints)
-    if followed:
-        return event, xi, error, state[0], at[1][0]
-    tilt = floats[LAST_TILT] + xi * (tilt - floats[LAST_TILT])
-    return event, xi, error, floats[STATE] + tilt, tilt
+    count(large, found, well, omega, terms, x0 + xi * hx, floats, ints, work)
+    return event, xi, error
 
 
 @compiled
 def _write(well: Any, omega: Any, at: Any, floats: Any, ints: Any, row: Any) -> None:
-    """Fill θ, θ̇, ϑ, ϑ̇, ϑ̈, torque/I, turns and beats.
-
-    Turns are counted in the plane of the momentum; a row's go with the rate.
-    """
+    """Fill θ, θ̇, ϑ, ϑ̇, ϑ̈, torque/I, turns and beats."""
     held = ints[HELD] == 1
     side, d, s = mode_of(ints)
     mode = side, 0.0 if held else d, s
@@ -248,8 +245,7 @@ def _write(well: Any, omega: Any, at: Any, floats: Any, ints: Any, row: Any) -> 
     t = lever_arm(well[1], mode[0], q)[0]
     row[0], row[1], row[2], row[3], row[4] = angle, v, q, rate, bend
     row[5] = -tension * t
-    ahead = math.atan2(-y, x) - math.atan2(-rate, omega[0] * q)
-    row[6], row[7] = ints[TURNS] + round(ahead / math.tau), ints[BEATS]
+    row[6], row[7] = ints[TURNS], ints[BEATS] + ahead(x, rate, angle)
 
 
 @entry
@@ -272,29 +268,8 @@ def release(
     ints[SIDE] = ints[DIRECTION] = 1
     ints[PALLET] = -1 if release_angle < 0.0 else 1
     set_off(limits, well, omega, release_angle, at, floats, ints)
-    ints[THETA_SIGN] = 0 if release_angle == 0.0 else (1 if release_angle > 0.0 else -1)
-    floats[LAST_X], floats[LAST_Y] = floats[STATE], floats[STATE + 2]
-    floats[LAST_TILT] = at[1][0]
     _write(well, omega, at, floats, ints, row)
-
-
-@compiled
-def _tilt_ahead(
-    well: Any, terms: int, tilt_end: Any, k: int, part: float, x: float, floats: Any, work: Any
-) -> float:
-    """Return the tilt in the case at x in the piece of span k, to count beats by.
-
-    Where nothing feels the case within a span, it is known at the end only, and steady till then.
-    0 where events are told by it: `_move` knows it then.
-
-    Args:
-        part: of what is left of the span from where the tilt was last, up to x.
-    """
-    if tilt_end is None:
-        return 0.0
-    if feels_case(well[0]):
-        return 0.0 if expects_events(well) else outside_at(terms, x, work)[1][0]
-    return floats[LAST_TILT] + part * (tilt_end[k] - floats[LAST_TILT])
+    ints[BEATS], row[7] = -int(row[7]), 0
 
 
 @compiled
@@ -362,11 +337,11 @@ def advance(
             far the stages are iterated, how near an event the state is carried to it [rad], and
             the error below which steps double.
         longest_s: longest step [s].
-        spans: begin, end, logged, and γ − α_c at the end, which counts the beats.
+        spans: begin, end, logged.
 
     Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), the span and the fraction of its piece.
     """
-    begin, end, logged, tilt_end = spans
+    begin, end, logged = spans
     machine, lever, shape = well
     felt = presence(forcing[1]), presence(forcing[2]), presence(forcing[3])
     system = Trochlea(machine, lever, shape, felt)
@@ -380,6 +355,7 @@ def advance(
         start, low, whole, cells, cell, f = begin[k], 0.0, 0.0, 0, 0, 0.0
         length, terms = set_piece(forcing, k, feels_case(machine) or logged[k], work)
         per_s, last = 1.0 / length, False
+        clear = clear_square(well, omega, forcing, k)
         while not last or cell < cells:
             if cell == cells:
                 start, low = sum_exactly(start, low + whole)
@@ -389,16 +365,15 @@ def advance(
                 cell, f, last = 0, 0.0, whole == left
             x = start + (low + (cell + f) / cells * whole)
             place = length, terms, x, (1.0 - f) / cells * whole
-            part = place[3] / ((end[k] - start) - low - (cell + f) / cells * whole)
-            tilt = _tilt_ahead(well, terms, tilt_end, k, part, x + place[3], floats, work)
-            kind, xi, error, angle, tilt = _move(
+            kind, xi, error = _move(
                 tolerance,
                 limits,
                 system,
                 place,
                 omega,
                 stalled > MAX_STALLED,
-                tilt,
+                clear,
+                (forcing, k),
                 floats,
                 ints,
                 memory,
@@ -423,7 +398,6 @@ def advance(
             if kind != NO_EVENT and not done:
                 whole *= (cell + f) / cells
                 cells, cell, last = 0, 0, False
-            count(angle, tilt, floats, ints)
             if events > MAX_EVENTS:
                 return NO_CONVERGENCE, k, x
         _coarsen(worst, tolerance, ints)

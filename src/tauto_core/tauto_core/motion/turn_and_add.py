@@ -14,7 +14,7 @@ from tauto_core.samples import FloatArray, IntArray
 OK, EDGE = 0, 1
 
 Y, LOST, ANGLE, RATE, FLOATS = 0, 2, 4, 5, 6
-TURNS, BEATS, SIGN, INTS = 0, 1, 2, 3
+TURNS, BEATS, INTS = 0, 1, 2
 
 BEYOND_SAMPLES = 1.5
 """The line's tilt within a span is at most so many times the largest at its window's samples:
@@ -24,6 +24,7 @@ NEARLY = 1.0 - 1e-12
 
 PER_HALF_TURN = 1.0 / math.pi
 RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
+HALVINGS = 40
 HALF = np.uint64(32)
 LOW_HALF = np.uint64(2**32 - 1)
 
@@ -130,35 +131,79 @@ def _place(c: float, s: float, rates: Any, line: tuple[float, float], floats: An
 
 
 @compiled
-def _cross(angle: float, rate: float, floats: Any, ints: Any) -> None:
-    """Count what a short step from (angle, rate) has passed: turns of (θ, −θ̇), zeros of θ."""
-    x0, y0, x1, y1 = angle, 0.0 - rate, floats[ANGLE], 0.0 - floats[RATE]
-    if (y0 < 0.0) != (y1 < 0.0) and x0 + (x1 - x0) * (y0 / (y0 - y1)) < 0.0:
-        ints[TURNS] += 1 if y1 < 0.0 else -1
-    if x1 != 0.0:
-        sign = 1 if x1 > 0.0 else -1
-        if ints[SIGN] == -sign:
-            ints[BEATS] += 1
-        ints[SIGN] = sign
+def _swung(rates: Any, s: float, angle: float, rate: float) -> tuple[float, float]:
+    """Return θ and θ̇ after a time of free swing in a case that keeps its tilt's rate."""
+    omega, delta, omega0 = rates
+    cosine, sine, decay = math.cos(omega * s), math.sin(omega * s), math.exp(-delta * s)
+    there = angle * cosine + (rate + delta * angle) / omega * sine
+    turned = rate * cosine - (delta * rate + omega0 * omega0 * angle) / omega * sine
+    return decay * there, decay * turned
+
+
+@compiled
+def _returns(rates: Any, step: float, angle: float, rate: float, floats: Any) -> bool:
+    """Return whether θ passes zero and comes back within a short step from (angle, rate).
+
+    It is on the same side at both ends, moves towards zero at the first and away at the second.
+    What the case's acceleration adds to the free swing is the cubic that both ends give: over
+    TURN it is off by 4e-5 of that acceleration over ω₀², times the square of the waves' frequency
+    over that of the swing.
+    """
+    free, free_rate = _swung(rates, step, angle, rate)
+    add, add_rate = floats[ANGLE] - free, (floats[RATE] - free_rate) * step
+    square, cube = 3.0 * add - add_rate, add_rate - 2.0 * add
+    a, b = 0.0, 1.0
+    for _ in range(HALVINGS):
+        x = 0.5 * (a + b)
+        free, free_rate = _swung(rates, x * step, angle, rate)
+        value = free + x * x * (square + x * cube)
+        slope = free_rate * step + x * (2.0 * square + 3.0 * x * cube)
+        if (value < 0.0) != (angle < 0.0):
+            return True
+        if (slope < 0.0) != (angle < 0.0):
+            a = x
+        else:
+            b = x
+    return False
+
+
+@compiled
+def _cross(rates: Any, step: float, angle: float, rate: float, floats: Any, ints: Any) -> None:
+    """Count what θ passes in a short step from (angle, rate): zero upwards, and zero.
+
+    An angle of exactly zero counts as positive; a wheel that rests there leaves it uncounted.
+    """
+    below, now = angle < 0.0, floats[ANGLE] < 0.0
+    if below != now:
+        ints[TURNS] += 1 if below else 0
+        ints[BEATS] += 0 if angle == 0.0 and rate == 0.0 else 1
+        return
+    back = (rate < 0.0) != below and (floats[RATE] < 0.0) == below
+    if back and _returns(rates, step, angle, rate, floats):
+        ints[TURNS] += 1
+        ints[BEATS] += 2
 
 
 @compiled
 def _heading(omega0: float, floats: Any) -> float:
-    """Return the angle of (θ, −θ̇/ω₀) in half turns."""
-    return math.atan2(0.0 - floats[RATE], omega0 * floats[ANGLE]) * PER_HALF_TURN
+    """Return the angle of (θ, −θ̇/ω₀) within a turn, in half turns from −½ on."""
+    turned = math.atan2(0.0 - floats[RATE], omega0 * floats[ANGLE]) * PER_HALF_TURN
+    return turned + 2.0 if turned < 0.0 and floats[ANGLE] < 0.0 else turned
 
 
 @compiled
-def _wind(turned: float, before: float, after: float, floats: Any, ints: Any) -> None:
+def _wind(turned: float, before: float, after: float, below: bool, floats: Any, ints: Any) -> None:
     """Count what a span has passed in which the swing outweighs the roll; angles in half turns.
 
     (θ, −θ̇/ω₀) has turned by `turned` but for less than half a turn, from the angle `before` to
     `after`. It passes θ = 0 one way only, since θ' is θ̇.
+
+    Args:
+        below: whether θ was below zero at the beginning.
     """
     turns = round(0.5 * (turned - (after - before)))
-    ints[TURNS] += int(turns)
-    ints[BEATS] += int(math.floor(after + 2.0 * turns - 0.5) - math.floor(before - 0.5))
-    ints[SIGN] = 1 if floats[ANGLE] > 0.0 else -1
+    ints[TURNS] += turns
+    ints[BEATS] += 2 * turns + (1 if floats[ANGLE] < 0.0 else 0) - (1 if below else 0)
 
 
 @compiled
@@ -249,7 +294,7 @@ def _in_parts(
             at = _first_beyond(angle, rate, floats[ANGLE], floats[RATE], step, edge)
             if at <= 1.0:
                 return (j + at) / parts
-        _cross(angle, rate, floats, ints)
+        _cross(rates, step, angle, rate, floats, ints)
     return 2.0
 
 
@@ -296,10 +341,11 @@ def turn_and_add(
         begin, end = end, _frame(end_ns[k], turning)
         re, im, tilt, rate = _overall(shapes, n, given, k)
         if _calm(rates, edge, (re, im), _reach(n, shapes, given, k), floats):
+            below = floats[ANGLE] < 0.0
             _add(begin[0], begin[1], re, im, shapes.decay[n], floats)
             _place(end[0], end[1], rates, (tilt, rate), floats)
             after = _heading(omega0, floats)
-            _wind(shapes.half_turns[n], before, after, floats, ints)
+            _wind(shapes.half_turns[n], before, after, below, floats, ints)
         else:
             at = _in_parts(n, rates, edge, shapes, (begin, end), given, k, (floats, ints))
             if at <= 1.0:

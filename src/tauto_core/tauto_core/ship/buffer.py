@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -87,8 +86,6 @@ class MotionBuffer:
         smooth: the motion is free of noise: the first pieces may span as many samples as the
             others, with windows that begin at the first sample, which magnify noise a
             thousandfold.
-        tilt_inside: the neutral line's tilt in the case is wanted within all spans, not only
-            at the start and at logged ends.
         by_samples: a neutral line that goes with the case is given by samples, not fitted.
     """
 
@@ -102,7 +99,6 @@ class MotionBuffer:
         max_gap_s: float | None,
         stride: int = 1,
         smooth: bool = False,
-        tilt_inside: bool = True,
         by_samples: bool = False,
     ) -> None:
         if not 1 <= stride <= MAX_STRIDE:
@@ -114,7 +110,6 @@ class MotionBuffer:
         self._max_gap_ns = _LATEST_NS if max_gap_s is None else round(max_gap_s * 1e9)
         self._stride = stride
         self._smooth = smooth
-        self._tilt_inside = tilt_inside
         self._by_samples = by_samples and not self._apparent_vertical
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
@@ -264,27 +259,16 @@ class MotionBuffer:
     def _polynomials(
         self, pieces: Pieces, piece: IntArray | None, spans: Forcing
     ) -> dict[str, Any]:
-        """Return what makes the motion over each span, and the tilt at the ends."""
+        """Return what makes the motion over each span."""
         if self._by_samples:
             return {'window': self._window(pieces, piece, spans)}
         found = {'neutral': self._channel('line', self._data.get('line_rate'), pieces)}
-        if self._apparent_vertical and self._tilt_inside:
+        if self._apparent_vertical:
             found['tilt'] = self._channel('tilt', None, pieces)
-        elif self._apparent_vertical:
-            asked = spans.logged | (spans.end < 1.0)
-            asked[0] |= self._next == 0
-            rows = np.flatnonzero(asked) if piece is None else np.unique(piece[asked])
-            some = self._channel('tilt', None, pieces.part(rows))
-            shape = len(pieces.begin), some.shape[1]
-            found['tilt'] = np.zeros(shape) if len(rows) else _untilted(*shape)
-            found['tilt'][rows] = some
         if self._apparent_gravity:
             found['gravity'] = self._channel('gravity', None, pieces)
-        ends = pieces.end
         if piece is not None:
-            found, ends = {name: c[piece] for name, c in found.items()}, ends[piece]
-        if 'tilt' in found:
-            found['tilt_end'] = _at_ends(spans, found['tilt'], self._data['tilt'][ends])
+            found = {name: coefficients[piece] for name, coefficients in found.items()}
         return found
 
     def _window(self, pieces: Pieces, piece: IntArray | None, spans: Forcing) -> Window:
@@ -342,12 +326,6 @@ class MotionBuffer:
         self.bridged, self.crowded = state['bridged'], state['crowded']
 
 
-@lru_cache(maxsize=2)
-def _untilted(n: int, width: int) -> FloatArray:
-    """Return zeros, the same array again: nothing may be written there."""
-    return np.zeros((n, width))
-
-
 def _whole(starts: IntArray, stops: IntArray, at_logs: IntArray) -> Forcing:
     """Return a span for each piece."""
     n = len(starts)
@@ -376,14 +354,3 @@ def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[F
         logged=ends % log_ns == 0,
     )
     return spans, piece
-
-
-def _at_ends(spans: Forcing, coefficients: FloatArray, samples: FloatArray) -> FloatArray:
-    """Return a channel at the ends of the spans: that of the sample where one is there."""
-    between = np.flatnonzero(spans.end < 1.0)
-    if len(between):
-        value = np.zeros(len(between))
-        for coefficient in coefficients[between].T[::-1]:
-            value = value * spans.end[between] + coefficient
-        samples[between] = value
-    return samples
