@@ -22,6 +22,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import stress_counting
 import stress_drift
 import stress_land
 import stress_order
@@ -46,6 +47,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
     ),
     'sea': (stress_sea.strong_roll, stress_sea.resonance, stress_sea.rates, stress_sea.ratios),
     'search': (partial(stress_search.search, 200),),
+    'counting': (stress_counting.recoil,),
 }
 
 
