@@ -33,13 +33,21 @@ SEED = 1780
 AFTER_A_MINUTE = {
     'tauto': ('80 Hz', 3e-12),
     'heyoka': ('1e-15', 1e-11),
+    'heyoka_tuned': ('1e-15', 1e-11),
+    'dop853_compiled': ('1e-12', 1e-8),
     'dop853': ('1e-10', 1e-7),
     'lsoda': ('1e-8', 1e-4),
     'diffrax': ('1e-12', 1e-9),
     'cvode': ('Adams 1e-12', 2e-8),
     'mujoco': ('RK4 1e-3', 1e-4),
 }
-LIBRARIES = {'heyoka': 'heyoka', 'diffrax': 'diffrax', 'cvode': 'sksundae', 'mujoco': 'mujoco'}
+LIBRARIES = {
+    'heyoka': 'heyoka',
+    'heyoka_tuned': 'heyoka',
+    'diffrax': 'diffrax',
+    'cvode': 'sksundae',
+    'mujoco': 'mujoco',
+}
 
 
 def body(case: HungCase) -> AxlePendulum:
@@ -137,7 +145,9 @@ def test_both_ways_end_where_the_stored_state_is() -> None:
     second = gauss_case(CASE, times, CASE_STEPS_A_SECOND)
     for time, digits, state in zip(times, first, second, strict=True):
         true = reference(PROBLEM, time)
-        assert (float(digits[1]), float(digits[3])) == (true.angle, true.rate)
+        # the last digits of a long double differ from one processor to another
+        found = float(digits[1]), float(digits[3])
+        assert found == pytest.approx((true.angle, true.rate), abs=1e-13)
         assert abs(error_rad(PROBLEM, state[1], state[3], true)) < 3e-12
 
 
@@ -190,19 +200,20 @@ def test_compositions_do_not_split_the_case(name: str) -> None:
 
 
 def rows() -> list[dict[str, object]]:
-    row = vars(Row('f', 'tauto', '80 Hz', 60.0, 1e-10, 0.0, 1.0, 0.0, 2.0))
+    row = vars(Row('f', 'tauto', '80 Hz', 60.0, 1e-10, 0.0, 1.0, 0.0, 0.0, 2.0))
     worse = {'program': 'heyoka', 'error_s_per_day': 1e-6, 'us_per_oscillation': 1.0}
     better = {'program': 'heyoka', 'error_s_per_day': 1e-11, 'us_per_oscillation': 6.0}
     return [row, {**row, **worse}, {**row, **better}]
 
 
-def test_the_table_compares_at_tautos_error_where_nothing_is_asked() -> None:
-    table = problem_table('f', PROBLEM.title, rows())
-    ratios = dict(zip((c.header for c in table.columns), table.columns, strict=True))
-    assert next(iter(ratios['heyoka'].cells)) == '3×'
-    assert next(iter(ratios['dop853'].cells)) == '–'
-    assert 'Needed' not in str(table.caption)
-    assert bench.best_ratio(rows(), 'f', 'heyoka') is None
+def test_the_table_compares_with_what_is_as_accurate() -> None:
+    first = {'problem': 'f', 'program': 'heyoka', 'setting': '', 'first_run_s': 1.25}
+    table = problem_table('f', PROBLEM.title, {'rows': rows(), 'first_runs': [first]})
+    columns = dict(zip((c.header for c in table.columns), table.columns, strict=True))
+    assert next(iter(columns['heyoka'].cells)) == '3×'
+    assert next(iter(columns['dop853'].cells)) == '–'
+    assert list(columns['first run s'].cells) == ['', '1.2', '1.2']
+    assert 'Needed: 4× heyoka' in str(table.caption)
 
 
 def test_a_figure_of_all_problems_is_drawn(tmp_path: Path) -> None:

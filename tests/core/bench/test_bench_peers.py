@@ -12,14 +12,18 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.bench.cvode_peer import Cvode
 from tauto_core.bench.diffrax_peer import Diffrax
+from tauto_core.bench.dop853_peer import CompiledDop853
 from tauto_core.bench.heyoka_peer import Heyoka, reference_states
+from tauto_core.bench.heyoka_tuned import HeyokaTuned
 from tauto_core.bench.mujoco_peer import Mujoco
 from tauto_core.bench.peer import MissingPeerError
 from tauto_core.bench.problems import Numbers, Problem, problems
+from tauto_core.bench.runner import measure
 from tauto_core.scene.errors import UsageError
 
 LIBRARIES = {
     Heyoka: ('heyoka', 'heyoka'),
+    HeyokaTuned: ('heyoka', 'heyoka'),
     Diffrax: ('diffrax', 'diffrax'),
     Cvode: ('sksundae', 'scikit-sundae'),
     Mujoco: ('mujoco', 'mujoco'),
@@ -194,3 +198,62 @@ def test_missing_library_is_named_with_the_extra(kind, monkeypatch):
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(MissingPeerError, match=f"{package} is not installed.*extra 'bench'"):
         kind()
+
+
+@pytest.mark.parametrize(
+    ('key', 'setting', 'bound'),
+    [
+        # bounds in rad after ten minutes: some three times what is left at these settings
+        ('b', '1e-14', 2e-12),
+        ('c', '1e-15 1 s 14 points', 2e-12),
+        ('d', '1e-24 2 s 14 points', 3e-13),
+        ('e', '1e-15 1 s 14 points', 2e-12),
+        ('f', '1e-16', 3e-11),
+    ],
+)
+def test_the_best_formulations_of_heyoka_end_where_the_reference_does(key, setting, bound):
+    assert setting in peer(HeyokaTuned).settings(problem(key))
+    assert measure(problem(key), peer(HeyokaTuned), setting, 600.0).error_rad < bound
+
+
+def test_more_points_a_piece_bring_it_nearer():
+    coarse, fine = (
+        measure(problem('c'), peer(HeyokaTuned), f'1e-15 1 s {n} points', 600.0).error_rad
+        for n in (8, 10)
+    )
+    # two Chebyshev terms more of waves of at most 2.75 rad/s over half a second
+    assert fine < 0.05 * coarse
+
+
+def test_a_run_of_heyoka_may_end_inside_a_piece():
+    found = peer(HeyokaTuned).solve(problem('d'), '1e-24 2 s 14 points', DURATION_S)
+    assert found.angle == pytest.approx(
+        linear_wheel(problem('d').numbers, DURATION_S)[0], abs=1e-12
+    )
+
+
+def test_the_best_formulation_of_problem_a_is_the_plain_one():
+    with pytest.raises(UsageError, match="problem 'a' has no better formulation"):
+        peer(HeyokaTuned).solve(problem('a'), '1e-18', 60.0)
+
+
+@pytest.mark.parametrize(
+    'key', ['a', 'b', 'c waves', 'c pieces', 'd waves', 'd pieces', 'e pieces']
+)
+def test_compiled_dop853_ends_where_the_reference_does(key):
+    # 1e-12 a step, some 60 steps a swing, over a minute
+    key, *way = key.split()
+    setting = ' '.join(['1e-12', *way])
+    assert setting in CompiledDop853().settings(problem(key))
+    assert measure(problem(key), CompiledDop853(), setting, 60.0).error_rad < 1e-9 * 6.3
+
+
+@pytest.mark.parametrize('way', ['waves', 'pieces'])
+def test_compiled_dop853_has_its_order(way):
+    """Of steps h the error a step goes with h^8, and their number with 1/h."""
+    coarse, fine = (
+        measure(problem('e'), CompiledDop853(), f'{tolerance} {way}', 600.0).error_rad
+        for tolerance in ('1e-8', '1e-11')
+    )
+    # the tolerance holds for h^8: the error over a run goes like its power 7/8
+    assert math.log10(coarse / fine) == pytest.approx(3.0 * 7.0 / 8.0, abs=0.4)

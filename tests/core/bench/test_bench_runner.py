@@ -29,6 +29,7 @@ ROW_KEYS = {
     'error_rad',
     'run_s',
     'compile_s',
+    'setup_s',
     'us_per_oscillation',
 }
 
@@ -126,7 +127,11 @@ def test_a_missing_peer_is_named_and_skipped(monkeypatch: pytest.MonkeyPatch) ->
     ('keys', 'names', 'words'),
     [
         (['a', 'q'], None, "problem 'q' is not known. Choose from a, b, c, d, e, f"),
-        (['a'], ['tauto', 'rk4'], "peer 'rk4' is not known. Choose from tauto, heyoka, dop853"),
+        (
+            ['a'],
+            ['tauto', 'rk4'],
+            "peer 'rk4' is not known. Choose from tauto, heyoka, heyoka_tuned",
+        ),
     ],
 )
 def test_unknown_names_are_refused(keys: list[str], names: list[str] | None, words: str) -> None:
@@ -186,21 +191,50 @@ def test_impulses_of_e_make_good_for_its_drag() -> None:
     assert math.hypot(true.angle, true.rate / omega) == pytest.approx(1.0, abs=0.05)
 
 
+def a_row(**changes: Any) -> dict[str, Any]:
+    return vars(replace(Row('c', 'tauto', '', 60.0, 1e-10, 0.0, 1.0, 0.0, 0.0, 2.0), **changes))
+
+
 def test_ratios_count_only_what_is_accurate_enough() -> None:
-    row = Row('c', 'tauto', '', 60.0, 1e-10, 0.0, 1.0, 0.0, 2.0)
     others = [
-        replace(row, program='heyoka', error_s_per_day=error, us_per_oscillation=cost)
+        a_row(program='heyoka', error_s_per_day=error, us_per_oscillation=cost)
         for error, cost in ((1e-6, 3.0), (9e-10, 60.0), (1e-12, 90.0))
     ]
-    rows = [vars(each) for each in (row, *others)]
-    assert bench.ratio(rows[0], rows, 'heyoka', 1e-9) == 30.0
-    assert bench.ratio(rows[0], rows, 'heyoka', 1e-11) == 45.0
-    assert bench.ratio(rows[0], rows, 'dop853', 1e-9) is None
-    assert bench.best_ratio(rows, 'c', 'heyoka') == 30.0
+    rows = [a_row(), *others]
+    assert bench.ratio(rows[0], rows, ['heyoka'], 1e-9) == 30.0
+    assert bench.ratio(rows[0], rows, ['heyoka'], 1e-11) == 45.0
+    assert bench.ratio(rows[0], rows, ['dop853'], 1e-9) is None
+    assert bench.best_ratio(rows, 'c', ['heyoka']) == 30.0
+
+
+def test_the_best_formulation_counts() -> None:
+    plain, tuned = (
+        a_row(program=name, us_per_oscillation=cost)
+        for name, cost in (('heyoka', 60.0), ('heyoka_tuned', 8.0))
+    )
+    assert bench.best_ratio([a_row(), plain, tuned], 'c', bench.FAMILIES['heyoka']) == 4.0
+
+
+def test_a_whole_run_is_its_set_up_and_its_swings() -> None:
+    ours = a_row(problem='a', error_s_per_day=0.0, setup_s=1e-3, us_per_oscillation=0.0)
+    theirs = {**ours, 'program': 'heyoka', 'setup_s': 0.0, 'us_per_oscillation': 1.0}
+    # 81 days of a swing a second take 7 s at 1 us a swing
+    found = bench.best_ratio([ours, theirs], 'a', ['heyoka'], setup=True)
+    assert found == pytest.approx(6.998400 / PROBLEMS['a'].period_s / 1e-3)
+
+
+def test_set_up_is_the_least_and_compiling_the_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Compiling(Known):
+        def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
+            found = super().solve(problem, setting, duration_s)
+            return replace(found, compile_s=3.0 if len(self.runs) == 1 else 0.5)
+
+    (row,) = bench_with(Compiling(), 'b', monkeypatch)['rows']
+    assert (row['compile_s'], row['setup_s']) == (3.0, 0.5)
 
 
 def test_the_figure_is_drawn_twice_alike(tmp_path: Path) -> None:
-    row = vars(Row('c', 'tauto', '20 Hz', 60.0, 1e-10, 0.0, 1.0, 0.0, 2.0))
+    row = a_row(setting='20 Hz')
     machine = {'processor': 'none', 'python': '3', 'date': '2026-01-01'}
     result = {'machine': machine, 'rows': [row, {**row, 'program': 'heyoka'}]}
     first, again = tmp_path / 'first.svg', tmp_path / 'again.svg'

@@ -5,12 +5,13 @@ from tauto_core.bench.passage import passage, two_at_once
 from tauto_core.bench.peer import MissingPeerError, Outcome, Peer
 from tauto_core.bench.peers import PEERS, make_peers
 from tauto_core.bench.problems import Numbers, Problem, Sea, problems
-from tauto_core.bench.ratios import best_ratio, ratio, targets
+from tauto_core.bench.ratios import FAMILIES, best_ratio, ratio, targets
 from tauto_core.bench.references import reference, references
 from tauto_core.bench.runner import Row, bench
 from tauto_core.figure_file import check_plot
 
 __all__ = [
+    'FAMILIES',
     'PEERS',
     'MissingPeerError',
     'Numbers',

@@ -22,8 +22,10 @@ LEAST_S_PER_DAY = 1e-14
 
 LABELS = {
     'tauto': 'Tauto',
-    'heyoka': 'heyoka (Taylor)',
+    'heyoka': 'heyoka (Taylor), plain',
+    'heyoka_tuned': 'heyoka, best formulation',
     'dop853': 'SciPy DOP853',
+    'dop853_compiled': 'DOP853 (numba)',
     'lsoda': 'SciPy LSODA',
     'radau': 'SciPy Radau',
     'diffrax': 'diffrax Dopri8',
@@ -35,8 +37,10 @@ LABELS = {
 }
 _STYLES = {
     'tauto': ('#c1121f', 'o'),
-    'heyoka': ('#003f88', 's'),
-    'dop853': ('#2a9d5c', '^'),
+    'heyoka': ('#6a8fc7', 's'),
+    'heyoka_tuned': ('#003f88', 's'),
+    'dop853': ('#8fcfab', '^'),
+    'dop853_compiled': ('#2a9d5c', '^'),
     'lsoda': ('#7fb800', 'v'),
     'radau': ('#8a6d3b', '<'),
     'diffrax': ('#7b2cbf', 'D'),
@@ -46,8 +50,10 @@ _STYLES = {
     'yoshida6': ('#8d8d8d', 'h'),
     'yoshida8': ('#5c5c5c', 'p'),
 }
-_DASHED_LABEL = 'dashed: Adams, implicit, compensated'
-_DASHED = ('Adams', 'implicit', 'compensated')
+FRONTS = ('tauto', 'heyoka_tuned')
+"""Programs whose settings are of two kinds, and so make no curve."""
+_DASHED_LABEL = 'dashed: Adams, implicit, compensated, sum of waves'
+_DASHED = ('Adams', 'implicit', 'compensated', 'waves')
 
 
 def draw(result: Mapping[str, Any], path: Path) -> None:
@@ -131,18 +137,18 @@ def _series(
 ) -> list[tuple[str, str, list[tuple[float, float]]]]:
     """Return (program, method, points) of a problem; words in a setting name a method.
 
-    Points are in the order of the settings. Of Tauto only those rows are drawn that no other beats
-    in both error and cost.
+    Points are in the order of the settings. Of `FRONTS` only those rows are drawn that no other
+    beats in both error and cost.
     """
     found: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for row in rows:
         if row['problem'] == key:
-            words = str(row['setting']).split() if row['program'] != 'tauto' else []
+            words = str(row['setting']).split() if row['program'] not in FRONTS else []
             method = ' '.join(word for word in words if word.isalpha())
             x = max(LEAST_S_PER_DAY, row['error_s_per_day'])
             found.setdefault((row['program'], method), []).append((x, row['us_per_oscillation']))
     return [
-        (program, method, sorted(_front(points)) if program == 'tauto' else points)
+        (program, method, sorted(_front(points)) if program in FRONTS else points)
         for (program, method), points in found.items()
     ]
 

@@ -38,6 +38,17 @@ NAME = 'heyoka'
 COMPENSATED = 'compensated'
 REFERENCE_TOLERANCE = 1e-18
 
+_LINEAR = ('1e-9', '1e-12', '1e-15', '1e-18', '1e-21', '1e-24', '1e-30')
+_TOLERANCES = {
+    'a': _LINEAR,
+    'b': ('1e-9', '1e-12', '1e-13', '1e-14', '1e-15', '1e-16', '1e-18'),
+    'c': ('1e-9', '1e-11', '1e-12', '3e-13', '1e-13', '1e-15', '1e-18'),
+    'd': _LINEAR,
+    'e': ('1e-6', '1e-8', '3e-9', '1e-9', '3e-10', '1e-12', '1e-15'),
+    'f': ('1e-9', '1e-12', '1e-13', '3e-14', '1e-14', '3e-15', '1e-15', '1e-18'),
+}
+"""A linear wheel's steps grow with the order that a tolerance asks for, far below rounding."""
+
 _X, _U, _THETA, _ROLL, _ROLL_2 = range(5)
 _STATES = 5
 
@@ -54,9 +65,9 @@ class Heyoka:
         """Return the version of the library."""
         return version('heyoka')
 
-    def settings(self, problem: Problem) -> tuple[str, ...]:  # noqa: ARG002
-        """Return tolerances, coarse to fine."""
-        return ('1e-6', '1e-9', '1e-12', '1e-15', '1e-18', f'1e-18 {COMPENSATED}')
+    def settings(self, problem: Problem) -> tuple[str, ...]:
+        """Return tolerances, coarse to fine; closer where the error passes what is compared."""
+        return (*_TOLERANCES[problem.key], f'1e-18 {COMPENSATED}')
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
         """Solve the problem at the tolerance that `setting` says.

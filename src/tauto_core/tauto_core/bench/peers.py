@@ -22,7 +22,9 @@ def _member(module: str, name: str, *arguments: str) -> Callable[[], Peer]:
 PEERS: dict[str, Callable[[], Peer]] = {
     'tauto': _member('tauto_peer', 'Tauto'),
     'heyoka': _member('heyoka_peer', 'Heyoka'),
+    'heyoka_tuned': _member('heyoka_tuned', 'HeyokaTuned'),
     'dop853': _member('scipy_peers', 'SciPy', 'DOP853'),
+    'dop853_compiled': _member('dop853_peer', 'CompiledDop853'),
     'lsoda': _member('scipy_peers', 'SciPy', 'LSODA'),
     'radau': _member('scipy_peers', 'SciPy', 'Radau'),
     'diffrax': _member('diffrax_peer', 'Diffrax'),

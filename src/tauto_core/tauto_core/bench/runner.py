@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, replace
 from itertools import zip_longest
 from typing import Any
 
+from tauto_core.bench.first_run import first_runs
 from tauto_core.bench.machine import machine_facts
 from tauto_core.bench.peer import Outcome, Peer
 from tauto_core.bench.peers import make_peers
@@ -48,6 +49,7 @@ class Row:
         error_rad: size of the phase error at the end [rad].
         run_s: best run time [s].
         compile_s: compiling and setting up, the first time [s].
+        setup_s: the same when all is compiled that can be kept: the least of all runs [s].
         us_per_oscillation: run time per swing of the problem's period [us].
     """
 
@@ -59,6 +61,7 @@ class Row:
     error_rad: float
     run_s: float
     compile_s: float
+    setup_s: float
     us_per_oscillation: float
 
 
@@ -79,6 +82,7 @@ def bench(
     *,
     quick: bool = False,
     budget_s: float | None = None,
+    cold: bool = False,
     say: Say = lambda _: None,
 ) -> dict[str, Any]:
     """Run the benchmark; return the object that `tauto bench --json` prints.
@@ -88,11 +92,13 @@ def bench(
         peer_names: of the peers; None: all that are installed.
         quick: three settings a peer and a second a run: to see that all works.
         budget_s: time allowed a run [s]; None: 20, or 1 if quick.
+        cold: also time each program's first run in a new process.
         say: told what is under way.
 
     Returns:
-        `machine`, `rows`, `missing` (peers that are not installed), `not_offered` (problems that a
-        peer cannot express) and `failed` (runs without a row, and why).
+        `machine`, `rows`, `first_runs` (where `cold`), `missing` (peers that are not installed),
+        `not_offered` (problems that a peer cannot express) and `failed` (runs without a row, and
+        why).
 
     Raises:
         UsageError: a problem or a peer that is not known.
@@ -103,9 +109,11 @@ def bench(
         say(each)
     budget = (QUICK_BUDGET_S if quick else BUDGET_S) if budget_s is None else budget_s
     entries = [e for problem in chosen for e in _bench_problem(problem, peers, quick, budget, say)]
+    rows = [asdict(e.row) for e in entries if e.row is not None]
     return {
         'machine': machine_facts({peer.name: peer.version() for peer in peers}),
-        'rows': [asdict(e.row) for e in entries if e.row is not None],
+        'rows': rows,
+        'first_runs': first_runs(rows, say) if cold else [],
         'missing': missing,
         'not_offered': {
             peer.name: keys
@@ -164,7 +172,7 @@ def _few(settings: Sequence[str], quick: bool) -> Sequence[str]:
 
 def _climb(entry: _Entry, budget_s: float) -> None:
     """Run ever longer; keep the longest run, or why there is none."""
-    compile_s = 0.0
+    compile_s, setup_s = 0.0, math.inf
     for duration_s in references(entry.problem.key):
         row = entry.row
         if row is not None and not _may_go_on(row, duration_s, budget_s):
@@ -174,14 +182,14 @@ def _climb(entry: _Entry, budget_s: float) -> None:
         except TautoError as error:
             entry.failure = f'run of {duration_s:g} s: {error}'
             break
-        compile_s = max(compile_s, new.compile_s)
+        compile_s, setup_s = max(compile_s, new.compile_s), min(setup_s, new.setup_s)
         if not new.error_rad <= LARGEST_ERROR_RAD:
             if row is None:
                 entry.failure = (
                     f'off by {new.error_rad:.2g} rad after {duration_s:g} s: too coarse'
                 )
             break
-        entry.row = replace(new, compile_s=compile_s)
+        entry.row = replace(new, compile_s=compile_s, setup_s=setup_s)
 
 
 def _may_go_on(row: Row, duration_s: float, budget_s: float) -> bool:
@@ -192,8 +200,10 @@ def _may_go_on(row: Row, duration_s: float, budget_s: float) -> bool:
 
 def _repeat(entry: _Entry, row: Row) -> None:
     again = measure(entry.problem, entry.peer, entry.setting, row.duration_s)
+    row = replace(row, setup_s=min(row.setup_s, again.setup_s))
     if again.run_s < row.run_s:
-        entry.row = replace(row, run_s=again.run_s, us_per_oscillation=again.us_per_oscillation)
+        row = replace(row, run_s=again.run_s, us_per_oscillation=again.us_per_oscillation)
+    entry.row = row
 
 
 def measure(problem: Problem, peer: Peer, setting: str, duration_s: float) -> Row:
@@ -216,5 +226,6 @@ def measure(problem: Problem, peer: Peer, setting: str, duration_s: float) -> Ro
         error_rad=error if math.isfinite(error) else math.inf,
         run_s=outcome.run_s,
         compile_s=outcome.compile_s,
+        setup_s=outcome.compile_s,
         us_per_oscillation=1e6 * outcome.run_s * problem.period_s / duration_s,
     )

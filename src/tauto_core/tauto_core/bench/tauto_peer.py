@@ -46,7 +46,7 @@ class Tauto:
     name = NAME
 
     def __init__(self) -> None:
-        self._warmed: dict[tuple[str, str], float] = {}
+        self._warm: set[tuple[str, str]] = set()
 
     def version(self) -> str:
         """Return the version of tauto_core."""
@@ -68,12 +68,13 @@ class Tauto:
         """Solve the problem."""
         if isinstance(problem, WheelProblem) and setting == _CLOSED_FORM:
             return _on_land(problem, duration_s)
-        key = problem.key, setting
-        if key not in self._warmed:
+        key, compiling_s = (problem.key, setting), 0.0
+        if key not in self._warm:
+            self._warm.add(key)
             first, again = (_stepped(problem, setting, WARM_S) for _ in range(2))
-            self._warmed[key] = max(0.0, first.run_s - again.run_s)
+            compiling_s = max(0.0, first.run_s - again.run_s)
         outcome = _stepped(problem, setting, duration_s)
-        return replace(outcome, compile_s=outcome.compile_s + self._warmed[key])
+        return replace(outcome, compile_s=outcome.compile_s + compiling_s)
 
 
 def _stepped(problem: Problem, setting: str, duration_s: float) -> Outcome:

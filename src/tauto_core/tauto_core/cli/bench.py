@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from tauto_core.bench.ratios import Target
 
-COMPARED = ('heyoka', 'dop853')
-
 
 def bench(
     problem: Annotated[
@@ -33,6 +31,9 @@ def bench(
         float | None,
         typer.Option(min=0.1, metavar='S', help='Time allowed a run [s]; default: 20.'),
     ] = None,
+    first: Annotated[
+        bool, typer.Option('--first', help='Also the first run of each program, all cold.')
+    ] = False,
     passage: Annotated[
         bool,
         typer.Option('--passage', help='Also an 81-day passage all in, and two runs at once.'),
@@ -50,7 +51,9 @@ def bench(
 
     for path in plot or ():
         core.check_plot(path)
-    result = core.bench(_names(problem), _names(peers), quick=quick, budget_s=budget, say=_say)
+    result = core.bench(
+        _names(problem), _names(peers), quick=quick, budget_s=budget, cold=first, say=_say
+    )
     if passage:
         _say('passage')
         result['passage'] = core.passage()
@@ -80,7 +83,7 @@ def _print(result: Mapping[str, Any]) -> None:
     console = Console()
     for problem in problems():
         if any(row['problem'] == problem.key for row in result['rows']):
-            console.print(problem_table(problem.key, problem.title, result['rows']))
+            console.print(problem_table(problem.key, problem.title, result))
     for name, keys in result['not_offered'].items():
         console.print(f'{name} cannot express problem {", ".join(keys)}')
     for failed in result['failed']:
@@ -98,56 +101,60 @@ def _print(result: Mapping[str, Any]) -> None:
         )
 
 
-def problem_table(key: str, title: str, rows: list[dict[str, Any]]) -> Table:
+def problem_table(key: str, title: str, result: Mapping[str, Any]) -> Table:
     """Return the table of a problem; Tauto's rows say how many times slower others are.
 
     Args:
         key: of the problem.
         title: of the problem.
-        rows: of all problems.
+        result: what `bench` returns.
     """
     from rich.table import Table
 
-    from tauto_core.bench import ratio, targets
+    from tauto_core.bench import FAMILIES, ratio, targets
 
-    target = targets().get(key)
-    bound = 0.0 if target is None else target.error_s_per_day
+    rows, target = result['rows'], targets()[key]
+    first = {
+        (each['problem'], each['program']): each['first_run_s'] for each in result['first_runs']
+    }
     table = Table(
         title=f'{key}: {title}',
         title_justify='left',
-        caption=_caption(target),
+        caption=_caption(target, on_land=key in 'ab'),
         caption_justify='left',
     )
     for name in ('program', 'setting'):
         table.add_column(name)
-    numbers = ('run of', 's/day', 'µs/swing', 'compile s')
-    for name in (*numbers, *COMPARED):
+    for name in ('run of', 's/day', 'µs/swing', 'set-up s', 'first run s', *FAMILIES):
         table.add_column(name, justify='right', no_wrap=True)
     for row in (row for row in rows if row['problem'] == key):
         ours = row['program'] == 'tauto'
-        ratios = [_times(ratio(row, rows, other, bound)) if ours else '' for other in COMPARED]
+        ratios = [
+            times(ratio(row, rows, family, target.error_s_per_day)) if ours else ''
+            for family in FAMILIES.values()
+        ]
+        seconds = first.get((key, row['program']))
         table.add_row(
             row['program'],
             row['setting'],
             _span(row['duration_s']),
             f'{row["error_s_per_day"]:.1e}',
             f'{row["us_per_oscillation"]:.3g}',
-            f'{row["compile_s"]:.2g}',
+            f'{row["setup_s"]:.2g}',
+            '' if seconds is None else f'{seconds:.2g}',
             *ratios,
             style='bold' if ours else None,
         )
     return table
 
 
-def _caption(target: Target | None) -> str:
+def _caption(target: Target, *, on_land: bool) -> str:
     """Return what the ratios of a table mean, and which are needed."""
-    never = '–: never so accurate'
-    if target is None:
-        return f"times slower than Tauto at Tauto's error; {never}"
-    needed = ', '.join(f'{name} {n:g}×' for name, n in target.faster.items())
+    needed = f'{target.faster:,g}× heyoka' + (', set-up included' if on_land else '')
     return (
-        f"times slower than Tauto at {target.error_s_per_day:.2g} s/day or Tauto's error, where "
-        f'larger; {never}. Needed: {needed}'
+        'times slower than Tauto, by the best setting of the best formulation, at '
+        f"{target.error_s_per_day:.2g} s/day or Tauto's error, where larger; –: never so "
+        f'accurate. Needed: {needed}'
     )
 
 
@@ -158,5 +165,6 @@ def _span(seconds: float) -> str:
     return f'{seconds:g} s'
 
 
-def _times(number: float | None) -> str:
+def times(number: float | None) -> str:
+    """Return a ratio in words for a table."""
     return '–' if number is None else f'{number:,.3g}×'
