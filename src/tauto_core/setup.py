@@ -23,15 +23,6 @@ LINT = [
 ]
 # The files of buoys; a spectrum as a table needs nothing.
 SPECTRA = ['wavespectra>=4.9']
-# Other programs on the same equations, and what the references are made with.
-BENCH = [
-    'diffrax>=0.7.2',
-    'heyoka>=7.13',
-    'mpmath>=1.3',
-    'mujoco>=4.0',
-    'numba>=0.60',
-    'scikit-sundae>=1.2',
-]
 
 setup(
     name=PACKAGE,
@@ -40,7 +31,7 @@ setup(
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
-        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*', 'bench/*.json'],
+        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
@@ -64,7 +55,7 @@ setup(
         'typer>=0.12',
         'zstandard>=0.22',
     ],
-    extras_require={'test': TEST, 'dev': TEST + LINT, 'bench': BENCH, 'spectra': SPECTRA},
+    extras_require={'test': TEST, 'dev': TEST + LINT, 'spectra': SPECTRA},
     entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},
     zip_safe=False,
 )

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import mpmath
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-
-from tauto_core.curves import Involute
-from tauto_core.machines import Machine
-from tauto_core.machines.anharmonic import (
+from anharmonic import (
     spring_period_excess,
     spring_period_series,
     weight_period_excess,
     weight_period_series,
 )
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tauto_core.curves import Involute
+from tauto_core.machines import Machine
 from tauto_core.machines.design import (
     complete,
     disc_inertia,

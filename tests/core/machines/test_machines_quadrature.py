@@ -13,6 +13,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
+import synthesis
 
 from tauto_core.curves import CircularArc, Cycloid, FluidTautochrone, Involute, WeightCorrected
 from tauto_core.curves.descent_curve import Mirrored
@@ -25,7 +26,6 @@ from tauto_core.machines import (
     lever,
     lever_corrected,
     quadrature,
-    synthesis,
     trochlea,
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum

@@ -9,10 +9,10 @@ import pytest
 from motion_cases import angles, at_rest_at_sea, phases, scene_of
 from scipy.integrate import solve_ivp
 
+from benchmarks.reference_propagator import Reference
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator, propagator_name
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.reference import Reference
 
 VERTICAL = {'kind': 'vertical'}
 WEIGHT = {

@@ -14,10 +14,10 @@ import pytest
 from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, TOO_SMALL_TO_MATTER, scene_of
 from scipy.integrate import solve_ivp
 
+from benchmarks.reference_propagator import Reference
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.motion.phase import polar
-from tauto_core.motion.reference import Reference
 from tauto_core.samples import JOINT_STATES, PHASE, READING, ImuSamples
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from motion_cases import TOO_SMALL_TO_MATTER, at_rest_at_sea, run, scene_of
 
+from benchmarks.reference_propagator import Reference
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.outside import ROWS
-from tauto_core.motion.reference import Reference
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene

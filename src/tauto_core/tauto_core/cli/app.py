@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tauto_core.cli import bench, compare, curve, design, euler, isochronism, plugins
+from tauto_core.cli import compare, curve, design, euler, isochronism, plugins
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, SceneName
 from tauto_core.scene.errors import TautoError, UsageError
@@ -210,5 +210,4 @@ app.command()(isochronism.isochronism)
 app.command()(design.design)
 app.command()(compare.compare)
 app.command()(euler.euler)
-app.command()(bench.bench)
 plugins.add_to(app)

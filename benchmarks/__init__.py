@@ -1,0 +1,1 @@
+"""What is measured: run time against error, stability, messages a second. Committed results."""

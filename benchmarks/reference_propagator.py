@@ -1,0 +1,322 @@
+"""The reference propagator: DOP853 of SciPy at a relative tolerance of 1e-13.
+
+`make_propagator` knows nothing of it. It shares
+nothing with the compiled engine but the forcing's polynomials: lever arms come from the cam, and
+the variables are ϑ and ϑ̇, which need the second derivative γ̈ (theory E2, as printed):
+
+    (I + m t²) ϑ̈ + m t t' ϑ̇² + F t = −I γ̈ − (c₁ θ̇ + d c₂ θ̇² + d c₀ + s R),    θ = ϑ + τ,
+
+d = sgn θ̇ and s, that of the last impulse, are constant between events. Friction slides but does
+not hold: where it would, an error says so.
+
+Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.5.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.interpolate import BPoly
+
+from tauto_core.machines import Machine
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
+from tauto_core.motion.phase import phase_rate, within_turn
+from tauto_core.samples import FloatArray, State
+from tauto_core.scene.errors import PropagationError
+
+RTOL = 1e-13
+ATOL = 1e-15
+"""Absolute tolerance as a part of the release angle (of 1 rad where that is 0)."""
+
+STEPS_A_SWING = 16
+"""At least so many, since events are looked for between steps."""
+
+TURNING, KINK, IMPULSE, EDGE, SLACK = 'turning', 'kink', 'impulse', 'edge', 'slack'
+
+
+class _Instant(NamedTuple):
+    felt: float  # ϑ
+    felt_rate: float
+    felt_bend: float
+    angle: float  # θ
+    rate: float
+    bend: float
+    mass: float
+    torque: float
+    tension: float
+
+
+@dataclass
+class _Now:
+    """What the next output depends on; `momentum` is ϑ̇ M/I + γ̇."""
+
+    felt: float = 0.0
+    momentum: float = 0.0
+    start_angle: float = 0.0
+    direction: float = 1.0
+    pallet: float = 1.0
+    side: float = 1.0
+    armed: bool = False
+    turns: int = 0
+    beats: int = 0
+
+
+class Reference:
+    """Propagator of any machine with one degree of freedom, as good as DOP853 at 1e-13."""
+
+    name = 'reference'
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine, self._now = machine, _Now()
+        size = abs(machine.release_angle) or 1.0
+        self._atol = ATOL * size * np.array([1.0, machine.frequency])
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the wheel at rest in the case at the beginning of the first span.
+
+        Raises:
+            PropagationError: a release beyond the cam, or one that friction holds.
+        """
+        machine = self._machine
+        self._forcing, self._k, self._now = forcing, 0, _Now()
+        self._now.pallet = -1.0 if machine.release_angle < 0.0 else 1.0
+        tilt = self._channel(forcing.tilt, 0.0)
+        felt, rate = machine.release_angle - tilt[0], -tilt[1]
+        if not abs(felt) <= machine.cam.range_rad:
+            raise released_beyond(machine, felt)
+        self._set_off(0.0, np.array([felt, rate]), 0.0)
+        start = within_turn(machine, np.array(felt), np.array(rate))
+        self._now.start_angle = float(start)
+        return self._motion([self._row(0.0, np.array([felt, rate]))])
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at the logged ends.
+
+        Raises:
+            PropagationError: slack thread, edge of the cam, friction that holds the wheel, or a
+                step below rounding.
+        """
+        self._forcing, rows = forcing, []
+        lengths = (forcing.end - forcing.begin) * forcing.length_s
+        for self._k, length in enumerate(lengths.tolist()):
+            row = self._row(length, self._span(length))
+            if forcing.logged[self._k]:
+                rows.append(row)
+        return self._motion(rows)
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        return asdict(self._now)
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        self._now = _Now(**state)
+
+    def _channel(self, rows: FloatArray | None, t: float) -> tuple[float, float, float]:
+        """Return a channel and its first two derivatives at t [s] from the span's beginning."""
+        if rows is None:
+            return 0.0, 0.0, 0.0
+        length = float(self._forcing.length_s[self._k])
+        x = float(self._forcing.begin[self._k]) + t / length
+        value = first = half_second = 0.0
+        for c in reversed(rows[self._k].tolist()):
+            half_second = half_second * x + first
+            first = first * x + value
+            value = value * x + c
+        return value, first / length, 2.0 * half_second / length**2
+
+    def _lever(self, felt: float) -> tuple[float, float, float]:
+        """Return t, t' and h; beyond the edge, where only trial steps come, along the tangent."""
+        cam = self._machine.cam
+        if cam.linear_rate is not None:
+            return cam.linear_rate * felt, cam.linear_rate, 0.5 * cam.linear_rate * felt * felt
+        inside = min(max(felt, -cam.range_rad), cam.range_rad)
+        arm, slope, beyond = cam.lever_arm(inside), cam.lever_rate(inside), felt - inside
+        return float(arm + slope * beyond), float(slope), float(cam.lift(inside) + arm * beyond)
+
+    def _instant(self, t: float, y: FloatArray, d: float) -> _Instant:
+        machine, forcing, drag = self._machine, self._forcing, self._machine.drag
+        tilt = self._channel(forcing.tilt, t)
+        still = forcing.gravity is None
+        gravity = machine.gravity if still else self._channel(forcing.gravity, t)[0]
+        (felt, felt_rate), carried = y.tolist(), machine.carried_mass
+        arm, slope, lift = self._lever(felt)
+        pull = machine.force + machine.stiffness * lift + machine.pulling_mass * gravity
+        ride, rate = carried * slope * felt_rate * felt_rate, felt_rate + tilt[1]
+        against = machine.inertia * self._channel(forcing.neutral, t)[2] + (pull + ride) * arm
+        if drag is not None:
+            against += drag.viscous * rate + d * (drag.quadratic * rate * rate + drag.coulomb)
+        if machine.escapement is not None:
+            against += self._now.pallet * machine.escapement.recoil
+        mass = machine.inertia + carried * arm * arm
+        bend = -against / mass
+        tension = pull + ride + carried * arm * bend
+        of_case = felt + tilt[0], rate, bend + tilt[2]
+        return _Instant(felt, felt_rate, bend, *of_case, mass, -tension * arm, tension)
+
+    def _events(self, t: float, y: FloatArray) -> dict[str, tuple[float, float]]:
+        """Return what is positive before an event and negative after it, and its derivative."""
+        machine, drag, escapement = self._machine, self._machine.drag, self._machine.escapement
+        d, side, at = self._now.direction, self._now.side, self._instant(t, y, self._now.direction)
+        found = {EDGE: (machine.cam.range_rad - abs(at.felt), 0.0)}
+        if machine.pulling_mass > 0.0:
+            found[SLACK] = at.tension, 0.0
+        if machine.cam.kinked:
+            found[KINK] = side * at.felt, side * at.felt_rate
+        if escapement is not None or (drag is not None and (drag.quadratic or drag.coulomb)):
+            found[TURNING] = d * at.rate, d * at.bend
+        if escapement is not None and self._now.armed:
+            found[IMPULSE] = escapement.angle - d * at.angle, -d * at.rate
+        return found
+
+    def _slopes(self, t: float, y: FloatArray) -> FloatArray:
+        return np.array([y[1], self._instant(t, y, self._now.direction).felt_bend])
+
+    def _solve(
+        self, t: float, end: float, y: FloatArray, without: str
+    ) -> tuple[FloatArray, FloatArray, str]:
+        """Return times and states of the steps up to the first event, and its kind or ''."""
+        kinds = [kind for kind in self._events(t, y) if kind != without]
+        values = [partial(lambda kind, t, y: self._events(t, y)[kind][0], kind) for kind in kinds]
+        for value in values:
+            value.terminal, value.direction = True, -1.0  # type: ignore[attr-defined]
+        found = solve_ivp(
+            self._slopes,
+            (t, end),
+            y,
+            method='DOP853',
+            events=values,
+            rtol=RTOL,
+            atol=self._atol,
+            max_step=self._machine.small_period / STEPS_A_SWING,
+        )
+        if found.status < 0:
+            raise PropagationError(f'DOP853 gave up: {found.message}', self._time(found.t[-1]))
+        hit = [kind for kind, at in zip(kinds, found.t_events or [], strict=True) if len(at)]
+        return found.t, found.y, hit[0] if hit else ''
+
+    def _span(self, length: float) -> FloatArray:
+        """Advance over a span; return ϑ and ϑ̇ at its end."""
+        t, y = 0.0, np.array([self._now.felt, 0.0])
+        # the momentum is what stays where γ̇ of two pieces differs
+        y[1] = self._now.momentum - self._channel(self._forcing.neutral, 0.0)[1]
+        y[1] *= self._machine.inertia / self._instant(0.0, y, 0.0).mass
+        while t < length:
+            times, states, kind = self._solve(t, length, y, '')
+            t, y = length, states[:, -1]
+            if kind:
+                t, y, kind = self._reach(kind, times, states)
+            self._count(np.append(times[:-1], t), np.column_stack([states[:, :-1], y]))
+            y = self._happen(kind, t, y)
+        return y
+
+    def _reach(
+        self, kind: str, times: FloatArray, states: FloatArray
+    ) -> tuple[float, FloatArray, str]:
+        """Return time, state and kind of the event in the last step.
+
+        SciPy interpolates there, to seventh order: the last step is taken again, to the event,
+        and what else comes before it is found on the way.
+        """
+        begin, start, earlier = float(times[-2]), states[:, -2], kind
+        while earlier:
+            kind, t = earlier, float(times[-1])
+            times, states, earlier = self._solve(begin, t, start, kind)
+        y: FloatArray = states[:, -1]
+        value, slope = self._events(t, y)[kind]
+        late = -value / slope if slope < 0.0 else 0.0
+        middle = y + 0.5 * late * self._slopes(t, y)
+        return t + late, y + late * self._slopes(t + 0.5 * late, middle), kind
+
+    def _happen(self, kind: str, t: float, y: FloatArray) -> FloatArray:
+        """Change the discrete state; return the state after an event."""
+        d, escapement = self._now.direction, self._machine.escapement
+        if kind == EDGE:
+            raise edge_reached(self._machine, self._time(t))
+        if kind == SLACK:
+            raise thread_slack(self._time(t))
+        if kind == KINK:
+            self._now.side = -self._now.side
+        if kind == TURNING:
+            self._set_off(t, y, -d)
+        if kind == IMPULSE and escapement is not None:
+            self._now.armed, at = False, self._instant(t, y, d)
+            self._now.pallet = d
+            rate = d * math.sqrt(at.rate * at.rate + 2.0 * escapement.energy / at.mass)
+            return y + np.array([0.0, rate - at.rate])
+        return y
+
+    def _set_off(self, t: float, y: FloatArray, direction: float) -> None:
+        """Leave θ̇ = 0 in the direction given, or where friction acts or it is 0, as pushed."""
+        free, now = self._instant(t, y, 0.0), self._now
+        drag, escapement = self._machine.drag, self._machine.escapement
+        if drag is not None and drag.coulomb > 0.0:
+            direction, pushed = 0.0, abs(free.bend * free.mass) - drag.coulomb
+            if not pushed > 0.0:
+                words = 'friction of %.6g N m holds the wheel; use `collocation`, or stop earlier'
+                raise PropagationError(words % drag.coulomb, self._time(t))
+        now.direction = direction or math.copysign(1.0, free.bend)
+        now.side = math.copysign(1.0, free.felt or now.direction)
+        now.armed = escapement is not None and now.direction * free.angle < escapement.angle
+
+    def _count(self, times: FloatArray, states: FloatArray) -> None:
+        """Count upward passages of ϑ and passages of θ through zero over steps between events."""
+        at = [
+            self._instant(t, y, self._now.direction)
+            for t, y in zip(times.tolist(), states.T, strict=True)
+        ]
+        felt = np.array([(each.felt, each.felt_rate, each.felt_bend) for each in at])
+        angle = np.array([(each.angle, each.rate, each.bend) for each in at])
+        self._now.turns += _passages(times, felt)[0]
+        self._now.beats += sum(_passages(times, angle))
+
+    def _time(self, t: float) -> float:
+        """Return the time from the start of the run [s]."""
+        forcing, k = self._forcing, self._k
+        span = (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
+        return float(forcing.end_ns[k] * 1e-9 - (span - t))
+
+    def _row(self, t: float, y: FloatArray) -> tuple[float, ...]:
+        """Keep the state; return what `_motion` needs of it."""
+        at, now = self._instant(t, y, self._now.direction), self._now
+        line_rate = self._channel(self._forcing.neutral, t)[1]
+        now.felt = at.felt
+        now.momentum = at.felt_rate * at.mass / self._machine.inertia + line_rate
+        angle, rate, _ = self._channel(self._forcing.tilt, t)
+        return at.felt + angle, at.felt_rate + rate, *at[:3], at.torque, now.turns, now.beats
+
+    def _motion(self, rows: list[tuple[float, ...]]) -> Motion:
+        angle, rate, felt, felt_rate, bend, torque, turns, beats = np.array(rows).reshape(-1, 8).T
+        half = (within_turn(self._machine, felt, felt_rate) - self._now.start_angle) / math.pi
+        half_turns = (2 * turns + np.floor(half)).astype(np.int64)
+        speed = phase_rate(self._machine, felt, felt_rate, bend)
+        fraction = half - np.floor(half)
+        return Motion(angle, rate, torque, half_turns, fraction, speed, beats.astype(np.int64))
+
+
+def _passages(times: FloatArray, values: FloatArray) -> tuple[int, int]:
+    """Return how often a value passes zero upwards and downwards.
+
+    Args:
+        times: of the ends of steps, (n,).
+        values: the value and two derivatives there, (n, 3).
+    """
+    # a wheel at rest in the middle leaves it, and does not pass it
+    first = 1 if values[0, 0] == 0.0 and values[0, 1] == 0.0 else 0
+    below, falls = values[first:, 0] < 0.0, values[first:, 1] < 0.0
+    up = int(np.count_nonzero(below[:-1] & ~below[1:]))
+    down = int(np.count_nonzero(~below[:-1] & below[1:]))
+    back = (below[:-1] == below[1:]) & (falls[:-1] != below[:-1]) & (falls[1:] == below[1:])
+    for k in (np.flatnonzero(back) + first).tolist():
+        # steps are a sixteenth of a swing: the quintic through both ends errs by 1e-7 of it
+        between = BPoly.from_derivatives(times[k : k + 2], values[k : k + 2])
+        inside = between(np.linspace(times[k], times[k + 1], 257))
+        if np.any((inside < 0.0) != (values[k, 0] < 0.0)):
+            up, down = up + 1, down + 1
+    return up, down

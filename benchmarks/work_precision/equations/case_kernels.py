@@ -1,0 +1,138 @@
+"""The equations of the suspended case (theory C), once for all peers, and what numba compiles.
+
+`bends` is arithmetic alone, so that floats, heyoka's expressions and JAX's numbers go through it
+alike. `numbers` is (e, c, k, g); the state is (theta, phi, theta', phi').
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from tauto_core.samples import FloatArray
+
+STATES = 4
+
+
+def bends(numbers: Any, rates: Any, normal: Any, delta: Any) -> tuple[Any, Any]:
+    """Return theta'' and phi''.
+
+    Args:
+        numbers: e, c, k, g.
+        rates: theta', phi'.
+        normal: sin and cos of theta.
+        delta: sin and cos of delta = phi - theta.
+    """
+    e, c, k, g = numbers
+    theta_square, phi_square = rates[0] * rates[0], rates[1] * rates[1]
+    sine, cosine = delta
+    wide = c * sine
+    pressed = g * normal[1] + e * theta_square + c * phi_square * cosine
+    phi_bend = -wide * pressed / (k * k + wide * wide)
+    theta_bend = (c * (phi_square * sine - phi_bend * cosine) - g * normal[0]) / e
+    return theta_bend, phi_bend
+
+
+compiled_bends = njit(cache=True, nogil=True)(bends)
+
+
+@njit(cache=True, nogil=True)
+def fill_slope(state: FloatArray, numbers: Any, out: FloatArray) -> None:
+    """Fill in the derivative of the state, shape (4,)."""
+    theta, delta = state[0], state[1] - state[0]
+    out[0], out[1] = state[2], state[3]
+    out[2], out[3] = compiled_bends(
+        numbers,
+        (state[2], state[3]),
+        (math.sin(theta), math.cos(theta)),
+        (math.sin(delta), math.cos(delta)),
+    )
+
+
+@njit(cache=True, nogil=True)
+def case_slope(time: float, state: FloatArray, numbers: Any) -> FloatArray:
+    """Return the derivative of the state, shape (4,)."""
+    out = np.empty(STATES)
+    fill_slope(state, numbers, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def fill_jacobian(state: FloatArray, numbers: Any, out: FloatArray) -> None:
+    """Fill in the derivatives of `fill_slope` by the state, shape (4, 4).
+
+    With F = -c sin delta/(k^2 + c^2 sin^2 delta) and P what presses, phi'' = F P.
+    """
+    e, c, k, g = numbers
+    delta = state[1] - state[0]
+    s, co = math.sin(delta), math.cos(delta)
+    w, v = state[2], state[3]
+    spread = k * k + c * c * s * s
+    pressed = g * math.cos(state[0]) + e * w * w + c * v * v * co
+    factor, slope = -c * s / spread, -c * co * (k * k - c * c * s * s) / (spread * spread)
+    out[:, :] = 0.0
+    out[0, 2] = out[1, 3] = 1.0
+    out[3, 0] = factor * (c * v * v * s - g * math.sin(state[0])) - slope * pressed
+    out[3, 1] = slope * pressed - factor * c * v * v * s
+    out[3, 2], out[3, 3] = 2.0 * factor * e * w, 2.0 * factor * c * v * co
+    turned = c * (v * v * co + factor * pressed * s)
+    out[2, 0] = (-turned - c * co * out[3, 0] - g * math.cos(state[0])) / e
+    out[2, 1] = (turned - c * co * out[3, 1]) / e
+    out[2, 2] = -c * co * out[3, 2] / e
+    out[2, 3] = c * (2.0 * v * s - co * out[3, 3]) / e
+
+
+@njit(cache=True, nogil=True)
+def case_gauss_advance(
+    state: FloatArray,
+    lost: FloatArray,
+    step: float,
+    steps: int,
+    ratio: FloatArray,
+    weights: FloatArray,
+    numbers: Any,
+) -> None:
+    """Advance the state in place by Gauss–Legendre steps, each iterated until it stands still.
+
+    Args:
+        state: shape (4,).
+        lost: what rounding kept back, shape (4,).
+        step: [s].
+        steps: how many.
+        ratio: a_ij/b_j, shape (s, s).
+        weights: b, shape (s,).
+        numbers: of the case.
+    """
+    s = len(weights)
+    gains, new = np.zeros((s, STATES)), np.empty((s, STATES))
+    there, rates = np.empty(STATES), np.empty(STATES)
+    for _ in range(steps):
+        last, stalls = np.inf, 0
+        for _ in range(60):
+            change = 0.0
+            for i in range(s):
+                for m in range(STATES):
+                    total = 0.0
+                    for j in range(s):
+                        total += ratio[i, j] * gains[j, m]
+                    there[m] = state[m] + total
+                fill_slope(there, numbers, rates)
+                for m in range(STATES):
+                    new[i, m] = step * weights[i] * rates[m]
+                    change += abs(new[i, m] - gains[i, m])
+            gains, new = new, gains
+            # as of the wheel: rounding has the last word
+            stalls += 1 if change >= last and change < 1e-10 else 0
+            if stalls == 2:
+                break
+            last = change
+        for m in range(STATES):
+            part = lost[m]
+            for i in range(s):
+                part += gains[i, m]
+            whole = state[m] + part
+            lost[m] = part - (whole - state[m])
+            state[m] = whole

@@ -1,0 +1,185 @@
+"""The work–precision figure: cost of a swing against the error of the clock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from benchmarks.work_precision.problems import problems
+from benchmarks.work_precision.ratios import targets
+from tauto_core.figure_file import FigureError, write_figure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+LEAST_S_PER_DAY = 1e-14
+"""Errors below are drawn here: nothing smaller means anything."""
+
+LABELS = {
+    'tauto': 'Tauto',
+    'heyoka': 'heyoka (Taylor), plain',
+    'heyoka_tuned': 'heyoka, best formulation',
+    'dop853': 'SciPy DOP853',
+    'dop853_compiled': 'DOP853 (numba)',
+    'lsoda': 'SciPy LSODA',
+    'radau': 'SciPy Radau',
+    'diffrax': 'diffrax Dopri8',
+    'cvode': 'CVODE',
+    'mujoco': 'MuJoCo',
+    'verlet': 'Störmer–Verlet (numba)',
+    'yoshida6': 'Yoshida 6 (numba)',
+    'yoshida8': 'Yoshida 8 (numba)',
+}
+_STYLES = {
+    'tauto': ('#c1121f', 'o'),
+    'heyoka': ('#6a8fc7', 's'),
+    'heyoka_tuned': ('#003f88', 's'),
+    'dop853': ('#8fcfab', '^'),
+    'dop853_compiled': ('#2a9d5c', '^'),
+    'lsoda': ('#7fb800', 'v'),
+    'radau': ('#8a6d3b', '<'),
+    'diffrax': ('#7b2cbf', 'D'),
+    'cvode': ('#e07a00', 'P'),
+    'mujoco': ('#d45087', 'X'),
+    'verlet': ('#b0b0b0', '>'),
+    'yoshida6': ('#8d8d8d', 'h'),
+    'yoshida8': ('#5c5c5c', 'p'),
+}
+FRONTS = ('tauto', 'heyoka_tuned')
+"""Programs whose settings are of two kinds, and so make no curve."""
+_DASHED_LABEL = 'dashed: Adams, implicit, compensated, sum of waves'
+_DASHED = ('Adams', 'implicit', 'compensated', 'waves')
+
+
+def draw(result: Mapping[str, Any], path: Path) -> None:
+    """Draw a result to an SVG or PNG file; replaces the file.
+
+    Args:
+        result: what `bench` returns.
+        path: ending in .svg or .png.
+
+    Raises:
+        FigureError: the file cannot be written.
+        UsageError: see `check_plot`.
+    """
+    write_figure(lambda: work_precision(result), path)
+
+
+def work_precision(result: Mapping[str, Any]) -> Figure:
+    """Return the figure: a panel a problem, cost up, error to the right, both logarithmic."""
+    from matplotlib.figure import Figure
+
+    shown = [p for p in problems() if any(row['problem'] == p.key for row in result['rows'])]
+    if not shown:
+        raise FigureError('there is no row to draw: every run failed. See why with --json')
+    columns = min(3, len(shown))
+    lines = math.ceil(len(shown) / columns)
+    figure = Figure(figsize=(4.1 * columns, 3.6 * lines + 1.2), layout='constrained')
+    grid = figure.subplots(lines, columns, squeeze=False).ravel()
+    for axes, problem in zip(grid, shown, strict=False):
+        _panel(axes, problem.key, problem.title, result['rows'])
+    handles = _handles(result['rows'])
+    for axes in grid[len(shown) :]:
+        axes.set_axis_off()
+    if len(shown) < len(grid):
+        grid[len(shown)].legend(
+            handles=handles, loc='center', frameon=False, fontsize=9.5, labelspacing=0.6
+        )
+    else:
+        figure.legend(handles=handles, loc='outside lower center', frameon=False, ncols=columns)
+    machine = result['machine']
+    figure.suptitle(
+        'Cost of a swing against the error of the clock\n'
+        f'one core of {machine["processor"]}, Python {machine["python"]}, {machine["date"]}',
+        fontsize=11.0,
+    )
+    return figure
+
+
+def _panel(axes: Axes, key: str, title: str, rows: Iterable[Mapping[str, Any]]) -> None:
+    for program, method, points in _series(rows, key):
+        color, marker = _STYLES[program]
+        ours = program == 'tauto'
+        axes.loglog(
+            [x for x, _ in points],
+            [y for _, y in points],
+            color=color,
+            marker=marker,
+            markersize=7.5 if ours else 4.5,
+            markeredgecolor='white',
+            markeredgewidth=0.7 if ours else 0.4,
+            linewidth=2.2 if ours else 1.0,
+            linestyle='--' if method in _DASHED else '-',
+            alpha=1.0 if ours else 0.9,
+            zorder=5 if ours else 3,
+        )
+    target = targets().get(key)
+    if target is not None:
+        bound = target.error_s_per_day
+        axes.axvspan(LEAST_S_PER_DAY / 3.0, bound, color='#f4e9cd', zorder=0, linewidth=0.0)
+    axes.set_xlim(left=LEAST_S_PER_DAY / 3.0)
+    axes.set_title(f'({key}) {title}', fontsize=9.5, loc='left')
+    axes.set_xlabel('error of the clock [s/day]')
+    axes.set_ylabel('run time of a swing [µs]')
+    axes.grid(color='#dddddd', linewidth=0.5, zorder=1)
+    axes.set_axisbelow(True)
+    for side in ('top', 'right'):
+        axes.spines[side].set_visible(False)
+
+
+def _series(
+    rows: Iterable[Mapping[str, Any]], key: str
+) -> list[tuple[str, str, list[tuple[float, float]]]]:
+    """Return (program, method, points) of a problem; words in a setting name a method.
+
+    Points are in the order of the settings. Of `FRONTS` only those rows are drawn that no other
+    beats in both error and cost.
+    """
+    found: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    for row in rows:
+        if row['problem'] == key:
+            words = str(row['setting']).split() if row['program'] not in FRONTS else []
+            method = ' '.join(word for word in words if word.isalpha())
+            x = max(LEAST_S_PER_DAY, row['error_s_per_day'])
+            found.setdefault((row['program'], method), []).append((x, row['us_per_oscillation']))
+    return [
+        (program, method, sorted(_front(points)) if program in FRONTS else points)
+        for (program, method), points in found.items()
+    ]
+
+
+def _front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    return [
+        (x, y)
+        for x, y in points
+        if not any((u <= x and v < y) or (u < x and v <= y) for u, v in points)
+    ]
+
+
+def _handles(rows: Iterable[Mapping[str, Any]]) -> list[Line2D | Patch]:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    present = {row['program'] for row in rows}
+    handles: list[Line2D | Patch] = [
+        Line2D(
+            [],
+            [],
+            color=color,
+            marker=marker,
+            label=LABELS[program],
+            markersize=7.5 if program == 'tauto' else 5.5,
+            linewidth=2.2 if program == 'tauto' else 1.0,
+        )
+        for program, (color, marker) in _STYLES.items()
+        if program in present
+    ]
+    if any(word in row['setting'].split() for row in rows for word in _DASHED):
+        handles.append(Line2D([], [], color='#555555', linestyle='--', label=_DASHED_LABEL))
+    handles.append(Patch(color='#f4e9cd', label='where programs are compared'))
+    return handles

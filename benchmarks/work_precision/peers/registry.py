@@ -1,0 +1,60 @@
+"""Who takes part: every program by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib import import_module
+
+from benchmarks.work_precision.peer import MissingPeerError, Peer
+from tauto_core.scene.errors import UsageError
+
+
+def _member(module: str, name: str, *arguments: str) -> Callable[[], Peer]:
+    """Return what makes a peer; its module is imported only then."""
+
+    def make() -> Peer:
+        peer: Peer = getattr(import_module(f'benchmarks.work_precision.peers.{module}'), name)(
+            *arguments
+        )
+        return peer
+
+    return make
+
+
+PEERS: dict[str, Callable[[], Peer]] = {
+    'tauto': _member('tauto', 'Tauto'),
+    'heyoka': _member('heyoka_plain', 'Heyoka'),
+    'heyoka_tuned': _member('heyoka_tuned', 'HeyokaTuned'),
+    'dop853': _member('scipy_ivp', 'SciPy', 'DOP853'),
+    'dop853_compiled': _member('dop853', 'CompiledDop853'),
+    'lsoda': _member('scipy_ivp', 'SciPy', 'LSODA'),
+    'radau': _member('scipy_ivp', 'SciPy', 'Radau'),
+    'diffrax': _member('diffrax_dopri8', 'Diffrax'),
+    'cvode': _member('cvode', 'Cvode'),
+    'mujoco': _member('mujoco_models', 'Mujoco'),
+    'verlet': _member('compositions', 'Symplectic', 'verlet'),
+    'yoshida6': _member('compositions', 'Symplectic', 'yoshida6'),
+    'yoshida8': _member('compositions', 'Symplectic', 'yoshida8'),
+}
+
+
+def make_peers(names: Sequence[str] | None = None) -> tuple[list[Peer], list[str]]:
+    """Return the peers that are installed, and what is said of those that are not.
+
+    Args:
+        names: keys of `PEERS`; None: all.
+
+    Raises:
+        UsageError: a name that is not known.
+    """
+    asked = list(PEERS) if names is None else list(names)
+    unknown = [name for name in asked if name not in PEERS]
+    if unknown:
+        raise UsageError(f'peer {unknown[0]!r} is not known. Choose from {", ".join(PEERS)}')
+    found, missing = [], []
+    for name in asked:
+        try:
+            found.append(PEERS[name]())
+        except MissingPeerError as error:
+            missing.append(str(error))
+    return found, missing

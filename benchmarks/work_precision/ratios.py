@@ -1,0 +1,138 @@
+"""How many times faster: the cheapest rows of others that are no less accurate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.work_precision.problems import Problem, problems
+from tauto_core.samples import SECONDS_PER_DAY
+
+LAND_ERROR_RAD = 1e-9
+UNIT_ROUNDING = 2.0**-53
+
+FAMILIES: Mapping[str, tuple[str, ...]] = {
+    'heyoka': ('heyoka', 'heyoka_tuned'),
+    'dop853': ('dop853', 'dop853_compiled'),
+}
+"""What a method is compared by: the plain formulation first, then others. The best counts."""
+
+BenchRow = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Target:
+    """What is to be reached on a problem.
+
+    Attributes:
+        error_s_per_day: error at which programs are compared [s/day].
+        faster: how many times faster than heyoka at its best; on land with set-up.
+    """
+
+    error_s_per_day: float
+    faster: float
+
+
+def targets() -> dict[str, Target]:
+    """Return the targets by the problems' keys."""
+    found = {p.key: p for p in problems()}
+    return {
+        'a': Target(_land_error(found['a']), 1e3),
+        'b': Target(_land_error(found['b']), 1e3),
+        'c': Target(1e-9, 10.0),
+        'd': Target(1e-9, 30.0),
+        'e': Target(1e-7, 15.0),
+        'f': Target(1e-9, 4.0),
+    }
+
+
+def _land_error(problem: Problem) -> float:
+    """Return 1e-9 rad and the rounding of the phase at the end, as a clock's rate [s/day]."""
+    omega, length = problem.numbers.frequency, problem.duration_s
+    error = LAND_ERROR_RAD + UNIT_ROUNDING * omega * length
+    return error / omega / length * SECONDS_PER_DAY
+
+
+def cheapest(
+    rows: Iterable[BenchRow], key: str, programs: Iterable[str], error_s_per_day: float
+) -> BenchRow | None:
+    """Return the cheapest row of some programs within an error; None where there is none.
+
+    Args:
+        rows: of all problems.
+        key: of the problem.
+        programs: by their names.
+        error_s_per_day: largest error that counts [s/day].
+    """
+    names = tuple(programs)
+    enough = [
+        row
+        for row in rows
+        if row['problem'] == key
+        and row['program'] in names
+        and row['error_s_per_day'] <= error_s_per_day
+    ]
+    return min(enough, key=lambda row: float(row['us_per_oscillation']), default=None)
+
+
+def ratio(
+    row: BenchRow, rows: Iterable[BenchRow], programs: Iterable[str], bound: float
+) -> float | None:
+    """Return how many times the cheapest row of like accuracy costs this row.
+
+    A row counts if its error is at most that of `row`, or the bound where that is larger.
+
+    Args:
+        row: of the faster program.
+        rows: of all.
+        programs: the others, by their names.
+        bound: error that is good enough [s/day].
+
+    Returns:
+        None where they have no row so accurate.
+    """
+    enough = max(bound, row['error_s_per_day'])
+    other = cheapest(rows, row['problem'], programs, enough)
+    if other is None:
+        return None
+    found = float(other['us_per_oscillation'] / row['us_per_oscillation'])
+    return found if math.isfinite(found) else None
+
+
+def whole_run_s(row: BenchRow) -> float:
+    """Return what a run of the problem's full length takes, set-up included [s].
+
+    Shorter runs are counted on at their cost a swing. Set-up is what precedes the first step with
+    everything compiled that can be kept compiled.
+    """
+    (problem,) = (each for each in problems() if each.key == row['problem'])
+    swings = problem.duration_s / problem.period_s
+    return float(row['setup_s'] + 1e-6 * row['us_per_oscillation'] * swings)
+
+
+def best(rows: Iterable[BenchRow], key: str) -> BenchRow | None:
+    """Return Tauto's cheapest row within the target's error; None where there is none."""
+    return cheapest(rows, key, ['tauto'], targets()[key].error_s_per_day)
+
+
+def best_ratio(
+    rows: Iterable[BenchRow], key: str, programs: Iterable[str], *, setup: bool = False
+) -> float | None:
+    """Return how many times others take as long as Tauto at its best; None where unknown.
+
+    Args:
+        rows: of all problems.
+        key: of the problem.
+        programs: compared with, by their names; the best row of all counts.
+        setup: compare whole runs, set-up included, instead of swings.
+    """
+    rows, bound = list(rows), targets()[key].error_s_per_day
+    ours = best(rows, key)
+    if ours is None:
+        return None
+    if not setup:
+        return ratio(ours, rows, programs, bound)
+    theirs = cheapest(rows, key, programs, max(bound, ours['error_s_per_day']))
+    return None if theirs is None else whole_run_s(theirs) / whole_run_s(ours)

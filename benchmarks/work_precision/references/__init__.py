@@ -1,0 +1,1 @@
+"""Where the problems truly end: closed forms, and integrations in two ways."""

@@ -1,0 +1,229 @@
+"""Problem f, the case on its axle at large angles: its equations, references, peers and table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.work_precision import figure
+from benchmarks.work_precision.equations.case_kernels import bends, case_slope, fill_jacobian
+from benchmarks.work_precision.peers.registry import make_peers
+from benchmarks.work_precision.problems import CaseProblem, HungCase, problems
+from benchmarks.work_precision.references.case import gauss_case, long_double_case
+from benchmarks.work_precision.references.stored import (
+    CASE_STEPS_A_SECOND,
+    Reference,
+    error_rad,
+    reference,
+)
+from benchmarks.work_precision.runner import Row, measure
+from benchmarks.work_precision.table import problem_table
+from tauto_core.machines.axle_pendulum import (
+    AxlePendulum,
+    AxleState,
+    energy,
+    forces,
+    small_motion,
+)
+from tauto_core.scene.errors import UsageError
+
+(PROBLEM,) = (problem for problem in problems() if isinstance(problem, CaseProblem))
+CASE = PROBLEM.numbers
+NUMBERS = CASE.e, CASE.c, CASE.k, CASE.gravity
+SEED = 1780
+# setting of each peer and what it stays within after a minute, in rad
+AFTER_A_MINUTE = {
+    'tauto': ('80 Hz', 3e-12),
+    'heyoka': ('1e-15', 1e-11),
+    'heyoka_tuned': ('1e-15', 1e-11),
+    'dop853_compiled': ('1e-12', 1e-8),
+    'dop853': ('1e-10', 1e-7),
+    'lsoda': ('1e-8', 1e-4),
+    'diffrax': ('1e-12', 1e-9),
+    'cvode': ('Adams 1e-12', 2e-8),
+    'mujoco': ('RK4 1e-3', 1e-4),
+}
+LIBRARIES = {
+    'heyoka': 'heyoka',
+    'heyoka_tuned': 'heyoka',
+    'diffrax': 'diffrax',
+    'cvode': 'sksundae',
+    'mujoco': 'mujoco',
+}
+
+
+def body(case: HungCase) -> AxlePendulum:
+    return AxlePendulum(1.0 / case.e, case.c, case.k, case.gravity)
+
+
+def axle_state(state: np.ndarray) -> AxleState:
+    return AxleState(CASE.e * state[0], state[1], CASE.e * state[2], state[3])
+
+
+def random_states(n: int) -> np.ndarray:
+    # angles up to a radian, rates as the fast mode has them
+    return np.random.default_rng(SEED).uniform(-1, 1, (n, 4)) * [1.0, 1.0, 30.0, 8.0]
+
+
+def test_an_oscillation_is_a_small_swing_of_the_slow_mode() -> None:
+    slow = math.sqrt(CASE.gravity / body(CASE).modes.b)
+    assert math.tau / PROBLEM.period_s == pytest.approx(slow, rel=1e-14)
+
+
+def test_peers_equations_are_those_of_the_axle_pendulum() -> None:
+    for state in random_states(20):
+        found, now = case_slope(0.0, state, NUMBERS), forces(body(CASE), axle_state(state))
+        np.testing.assert_array_equal(found[:2], state[2:])
+        assert found[2] == pytest.approx(float(now.arc_acceleration) / CASE.e, rel=1e-11)
+        assert found[3] == pytest.approx(float(now.tilt_acceleration), rel=1e-11)
+
+
+def test_jacobian_is_the_slope_of_the_slope() -> None:
+    h, found = 1e-5, np.empty((4, 4))
+    for state in random_states(20):
+        fill_jacobian(state, NUMBERS, found)
+        for j, step in enumerate(h * np.eye(4)):
+            ahead, behind = (case_slope(0.0, state + s * step, NUMBERS) for s in (1, -1))
+            # central differences: h^2, and 1e-16/h of the largest term
+            np.testing.assert_allclose(
+                found[:, j], (ahead - behind) / (2 * h), rtol=1e-6, atol=1e-4
+            )
+
+
+def test_peers_equations_in_long_double_end_where_the_stored_state_is() -> None:
+    """Other equations, tolerance and steps than the stored state's, and no rounding of Gauss."""
+    hy = pytest.importorskip('heyoka')
+    long = np.longdouble
+    theta, phi, theta_rate, phi_rate = hy.make_vars('theta', 'phi', 'theta_rate', 'phi_rate')
+    delta = phi - theta
+    bent = bends(
+        [hy.expression(long(number)) for number in NUMBERS],
+        (theta_rate, phi_rate),
+        (hy.sin(theta), hy.cos(theta)),
+        (hy.sin(delta), hy.cos(delta)),
+    )
+    integrator = hy.taylor_adaptive(
+        [(theta, theta_rate), (phi, phi_rate), (theta_rate, bent[0]), (phi_rate, bent[1])],
+        np.array([CASE.release_angle] * 2 + [0.0, 0.0], long),
+        fp_type=long,
+        tol=long(1e-20),
+        high_accuracy=True,
+    )
+    integrator.propagate_until(long(600.0))
+    _, angle, _, rate = (float(each) for each in integrator.state)
+    # what is compared is a double: a few 1e-17, and 1e-14 of both tolerances
+    assert abs(error_rad(PROBLEM, angle, rate, reference(PROBLEM, 600.0))) < 1e-13
+
+
+@pytest.mark.parametrize('way', ['long double', 'gauss'])
+def test_references_keep_their_energy(way: str) -> None:
+    if way == 'gauss':
+        (state,) = gauss_case(CASE, [60.0], CASE_STEPS_A_SECOND)
+    else:
+        pytest.importorskip('heyoka')
+        (digits,) = long_double_case(CASE, [60.0])
+        state = np.array([float(each) for each in digits])
+    at_release = energy(body(CASE), axle_state(np.array([CASE.release_angle] * 2 + [0.0, 0.0])))
+    # what is compared is itself a double
+    assert float(energy(body(CASE), axle_state(state))) == pytest.approx(
+        float(at_release), rel=1e-14
+    )
+
+
+def test_small_angles_swing_in_both_modes() -> None:
+    # the swing is slower by its square over 16: 1e-6 of 1e-5^2 in a phase of 500 rad
+    small = replace(CASE, release_angle=1e-5)
+    (state,) = gauss_case(small, [60.0], CASE_STEPS_A_SECOND)
+    start = AxleState(CASE.e * 1e-5, 1e-5, 0.0, 0.0)
+    true = small_motion(body(CASE), start, 60.0)
+    assert state[1] == pytest.approx(float(true.tilt), abs=1e-5 * 1e-7)
+    assert state[0] == pytest.approx(float(true.arc) / CASE.e, abs=1e-5 * 1e-7)
+
+
+def test_both_ways_end_where_the_stored_state_is() -> None:
+    pytest.importorskip('heyoka')
+    times = [60.0, 600.0]
+    first = long_double_case(CASE, times)
+    second = gauss_case(CASE, times, CASE_STEPS_A_SECOND)
+    for time, digits, state in zip(times, first, second, strict=True):
+        true = reference(PROBLEM, time)
+        # the last digits of a long double differ from one processor to another
+        found = float(digits[1]), float(digits[3])
+        assert found == pytest.approx((true.angle, true.rate), abs=1e-13)
+        assert abs(error_rad(PROBLEM, state[1], state[3], true)) < 3e-12
+
+
+def test_the_motion_is_regular() -> None:
+    """What parts two releases grows like the time; let go at 1.3 rad they are soon strangers."""
+    times = [60.0 * n for n in range(1, 21)]
+    near = replace(CASE, release_angle=CASE.release_angle + 1e-10)
+    one, other = (
+        np.array(gauss_case(case, times, CASE_STEPS_A_SECOND))[:, 1] for case in (CASE, near)
+    )
+    apart = np.abs(other - one)
+    early, late = np.max(apart[:4]), np.max(apart[-4:])
+    # fivefold the time; beats of both modes make it anything from four to six
+    assert late / early < 10.0
+    assert late < 2e-7
+
+
+@pytest.mark.parametrize('name', AFTER_A_MINUTE)
+def test_peers_end_where_the_reference_is(name: str) -> None:
+    if name in LIBRARIES:
+        pytest.importorskip(LIBRARIES[name])
+    (peer,), _ = make_peers([name])
+    setting, bound = AFTER_A_MINUTE[name]
+    assert setting in peer.settings(PROBLEM)
+    assert measure(PROBLEM, peer, setting, 60.0).error_rad < bound
+
+
+def test_radau_ends_where_gauss_does() -> None:
+    (radau,), _ = make_peers(['radau'])
+    outcome = radau.solve(PROBLEM, '1e-7', 1.0)
+    (state,) = gauss_case(CASE, [1.0], CASE_STEPS_A_SECOND)
+    assert (
+        abs(error_rad(PROBLEM, outcome.angle, outcome.rate, Reference(1.0, *state[1::2]))) < 1e-6
+    )
+
+
+def test_tauto_halves_steps_that_are_too_long_for_its_tolerance() -> None:
+    (tauto,), _ = make_peers(['tauto'])
+    coarse, fine = (measure(PROBLEM, tauto, f'{rate} Hz', 600.0) for rate in (20, 160))
+    # each step errs by 2e-12 at most: ten minutes have 1e5
+    assert max(coarse.error_rad, fine.error_rad) < 1e-9
+
+
+@pytest.mark.parametrize('name', ['verlet', 'yoshida6', 'yoshida8'])
+def test_compositions_do_not_split_the_case(name: str) -> None:
+    (peer,), _ = make_peers([name])
+    assert peer.settings(PROBLEM) == ()
+    with pytest.raises(UsageError, match="problem 'f' do not split"):
+        peer.solve(PROBLEM, '64/s', 60.0)
+
+
+def rows() -> list[dict[str, object]]:
+    row = vars(Row('f', 'tauto', '80 Hz', 60.0, 1e-10, 0.0, 1.0, 0.0, 0.0, 2.0))
+    worse = {'program': 'heyoka', 'error_s_per_day': 1e-6, 'us_per_oscillation': 1.0}
+    better = {'program': 'heyoka', 'error_s_per_day': 1e-11, 'us_per_oscillation': 6.0}
+    return [row, {**row, **worse}, {**row, **better}]
+
+
+def test_the_table_compares_with_what_is_as_accurate() -> None:
+    first = {'problem': 'f', 'program': 'heyoka', 'setting': '', 'first_run_s': 1.25}
+    table = problem_table('f', PROBLEM.title, {'rows': rows(), 'first_runs': [first]})
+    columns = dict(zip((c.header for c in table.columns), table.columns, strict=True))
+    assert next(iter(columns['heyoka'].cells)) == '3×'
+    assert next(iter(columns['dop853'].cells)) == '–'
+    assert list(columns['first run s'].cells) == ['', '1.2', '1.2']
+    assert 'Needed: 4× heyoka' in str(table.caption)
+
+
+def test_a_figure_of_all_problems_is_drawn(tmp_path: Path) -> None:
+    machine = {'processor': 'none', 'python': '3', 'date': '2026-01-01'}
+    every = [{**row, 'problem': problem.key} for problem in problems() for row in rows()]
+    figure.draw({'machine': machine, 'rows': every}, tmp_path / 'all.svg')
+    assert f'(f) {PROBLEM.title}' in (tmp_path / 'all.svg').read_text('utf-8')
