@@ -60,12 +60,12 @@ def first_runs(
 def first_run(key: str, name: str, setting: str) -> float | None:
     """Return the time of a first run [s]; None where it failed or took more than `LIMIT_S`."""
     with tempfile.TemporaryDirectory() as empty:
-        kept = {'NUMBA_CACHE_DIR': empty, 'XDG_CACHE_HOME': empty, 'HOME': empty}
+        kept = ('NUMBA_CACHE_DIR', 'TAUTO_CACHE_DIR', 'XDG_CACHE_HOME', 'HOME')
         began = time.perf_counter()
         try:
             subprocess.run(
                 [sys.executable, '-m', 'benchmarks.work_precision.first_run', key, name, setting],
-                env={**os.environ, **kept},
+                env={**os.environ, **dict.fromkeys(kept, empty)},
                 check=True,
                 capture_output=True,
                 timeout=LIMIT_S,
