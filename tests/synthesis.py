@@ -21,8 +21,10 @@ from typing import TypeAlias
 import numpy as np
 
 from tauto_core.curves import Fitted
+from tauto_core.curves.bisection import bisect
 from tauto_core.curves.curvature import hollow
 from tauto_core.curves.fitting import smooth_lever
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.machines.quadrature import integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
@@ -30,7 +32,6 @@ from tauto_core.scene.errors import TautoError
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
 
 _BRACKETS = 400
-_HALVINGS = 80
 
 
 class SynthesisError(TautoError):
@@ -76,16 +77,16 @@ class Synthesis:
 
     def angle(self, arc: FloatArray) -> FloatArray:
         """Return ϑ = ∫ √(1 − M (ω²s/F)²) ds/√I where the arc is s ≥ 0, shape (n,)."""
-        # with s = S sin v the square root's zero at the end of the range is smooth
-        top = self.arc_range
+        top, root = self.arc_range, math.sqrt(self.inertia)
         if math.isinf(top):
-            top = float(np.max(arc, initial=0.0)) * 2.0 + 1.0
+            return integrate(self._share, np.zeros_like(arc), arc) / root
 
+        # with s = S sin v the square root's zero at the end of the range is smooth
         def rate(v: FloatArray) -> FloatArray:
             return self._share(top * np.sin(v)) * (top * np.cos(v))
 
         until = np.arcsin(np.minimum(arc / top, 1.0))
-        found: FloatArray = integrate(rate, np.zeros_like(until), until) / math.sqrt(self.inertia)
+        found: FloatArray = integrate(rate, np.zeros_like(until), until) / root
         return found
 
     def ratio(self, arc: FloatArray) -> FloatArray:
@@ -105,29 +106,23 @@ class Synthesis:
     def arc(self, angle: FloatArray) -> FloatArray:
         """Return s where ϑ ≥ 0 has a value within the range, shape (n,).
 
-        Newton's method with dϑ/ds, in a bracket that only shrinks.
+        Newton's method with dϑ/ds.
         """
         root = math.sqrt(self.inertia)
-        low, high = root * angle, self._bracket(angle)
-        arc = low
-        for _ in range(_HALVINGS):
-            wrong = self.angle(arc) - angle
-            low, high = np.where(wrong <= 0.0, arc, low), np.where(wrong >= 0.0, arc, high)
-            trial = arc - wrong * root / np.maximum(self._share(arc), 1e-300)
-            inside = (trial >= low) & (trial <= high)
-            moved = np.where(inside, trial, 0.5 * (low + high))
-            done = np.all(np.abs(moved - arc) <= 2e-16 * moved)
-            arc = moved
-            if done:
-                break
-        return arc
 
-    def _bracket(self, angle: FloatArray) -> FloatArray:
+        def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return self.angle(arc) - angle, self._share(arc) / root
+
+        bracket = root * angle, self._beyond(angle)
+        return bracketed_newton(excess, bracket[0], bracket, relative=2e-16)
+
+    def _beyond(self, angle: FloatArray) -> FloatArray:
+        """Return arcs at which ϑ is at least as large."""
         if math.isfinite(self.arc_range):
             return np.full_like(angle, self.arc_range)
         high = math.sqrt(self.inertia) * angle
-        while np.any(self.angle(high) < angle):
-            high = 2.0 * high
+        while np.any(short := self.angle(high) < angle):
+            high = np.where(short, 2.0 * high, high)
         return high
 
     def _share(self, arc: FloatArray) -> FloatArray:
@@ -225,8 +220,6 @@ def _first_too_fast(train: PowerTrain, frequency: float, largest: float) -> floa
     if beyond[0] == 0:
         return 0.0
     low, high = float(arcs[beyond[0] - 1]), float(arcs[beyond[0]])
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        fine = bool(_speed(train, frequency, np.array([middle]))[0] < 1.0)
-        low, high = (middle, high) if fine else (low, middle)
-    return low
+    return bisect(lambda arc: bool(_speed(train, frequency, np.array([arc]))[0] < 1.0), low, high)[
+        0
+    ]

@@ -159,7 +159,7 @@ class Cam(ABC):
         angle = np.abs(self.within(angle))
         share = self._thread(angle).share
         w = 1.0 - share
-        bend = self.lever_curvature(angle) * share**3
+        bend = self.lever_curvature(angle) * (share * share * share)
         return self.lever_arm(angle) * share * (1.0 + w + w * w) + bend
 
     def free_thread(self, angle: ArrayLike) -> FloatArray:

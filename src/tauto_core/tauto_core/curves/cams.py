@@ -182,7 +182,8 @@ class CircularArc(Cam):
     def lift(self, angle: ArrayLike) -> FloatArray:
         """Return h = d (1 − cos ϑ) + R (|ϑ| − sin|ϑ|) [m]."""
         angle = np.abs(self.within(angle))
-        rise = 2.0 * self.root_depth * np.sin(0.5 * angle) ** 2
+        sine = np.sin(0.5 * angle)
+        rise = 2.0 * self.root_depth * (sine * sine)
         return rise + self.radius * sine_defect(angle)
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
@@ -190,10 +191,12 @@ class CircularArc(Cam):
         return invert_lift(self, lift)
 
     def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        drop = 2.0 * self.root_depth * np.sin(0.5 * angle) ** 2
+        sine = np.sin(0.5 * angle)
+        drop = 2.0 * self.root_depth * (sine * sine)
         return self.radius * np.sin(np.abs(angle)) - drop
 
     def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        back = 2.0 * self.radius * np.sin(0.5 * angle) ** 2
+        sine = np.sin(0.5 * angle)
+        back = 2.0 * self.radius * (sine * sine)
         side = self.root_depth + self.radius * np.sin(np.abs(angle))
         return -np.copysign(back, angle), side

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.fitting import smooth_lever
 from tauto_core.curves.levers import SmoothLever, SpringLever
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.curves.series import arctangent_defect, involute_defect, sine_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
@@ -28,7 +29,6 @@ from tauto_core.scene.errors import CamRangeError
 STEEPEST = 1000.0
 """tan χ at the edge of a weight's cam on a vertical thread, where t grows without bounds."""
 
-_STEPS = 60
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
@@ -131,20 +131,23 @@ class WeightCorrected(CorrectedCam):
 
     def lever_rate(self, angle: ArrayLike) -> FloatArray:
         """Return t' = r sec⁴χ [m/rad]."""
-        square = self.slope(angle) ** 2
-        rate: FloatArray = self.rate * (1.0 + square) ** 2
+        slope = self.slope(angle)
+        secant = 1.0 + slope * slope
+        rate: FloatArray = self.rate * (secant * secant)
         return rate
 
     def lever_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return t'' = 4(λ³/L²) tan χ sec⁶χ [m/rad²]."""
         slope = self.slope(angle)
         factor = 4.0 * self.rate**2 / self.gyration
-        curvature: FloatArray = factor * slope * (1.0 + slope * slope) ** 3
+        secant = 1.0 + slope * slope
+        curvature: FloatArray = factor * slope * (secant * secant * secant)
         return curvature
 
     def lift(self, angle: ArrayLike) -> FloatArray:
         """Return h = (L/2) sin²χ [m]."""
-        square = self.slope(angle) ** 2
+        slope = self.slope(angle)
+        square = slope * slope
         lift: FloatArray = 0.5 * self.length * (square / (1.0 + square))
         return lift
 
@@ -163,13 +166,15 @@ class WeightCorrected(CorrectedCam):
         return np.minimum(self.angle_of_slope(np.sqrt(square / (1.0 - square))), edge)
 
     def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        square = self.slope(angle) ** 2
+        slope = self.slope(angle)
+        square = slope * slope
         gain: FloatArray = self.rate * square * (2.0 + square)
         return gain
 
     def _arm_gain(self, angle: FloatArray) -> FloatArray:
         slope = self.slope(angle)
-        bent = arctangent_defect(slope) + slope**3 / (1.0 + slope * slope)
+        square = slope * slope
+        bent = arctangent_defect(slope) + slope * (square / (1.0 + square))
         gain: FloatArray = 0.5 * self.gyration * bent
         return gain
 
@@ -227,13 +232,17 @@ class SpringCorrected(CorrectedCam):
 
     def lever_rate(self, angle: ArrayLike) -> FloatArray:
         """Return t' = b (1 + c²ϑ²)^(−3/2) [m/rad]."""
-        rate: FloatArray = self.rate * self._square(self.within(angle)) ** -1.5
+        square = self._square(self.within(angle))
+        rate: FloatArray = self.rate / (square * np.sqrt(square))
         return rate
 
     def lever_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return t'' = −3bc²ϑ (1 + c²ϑ²)^(−5/2) [m/rad²]."""
         angle = self.within(angle)
-        bent: FloatArray = -3.0 * self.rate * self.bend * angle * self._square(angle) ** -2.5
+        square = self._square(angle)
+        bent: FloatArray = (
+            -3.0 * self.rate * self.bend * angle / (square * square * np.sqrt(square))
+        )
         return bent
 
     def lift(self, angle: ArrayLike) -> FloatArray:
@@ -259,25 +268,22 @@ class SpringCorrected(CorrectedCam):
 
 def _rising(mean: FloatArray) -> FloatArray:
     """Return χ of χ + sin χ cos χ = mean, 0 ≤ mean ≤ 1.2: Newton's method."""
-    chi = 0.5 * mean * (1.0 + mean * mean / 12.0)
-    for _ in range(_STEPS):
+
+    def excess(chi: FloatArray) -> tuple[FloatArray, FloatArray]:
         cosine = np.cos(chi)
-        step = 0.5 * (mean - chi - np.sin(chi) * cosine) / (cosine * cosine)
-        chi = chi + step
-        if np.all(np.abs(step) <= 1e-17 + _ROUNDING * chi):
-            break
-    return chi
+        return chi + np.sin(chi) * cosine - mean, 2.0 * cosine * cosine
+
+    start = 0.5 * mean * (1.0 + mean * mean / 12.0)
+    return bracketed_newton(excess, start, (0.5 * mean, mean), relative=_ROUNDING, absolute=1e-17)
 
 
 def _falling(left: FloatArray) -> FloatArray:
     """Return w of w − sin w cos w = left, 0 < left ≤ 0.4: Newton's method."""
-    w = np.cbrt(1.5 * left)
-    w = w * (1.0 + w * w / 15.0)
-    for _ in range(_STEPS):
+
+    def excess(w: FloatArray) -> tuple[FloatArray, FloatArray]:
         sine = np.sin(w)
-        wrong = 0.5 * sine_defect(2.0 * w) - left
-        step = 0.5 * wrong / (sine * sine)
-        w = w - step
-        if np.all(np.abs(step) <= _ROUNDING * w):
-            break
-    return w
+        return 0.5 * sine_defect(2.0 * w) - left, 2.0 * sine * sine
+
+    w = np.cbrt(1.5 * left)
+    start = w * (1.0 + w * w / 15.0)
+    return bracketed_newton(excess, start, (0.5 * w, 2.0 * w), relative=_ROUNDING)

@@ -12,11 +12,11 @@ import math
 
 import numpy as np
 
+from tauto_core.curves.bisection import bisect
 from tauto_core.curves.cam import Cam
 from tauto_core.samples import FloatArray
 
 _PROBES = 2000
-_HALVINGS = 60
 _ROUNDING = 1e-12
 
 
@@ -77,8 +77,4 @@ def _excess(cam: Cam, angles: FloatArray, radius: float) -> FloatArray:
 
 def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
     """Return the angle at which R falls below the radius, between one where not and one where."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (good + bad)
-        fine = bool(_excess(cam, np.array([middle]), radius)[0] >= 0.0)
-        good, bad = (middle, bad) if fine else (good, middle)
-    return good
+    return bisect(lambda at: bool(_excess(cam, np.array([at]), radius)[0] >= 0.0), good, bad)[0]

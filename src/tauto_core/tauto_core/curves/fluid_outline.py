@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tauto_core.curves.bisection import bisect
 from tauto_core.curves.descent_curve import DescentCurve, within
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
@@ -109,11 +110,7 @@ def _ascent_end(curve: DescentCurve) -> float:
             low *= 2.0
     if curve.height(low) <= top:
         return low
-    high = 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if curve.height(middle) > top else (low, middle)
-    return high
+    return bisect(lambda arc: bool(curve.height(arc) <= top), 0.0, low)[0]
 
 
 def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:
@@ -121,17 +118,22 @@ def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:
     if math.isinf(cusp):
         end = np.maximum(arc, -_FLAT / curve.kappa)
         beyond = _cosine(curve, end) * (arc - end)
-        return beyond + _gauss(end, _panels(curve, end), lambda s: _cosine(curve, s))
+        # each arc has panels of its own number, whatever others are asked for with it
+        panels, level = np.array([_panels(curve, each) for each in end.tolist()]), beyond
+        for count in set(panels.tolist()):
+            rows = panels == count
+            level[rows] += _gauss(end[rows], count, lambda s: _cosine(curve, s))
+        return level
     angle = np.arcsin(np.clip(arc / cusp, 0.0, 1.0))
 
     def integrand(u: FloatArray) -> FloatArray:
         return cusp * np.cos(u) * _cosine(curve, cusp * np.sin(u))
 
-    return _gauss(angle, 1 + _panels(curve, np.asarray([cusp])), integrand)
+    return _gauss(angle, 1 + _panels(curve, cusp), integrand)
 
 
-def _panels(curve: DescentCurve, arc: FloatArray) -> int:
-    return 1 + math.ceil(curve.kappa * float(np.max(np.abs(arc), initial=0.0)))
+def _panels(curve: DescentCurve, arc: float) -> int:
+    return 1 + math.ceil(curve.kappa * abs(arc))
 
 
 def _gauss(

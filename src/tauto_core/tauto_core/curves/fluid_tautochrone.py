@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves.descent_curve import check_medium
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.curves.series import exponential_defect, exponential_mean, logarithmic_mean
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
-_STEPS = 64
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
@@ -141,15 +141,14 @@ def _arc_of_root(kappa: float, root: FloatArray) -> FloatArray:
     """
     scaled = kappa * root
     # e^z − 1 − z ≥ z²/2 for z ≥ 0; beyond, z < 2 ln(1 + root)
-    arc = np.where(scaled > 0.0, root * np.minimum(1.0, _twice_log(scaled)), root)
-    for _ in range(_STEPS):
+    start = np.where(scaled > 0.0, root * np.minimum(1.0, _twice_log(scaled)), root)
+
+    def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
         z = kappa * arc
         growth = np.sqrt(exponential_defect(z))
-        step = (arc * growth - root) * growth / exponential_mean(z)
-        arc = arc - step
-        if np.all(np.abs(step) <= _ROUNDING * np.abs(arc)):
-            break
-    return np.asarray(arc, np.float64)
+        return arc * growth - root, exponential_mean(z) / growth
+
+    return bracketed_newton(excess, start, (-math.inf, math.inf), relative=_ROUNDING)
 
 
 def _twice_log(scaled: FloatArray) -> FloatArray:

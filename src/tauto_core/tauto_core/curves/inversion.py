@@ -6,18 +6,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
-_STEPS = 100
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 def invert_lift(cam: Cam, lift: ArrayLike) -> FloatArray:
     """Return the ϑ ≥ 0 with h(ϑ) = lift [rad], to rounding.
 
-    Newton's method on √h, which is nearly linear in ϑ, inside a bracket that only shrinks;
-    where a step would leave the bracket, it is halved. The lever arm must be positive for ϑ > 0.
+    Newton's method on √h, which is nearly linear in ϑ. The lever arm must be positive for ϑ > 0.
 
     Raises:
         CamRangeError: a lift that is negative, NaN or beyond that at the cam's range.
@@ -33,18 +32,10 @@ def invert_lift(cam: Cam, lift: ArrayLike) -> FloatArray:
             f'{highest!r} m and no more; use a smaller amplitude or a cam with a wider range'
         )
     goal = np.sqrt(lift)
-    low, high = np.zeros_like(lift), np.full_like(lift, edge)
-    angle = np.minimum(np.sqrt(2.0 * lift / float(cam.lever_rate(0.0))), 0.5 * edge)
-    for _ in range(_STEPS):
-        root = np.sqrt(cam.lift(angle))
-        low, high = np.where(root <= goal, angle, low), np.where(root >= goal, angle, high)
-        slope = cam.lever_arm(angle)
-        step = np.divide(2.0 * root * (goal - root), slope, np.zeros_like(lift), where=slope > 0.0)
-        trial = angle + step
-        outside = (trial < low) | (trial > high)
-        moved = np.where(outside, 0.5 * (low + high), trial)
-        done = np.all(np.abs(moved - angle) <= _ROUNDING * moved)
-        angle = moved
-        if done:
-            break
-    return angle
+    start = np.minimum(np.sqrt(2.0 * lift / float(cam.lever_rate(0.0))), 0.5 * edge)
+
+    def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        root, arm = np.sqrt(cam.lift(angle)), cam.lever_arm(angle)
+        return root - goal, np.divide(arm, 2.0 * root, np.zeros_like(arm), where=root > 0.0)
+
+    return bracketed_newton(excess, start, (0.0, edge), relative=_ROUNDING)

@@ -50,7 +50,7 @@ def exponential_defect(z: FloatArray) -> FloatArray:
     for k in range(20, 2, -1):
         series = 1.0 + small / k * series
     large = np.where(np.abs(z) < 1.0, 1.0, z)
-    return np.where(np.abs(z) < 1.0, series, 2.0 * (np.expm1(large) - large) / large**2)
+    return np.where(np.abs(z) < 1.0, series, 2.0 * (np.expm1(large) - large) / (large * large))
 
 
 def logarithmic_mean(z: FloatArray) -> FloatArray:

@@ -261,14 +261,15 @@ def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL)
     )
     sigma = body.curvature * s
     theta = np.asarray(support.turn) + sigma
-    along, across = _carried(support, s, sigma, theta)
+    along, aside = _carried(support, s, sigma, theta)
     turning = np.asarray(support.turn_rate)
     g, c, per_k = body.gravity, body.depth, body.depth / body.gyration_radius
     sine, cosine = np.sin(phi - theta), np.cos(phi - theta)
     pressed = g * np.cos(theta) - along + 2.0 * turning * s1 + body.curvature * s1 * s1
-    contact = (pressed + c * cosine * phi1 * phi1) / (1.0 + (per_k * sine) ** 2)
+    across = per_k * sine
+    contact = (pressed + c * cosine * phi1 * phi1) / (1.0 + across * across)
     bend = -contact * sine * per_k / body.gyration_radius
-    pull = g * np.sin(theta) + across
+    pull = g * np.sin(theta) + aside
     return AxleForces(contact, c * (sine * phi1 * phi1 - cosine * bend) - pull, bend)
 
 
@@ -298,8 +299,9 @@ def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
     )
     c, k, theta = body.depth, body.gyration_radius, body.curvature * s
     moving = s1 * s1 + 2.0 * c * np.cos(phi - theta) * s1 * phi1 + (c * c + k * k) * phi1 * phi1
-    raised = 0.5 * s * theta * np.sinc(0.5 * theta / np.pi) ** 2
-    return np.asarray(0.5 * moving + body.gravity * (raised + 2.0 * c * np.sin(0.5 * phi) ** 2))
+    chord, half = np.sinc(0.5 * theta / np.pi), np.sin(0.5 * phi)
+    raised = 0.5 * s * theta * (chord * chord)
+    return np.asarray(0.5 * moving + body.gravity * (raised + 2.0 * c * (half * half)))
 
 
 def plane_period(body: AxlePendulum, amplitude: float) -> float:

@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.curves.descent_curve import DescentCurve, Mirrored
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.machines.quadrature import QuadratureError, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
@@ -187,15 +188,13 @@ def place(
     series, order = cosines(curve, start, end, grid), np.arange(1, grid.nodes)
     goal = np.minimum(time * math.sqrt(gravity) / series[:, 0], math.pi)
     ratio = series[:, 1:] / series[:, :1]
-    angle, settled = goal.copy(), np.zeros(len(goal), bool)
-    for _ in range(_STEPS):
+
+    def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         turns = angle[:, None] * order
-        wrong = angle + np.sum(ratio / order * np.sin(turns), axis=-1) - goal
-        step = wrong / (1.0 + np.sum(ratio * np.cos(turns), axis=-1))
-        angle = np.where(settled, angle, np.clip(angle - step, 0.0, math.pi))
-        settled |= np.abs(step) <= _ROUNDING
-        if settled.all():
-            break
+        late = angle + np.sum(ratio / order * np.sin(turns), axis=-1) - goal
+        return late, 1.0 + np.sum(ratio * np.cos(turns), axis=-1)
+
+    angle = bracketed_newton(excess, goal, (0.0, math.pi), absolute=_ROUNDING)
     width, sine = start + end, np.sin(0.5 * angle)
     arc = start - width * sine * sine
     evenness = _evenness(curve, start, end, arc, grid.panels)

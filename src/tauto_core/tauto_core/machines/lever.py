@@ -145,7 +145,8 @@ class LeverMachine:
         slope, _ = shape.slopes(tau)
         mass = self.inertia + self.turned_inertia * slope * slope
         pushed = self.weight_torque * np.cos(beta)
-        root = np.sqrt(2.0 * self.weight_torque / (1.0 + tau**4))
+        square = tau * tau
+        root = np.sqrt(2.0 * self.weight_torque / (1.0 + square * square))
         per_tau = shape.base_radius * shape.u_per_tau(tau) / (shape.arm * np.cos(beta - delta))
         return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
 

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tauto_core.curves.bisection import bisect
 from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import UsageError
 
 _PROBES = 2000
-_HALVINGS = 60
 
 
 class Cheek(NamedTuple):
@@ -68,9 +68,7 @@ def _start(shape: CorrectedLeverGeometry, end: float, radius: float) -> float:
             'everywhere beyond its tip as round as half of it; its greatest '
             f'radius of curvature is {greatest:.6g} m. Use a thinner thread or a shorter --reach'
         )
-    low, high = tau[last], tau[last + 1]
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        round_enough = bool(shape.radius_of_curvature(np.array([middle]))[0] >= radius)
-        low, high = (low, middle) if round_enough else (middle, high)
-    return float(high)
+    sharp_at, round_at = float(tau[last]), float(tau[last + 1])
+    return bisect(
+        lambda at: bool(shape.radius_of_curvature(np.array([at]))[0] >= radius), round_at, sharp_at
+    )[0]

@@ -84,7 +84,8 @@ class CorrectedLeverGeometry:
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
         """Return t/(r τ): what an involute of base radius r would have wound up, over τ."""
         line = self._line(tau)
-        beta_per_tau = 4.0 / (1.0 + tau**4)
+        square = tau * tau
+        beta_per_tau = 4.0 / (1.0 + square * square)
         arm = self.arm * np.cos(line.beta - line.delta)
         return np.asarray(beta_per_tau / self._theta_rate(tau) * arm / self.base_radius)
 
@@ -105,7 +106,8 @@ class CorrectedLeverGeometry:
 
     def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dθ/dτ and dβ/dτ."""
-        return self._theta_rate(tau), 4.0 * tau / (1.0 + tau**4)
+        square = tau * tau
+        return self._theta_rate(tau), 4.0 * tau / (1.0 + square * square)
 
     def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
@@ -148,9 +150,10 @@ class CorrectedLeverGeometry:
 
     def _theta_rate(self, tau: Any) -> Any:
         """Return dθ/dτ; NaN where the lever alone would be too slow."""
-        quartic = tau**4
-        sine, cosine = 2.0 * tau * tau / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
-        left = self.weight_torque * cosine**2
+        square = tau * tau
+        quartic = square * square
+        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        left = self.weight_torque * (cosine * cosine)
         left = left - 2.0 * self.turned_inertia * self.frequency**2 * sine
         left = np.where(np.real(left) > 0.0, left, np.nan)
         per = self.frequency * math.sqrt(self.inertia)
@@ -159,13 +162,14 @@ class CorrectedLeverGeometry:
     @np.errstate(invalid='ignore', divide='ignore')
     def _line(self, tau: Any) -> _Line:
         """Return the thread's line; NaN beyond the cam."""
-        quartic = tau**4
-        sine, cosine = 2.0 * tau * tau / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
-        beta = 2.0 * np.arctan(tau * tau)
+        square = tau * tau
+        quartic = square * square
+        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        beta = 2.0 * np.arctan(square)
         ratio = 4.0 * tau / (1.0 + quartic) / self._theta_rate(tau)
-        torque, square = self.weight_torque, self.frequency**2
-        left = torque * cosine**2 - 2.0 * self.turned_inertia * square * sine
-        bend = self.inertia * square * torque * cosine * (1.0 + sine * sine) / left**2
+        torque, stiff = self.weight_torque, self.frequency**2
+        left = torque * (cosine * cosine) - 2.0 * self.turned_inertia * stiff * sine
+        bend = self.inertia * stiff * torque * cosine * (1.0 + sine * sine) / (left * left)
         # B from C, less ρ AB along the lever; 1 − cos β without cancellation
         across = -self.arm * (2.0 * quartic / (1.0 + quartic) + ratio * cosine)
         delta = np.arctan(across / (self.depth - self.arm * (1.0 - ratio) * sine))

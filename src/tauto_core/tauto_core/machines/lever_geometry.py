@@ -63,7 +63,8 @@ class LeverGeometry:
 
     def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dθ/dτ and dβ/dτ; the first vanishes at a dead point, neither is singular."""
-        pose, beta = self.pose(tau), 4.0 / (1.0 + tau**4)
+        pose, square = self.pose(tau), tau * tau
+        beta = 4.0 / (1.0 + square * square)
         arm = self.arm * np.cos(pose.beta - pose.delta)
         return beta * arm / (self.base_radius * self.u_per_tau(tau)), beta * tau
 

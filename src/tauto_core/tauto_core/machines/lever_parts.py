@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tauto_core.curves.bisection import bisect
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.samples import FloatArray
 
 LEAST_COSINE = 0.1
@@ -17,7 +19,6 @@ LEAST_FREE = 0.1
 """Part of the thread that is still free at the edge."""
 
 _SCAN = 4096
-_HALVINGS = 60
 
 
 class Pose(NamedTuple):
@@ -73,26 +74,13 @@ def tau_of(
         rate: dθ/dτ.
     """
     theta = np.asarray(theta, np.float64)
-    low, high = (np.full_like(theta, edge) for edge in within)
-    tau: FloatArray = np.clip(theta / rate(np.zeros(1))[0], low, high)
-    for _ in range(_HALVINGS):
-        beyond = angle(tau) - theta
-        low, high = np.where(beyond < 0.0, tau, low), np.where(beyond > 0.0, tau, high)
-        new = tau - beyond / rate(tau)
-        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        done = np.abs(new - tau) <= 2e-16 * np.abs(new)
-        tau = new
-        if done.all():
-            break
-    return np.asarray(tau)
+    start = np.asarray(theta / rate(np.zeros(1))[0])
+    return bracketed_newton(
+        lambda tau: (angle(tau) - theta, rate(tau)), start, within, relative=2e-16
+    )
 
 
 def _edge(usable: Callable[[FloatArray], np.ndarray], side: float) -> float:
     grid = side * np.arange(1, _SCAN + 1) / _SCAN
     b = float(grid[np.argmin(usable(grid))])
-    a = b - side / _SCAN
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (a + b)
-        good = bool(usable(np.array([middle]))[0])
-        a, b = (middle, b) if good else (a, middle)
-    return abs(a)
+    return abs(bisect(lambda tau: bool(usable(np.array([tau]))[0]), b - side / _SCAN, b)[0])

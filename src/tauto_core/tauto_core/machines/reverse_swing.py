@@ -121,8 +121,9 @@ def reverse_half_swing(
     sine, cosine = np.sin(phi), np.cos(phi)
     delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
     # from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
-    gained = span * m1 * (sine / delta) ** 2
-    rate = 2.0 * span * pace * m1 * sine * cosine / delta**3
+    ratio = sine / delta
+    gained = span * m1 * (ratio * ratio)
+    rate = 2.0 * span * pace * m1 * sine * cosine / (delta * delta * delta)
     w, above = gained - course.fall, course.left + kappa * gained
     deep = kappa * w < -0.5
     near = w * logarithmic_mean(np.where(deep, 0.0, kappa * w))

@@ -24,6 +24,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.machines import Machine
 from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.motion.closed_form import ClosedForm
@@ -190,14 +191,9 @@ def rising(series: FloatArray) -> Rising:
 
 def inverse(risen: Rising, value: FloatArray) -> FloatArray:
     """Return x in [−1, 1] at which an increasing series has the value, 0 to its top."""
-    low, high = np.full_like(value, -1.0), np.ones_like(value)
-    x: FloatArray = np.clip(_value(risen.back, 2.0 * value / risen.top - 1.0), -1.0, 1.0)
-    for _ in range(64):
-        error = _value(risen.series, x) - value
-        low, high = np.where(error < 0.0, x, low), np.where(error > 0.0, x, high)
-        new = x - error / _value(risen.slope, x)
-        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        if np.max(np.abs(new - x), initial=0.0) <= NEAR:
-            return new
-        x = new
-    return x
+    return bracketed_newton(
+        lambda x: (_value(risen.series, x) - value, _value(risen.slope, x)),
+        _value(risen.back, 2.0 * value / risen.top - 1.0),
+        (-1.0, 1.0),
+        absolute=NEAR,
+    )

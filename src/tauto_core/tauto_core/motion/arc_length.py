@@ -20,6 +20,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.polynomial.polynomial import polyval
 
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.machines import Machine
 from tauto_core.samples import FloatArray
 
@@ -74,13 +75,13 @@ def angle_of(arc: float, k: float) -> float:
 def angles_of(arcs: FloatArray, k: float) -> FloatArray:
     """Return ϑ of many arcs s, as `angle_of`."""
     sizes = np.abs(arcs)
-    angles = np.minimum(sizes, np.sqrt(2.0 * sizes / k))
-    for _ in range(60):
+    beyond = np.minimum(sizes, np.sqrt(2.0 * sizes / k))
+
+    def excess(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         root = np.sqrt(1.0 + (k * angles) ** 2)
-        steps = (0.5 * (angles * root + np.arcsinh(k * angles) / k) - sizes) / root
-        angles = angles - steps
-        if np.all(np.abs(steps) <= SETTLED * sizes):
-            break
+        return 0.5 * (angles * root + np.arcsinh(k * angles) / k) - sizes, root
+
+    angles = bracketed_newton(excess, beyond, (0.0, math.inf), absolute=SETTLED * sizes)
     return np.copysign(angles, arcs)
 
 

@@ -1,39 +1,36 @@
 """How steady a clock is: Allan's deviation and its kin, with confidence intervals.
 
-`allantools` computes deviations, tells the kind of noise and counts degrees of freedom (Riley,
-Handbook of Frequency Stability Analysis, NIST SP 1065, 2008; Greenhall and Riley, Uncertainty of
-stability variances based on finite differences, PTTI 2003).
+`allantools` computes the deviations (Riley, Handbook of Frequency Stability Analysis, NIST SP
+1065, 2008). Intervals weigh what the kind of noise may be (`noise_kinds`) by the degrees of
+freedom that each would have (`power_law`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from tauto_core.curves.newton import bracketed_newton
+from tauto_core.navigation.noise_kinds import KINDS, weights_of_kinds
+from tauto_core.navigation.power_law import Difference, degrees_of_freedom
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray, TimeSamples
 from tauto_core.scene.errors import EstimationError
 
 CONFIDENCE = 0.95
 """Probability that a confidence interval holds the clock's own deviation."""
 
-NOISES = {
-    2: 'white PM',
-    1: 'flicker PM',
-    0: 'white FM',
-    -1: 'flicker FM',
-    -2: 'random walk FM',
-    -3: 'flicker walk FM',
-}
-"""Kinds of noise by the exponent α of the spectrum of the frequency, S_y ~ f^α."""
-
 FEWEST = 32
-"""Readings that the kind of noise can be told from (30 are left without their trend)."""
+"""Readings from which the kind of noise can be identified."""
 
-MOST = 20_000
-"""Readings, of the spacing in question, that the kind of noise is told from."""
+NEGLIGIBLE = 1e-4
+"""Probability of a kind of noise below which it does not count."""
+
+SAME = 1e-9
+"""To what part of itself the end of an interval is worked out."""
 
 SHARE = 6
 """τ is at most this part of the record: a Hadamard deviation spans three τ, twice over."""
@@ -63,8 +60,8 @@ class Stability:
     Args:
         samples: readings used.
         tau_s: averaging times, doubling from the interval of the readings [s], (n,).
-        noise: kind of noise at each, one of `NOISES`; where too few readings are left to tell,
-            that of the τ before.
+        noise: likeliest kind of noise at each, one of `noise_kinds.KINDS`.
+        noise_probability: how likely that is, (n,).
         allan, modified, hadamard: overlapping deviations, of relative frequency.
         time: τ/√3 times the modified one [s].
     """
@@ -72,6 +69,7 @@ class Stability:
     samples: int
     tau_s: FloatArray
     noise: tuple[str, ...]
+    noise_probability: FloatArray
     allan: Deviation
     modified: Deviation
     time: Deviation
@@ -82,16 +80,21 @@ def stability_of(reading: TimeSamples) -> dict[str, Any]:
     """Return the stability of a clock from its readings as plain values.
 
     Returns:
-        `samples`, `interval_s`, `confidence`, and `rows`: for each τ `tau_s`, `noise` and, of
-        `allan`, `modified`, `time` and `hadamard`, value and confidence interval (`allan`,
-        `allan_low`, `allan_high`, …); `time` in seconds, the others of relative frequency.
+        `samples`, `interval_s`, `confidence`, and `rows`: for each τ `tau_s`, `noise` and its
+        `noise_probability` and, of `allan`, `modified`, `time` and `hadamard`, value and
+        confidence interval (`allan`, `allan_low`, `allan_high`, …); `time` in seconds, the
+        others of relative frequency.
 
     Raises:
         EstimationError: too few readings, not evenly spaced, or without any noise.
     """
     error, interval_s = error_of(reading)
     found = stability(error, interval_s)
-    columns: dict[str, Sequence[Any]] = {'tau_s': found.tau_s.tolist(), 'noise': found.noise}
+    columns: dict[str, Sequence[Any]] = {
+        'tau_s': found.tau_s.tolist(),
+        'noise': found.noise,
+        'noise_probability': found.noise_probability.tolist(),
+    }
     for name in ('allan', 'modified', 'time', 'hadamard'):
         deviation: Deviation = getattr(found, name)
         columns[name] = deviation.value.tolist()
@@ -159,23 +162,22 @@ def stability(
     if factors is None:
         factors = tuple(2**k for k in range(most.bit_length()))
     error = _without_trend(error)
-    exponents = _exponents(error, factors)
+    by_octave = weights_of_kinds(error, most.bit_length())
+    weights = by_octave[[factor.bit_length() - 1 for factor in factors]]
     rate = 1.0 / interval_s
     taus = np.array(factors) * interval_s
     found = {}
     for name, order, modified in (('oadev', 2, False), ('mdev', 2, True), ('ohdev', 3, False)):
         deviation = getattr(allantools, name)(error, rate=rate, data_type='phase', taus=taus)[1]
-        ends = [
-            _interval(value, exponent, order, factor, len(error), modified)
-            for value, exponent, factor in zip(deviation, exponents, factors, strict=True)
-        ]
-        low, high = np.array(ends).T
+        differences = [Difference(order, factor, modified) for factor in factors]
+        low, high = deviation * _bounds(weights, differences, len(error))
         found[name] = Deviation(deviation, low, high)
     modified_one, to_time = found['mdev'], taus / np.sqrt(3.0)
     return Stability(
         samples=len(error),
         tau_s=taus,
-        noise=tuple(NOISES[exponent] for exponent in exponents),
+        noise=tuple(list(KINDS.values())[place] for place in np.argmax(weights, axis=1)),
+        noise_probability=np.max(weights, axis=1),
         allan=found['oadev'],
         modified=modified_one,
         time=Deviation(
@@ -202,46 +204,39 @@ def _without_trend(error: FloatArray) -> FloatArray:
     return np.asarray(left, np.float64)
 
 
-def _exponents(error: FloatArray, factors: tuple[int, ...]) -> list[int]:
-    """Return α of the noise at each τ, −3 to 2."""
-    import allantools
+def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> FloatArray:
+    """Return by how much the deviation may be smaller and larger than its estimate, (2, n).
 
-    found: list[int] = []
-    for factor in factors:
-        part = error[: MOST * factor]
-        seen = part[::factor]
-        if len(seen) < FEWEST or not np.diff(seen, 2).any():
-            found.append(found[-1] if found else 2)
-            continue
-        told = allantools.autocorr_noise_id(part, factor, data_type='phase', dmin=0, dmax=3)[0]
-        found.append(int(np.clip(told, -3, 2)))
-    return found
-
-
-def _interval(
-    value: float, exponent: int, order: int, factor: int, count: int, modified: bool
-) -> tuple[float, float]:
-    """Return the confidence interval of a deviation, by the χ² law of its variance.
+    Of one kind of noise ν V/σ² is χ² of ν degrees of freedom, with V the variance estimated and
+    σ² the clock's own; its distribution over the kinds is weighed, and cut at both ends alike.
 
     Args:
-        value: the deviation.
-        exponent: α of the noise; for differences of second order at least −2 counts.
-        order: of the differences, 2 (Allan) or 3 (Hadamard).
-        factor: τ in intervals.
-        count: readings.
-        modified: whether phases are averaged over τ.
+        weights: probability of each of the `KINDS`, (n, kinds).
+        differences: whose mean squares V are, n.
+        count: of the readings.
     """
-    import allantools
+    from scipy import special
 
-    if value == 0.0:
-        return 0.0, 0.0
-    freedom = allantools.edf_greenhall(
-        alpha=max(exponent, 2 - 2 * order),
-        d=order,
-        m=factor,
-        N=count,
-        overlapping=True,
-        modified=modified,
-    )
-    low, high = allantools.confidence_interval(value, freedom, ci=CONFIDENCE)
-    return float(low), float(high)
+    weight = np.where(weights > NEGLIGIBLE, weights, 0.0)
+    weight = weight / np.sum(weight, axis=1, keepdims=True)
+    freedom = np.ones_like(weight)
+    for row, column in np.argwhere(weight).tolist():
+        each = differences[row]
+        # of a redder noise than the difference can bear, those of the reddest
+        alpha = max(list(KINDS)[column], 2 - 2 * each.order)
+        freedom[row, column] = degrees_of_freedom(alpha, each, count)
+    level = 0.5 * np.array([1.0 - CONFIDENCE, 1.0 + CONFIDENCE])[:, None]
+    # logarithms of σ²/V at which one kind alone has the level
+    ends = np.log(freedom / special.chdtri(freedom, level[:, :, None]))
+
+    def excess(u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        chi, half = freedom * np.exp(-u[:, :, None]), 0.5 * freedom
+        density = np.exp(half * np.log(0.5 * chi) - 0.5 * chi - special.gammaln(half))
+        below = np.sum(weight * special.chdtrc(freedom, chi), axis=-1)
+        return below - level, np.sum(weight * density, axis=-1)
+
+    lowest = np.min(ends, axis=-1, where=weight > 0.0, initial=math.inf)
+    highest = np.max(ends, axis=-1, where=weight > 0.0, initial=-math.inf)
+    start = np.sum(weight * ends, axis=-1)
+    found = bracketed_newton(excess, start, (lowest, highest), absolute=SAME)
+    return np.asarray(np.exp(0.5 * found))
