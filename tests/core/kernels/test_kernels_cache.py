@@ -158,7 +158,7 @@ def test_another_processor_or_version_has_code_of_its_own(program, monkeypatch):
 
 
 def entry_module_of():
-    return sys.modules['tauto_core.kernels.entry']
+    return sys.modules['tauto_core.kernels.entries']
 
 
 def test_two_processes_at_once_leave_one_whole_file(program):

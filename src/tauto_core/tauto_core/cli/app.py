@@ -117,7 +117,6 @@ def sail(
     """Sail a scene offline: how far wrong is the clock, and what would the Act have paid."""
     from tauto_core import voyage
     from tauto_core.cli.progress import progress_bar
-    from tauto_core.cli.tables import voyage_table
     from tauto_core.scene import load_scene
 
     loaded = load_scene(scene, duration=duration)
@@ -126,7 +125,12 @@ def sail(
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         result = voyage.sail(loaded, out, origin=scene, force=force, progress=progress)
     _warn(result)
-    _show(result, None if as_json else voyage_table(result))
+    if as_json:
+        _show(result, None)
+        return
+    from tauto_core.cli.tables import voyage_table
+
+    _show(result, voyage_table(result))
 
 
 @app.command()

@@ -1,6 +1,6 @@
 """Kernels: functions in a subset of Python that are compiled through LLVM (docs/kernels.md)."""
 
-from tauto_core.kernels.entry import Entry, entry
+from tauto_core.kernels.entries import Entry, entry
 from tauto_core.kernels.errors import KernelCacheWarning, KernelError
 from tauto_core.kernels.marks import compiled, inlined, intrinsic, overload
 from tauto_core.kernels.progress import listening

@@ -11,10 +11,10 @@ from llvmlite import ir
 
 from tauto_core.kernels.errors import KernelError
 from tauto_core.kernels.values import (
-    BIT,
     BOOL,
     BYTE,
     DOUBLE,
+    ELEMENTS,
     FLOAT,
     INDEX,
     INT,
@@ -392,13 +392,10 @@ def element(dtype: Any) -> Kind:
     Raises:
         KernelError: kernels know no such items.
     """
-    kind = ELEMENT_KINDS.get(dtype.str[1:])
+    kind = ELEMENTS.get(dtype.str[1:])
     if kind is None or dtype.byteorder == '>':
         raise KernelError(f'kernels know no arrays of {dtype}')
     return kind
-
-
-ELEMENT_KINDS = {'f8': FLOAT, 'i8': INT, 'u8': UINT, 'b1': BOOL}
 
 
 def common_kind(values: Sequence[Any]) -> Kind | None:
@@ -448,6 +445,3 @@ def _alike(x: Any, y: Any) -> bool:
         )
         return same and len(x.shape) == len(y.shape)
     return False
-
-
-TRUE, FALSE = ir.Constant(BIT, 1), ir.Constant(BIT, 0)

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 
-from tauto_core.kernels.emission import ELEMENT_KINDS, Emission
+from tauto_core.kernels.emission import Emission
 from tauto_core.kernels.errors import KernelError
 from tauto_core.kernels.values import (
     BOOL,
     BYTE,
     DOUBLE,
+    ELEMENTS,
     FLOAT,
     INT,
     UINT,
@@ -332,7 +333,7 @@ def _empty(out: Emission, shape: Any, dtype: Any = np.float64) -> Array:
     if out.depth:
         raise KernelError('an array is made in a branch or a loop: make it at the beginning')
     lengths = shape if isinstance(shape, (tuple, Group)) else (shape,)
-    b, kind = out.b, ELEMENT_KINDS.get(np.dtype(dtype).str[1:])
+    b, kind = out.b, ELEMENTS.get(np.dtype(dtype).str[1:])
     if kind is None:
         raise KernelError(f'kernels know no arrays of {dtype}')
     dims = [out.int(length) for length in lengths]
