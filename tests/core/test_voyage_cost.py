@@ -43,13 +43,12 @@ def apart_s(one, other):
 
 @pytest.mark.parametrize('tolerance', [1e-6, 1e-8, 1e-10])
 @pytest.mark.parametrize('name', ['involute_weight_at_sea', 'cheek_before_euler'])
-def test_the_steps_err_by_no_more_than_predicted_and_a_thirtieth_of_it_at_least(name, tolerance):
+def test_a_tolerance_costs_no_more_than_predicted_and_a_thirtieth_of_it_at_least(name, tolerance):
     duration = 120.0
-    fine = readings(changed(name, duration=duration, tolerance=1e-15))
+    fine = readings(changed(name, duration=duration, rate=50.0, tolerance=1e-15))
     scene = changed(name, duration=duration, tolerance=tolerance)
     found, predicted = np.max(np.abs(apart_s(readings(scene), fine))), expected(scene)
-    assert found <= predicted.steps_error_s + predicted.rounding_error_s
-    assert predicted.steps_error_s <= 30.0 * max(found, predicted.rounding_error_s)
+    assert found <= predicted.error_s <= 30.0 * max(found, 1e-14)
     assert predicted.tried_s == duration
 
 
@@ -61,14 +60,13 @@ def test_the_bound_is_that_of_its_parts():
     assert all(part > 0.0 for part in parts)
 
 
-@pytest.mark.parametrize('rate', [4.0, 5.0, 10.0])
-def test_coarser_samples_cost_more(rate):
+def test_coarser_samples_cost_more():
     name, duration = 'second_cam_at_sea', 60.0
-    coarse, fine = (
-        expected(changed(name, duration=duration, rate=each)).sampling_error_s
-        for each in (rate, 20.0)
-    )
-    assert coarse > 3.0 * fine
+    costs = [
+        expected(changed(name, duration=duration, rate=rate)).sampling_error_s
+        for rate in (1.0, 2.0, 4.0)
+    ]
+    assert costs[0] > 10.0 * costs[1] > 100.0 * costs[2]
 
 
 def test_closed_forms_have_no_error_but_that_of_their_period_and_rounding():
@@ -86,7 +84,9 @@ def test_measured_motion_is_taken_as_it_is_within_its_pass_band():
     assert told.shortest_wave_s is None
 
 
-def test_cost_goes_with_what_is_done():
+def test_cost_goes_with_what_is_done(monkeypatch):
+    # the errors are not wanted here
+    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.01)
     day, week = (expected(load_scene('portsmouth_jamaica', duration=n * 86_400.0)) for n in (1, 7))
     start = expected(load_scene('portsmouth_jamaica', duration=60.0)).run_s
     assert (week.run_s - start) / (day.run_s - start) == pytest.approx(7.0, rel=0.01)

@@ -67,7 +67,8 @@ class Trial:
         tried_s: length of the beginning [s].
         sampling_s: bound of what sampling the motion costs the reading in the whole run [s]; None
             on a ship that lies still, or where no finer step is a whole number of nanoseconds.
-        steps_s: likewise of the steps; 0 where none are taken.
+        steps_s: likewise of the steps; 0 where none are taken. Where a finer tolerance divides the
+            motion into other pieces, what these change counts as sampling or as steps by chance.
     """
 
     tried_s: float
