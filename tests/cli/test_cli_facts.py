@@ -27,6 +27,12 @@ ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 HEAVE = {'kind': 'components', 'heave': [{'amplitude': 0.5, 'period': 9.0}]}
 
 
+@pytest.fixture(autouse=True)
+def short_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors are tested elsewhere: here a small part of a scene is tried."""
+    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.01)
+
+
 def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
     """Return the facts of the ideal scene with changes."""
     content = IDEAL | {'trochlea': TROCHLEA | (trochlea or {})} | changes
