@@ -135,7 +135,9 @@ def _phases(scene: Scene) -> FloatArray:
 def _bound(one: FloatArray, other: FloatArray, scene: Scene, dial: Dial) -> float:
     """Return how far two runs of a beginning are apart at the end of a scene, at most [s]."""
     both = min(len(one), len(other))
-    apart: FloatArray = 0.5 * dial.nominal_s * (one[:both] - other[:both]).sum(axis=1)
+    # a turn more from one instant to the next is one counted otherwise, not an error of the motion
+    half_turns = np.unwrap((one[:both] - other[:both]).sum(axis=1), period=2.0)
+    apart: FloatArray = 0.5 * dial.nominal_s * half_turns
     times = np.arange(both, dtype=np.float64) * (scene.log_interval_ns / NS_PER_S)
     return SAFETY * extrapolated(times, apart, scene.duration, dial.rounding_s)
 
