@@ -24,6 +24,7 @@ from typing import Any
 
 import stress_counting
 import stress_drift
+import stress_forecast
 import stress_land
 import stress_order
 import stress_sea
@@ -46,6 +47,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
         stress_land.escapement,
     ),
     'sea': (stress_sea.strong_roll, stress_sea.resonance, stress_sea.rates, stress_sea.ratios),
+    'forecast': (stress_forecast.bounds, stress_forecast.extrapolations),
     'search': (partial(stress_search.search, 200),),
     'counting': (stress_counting.recoil,),
 }

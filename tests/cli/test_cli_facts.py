@@ -27,6 +27,12 @@ ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 HEAVE = {'kind': 'components', 'heave': [{'amplitude': 0.5, 'period': 9.0}]}
 
 
+@pytest.fixture(autouse=True)
+def short_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Errors are tested elsewhere: here a small part of a scene is tried."""
+    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.01)
+
+
 def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
     """Return the facts of the ideal scene with changes."""
     content = IDEAL | {'trochlea': TROCHLEA | (trochlea or {})} | changes
@@ -148,15 +154,30 @@ def test_the_table_keeps_every_word_in_a_narrow_and_a_wide_terminal(columns: int
     assert '…' not in text
 
 
-def test_the_table_says_which_error_there_is() -> None:
-    for name, said in (
-        ('ideal', 'none that grows'),
-        ('second_cam_at_sea', 'from rounding'),
-        ('portsmouth_jamaica', 'from the tolerance'),
-        ('measured', 'taken as measured'),
-        ('involute_weight_at_sea', 'from sampling waves down to 2.28 s'),
-    ):
-        assert any(said in line for line in printed(scene_facts(name), 80)), name
+@pytest.mark.parametrize(
+    ('name', 'said'),
+    [
+        ('ideal', ['at most', 'from rounding']),
+        ('globe_in_oil', ['from the period']),
+        ('cheek_before_euler', ['from the tolerance']),
+        ('measured', ['from sampling the motion', 'taken as measured']),
+        ('involute_weight_at_sea', ['from sampling waves down to 2.28 s']),
+    ],
+)
+def test_the_table_says_which_error_there_is(name: str, said: list[str]) -> None:
+    lines = printed(scene_facts(name), 80)
+    for words in said:
+        assert any(words in line for line in lines), words
+
+
+def test_the_table_says_what_was_extrapolated_and_what_cannot_be_predicted() -> None:
+    found = scene_facts('ideal')
+    found['expected'] |= {'error_s': 2.0, 'tried_s': 43_200.0}
+    text = ' '.join(printed(found, 160))
+    assert 'at most 2 s of the reading, extrapolated from 12 hours' in text
+    assert 'cannot be predicted' in text
+    found['expected']['error_s'] = None
+    assert 'not known: the step of ship.rate' in ' '.join(printed(found, 160))
 
 
 def test_a_suspension_is_named_with_its_periods(tmp_path: Path) -> None:

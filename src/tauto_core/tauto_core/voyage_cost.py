@@ -1,7 +1,8 @@
-"""What a voyage will cost in run time, and how exact it will be, told beforehand.
+"""What a voyage will cost in run time, and how exact it will be, predicted before it is sailed.
 
-Both are rough. A cost is the number of things to do times the nanoseconds measured for one. Errors
-are those of the simulation against its own equations and the exact sea, not the clock's error.
+A cost is rough: the number of things to do times the nanoseconds measured for one. Errors are
+those of the simulation against its own equations and the exact sea, not the clock's error; they
+are bounds, found by sailing the beginning (`trial`).
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ import numpy as np
 
 from tauto_core.machines import AnyMachine, FluidPendulum, Machine, SlackThreadError
 from tauto_core.motion import make_collocation, propagator_name, steps_in
-from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
-from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
+from tauto_core.samples import NS_PER_S, FloatArray
+from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
 from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
-from tauto_core.ship.interpolation import FORCE_BEFORE, ROLL_BEFORE
+from tauto_core.trial import Dial, try_out
 
 if TYPE_CHECKING:
     from tauto_core.motion.collocation import Collocation
@@ -53,19 +54,34 @@ PERIOD_ERROR = 1e-14
 """Relative error of a period by quadrature, at most (tests of machines)."""
 UNIT_ROUNDING = 2.0**-53
 
+TRIAL_RUN_S = 0.8
+"""Run time of the trials together [s], about: they cover as much of a scene as takes so long."""
+WORK_OF_TRIALS = 6.0
+"""Work of all trials by that of the scene as it is: up to two more of the same, one four times
+finer."""
+
 
 @dataclass(frozen=True)
 class Forecast:
     """Cost and error expected of a scene.
 
+    Errors are bounds for the reading of the dial at any logged instant of the run [s]: of the
+    runs measured against independent programs none was further off, and none of more than
+    rounding by less than a thirtieth (benchmarks/stress_forecast.py).
+
     Attributes:
         run_s: run time of `tauto sail` without a bag, within a factor of two or three [s].
         steps_a_swing: steps in a full swing, where the propagator takes steps; else None.
-        steady_error_s: about the error of the reading that does not grow: rounding of the phase,
-            and what sampling the ship's motion leaves out [s]; None for measured motion, whose
-            truth between the samples nobody knows. A well whose rate depends on the amplitude
-            makes a drift of what is wrong with the amplitude; that is not in it.
-        growing_error_s_per_day: most that the error of the reading can grow [s/day].
+        error_s: bound of all that follows together; None where one of it is not known.
+        sampling_error_s: bound of what sampling the ship's motion leaves out; None on a ship that
+            lies still, and where the step of its samples has no divisor to try a finer one.
+            Measured motion is taken as it is within its pass-band.
+        steps_error_s: bound of what the steps lose by their tolerance, or a closed form by the
+            accuracy of its period.
+        rounding_error_s: about what rounding alone makes of the reading: no less is predicted,
+            and a bound near it says no more than that the run is as exact as doubles are.
+        tried_s: how much of the scene was sailed to find the bounds [s]; None: nothing had to be.
+            Beyond it they are extrapolated.
         shortest_wave_s: least period in the motion that the clock feels, the swings of a
             suspended case included [s]; None on a ship that lies still or whose motion was
             measured, without a suspension.
@@ -73,8 +89,11 @@ class Forecast:
 
     run_s: float
     steps_a_swing: float | None
-    steady_error_s: float | None
-    growing_error_s_per_day: float
+    error_s: float | None
+    sampling_error_s: float | None
+    steps_error_s: float
+    rounding_error_s: float
+    tried_s: float | None
     shortest_wave_s: float | None
 
 
@@ -88,51 +107,75 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
-    name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
+    still = isinstance(scene.ship, StillShip)
+    name = propagator_name(machine, still=still)
     swing_s = _swing_s(machine)
     allowed = None if scene.solver is None else scene.solver.tolerance
     engine = make_collocation(machine, allowed) if name == 'collocation' else None
     samples = samples_a_piece(scene, steps_in(engine))
     piece_s = samples * felt_step_ns(scene) / NS_PER_S
     steps = None if engine is None else _steps(scene, machine, engine, swing_s, piece_s)
-    waves, bearing = scene_waves(scene), 0.0
-    if scene.suspension is not None:
-        waves, seas = _in_the_case(scene, waves), waves
-        bearing = _bearing_error_s(seas, waves, machine, scene.step_ns / NS_PER_S)
-    steady = None
-    if not isinstance(scene.ship, RecordedShip):
-        step_s = felt_step_ns(scene) / NS_PER_S
-        sampled = sampling_error_s(waves, machine, samples, step_s)
-        steady = sampled + bearing + 0.5 * swing_s * UNIT_ROUNDING
+    nominal_s = scene.clock.nominal_period or machine.small_period
+    run_s = _run_s(scene, name, motion, scene.duration / swing_s, steps)
+    step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
+    rounding = _rounding_s(scene.duration, step_s, nominal_s)
+    sampling, lost, tried = None, 0.0, None
+    if steps is not None or not still:
+        longest_s = scene.duration * TRIAL_RUN_S / (WORK_OF_TRIALS * (run_s - START_S[name]))
+        steps_to = None if steps is None else tolerance(scene)
+        trial = try_out(scene, Dial(nominal_s, rounding), longest_s, steps_to)
+        sampling, lost, tried = trial.sampling_s, trial.steps_s, trial.tried_s
+    elif name == 'action_angle':
+        lost = scene.duration * PERIOD_ERROR
+    known = still or sampling is not None
     return Forecast(
-        run_s=_run_s(scene, name, motion, scene.duration / swing_s, steps),
+        run_s=run_s,
         steps_a_swing=None if steps is None else steps.a_swing,
-        steady_error_s=steady,
-        growing_error_s_per_day=_growth(scene, machine, name, swing_s, steps),
-        shortest_wave_s=float(math.tau / waves.frequency.max()) if len(waves.frequency) else None,
+        error_s=(sampling or 0.0) + lost + rounding if known else None,
+        sampling_error_s=sampling,
+        steps_error_s=lost,
+        rounding_error_s=rounding,
+        tried_s=tried,
+        shortest_wave_s=_shortest_wave_s(scene),
     )
 
 
 def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion) -> Forecast:
     half_swings = 2.0 * scene.duration / machine.small_period
     run_s = _run_s(scene, 'half_swings', motion, 0.0, None)
+    rounding, lost = 0.5 * machine.small_period * UNIT_ROUNDING, scene.duration * PERIOD_ERROR
     return Forecast(
         run_s=run_s + half_swings * NS_A_HALF_SWING / NS_PER_S,
         steps_a_swing=None,
-        steady_error_s=0.5 * machine.small_period * UNIT_ROUNDING,
-        growing_error_s_per_day=SECONDS_PER_DAY * PERIOD_ERROR,
+        error_s=lost + rounding,
+        sampling_error_s=None,
+        steps_error_s=lost,
+        rounding_error_s=rounding,
+        tried_s=None,
         shortest_wave_s=None,
     )
 
 
+def _rounding_s(duration_s: float, step_s: float, nominal_s: float) -> float:
+    """Return half a unit of the fraction, and what rounding each step at random adds up to."""
+    walk = math.sqrt(duration_s / step_s) / math.tau
+    return nominal_s * UNIT_ROUNDING * (0.5 + walk)
+
+
+def _shortest_wave_s(scene: Scene) -> float | None:
+    frequencies = scene_waves(scene).frequency.tolist()
+    if scene.suspension is not None:
+        squares = case_modes(scene.suspension).squared_frequencies(scene.gravity)
+        frequencies.append(math.sqrt(squares[1]))
+    return math.tau / max(frequencies) if frequencies else None
+
+
 @dataclass(frozen=True)
 class _Steps:
-    """Steps of the collocation: how many a swing, a step by the longest allowed, their order, and
-    the events in a swing: impulses, and passages over a kink of the cam."""
+    """Steps of the collocation in a swing, and the events in it: impulses, and passages over a
+    kink of the cam."""
 
     a_swing: float
-    shorter: float
-    order: int
     events: int
 
 
@@ -143,11 +186,9 @@ def _steps(
     swing_s: float,
     piece_s: float,
 ) -> _Steps:
-    longest_s = engine.longest_step_s
-    step_s = piece_s / math.ceil(piece_s / longest_s)
+    step_s = piece_s / math.ceil(piece_s / engine.longest_step_s)
     kinked = isinstance(machine, Machine) and machine.cam.kinked
-    events = 2 * (int(kinked) + int(scene.escapement is not None))
-    return _Steps(swing_s / step_s, step_s / longest_s, engine.order, events)
+    return _Steps(swing_s / step_s, 2 * (int(kinked) + int(scene.escapement is not None)))
 
 
 def tolerance(scene: Scene) -> float:
@@ -203,105 +244,6 @@ def scene_waves(scene: Scene) -> Waves:
     )
 
 
-def _in_the_case(scene: Scene, waves: Waves) -> Waves:
-    """Return what a suspended case makes of the ship's waves, and its own two swings.
-
-    Each mode answers a wave of the apparent vertical by ω²/(ω² − Ω²), in resonance by what the
-    scene's length lets it grow to (theory E3). Its own swings are as large as the release from
-    the apparent vertical makes them.
-    """
-    assert scene.suspension is not None
-    own, c = case_modes(scene.suspension), scene.suspension.depth
-    released = float(np.linalg.norm(waves.sway)) / math.sqrt(2.0)
-    theta, phi = np.zeros((2, len(waves.frequency)))
-    frequency, swings = [], []
-    ratios = (own.B, own.B_prime, own.b), (own.B_prime, own.B, own.b_prime)
-    for ratio, other, length in ratios:
-        square = scene.gravity / length
-        apart = square - waves.frequency**2
-        least = 2.0 * math.sqrt(square) / scene.duration
-        apart = np.where(np.abs(apart) < least, least, apart)
-        share = length * c / (ratio * (ratio - other))
-        theta += waves.sway * (share * square / apart)
-        phi += waves.sway * (share * ratio / c * square / apart)
-        frequency.append(math.sqrt(square))
-        swings.append((released * share, released * share * ratio / c))
-    free = np.abs(np.array(swings))
-    return Waves(
-        np.concatenate([waves.frequency, frequency]),
-        np.concatenate([np.abs(phi), free[:, 1]]),
-        np.concatenate([np.abs(theta), free[:, 0]]),
-        np.concatenate([waves.heave, free[:, 0] ** 2]),
-    )
-
-
-def remainder(turn: FloatArray, samples: int, *, slopes: bool) -> FloatArray:
-    """Return the most that interpolation is off for waves of unit amplitude.
-
-    (Ωh)^w max|ω(u)|/w!, with w conditions and ω(u) the product of the distances to their nodes,
-    in samples, over a piece (`ship.interpolation`).
-
-    Args:
-        turn: Ωh, what the wave turns between two samples [rad].
-        samples: that a piece spans.
-        slopes: whether the rate of the channel is known too.
-    """
-    before, times = (ROLL_BEFORE, 2) if slopes else (FORCE_BEFORE, 1)
-    nodes = np.arange(-before, samples + before + 1)
-    places = np.linspace(0.0, samples, 16 * samples + 1)
-    distance = np.abs(np.prod(places[:, None] - nodes, axis=1)).max() ** times
-    conditions = times * len(nodes)
-    return np.asarray(turn**conditions * distance / math.factorial(conditions))
-
-
-def sampling_error_s(waves: Waves, machine: AnyMachine, samples: int, step_s: float) -> float:
-    """Return about how far the reading is off because the motion is sampled [s].
-
-    An error of the neutral line turns the phase by as much, by the amplitude of the swing; one of
-    the pull, δg/g at Ω, by ω/(2Ω) δg/g. Waves add up as independent. The apparent vertical and
-    gravity hold products of waves too: these are taken at 2Ω, where little is left to see.
-
-    Args:
-        waves: in the ship's motion.
-        machine: what feels them.
-        samples: that a piece of the interpolation spans.
-        step_s: between samples [s].
-    """
-    turn, swing = waves.frequency * step_s, abs(machine.release_angle) or 1.0
-    steepness = float(np.linalg.norm([waves.sway, waves.heave])) / math.sqrt(2.0)
-    value = remainder(turn, samples, slopes=False)
-    value += steepness * remainder(2.0 * turn, samples, slopes=False)
-    if machine.follows_apparent_vertical:
-        line = value * waves.sway / swing
-    else:
-        line = remainder(turn, samples, slopes=True) * waves.roll / swing
-    pull = value * waves.heave * machine.frequency / (2.0 * waves.frequency)
-    parts = [line, pull] if machine.feels_gravity else [line]
-    return float(np.linalg.norm(parts)) / machine.frequency
-
-
-def _bearing_error_s(seas: Waves, case: Waves, machine: AnyMachine, step_s: float) -> float:
-    """Return about how far the reading is off because the bearing's motion is sampled [s].
-
-    The case answers an error of the sway as it answers the sway.
-
-    Args:
-        seas: waves of the ship's motion.
-        case: what the case makes of them, first, and its own swings.
-        machine: what feels the case.
-        step_s: between samples of the ship's motion [s].
-    """
-    turn, count = seas.frequency * step_s, len(seas.frequency)
-    steepness = float(np.linalg.norm([seas.sway, seas.heave])) / math.sqrt(2.0)
-    value = remainder(turn, 1, slopes=False)
-    value += steepness * remainder(2.0 * turn, 1, slopes=False)
-    tilt = case.sway if machine.follows_apparent_vertical else case.roll
-    line = value * tilt[:count] / (abs(machine.release_angle) or 1.0)
-    pull = value * seas.heave * machine.frequency / (2.0 * seas.frequency)
-    parts = [line, pull] if machine.feels_gravity else [line]
-    return float(np.linalg.norm(parts)) / machine.frequency
-
-
 def _swing_s(machine: AnyMachine) -> float:
     """Return the period of the swing released, or of small swings where it cannot swing freely."""
     try:
@@ -331,26 +273,3 @@ def step_ns(scene: Scene) -> float:
     """Return what a step of the collocation costs, by the scene's kind of thread [ns]."""
     thread = '' if scene.trochlea is None else scene.trochlea.thread.kind
     return NS_A_STEP_OF_THREAD.get(thread, NS_A_STEP)
-
-
-def _growth(
-    scene: Scene, machine: AnyMachine, name: str, swing_s: float, steps: _Steps | None
-) -> float:
-    """Return the most that the reading's error can grow in a day [s/day].
-
-    A step's error is the tolerance where the step is the longest, and in a smooth well goes with
-    its power of the order; what is left to the iteration does not. All steps are taken to err
-    alike; rounding errs at random.
-    """
-    step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
-    rounding = math.sqrt(SECONDS_PER_DAY / step_s) * UNIT_ROUNDING * swing_s / math.tau
-    if steps is not None:
-        smooth = not isinstance(machine, Machine) or not machine.cam.joints.size
-        from tauto_core.motion.step_size import settled_at  # imports kernels
-
-        allowed = tolerance(scene)
-        error = allowed * (steps.shorter**steps.order if smooth else 1.0) + settled_at(allowed)
-        return SECONDS_PER_DAY * steps.a_swing * error / math.tau + rounding
-    if name == 'forced_harmonic':
-        return rounding
-    return SECONDS_PER_DAY * PERIOD_ERROR if name == 'action_angle' else 0.0

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from tauto_core.machines import AnyMachine, FluidPendulum
     from tauto_core.scene import Scene
 
+LEGIBLE = 0.25
+"""Error of a reading, in periods, beyond which the phase is lost."""
+
 
 def shipped_summary(name: str) -> str:
     """Return what a shipped scene is: the comment at its top, up to the first colon."""
@@ -286,22 +289,30 @@ def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             'expected run time',
             f'roughly {run} without a bag, on {expected["measured_on"]}',
         ),
-        ('expected error', '\n'.join(_error_lines(expected))),
+        ('expected error', '\n'.join(_error_lines(facts))),
     ]
 
 
-def _error_lines(expected: dict[str, Any]) -> list[str]:
-    """Return the error of the simulation, growing and steady, a line each."""
-    growing, steady = expected['growing_error_s_per_day'], expected['steady_error_s']
-    source = 'the tolerance' if expected['steps_a_swing'] is not None else 'rounding'
-    lines = ['none that grows']
-    if growing:
-        lines = [f'growing by at most {growing:.1g} s/day, from {source}']
-    if steady is None:
+def _error_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the bound of the simulation's error, and what it is made of, a line each."""
+    from tauto_core.cli.tables import span
+
+    expected = facts['expected']
+    error, tried = expected['error_s'], expected['tried_s']
+    lines = ['not known: the step of ship.rate has no divisor to try a finer one']
+    if error is not None:
+        lines = [f'at most {error:.1g} s of the reading']
+        if tried is not None and tried < facts['duration_s']:
+            lines[0] += f', extrapolated from {span(tried, digits=2)}'
+        if error > LEGIBLE * facts['nominal_period_s']:
+            lines.append('what the dial shows at the end cannot be predicted')
+    sampling, shortest = expected['sampling_error_s'], expected['shortest_wave_s']
+    if sampling is not None:
+        waves = 'the motion' if shortest is None else f'waves down to {shortest:.3g} s'
+        lines.append(f'{sampling:.1g} s from sampling {waves}')
+    if facts['ship'] == 'recorded':
         lines.append('the motion is taken as measured')
-    elif expected['shortest_wave_s'] is None:
-        lines.append(f'{steady:.1g} s, the rounding of the phase')
-    else:
-        shortest = expected['shortest_wave_s']
-        lines.append(f'about {steady:.1g} s, from sampling waves down to {shortest:.3g} s')
-    return lines
+    if expected['steps_error_s']:
+        of = 'the period' if expected['steps_a_swing'] is None else 'the tolerance'
+        lines.append(f'{expected["steps_error_s"]:.1g} s from {of}')
+    return [*lines, f'{expected["rounding_error_s"]:.1g} s from rounding']

@@ -27,6 +27,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
 from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.times import MAX_GAP_S
 from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
 from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import screen
@@ -40,9 +41,6 @@ BODY_NAMES = ('body',)
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
 WHEEL_FRAME = 'clock_case'
 DIAL = 'dial'
-
-MAX_GAP_S = 1.0
-"""Longest time between motion samples that is interpolated [s]."""
 
 
 class TrochleaStage:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.times import (
     LAST_STAMP_S,
+    MAX_GAP_S,
+    NS_PER_S,
     exact_nanoseconds,
     exact_step,
     samples_beyond_end,
@@ -54,11 +56,31 @@ def _whole_nanoseconds(scene: Scene) -> Iterator[Problem]:
             f'Use a rate that divides 1e9, for example {_near_rate(scene.ship.rate)} Hz, '
             f'or exactly 1e9/{whole}.',
         )
+    elif step > MAX_GAP_S * NS_PER_S:
+        yield Problem(
+            'ship.rate',
+            scene.ship.rate,
+            f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
+            f'{MAX_GAP_S:g} s are interpolated',
+            f'Use {_least_rate(scene)}.',
+        )
+
+
+def _least_rate(scene: Scene) -> str:
+    """Return in words at which rates the motion can be interpolated."""
+    least_hz, periods = 1.0 / MAX_GAP_S, [math.inf]
+    if scene.ship.kind == 'components':
+        periods += [c.period for c in (*scene.ship.components, *(scene.ship.heave or ()))]
+    if 2.0 / min(periods) >= least_hz:
+        return (
+            f'more than {2.0 / min(periods):.6g} Hz, two samples in a wave of {min(periods)!r} s'
+        )
+    return f'{least_hz!r} Hz or more'
 
 
 def _near_rate(rate_hz: float) -> float:
     """Return the nearest common sampling rate."""
-    common = (0.1, 0.5, 1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
+    common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
     fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
     return min((*common, *fast), key=lambda near: abs(math.log(near / rate_hz)))
 

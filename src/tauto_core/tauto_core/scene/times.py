@@ -13,6 +13,8 @@ NS_PER_S = 1_000_000_000
 LAST_STAMP_S = 2**31 - 1
 # Interpolation of the motion reaches so many samples beyond its end.
 LOOKAHEAD = 4
+MAX_GAP_S = 1.0
+"""Longest time between samples of the motion that is interpolated [s]."""
 
 
 def exact_nanoseconds(seconds: float) -> Fraction:

@@ -1,0 +1,233 @@
+"""Rows of the stress table that hold the error predicted of a scene against the error found.
+
+Random scenes at sea, of every propagator, hung or not, with real threads or ideal ones, at 1 to
+20 samples a second. What is found is the largest distance of the reading, at logged instants, from
+DOP853 on the exact motion of the ship (`exact_motion`); what is predicted is `error_s` of
+`tauto scene check`. The first is never the larger one, nor less than a thirtieth, but where it is
+below what DOP853 itself can tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import yaml
+from exact_motion import exact_phase
+from stress_cases import ARC, FORCE, HOLE, HOLE_CAM, VERTICAL, Row, sail
+
+from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.readiness import check_scene
+from tauto_core.samples import PHASE
+from tauto_core.scene import Scene, load_scene, parse_scene
+from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.ship import ShipMotion
+from tauto_core.trial import Dial, try_out
+from tauto_core.voyage_cost import forecast
+
+SEED = 1726
+SCENES = 100
+FACTOR = 30.0
+RATES = (1.0, 1.0, 2.0, 2.0, 4.0, 4.0, 5.0, 8.0, 10.0, 20.0)
+"""Of which one is drawn [Hz]; a case wants at least `HUNG` for its own swings."""
+HUNG = 4.0
+TOLD_S = 1e-11
+"""What DOP853 at a relative tolerance of 1e-13 leaves open over the runs drawn [s]."""
+
+CALM = {'kind': 'involute', 'base_radius': 0.005}
+WEIGHT = {'cam': CALM, 'thread': VERTICAL, 'power': {'kind': 'weight', 'mass': 0.322}}
+FORCED = {'cam': HOLE_CAM, 'thread': HOLE, 'power': {'kind': 'force', 'force': FORCE}}
+SPRING = {**FORCED, 'power': {'kind': 'spring', 'force': FORCE, 'stiffness': 5.0}}
+CASE = {'kind': 'axle', 'support_radius': 0.32, 'axle_radius': 0.02, 'depth': 0.3}
+KINDS: dict[str, dict[str, Any]] = {
+    'force': {'trochlea': FORCED},
+    'force, drag': {'trochlea': FORCED, 'drag': {'viscous': 1e-5}},
+    'weight': {'trochlea': WEIGHT},
+    'massless weight': {
+        'trochlea': {**WEIGHT, 'power': {'kind': 'weight', 'mass': 0.322, 'massless': True}}
+    },
+    'weight, drag, escapement': {
+        'trochlea': WEIGHT,
+        'drag': {'viscous': 1.25e-5},
+        'escapement': {'kind': 'impulse', 'energy': 1.23e-4, 'angle': 0.0},
+    },
+    'circular arc': {
+        'trochlea': {'cam': ARC, 'thread': VERTICAL, 'power': {'kind': 'force', 'force': FORCE}}
+    },
+    'spring': {'trochlea': SPRING},
+    'lever': {
+        'trochlea': {
+            'cam': {'kind': 'involute', 'base_radius': 0.02},
+            'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+            'power': {'kind': 'weight', 'mass': 0.05},
+        }
+    },
+    'hanging thread': {'trochlea': {**WEIGHT, 'thread': {'kind': 'hanging', 'length': 1.0}}},
+    'hung, force': {'trochlea': FORCED, 'suspension': {**CASE, 'gyration_radius': 0.3}},
+    'hung, weight': {'trochlea': WEIGHT, 'suspension': {**CASE, 'gyration_radius': 0.25}},
+}
+"""Each runs a propagator, or a system of it, in a way of its own."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A scene, and the error of its reading as predicted and as found [s]."""
+
+    scene: Scene
+    predicted_s: float
+    found_s: float
+
+    @property
+    def short(self) -> float:
+        """What was found, less what may be DOP853's, by the prediction: at most 1, as a bound."""
+        return max(self.found_s - TOLD_S, 0.0) / self.predicted_s
+
+    @property
+    def beyond(self) -> float:
+        """The prediction by what was found, or by what could be."""
+        return self.predicted_s / max(self.found_s, TOLD_S)
+
+
+def drawn(
+    count: int, kinds: tuple[str, ...] = tuple(KINDS), rates: tuple[float, ...] = RATES
+) -> Iterator[Scene]:
+    """Yield random scenes that run, of each kind in turn."""
+    random = np.random.default_rng(SEED)
+    made = 0
+    while made < count:
+        kind = kinds[made % len(kinds)]
+        try:
+            scene = _scene(random, kind, rates)
+            check_scene(scene)
+            sail(scene)
+        except (PropagationError, SceneError):
+            continue
+        made += 1
+        yield scene
+
+
+def _scene(random: np.random.Generator, kind: str, rates: tuple[float, ...]) -> Scene:
+    sections = KINDS[kind]
+    hung = 'suspension' in sections
+    rate = float(random.choice([each for each in rates if each >= HUNG or not hung]))
+    ship = _components(random, rate) if random.random() < 0.6 else _sea(random)
+    release = random.uniform(0.3, 1.2) * random.choice([-1.0, 1.0])
+    content = {
+        **sections,
+        'name': f'{kind}, {ship["kind"]}, {rate:g} Hz',
+        'duration': 15.0 if hung or kind == 'circular arc' else 30.0,
+        'seed': int(random.integers(2**31)),
+        'trochlea': {'inertia': 4e-4, **sections['trochlea'], 'release_angle': float(release)},
+        'ship': {**ship, 'rate': rate, 'height': float(random.uniform(-2.0, 6.0))},
+    }
+    return parse_scene(yaml.safe_dump(content), 'stress')
+
+
+def _components(random: np.random.Generator, rate: float) -> dict[str, Any]:
+    """Return up to four waves of roll and two of heave, of four samples at least."""
+
+    def waves(count: int, largest: float) -> list[dict[str, float]]:
+        return [
+            {
+                'amplitude': float(random.uniform(0.1, 1.0) * largest * (period / 12.0) ** 2),
+                'period': float(period),
+                'phase': float(random.uniform(-math.pi, math.pi)),
+            }
+            for period in np.exp(random.uniform(*np.log([max(4.0 / rate, 1.0), 16.0]), count))
+        ]
+
+    heave = int(random.integers(3))
+    return {
+        'kind': 'components',
+        'components': waves(int(random.integers(1, 5)), 0.08),
+        **({'heave': waves(heave, 0.6)} if heave else {}),
+    }
+
+
+def _sea(random: np.random.Generator) -> dict[str, Any]:
+    """Return a sea whose shortest waves have more than two samples a second."""
+    return {
+        'kind': 'sea',
+        'sea': {
+            'spectrum': 'bretschneider',
+            'significant_wave_height': float(random.uniform(0.5, 3.0)),
+            'peak_period': float(random.uniform(9.0, 15.0)),
+            'components': 24,
+        },
+        'roll': {
+            'natural_period': float(random.uniform(9.0, 16.0)),
+            'damping_ratio': 0.08,
+            'slope_coefficient': 0.7,
+        },
+        'heave': bool(random.random() < 0.5),
+    }
+
+
+def compared(scene: Scene) -> Comparison:
+    """Return the error of a scene's reading as predicted and as found."""
+    machine = compile_machine(scene)
+    assert not isinstance(machine, FluidPendulum)
+    predicted = forecast(scene, machine, ShipMotion(scene)).error_s
+    phase = sail(scene)[PHASE].position[1:]
+    away = math.pi * (phase[:, 1] % 2.0 + phase[:, 2]) - exact_phase(scene)
+    away = (away + math.pi) % math.tau - math.pi
+    nominal_s = scene.clock.nominal_period or machine.small_period
+    found_s = float(np.max(np.abs(away))) * nominal_s / math.tau
+    return Comparison(scene, math.nan if predicted is None else predicted, found_s)
+
+
+def bounds(count: int = SCENES, kinds: tuple[str, ...] = tuple(KINDS)) -> list[Row]:
+    """Return how far predictions fall short of errors found, and beyond them, by kind."""
+    found = [compared(scene) for scene in drawn(count, kinds)]
+    rows = []
+    for kind in kinds:
+        mine = [
+            each for each in found if each.scene.name.startswith(f'{kind}, {each.scene.ship.kind}')
+        ]
+        legible = sum(each.found_s > TOLD_S for each in mine)
+        setting = f'{kind}: {len(mine)} scenes, {legible} with an error above {TOLD_S:g} s'
+        for name, words, limit in (
+            ('short', 'error of the reading found by that predicted, largest', 1.0),
+            ('beyond', 'error of the reading predicted by that found, largest', FACTOR),
+        ):
+            largest = max(getattr(each, name) for each in mine)
+            rows.append(Row(words, setting, largest, limit))
+    return rows
+
+
+LONG = {
+    'clock_second_cam_force': 8.0,
+    'clock_involute_weight': 8.0,
+    'sully_lever_at_sea': 8.0,
+    'hanging_thread_at_sea': 8.0,
+}
+"""Scenes that are sailed for so many hours, of which a sixteenth is tried."""
+
+
+def extrapolations() -> list[Row]:
+    """Return how the bound of a long run, from its beginning, compares with that of the whole."""
+    rows = []
+    for name, hours in LONG.items():
+        scene = load_scene(name, duration=hours * 3600.0)
+        nominal_s = scene.clock.nominal_period or 1.0
+        allowed = scene.solver.tolerance if scene.solver else 2e-12
+        part, whole = (
+            try_out(scene, Dial(nominal_s, 1e-15), each * 3600.0, allowed)
+            for each in (hours / 16.0, hours)
+        )
+        assert part.sampling_s is not None
+        assert whole.sampling_s is not None
+        ratio = (part.sampling_s + part.steps_s) / (whole.sampling_s + whole.steps_s)
+        rows.append(
+            Row(
+                'bound from a sixteenth by bound from all',
+                f'{name}, {hours:g} h',
+                ratio,
+                30.0,
+                0.33,
+            )
+        )
+    return rows

@@ -1,0 +1,175 @@
+"""How far the reading of a scene is off, found by sailing its beginning more than once.
+
+The beginning is sailed as the scene asks, and again with finer samples of the motion and a finer
+tolerance; at the same instants the two readings differ by what sampling and steps cost. That
+carries with it what a formula for the interpolation would have to be told of each machine: the
+first pieces of motion, whose windows lie on one side, what a wrong amplitude does to the rate, a
+case or a thread that swings, impulses, resonance. What both runs have in common is not seen:
+the machine's own numbers, and rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.samples import NS_PER_S, PHASE, SHIP_IMU, Batches, FloatArray
+from tauto_core.scene import Scene, Solver, StillShip
+from tauto_core.scene.checks import LEAST_TOLERANCE
+from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.felt_step import felt_parts
+
+SAFETY = 3.0
+"""By what the difference found is multiplied: the finer run is not exact either, and more swings
+may add up worse than those tried."""
+
+FINER = (*range(4, 65), 3, 2)
+"""Parts of a step of the motion in the finer run: the first that are whole nanoseconds."""
+
+FINER_TOLERANCE = 1e-3
+"""The same for the tolerance."""
+
+CHUNK = 4096
+"""Samples fed at once: what a run says before an error ends it is kept."""
+
+STEEPEST = 3.0
+"""Power of time by which an error grows, at most: a force in resonance turns a swing's amplitude
+by t, its phase by t² where the rate goes with the amplitude."""
+
+CHAOTIC = 1.5, 12.0
+"""An error grows exponentially that grows by more in the second half of a trial than in its second
+quarter, by logarithms, and by more than this factor."""
+
+
+@dataclass(frozen=True)
+class Dial:
+    """What turns phases into readings.
+
+    Attributes:
+        nominal_s: what it gains in a turn of the phase [s].
+        rounding_s: error below which differences mean nothing [s].
+    """
+
+    nominal_s: float
+    rounding_s: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What trying the beginning of a scene showed.
+
+    Attributes:
+        tried_s: length of the beginning [s].
+        sampling_s: bound of what sampling the motion costs the reading in the whole run [s]; None
+            on a ship that lies still, or where no finer step is a whole number of nanoseconds.
+        steps_s: likewise of the steps; 0 where none are taken. Where a finer tolerance divides the
+            motion into other pieces, what these change counts as sampling or as steps by chance.
+    """
+
+    tried_s: float
+    sampling_s: float | None
+    steps_s: float
+
+
+def try_out(scene: Scene, dial: Dial, longest_s: float, tolerance: float | None) -> Trial:
+    """Sail the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
+
+    Args:
+        scene: one that can sail, on a ship that moves or with a propagator that takes steps.
+        dial: of the scene.
+        longest_s: how much of it to sail, in whole log intervals, at least two [s].
+        tolerance: of the steps; None where none are taken.
+    """
+    interval_s = scene.log_interval_ns / NS_PER_S
+    logs = min(max(int(longest_s / interval_s), 2), scene.log_count - 1)
+    beginning = scene.model_copy(update={'duration': logs * interval_s})
+    phases, steps_s = _phases(beginning), 0.0
+    if tolerance is not None:
+        solver = Solver(tolerance=max(FINER_TOLERANCE * tolerance, LEAST_TOLERANCE))
+        beginning = beginning.model_copy(update={'solver': solver})
+        as_asked, phases = phases, _phases(beginning)
+        steps_s = _bound(as_asked, phases, scene, dial)
+    finer = None if isinstance(scene.ship, StillShip) else _finer(beginning)
+    sampling_s = None if finer is None else _bound(phases, _phases(finer), scene, dial)
+    return Trial(beginning.duration, sampling_s, steps_s)
+
+
+def _finer(scene: Scene) -> Scene | None:
+    """Return a scene with its motion sampled more finely; None where that is impossible."""
+    for parts in FINER:
+        rate = NS_PER_S / (scene.step_ns / parts)
+        ship = scene.ship.model_copy(update={'rate': rate})
+        finer = scene.model_copy(update={'ship': ship})
+        try:
+            felt_parts(finer)
+        except SceneError:  # a hung case needs parts of its own
+            continue
+        if scene.step_ns % parts == 0:
+            return finer
+    return None
+
+
+def _phases(scene: Scene) -> FloatArray:
+    """Return half turns and fractions at logged instants, (n, 2).
+
+    Up to the end, or to what ends the motion before.
+    """
+    motion, stage, said = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
+
+    def take(batches: Batches) -> None:
+        if PHASE in batches:
+            said.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
+
+    with suppress(PropagationError):
+        while len((imu := motion.produce(CHUNK)).stamp_ns):
+            take(stage.feed({SHIP_IMU: imu}))
+        take(stage.finish())
+    return np.concatenate(said)
+
+
+def _bound(one: FloatArray, other: FloatArray, scene: Scene, dial: Dial) -> float:
+    """Return how far two runs of a beginning are apart at the end of a scene, at most [s]."""
+    both = min(len(one), len(other))
+    # a turn more from one instant to the next is one counted otherwise, not an error of the motion
+    half_turns = np.unwrap((one[:both] - other[:both]).sum(axis=1), period=2.0)
+    apart: FloatArray = 0.5 * dial.nominal_s * half_turns
+    times = np.arange(both, dtype=np.float64) * (scene.log_interval_ns / NS_PER_S)
+    return SAFETY * extrapolated(times, apart, scene.duration, dial.rounding_s)
+
+
+def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s: float) -> float:
+    """Return the most that an error comes to by a later time.
+
+    Its largest size so far grows on as it did in the second half of what is known, by a power of
+    time, or exponentially where that was what it did; or as a straight line, if that gives more.
+
+    Args:
+        times: rising from 0, evenly spaced, (n,) [s].
+        error: known there, (n,).
+        end_s: the later time [s].
+        rounding_s: size below which the error is noise.
+
+    Returns:
+        At most `end_s`: a clock that far off tells nothing.
+    """
+    if len(times) < 2:
+        return 0.0
+    tried_s, sizes = float(times[-1]), np.abs(error)
+    most, half, quarter = (float(np.max(sizes[times <= tried_s / n])) for n in (1, 2, 4))
+    if end_s <= tried_s or most == 0.0:
+        return most
+    doubling = math.log(most / max(half, min(rounding_s, most)))
+    before = math.log(max(half, rounding_s) / max(quarter, rounding_s))
+    if doubling > max(CHAOTIC[0] * before, math.log(CHAOTIC[1])):
+        exponent = doubling * (end_s - tried_s) / (0.5 * tried_s)
+    else:
+        exponent = min(doubling / math.log(2.0), STEEPEST) * math.log(end_s / tried_s)
+    slope = abs(float(np.polyfit(times, error, 1)[0]))
+    known_s = math.log(end_s / most)
+    grown = end_s if exponent > known_s else most * math.exp(exponent)
+    return min(max(grown, most + slope * (end_s - tried_s)), end_s)
