@@ -1,8 +1,8 @@
 """The clock's reading at sea by DOP853 on the exact motion of the ship: no sample between.
 
 Sums of cosines and their derivatives stand for roll and heave at every instant. A wheel with one
-degree of freedom moves by `motion.reference`, whose forcing they take the place of; the lever and
-the swinging thread by the Lagrangians of tests/core/motion/thread_references.py; a hung case by
+degree of freedom moves by `reference_propagator`, whose forcing they take the place of; the lever
+and the swinging thread by the Lagrangians of tests/core/motion/thread_references.py; a hung case by
 its own linear equations (theory E3). Nothing is shared with the engine or with the forecast but
 the machine's geometry and the definition of the phase (theory E4).
 """
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from reference_propagator import ATOL, RTOL, Reference
 from scipy.integrate import solve_ivp
 
 from tauto_core.machines import (
@@ -29,7 +30,6 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import Forcing
-from tauto_core.motion.reference import ATOL, RTOL, Reference
 from tauto_core.samples import FloatArray
 from tauto_core.scene import ComponentsShip, Scene, SeaShip
 from tauto_core.ship.felt_step import case_modes
@@ -200,8 +200,6 @@ def _of_one_degree(
     follows = machine.follows_apparent_vertical
     names = [] if not follows else ['tilt']
     names += ['gravity'] if machine.feels_gravity else []
-    tilts = [felt(float(t)) for t in times]
-    ends = np.array([each.vertical[0] - each.tilt[0] for each in tilts])
     forcing = Forcing(
         length_s=np.diff(times, prepend=0.0),
         begin=np.zeros(n),
@@ -209,7 +207,6 @@ def _of_one_degree(
         end_ns=ends_ns,
         logged=np.ones(n, np.bool_),
         neutral=np.zeros((n, 1)),
-        tilt_end=ends if follows else None,
         **{name: np.zeros((n, 1)) for name in names},
     )
     exact = _ExactReference(machine, felt)

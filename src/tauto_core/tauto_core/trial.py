@@ -11,7 +11,6 @@ the machine's own numbers, and rounding.
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +34,7 @@ FINER_TOLERANCE = 1e-3
 """The same for the tolerance."""
 
 CHUNK = 4096
-"""Samples fed at once: what a run says before an error ends it is kept."""
+"""Samples fed at once."""
 
 STEEPEST = 3.0
 """Power of time by which an error grows, at most: a force in resonance turns a swing's amplitude
@@ -117,26 +116,37 @@ def _finer(scene: Scene) -> Scene | None:
 def _phases(scene: Scene) -> FloatArray:
     """Return half turns and fractions at logged instants, (n, 2).
 
-    Up to the end, or to what ends the motion before.
+    Up to the end, or to the last logged instant before the motion ends with an error.
     """
+    while True:
+        try:
+            return _sailed(scene)
+        except PropagationError as ended:
+            interval_s = scene.log_interval_ns / NS_PER_S
+            logs = math.ceil(min(ended.time_s, scene.duration) / interval_s) - 1
+            if logs < 1:
+                return np.empty((0, 2))
+            scene = scene.model_copy(update={'duration': logs * interval_s})
+
+
+def _sailed(scene: Scene) -> FloatArray:
+    """Return half turns and fractions at the logged instants of a scene, (n, 2)."""
     motion, stage, said = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
 
     def take(batches: Batches) -> None:
         if PHASE in batches:
             said.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
 
-    with suppress(PropagationError):
-        while len((imu := motion.produce(CHUNK)).stamp_ns):
-            take(stage.feed({SHIP_IMU: imu}))
-        take(stage.finish())
+    while len((imu := motion.produce(CHUNK)).stamp_ns):
+        take(stage.feed({SHIP_IMU: imu}))
+    take(stage.finish())
     return np.concatenate(said)
 
 
 def _bound(one: FloatArray, other: FloatArray, scene: Scene, dial: Dial) -> float:
     """Return how far two runs of a beginning are apart at the end of a scene, at most [s]."""
     both = min(len(one), len(other))
-    # a turn more from one instant to the next is one counted otherwise, not an error of the motion
-    half_turns = np.unwrap((one[:both] - other[:both]).sum(axis=1), period=2.0)
+    half_turns = (one[:both] - other[:both]).sum(axis=1)
     apart: FloatArray = 0.5 * dial.nominal_s * half_turns
     times = np.arange(both, dtype=np.float64) * (scene.log_interval_ns / NS_PER_S)
     return SAFETY * extrapolated(times, apart, scene.duration, dial.rounding_s)
