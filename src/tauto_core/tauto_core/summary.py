@@ -28,7 +28,7 @@ from tauto_core.samples import (
     Samples,
     TimeSamples,
 )
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import Scene
 
 
 class Summary:
@@ -124,4 +124,4 @@ def _named(samples: JointSamples) -> dict[str, float]:
 
 def scene_propagator(scene: Scene) -> str:
     """Return the name of the propagator that runs a scene."""
-    return propagator_name(compile_machine(scene), still=isinstance(scene.ship, StillShip))
+    return propagator_name(compile_machine(scene), still=scene.lies_still)

@@ -36,10 +36,9 @@ from tauto_core.samples import (
     join,
     text,
 )
-from tauto_core.scene import Scene, SeaShip, parse_scene, scene_yaml
+from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import BagError, PropagationError, TautoError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
-from tauto_core.ship.sea import sea_metadata
 from tauto_core.summary import Summary, scene_propagator
 
 CHUNK = 32_768
@@ -268,7 +267,7 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
 
 def _sea(scene: Scene) -> dict[str, Any]:
     ship = scene.ship
-    return {'sea': sea_metadata(scene, ship)} if isinstance(ship, SeaShip) else {}
+    return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
 
 
 def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:

@@ -15,7 +15,7 @@ import numpy as np
 from tauto_core.machines import AnyMachine, FluidPendulum, Machine, SlackThreadError
 from tauto_core.motion import make_collocation, propagator_name, steps_in
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray
-from tauto_core.scene import ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
@@ -88,7 +88,7 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
-    name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
+    name = propagator_name(machine, still=scene.lies_still)
     swing_s = _swing_s(machine)
     allowed = None if scene.solver is None else scene.solver.tolerance
     engine = make_collocation(machine, allowed) if name == 'collocation' else None
@@ -100,7 +100,7 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
         waves, seas = _in_the_case(scene, waves), waves
         bearing = _bearing_error_s(seas, waves, machine, scene.step_ns / NS_PER_S)
     steady = None
-    if not isinstance(scene.ship, RecordedShip):
+    if scene.ship.is_computed:
         step_s = felt_step_ns(scene) / NS_PER_S
         sampled = sampling_error_s(waves, machine, samples, step_s)
         steady = sampled + bearing + 0.5 * swing_s * UNIT_ROUNDING
@@ -181,18 +181,14 @@ def scene_waves(scene: Scene) -> Waves:
 
     None of a ship that lies still, or whose motion was measured.
     """
-    from tauto_core.ship.sea import sea_motion
-
     ship = scene.ship
     roll = heave = np.empty((2, 0))
-    if isinstance(ship, ComponentsShip):
-        roll = np.array([(c.amplitude, c.period) for c in ship.components]).reshape(-1, 2).T
-        heave = np.array([(c.amplitude, c.period) for c in ship.heave or ()]).reshape(-1, 2).T
-    elif isinstance(ship, SeaShip):
-        sea = sea_motion(scene, ship)
-        roll = np.array([sea.roll.amplitude, sea.roll.period])
-        if sea.heave is not None:
-            heave = np.array([sea.heave.amplitude, sea.heave.period])
+    if ship.is_computed:
+        moved = ship.channels(scene)
+        roll, heave = (
+            channel if harmonics is None else np.array([harmonics.amplitude, harmonics.period])
+            for harmonics, channel in ((moved.roll, roll), (moved.heave, heave))
+        )
     rolls, heaves = math.tau / roll[1], math.tau / heave[1]
     none = np.zeros(len(heaves))
     return Waves(

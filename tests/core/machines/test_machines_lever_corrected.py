@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
 from scipy.integrate import solve_ivp
 
-from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.machines.synthesis import PowerTrain, synthesise
 
 # the machine of golden A5: r 20 mm, l0 300 mm, AB 100 mm, AD 150 mm, 50 g, with its small period

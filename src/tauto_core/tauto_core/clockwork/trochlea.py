@@ -25,7 +25,7 @@ from tauto_core.samples import (
     TimeSamples,
     same,
 )
-from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
 from tauto_core.ship.felt_step import felt_step_ns
@@ -68,7 +68,7 @@ class TrochleaStage:
     def __init__(self, scene: Scene, anchor: Literal['scene', 'first'] = 'scene') -> None:
         self._scene = scene
         self._anchor = anchor
-        self._still = isinstance(scene.ship, StillShip)
+        self._still = scene.lies_still
         self._machine: AnyMachine | FluidPendulum = compile_machine(scene)
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
@@ -80,7 +80,7 @@ class TrochleaStage:
             step_ns=felt_step_ns(scene),
             max_gap_s=None if self._still else MAX_GAP_S,
             stride=samples_a_piece(scene, steps_in(self._propagator)),
-            smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
+            smooth=anchor == 'scene' and scene.ship.is_computed,
             by_samples=self._propagator.name == 'forced_harmonic',
         )
         self._suspension: Suspension | None = None

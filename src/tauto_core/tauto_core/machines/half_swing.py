@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.curves.descent_curve import DescentCurve, Mirrored
-from tauto_core.machines.quadrature import QuadratureError, integrate
+from tauto_core.curves.quadrature import QuadratureError, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 

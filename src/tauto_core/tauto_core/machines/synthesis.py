@@ -23,7 +23,7 @@ import numpy as np
 from tauto_core.curves import Fitted
 from tauto_core.curves.curvature import hollow
 from tauto_core.curves.fitting import smooth_lever
-from tauto_core.machines.quadrature import integrate
+from tauto_core.curves.quadrature import integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 

@@ -20,7 +20,7 @@ from tauto_core.scene.csv_columns import read_columns
 from tauto_core.scene.data import data_path, source_name
 from tauto_core.scene.errors import ABSENT, SceneError
 from tauto_core.scene.fields import LONGEST_TEXT, Section, Text
-from tauto_core.scene.ships import ComponentCount
+from tauto_core.ship.sea_sections import ComponentCount
 
 FREQUENCY, DENSITY = 'frequency_hz', 'energy_density_m2_per_hz'
 NDBC_MISSING = 999.0

@@ -15,28 +15,27 @@ from tauto_core.scene.data import missing_file
 from tauto_core.scene.errors import Problem, SceneError
 from tauto_core.scene.explain import explain
 from tauto_core.scene.fields import Section
-from tauto_core.scene.response_file import RaoFile, read_operator
-from tauto_core.scene.roll_decay import RollFromDecay, fitted_roll
-from tauto_core.scene.spectrum_file import SpectrumFile, read_spectrum
+from tauto_core.ship.response_file import RaoFile, read_operator
+from tauto_core.ship.roll_decay import RollFromDecay, fitted_roll
+from tauto_core.ship.spectrum_file import SpectrumFile, read_spectrum
 
 S = TypeVar('S', bound=Section)
 
 
-def with_files_read(content: dict[str, Any], origin: str) -> dict[str, Any]:
-    """Return the content of a scene with tables and numbers in place of the files of its sea.
+def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
+    """Return the keys of a ship with tables and numbers in place of the files of its sea.
 
     `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator at its
     heading, `ship.roll` with a decay its period and damping ratio. The rest is left as it is.
 
     Args:
-        content: keys and values of a scene as read, not checked yet; its ship is a mapping.
+        ship: keys and values as read, not checked yet.
         origin: of the scene, for errors.
 
     Raises:
         SceneError: keys that are wrong, with their path; files that are missing or wrong, with
             file and line.
     """
-    ship = content['ship']
     read = dict(ship)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
         read['sea'] = _read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)
@@ -44,7 +43,7 @@ def with_files_read(content: dict[str, Any], origin: str) -> dict[str, Any]:
         read['rao'] = _read(RaoFile, read_operator, ship, 'rao.path', origin)
     if _holds(ship, 'roll', 'decay'):
         read['roll'] = _read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
-    return content | {'ship': read}
+    return read
 
 
 def _holds(ship: dict[str, Any], section: str, key: str) -> bool:

@@ -11,18 +11,22 @@ The involute does not make it isochronous, and the well is not even: the far tur
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
-from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
-from tauto_core.machines.lever_geometry import LeverGeometry
-from tauto_core.machines.quadrature import integrate
+from tauto_core.curves.lever_parts import LeverSetting, LeverShape, Loads
+from tauto_core.curves.quadrature import integrate
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
+from tauto_core.machines.thread import Parts, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
-from tauto_core.scene.regulators import Drag, Escapement
+from tauto_core.scene.fields import NonNegative, Positive
 
 
 @dataclass(frozen=True)
@@ -45,14 +49,15 @@ class LeverMachine:
     mass: float
     weight_arm: float
     lever_inertia: float
-    geometry: LeverGeometry | CorrectedLeverGeometry
+    geometry: LeverShape
     gravity: float
     drag: Drag | None
-    escapement: Escapement | None
+    escapement: EscapementKind | None
     release_angle: float
 
     follows_apparent_vertical = True
     feels_gravity = True
+    limited_by = 'what the thread allows,'
 
     @property
     def turned_inertia(self) -> float:
@@ -91,6 +96,20 @@ class LeverMachine:
         """Return the angle that `range_rad` bounds, θ: the lever is fixed in the case."""
         del tilt
         return angle
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+
+        def of_mass(mass: float) -> tuple[float, float]:
+            heavier = replace(self, mass=mass)
+            return heavier.weight_torque, heavier.turned_inertia
+
+        loads = Loads(self.mass, self.small_period, of_mass)
+        return self.geometry.wider(amplitude, loads)
+
+    def with_inertia(self, inertia: float) -> LeverMachine:
+        """Return the machine with another wheel [kg m2], and the cam made for it."""
+        return replace(self, inertia=inertia, geometry=self.geometry.of_inertia(inertia))
 
     def beta(self, angle: ArrayLike) -> FloatArray:
         """Return β of the lever [rad]."""
@@ -204,3 +223,47 @@ class LeverMachine:
 def _tau_of_sine(sine: FloatArray) -> FloatArray:
     """Return |τ| = √tan(β/2) of sin β."""
     return np.asarray(np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))))
+
+
+class LeverThread(ThreadKind):
+    """Thread tied to a lever, level at rest, that carries the weight: Sully's own (1727, V)."""
+
+    moves_the_weight = True
+    rank = 3
+
+    kind: Literal['lever'] = 'lever'
+    arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')
+    weight_arm: Positive = Field(description='from the fulcrum to the weight [m]')
+    length: Positive = Field(description='free length of the thread at rest [m]')
+    inertia: NonNegative = Field(
+        default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
+    )
+
+    def machine(self, parts: Parts) -> LeverMachine:
+        """Return the lever machine.
+
+        Raises:
+            SceneError: a cam that does not go with a lever.
+        """
+        mass = parts.power.pull.carried_mass
+        lever = LeverSetting(
+            inertia=parts.inertia,
+            weight_torque=mass * parts.gravity * self.weight_arm,
+            turned_inertia=mass * self.weight_arm**2 + self.inertia,
+            arm=self.arm,
+            length=self.length,
+        )
+        return LeverMachine(
+            inertia=parts.inertia,
+            mass=mass,
+            weight_arm=self.weight_arm,
+            lever_inertia=self.inertia,
+            geometry=parts.cam.on_lever(lever),
+            gravity=parts.gravity,
+            drag=parts.drag,
+            escapement=parts.escapement,
+            release_angle=parts.release_angle,
+        )
+
+
+KIND = LeverThread

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from tauto_core.curves.cam import Cam
+from tauto_core.curves.curvature import hollow
 from tauto_core.curves.inversion import invert_lift
+from tauto_core.curves.kind import CamKind, Setting
 from tauto_core.curves.levers import SmoothLever, TableLever
 from tauto_core.samples import FloatArray
+from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
+from tauto_core.scene.fields import Text
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -249,3 +255,53 @@ def _check_spline(path: Path, table: Table) -> None:
         )
         remedy = 'End the table before that angle or move the hole away.'
         raise SceneError(name, HEADER[1], float(arm(highest)), problem, remedy)
+
+
+def wrappable(path: Path, table: Table) -> Table:
+    """Return a tabulated cam if a thread can wrap it.
+
+    Raises:
+        SceneError: a cheek that would be hollow.
+    """
+    stretch = hollow(table, table.range_rad)
+    if stretch is None:
+        return table
+    start, end = stretch
+    sooner = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
+    raise SceneError(
+        str(path),
+        HEADER[1],
+        float(table.lever_arm(start)),
+        f'the cheek would be hollow from {start:.6g} to {end:.6g} rad (a radius of curvature '
+        'below 0), and a thread bridges a hollow',
+        f'{sooner} the lever arm bend down less there.',
+    )
+
+
+class TableCam(CamKind):
+    """Lever arm tabulated against the angle: CSV with the columns angle_rad, lever_arm_m.
+
+    A lever law makes a cam for either thread; a hole only turns the normal by arcsin(t/a).
+    """
+
+    threads = ('vertical', 'hole')
+    rank = 4
+
+    kind: Literal['table'] = 'table'
+    path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')
+
+    def made(self, setting: Setting) -> Table:
+        """Return the cam through the rows, whatever wheel and power.
+
+        Raises:
+            SceneError: naming file, line, value and remedy.
+        """
+        path = data_path(self.path)
+        return wrappable(path, load_table(path, setting.distance))
+
+    def files(self) -> Iterator[tuple[str, str]]:
+        """Yield the table."""
+        yield 'trochlea.cam.path', self.path
+
+
+KIND = TableCam

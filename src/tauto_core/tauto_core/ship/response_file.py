@@ -19,7 +19,7 @@ from tauto_core.scene.csv_columns import Columns, read_columns
 from tauto_core.scene.data import source_name
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.fields import Section, Text
-from tauto_core.scene.ships import Heading
+from tauto_core.ship.sea_sections import Heading
 
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
 ROLL = ('roll_re', 'roll_im')

@@ -13,13 +13,14 @@ with θ², and up to a dead point. Forms are free of cancellation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from tauto_core.machines import lever_parts
-from tauto_core.machines.lever_parts import Pose
+from tauto_core.curves import lever_parts
+from tauto_core.curves.lever_parts import Loads, Pose
+from tauto_core.curves.nearest import choices
 from tauto_core.samples import FloatArray
 
 
@@ -85,6 +86,39 @@ class LeverGeometry:
     def edges(self) -> tuple[float, float]:
         """Least and largest τ: where a dead point or the end of the thread is near."""
         return lever_parts.edges(self._usable)
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| on both sides [rad]."""
+        low, high = self.theta(np.array(self.edges)).tolist()
+        return float(min(-low, high))
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+
+        A smaller cam winds up less; a longer lever or thread may do.
+        """
+        del loads
+
+        def holds(**change: float) -> bool:
+            return replace(self, **change).range_rad >= amplitude
+
+        return choices(
+            (
+                'a base_radius of at most',
+                'm',
+                self.base_radius,
+                0.5,
+                lambda to: holds(base_radius=to),
+            ),
+            ('a lever arm of at least', 'm', self.arm, 2.0, lambda to: holds(arm=to)),
+            ('a thread of at least', 'm', self.length, 2.0, lambda to: holds(length=to)),
+        )
+
+    def of_inertia(self, inertia: float) -> LeverGeometry:
+        """Return itself: no involute is made for a wheel."""
+        del inertia
+        return self
 
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (l₀² − l²)/τ² [m2] and l [m]."""

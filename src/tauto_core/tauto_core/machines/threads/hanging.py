@@ -13,18 +13,23 @@ modes of paper C (`modes`).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
+from pydantic import Field
 
+from tauto_core.curves.nearest import nearest
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
 from tauto_core.machines.hanging_swing import common_swing
 from tauto_core.machines.modes import Modes, modes
+from tauto_core.machines.thread import Parts, ThreadKind
 from tauto_core.machines.trochlea import SlackThreadError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
-from tauto_core.scene.regulators import Drag, Escapement
+from tauto_core.scene.fields import Positive
 
 Angles = TypeVar('Angles', FloatArray, np.ndarray)
 
@@ -57,11 +62,12 @@ class HangingMachine:
     length: float
     gravity: float
     drag: Drag | None
-    escapement: Escapement | None
+    escapement: EscapementKind | None
     release_angle: float
 
     follows_apparent_vertical = True
     feels_gravity = True
+    limited_by = 'what the thread allows,'
 
     @cached_property
     def modes(self) -> Modes:
@@ -107,6 +113,22 @@ class HangingMachine:
     def felt_angle(self, angle: float, tilt: float) -> float:
         """Return u of a wheel at `angle` in its case, the thread plumb [rad]."""
         return angle - tilt
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
+
+        def holds(length: float, radius: float) -> bool:
+            return replace(self, length=length, base_radius=radius).range_rad >= amplitude
+
+        length = nearest(
+            0.5 * wound * self.base_radius, 2.0, lambda value: holds(value, self.base_radius)
+        )
+        radius = nearest(2.0 * self.length / wound, 0.5, lambda value: holds(self.length, value))
+        return (
+            f', or use a thread of at least {length:.4g} m or a base_radius of at most '
+            f'{radius:.4g} m'
+        )
 
     def accelerations(
         self, psi: Angles, delta: Angles, psi_rate: Angles, delta_rate: Angles
@@ -184,3 +206,31 @@ class HangingMachine:
                 'amplitude or a lighter weight'
             )
         return swing.period
+
+
+class HangingThread(ThreadKind):
+    """Thread that hangs free with its weight, and swings."""
+
+    moves_the_weight = True
+    rank = 4
+
+    kind: Literal['hanging'] = 'hanging'
+    length: Positive = Field(description='free length of the thread at rest [m]')
+
+    def machine(self, parts: Parts) -> HangingMachine:
+        """Return the machine whose thread swings."""
+        rate = parts.cam.made(self.setting(parts)).linear_rate
+        assert rate is not None  # of the cams it goes with
+        return HangingMachine(
+            inertia=parts.inertia,
+            mass=parts.power.pull.carried_mass,
+            base_radius=rate,
+            length=self.length,
+            gravity=parts.gravity,
+            drag=parts.drag,
+            escapement=parts.escapement,
+            release_angle=parts.release_angle,
+        )
+
+
+KIND = HangingThread

@@ -1,50 +1,31 @@
-"""Cams that are tautochrones where Euler's two are not: beyond Euler, theory D and E2.
-
-The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
-mass m, V = m g h, the map (√(I/m) ϑ, h) makes a bead on a wire of the machine, and the wire must
-be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω².
-
-Both take a vertical thread or one through a hole. Only through a hole is the weight's motion
-strictly along the thread; a vertical thread is the limit of a long one (theory A).
-"""
+"""The cam that is a tautochrone for a weight with inertia: beyond Euler, theory D."""
 
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
-from tauto_core.curves.cam import Cam
+from tauto_core.curves.corrected_cam import CorrectedCam
 from tauto_core.curves.fitting import smooth_lever
-from tauto_core.curves.levers import SmoothLever, SpringLever
-from tauto_core.curves.series import arctangent_defect, involute_defect, sine_defect
+from tauto_core.curves.kind import CamKind, Setting, rate_for_period
+from tauto_core.curves.levers import SmoothLever
+from tauto_core.curves.nearest import farther, nearest
+from tauto_core.curves.series import arctangent_defect, sine_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
+from tauto_core.scene.fields import Positive
 
 STEEPEST = 1000.0
 """tan χ at the edge of a weight's cam on a vertical thread, where t grows without bounds."""
 
 _STEPS = 60
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
-
-
-class CorrectedCam(Cam):
-    """A cam whose lever arm departs from t'(0)·ϑ so that one power train is isochronous."""
-
-    @abstractmethod
-    def _arm_gain(self, angle: FloatArray) -> FloatArray:
-        """Return t(ϑ) − t'(0)·ϑ [m], without cancellation."""
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        rate = float(self.lever_rate(0.0))
-        sine, cosine = np.sin(angle), np.cos(angle)
-        arm, gain = self._arm_gain(angle), self._rate_gain(angle)
-        x = -rate * involute_defect(angle) + (arm * cosine - gain * sine)
-        return x, rate * (cosine + angle * sine) + (arm * sine + gain * cosine)
 
 
 @dataclass(frozen=True)
@@ -173,88 +154,48 @@ class WeightCorrected(CorrectedCam):
         gain: FloatArray = 0.5 * self.gyration * bent
         return gain
 
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
 
-@dataclass(frozen=True)
-class SpringCorrected(CorrectedCam):
-    """The tautochrone for a massless spring of any stiffness (theory E2).
+        A heavier weight needs shorter lever arms, a longer period likewise.
+        """
 
-    With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), which becomes the
-    involute as κ → 0. The torque is −I ω²ϑ exactly. Through a hole at distance a the range is
-    a/√(b² − a²c²), none where a c ≥ b. The cheek may be hollow at its tip: see `curvature`.
+        def heavier(tried: float) -> bool:
+            share = tried / mass
+            wider = replace(self, rate=self.rate / share, mass_ratio=self.mass_ratio * share)
+            return wider.range_rad >= amplitude
 
-    Attributes:
-        rate: b = t'(0) [m/rad], > 0.
-        stiffness_ratio: κ/P [1/m], ≥ 0.
-        distance: of the hole from the axle, a [m]; inf for a vertical thread.
-    """
+        def slower(tried: float) -> bool:
+            share = tried / period
+            return replace(self, rate=self.rate / (share * share)).range_rad >= amplitude
 
-    rate: float
-    stiffness_ratio: float
-    distance: float = math.inf
+        heaviest, slowest = nearest(mass, 2.0, heavier), nearest(period, 2.0, slower)
+        hanging = replace(self, distance=math.inf)
+        reachable = hanging.range_rad >= amplitude
+        away = farther(float(hanging.lever_arm(amplitude))) if reachable else ''
+        return (
+            f', or use a weight of at least {heaviest:.4g} kg (this one is too light for the '
+            f'period, or the wheel too heavy), or a period of at least {slowest:.4g} s{away}'
+        )
 
-    @property
-    def lever(self) -> SpringLever:
-        """The law of the lever arm as plain numbers."""
-        return SpringLever(self.rate, self.bend)
 
-    @property
-    def bend(self) -> float:
-        """c² = bκ/P [1/rad²]."""
-        return self.rate * self.stiffness_ratio
+class WeightCorrectedCam(CamKind):
+    """The tautochrone for a weight that has inertia, made for one period (theory D)."""
 
-    @property
-    def suits(self) -> tuple[float, float]:
-        """(0, κ/P): a spring of this stiffness for its pull, without inertia."""
-        return 0.0, self.stiffness_ratio
+    threads = ('vertical', 'hole')
+    corrects = 'weight'
+    rank = 5
 
-    @property
-    def range_rad(self) -> float:
-        """Where t reaches the hole [rad]; inf where it never does."""
-        reached = self.distance * math.sqrt(self.bend)
-        if math.isinf(self.distance) or reached >= self.rate:
-            return math.inf
-        return self.distance / math.sqrt((self.rate - reached) * (self.rate + reached))
+    kind: Literal['weight_corrected'] = 'weight_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
 
-    @property
-    def hole_distance(self) -> float:
-        """Distance a of the hole [m]; inf for a vertical thread."""
-        return self.distance
+    def made(self, setting: Setting) -> WeightCorrected:
+        """Return the cam for the wheel and its weight."""
+        rate = rate_for_period(setting, self.period)
+        return WeightCorrected(rate, setting.pull.carried_mass / setting.inertia, setting.distance)
 
-    def lever_arm(self, angle: ArrayLike) -> FloatArray:
-        """Return t = bϑ/√(1 + c²ϑ²) [m]."""
-        angle = self.within(angle)
-        return self.rate * angle / np.sqrt(self._square(angle))
 
-    def lever_rate(self, angle: ArrayLike) -> FloatArray:
-        """Return t' = b (1 + c²ϑ²)^(−3/2) [m/rad]."""
-        rate: FloatArray = self.rate * self._square(self.within(angle)) ** -1.5
-        return rate
-
-    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
-        """Return t'' = −3bc²ϑ (1 + c²ϑ²)^(−5/2) [m/rad²]."""
-        angle = self.within(angle)
-        bent: FloatArray = -3.0 * self.rate * self.bend * angle * self._square(angle) ** -2.5
-        return bent
-
-    def lift(self, angle: ArrayLike) -> FloatArray:
-        """Return h = (√(P² + κkϑ²) − P)/κ = bϑ²/(1 + √(1 + c²ϑ²)) [m]."""
-        angle = self.within(angle)
-        return self.rate * angle * angle / (1.0 + np.sqrt(self._square(angle)))
-
-    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
-        """Return ϑ = √(h (2 + hκ/P)/b) [rad], for 0 ≤ h ≤ h(range)."""
-        lift = np.asarray(lift, dtype=np.float64)
-        return self.within(np.sqrt(lift * (2.0 + self.stiffness_ratio * lift) / self.rate))
-
-    def _square(self, angle: FloatArray) -> FloatArray:
-        square: FloatArray = 1.0 + self.bend * angle * angle
-        return square
-
-    def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        return self.rate * np.expm1(-1.5 * np.log1p(self.bend * angle * angle))
-
-    def _arm_gain(self, angle: FloatArray) -> FloatArray:
-        return self.rate * angle * np.expm1(-0.5 * np.log1p(self.bend * angle * angle))
+KIND = WeightCorrectedCam
 
 
 def _rising(mean: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,6 +18,38 @@ LEAST_FREE = 0.1
 
 _SCAN = 4096
 _HALVINGS = 60
+
+
+class LeverSetting(NamedTuple):
+    """What the cam of a lever is made for.
+
+    Attributes:
+        inertia: I of the wheel [kg m2].
+        weight_torque: m g AD of the weight about the fulcrum, the lever level [N m].
+        turned_inertia: J of weight and lever about the fulcrum [kg m2].
+        arm: AB, from the fulcrum to the thread [m].
+        length: of the free thread at rest [m].
+    """
+
+    inertia: float
+    weight_torque: float
+    turned_inertia: float
+    arm: float
+    length: float
+
+
+class Loads(NamedTuple):
+    """What a heavier weight would change of a lever, by the mass [kg].
+
+    Attributes:
+        mass: of the weight there is [kg].
+        period: of small swings [s].
+        of_mass: torque about the fulcrum [N m] and inertia about it [kg m2] of a mass.
+    """
+
+    mass: float
+    period: float
+    of_mass: Callable[[float], tuple[float, float]]
 
 
 class Pose(NamedTuple):
@@ -35,6 +67,72 @@ class Pose(NamedTuple):
     beta: FloatArray
     delta: FloatArray
     free: FloatArray
+
+
+class LeverShape(Protocol):
+    """Cam, thread and lever of Sully's machine; see `lever_geometry`."""
+
+    @property
+    def base_radius(self) -> float:
+        """r, dt/du at rest [m]."""
+        ...
+
+    @property
+    def arm(self) -> float:
+        """AB, from the fulcrum to the thread [m]."""
+        ...
+
+    @property
+    def length(self) -> float:
+        """l₀ of the free thread at rest [m]."""
+        ...
+
+    @property
+    def depth(self) -> float:
+        """Depth of B under C at rest, r + l₀ [m]."""
+        ...
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """Least and largest τ."""
+        ...
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| on both sides [rad]."""
+        ...
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return t/(r τ)."""
+        ...
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return where everything is."""
+        ...
+
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ, the wheel's angle [rad]."""
+        ...
+
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ."""
+        ...
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ and d²β/dθ² [1/rad]."""
+        ...
+
+    def tau_of(self, theta: FloatArray) -> FloatArray:
+        """Return τ of the wheel's angle, within the edges."""
+        ...
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        ...
+
+    def of_inertia(self, inertia: float) -> LeverShape:
+        """Return the shape for another wheel [kg m2]."""
+        ...
 
 
 def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:

@@ -20,16 +20,20 @@ since δ leans the same way on both.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from tauto_core.machines import lever_parts
-from tauto_core.machines.lever_parts import Pose
-from tauto_core.machines.quadrature import integrate
+from tauto_core.curves import lever_parts
+from tauto_core.curves.kind import CamKind
+from tauto_core.curves.lever_parts import LeverSetting, Loads, Pose
+from tauto_core.curves.nearest import choices
+from tauto_core.curves.quadrature import integrate
 from tauto_core.samples import FloatArray
+from tauto_core.scene.fields import Positive
 
 _COMPLEX_STEP = 1e-30
 
@@ -146,6 +150,34 @@ class CorrectedLeverGeometry:
         sine, cosine = np.sin(u), np.cos(u)
         return line.arm * cosine - line.p * sine, line.arm * sine + line.p * cosine
 
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| on both sides [rad]."""
+        low, high = self.theta(np.array(self.edges)).tolist()
+        return float(min(-low, high))
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+
+        A heavier weight needs a smaller cam, a longer period likewise.
+        """
+
+        def holds(*, mass: float = loads.mass, period: float = loads.period) -> bool:
+            torque, turned = loads.of_mass(mass)
+            wider = replace(
+                self, frequency=math.tau / period, weight_torque=torque, turned_inertia=turned
+            )
+            return wider.range_rad >= amplitude
+
+        return choices(
+            ('a weight of at least', 'kg', loads.mass, 2.0, lambda to: holds(mass=to)),
+            ('a period of at least', 's', loads.period, 2.0, lambda to: holds(period=to)),
+        )
+
+    def of_inertia(self, inertia: float) -> CorrectedLeverGeometry:
+        """Return the cam for another wheel [kg m2]."""
+        return replace(self, inertia=inertia)
+
     def _theta_rate(self, tau: Any) -> Any:
         """Return dθ/dτ; NaN where the lever alone would be too slow."""
         quartic = tau**4
@@ -191,3 +223,27 @@ class CorrectedLeverGeometry:
         line = self._line(tau)
         fits = lever_parts.clear(line.beta, line.delta, (line.reach - line.p) / self.length)
         return np.asarray(fits & (self.radius_of_curvature(tau) > 0.0))
+
+
+class LeverCorrectedCam(CamKind):
+    """The tautochrone for Sully's lever machine, made for one period (theory A)."""
+
+    threads = ('lever',)
+    rank = 7
+
+    kind: Literal['lever_corrected'] = 'lever_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+    def on_lever(self, lever: LeverSetting) -> CorrectedLeverGeometry:
+        """Return the cam for the wheel, and the lever with its weight."""
+        return CorrectedLeverGeometry(
+            inertia=lever.inertia,
+            frequency=math.tau / self.period,
+            weight_torque=lever.weight_torque,
+            turned_inertia=lever.turned_inertia,
+            arm=lever.arm,
+            length=lever.length,
+        )
+
+
+KIND = LeverCorrectedCam
