@@ -150,15 +150,16 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     Raises:
         SceneError: naming file, line, value and remedy.
     """
-    rows = _read(path)
-    _check_rows(path, rows)
+    rows = read_rows(path)
+    _check_first(path, rows)
+    check_rows(path, rows)
     angles, arms = np.array([row[1:] for row in rows]).T
     table = Table(path.name, _spline(path, angles, arms), distance)
-    _check_spline(path, table)
+    check_spline(path, table)
     return table
 
 
-def _read(path: Path) -> list[tuple[int, float, float]]:
+def read_rows(path: Path) -> list[tuple[int, float, float]]:
     """Return (line, angle, arm) of all rows; blank lines are skipped."""
     name = str(path)
     try:
@@ -193,15 +194,16 @@ def _number(name: str, line: int, column: str, cell: str) -> float:
     return value
 
 
-def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
+def check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
+    """Refuse too few rows, angles that do not increase, and arms that are not positive.
+
+    Raises:
+        SceneError: naming file, line, value and remedy.
+    """
     name = str(path)
     if len(rows) < LEAST_ROWS:
         problem = f'a quintic spline needs at least {LEAST_ROWS} rows'
         raise SceneError(name, 'number of rows', len(rows), problem, 'Tabulate more angles.')
-    line, *first = rows[0]
-    if first != [0.0, 0.0]:
-        remedy = 'Begin at rest; negative angles are the mirror image and are not tabulated.'
-        raise SceneError(name, f'line {line}', tuple(first), 'the first row is not 0,0', remedy)
     for (_, before, _), (line, angle, arm) in pairwise(rows):
         if angle <= before:
             problem = f'angles must strictly increase, and the row before has {before!r}'
@@ -211,6 +213,16 @@ def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
             problem = 'the lever arm must be > 0, or nothing drives the wheel back'
             remedy = 'End the table before the arm vanishes.'
             raise SceneError(name, f'line {line}, {HEADER[1]}', arm, problem, remedy)
+
+
+def _check_first(path: Path, rows: list[tuple[int, float, float]]) -> None:
+    name = str(path)
+    for line, *first in rows[:1]:
+        if first != [0.0, 0.0]:
+            remedy = 'Begin at rest; negative angles are the mirror image and are not tabulated.'
+            raise SceneError(
+                name, f'line {line}', tuple(first), 'the first row is not 0,0', remedy
+            )
 
 
 def _spline(path: Path, angles: FloatArray, arms: FloatArray) -> TableLever:
@@ -227,13 +239,25 @@ def _spline(path: Path, angles: FloatArray, arms: FloatArray) -> TableLever:
     knots = np.unique(whole.x[whole.x >= 0.0])
     pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
     coefficients = np.ascontiguousarray(whole.c[::-1, pieces].T)
-    # zero by symmetry, up to the rounding of the solver
+    return law_of_pieces(knots, coefficients)
+
+
+def law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
+    """Return the odd law of a quintic spline.
+
+    Args:
+        knots: from 0 to the range [rad], shape (n + 1,).
+        coefficients: of (ϑ − knots[k])^j, shape (n, 6); rounding makes those even in ϑ at rest.
+    """
+    from scipy.interpolate import PPoly
+
+    # zero by symmetry
     coefficients[0, ::2] = 0.0
     lifts = PPoly(np.ascontiguousarray(coefficients.T[::-1]), knots).antiderivative()(knots[:-1])
     return TableLever(knots, coefficients, lifts)
 
 
-def _check_spline(path: Path, table: Table) -> None:
+def check_spline(path: Path, table: Table) -> None:
     """Refuse a spline that swings below zero, or out of the hole's reach, between the rows."""
     name, arm = str(path), table._arm
     slope = float(table.lever_rate(0.0))
