@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,8 +28,23 @@ from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
 
-def check_scene(scene: Scene) -> None:
+class Built(NamedTuple):
+    """What a scene was found to be made of: built once, and handed on to what runs it.
+
+    Attributes:
+        machine: its regulator.
+        motion: of its ship, from the start.
+    """
+
+    machine: AnyMachine | FluidPendulum
+    motion: ShipMotion
+
+
+def check_scene(scene: Scene) -> Built:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
+
+    Returns:
+        Machine and ship's motion, for what runs the scene.
 
     Raises:
         SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
@@ -43,11 +59,13 @@ def check_scene(scene: Scene) -> None:
     _check_dial(scene, machine.frequency)
     if isinstance(machine, FluidPendulum):
         _check_swing(scene, machine)
-        return
+        return Built(machine, ShipMotion(scene))
     _check_escapement(scene, machine.range_rad)
     felt_parts(scene)
-    _check_start(scene, machine, ShipMotion(scene))
+    motion = ShipMotion(scene)
+    _check_start(scene, machine, motion)
     _check_motion(scene, machine)
+    return Built(machine, motion)
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
@@ -56,7 +74,9 @@ def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
     # a suspended case begins at rest, θ = φ
     tilts = scene.suspension is None and machine.felt_angle(0.0, 1.0) != 0.0
     if tilts and math.isfinite(machine.range_rad):
+        begun = motion.state()
         felt = attitude(motion.produce(1))  # the sea's kernels, slow to load
+        motion.restore(begun)
         tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     angle = machine.felt_angle(machine.release_angle, tilt)
     if not abs(angle) <= machine.range_rad:

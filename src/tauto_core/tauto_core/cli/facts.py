@@ -41,18 +41,15 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         MotionDataError: its measured motion cannot be used.
     """
     from tauto_core.cli.what_runs import hangs, left_out, reason, resonances, thread, way
-    from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.ship import ShipMotion
     from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
 
     scene = load_scene(name_or_path)
     with naming(name_or_path, scene.name):
-        check_scene(scene)
-    machine, motion = compile_machine(scene), ShipMotion(scene)
+        machine, motion = check_scene(scene)
     warnings = [*motion.warnings, *resonances(scene, machine)]
     name = propagator_name(machine, still=scene.lies_still)
     expected = forecast(scene, machine, motion)

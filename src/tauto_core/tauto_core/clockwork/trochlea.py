@@ -57,6 +57,7 @@ class TrochleaStage:
         scene: what to simulate; its motion comes through `feed`.
         anchor: 'scene': the first stamp must be `starts_at`, the run ends with the scene.
             'first': time starts at the first stamp, whatever it is, and runs on.
+        machine: of the scene, where it is built already.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -65,11 +66,16 @@ class TrochleaStage:
     inputs: ClassVar[tuple[str, ...]] = (SHIP_IMU,)
     outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, READING)
 
-    def __init__(self, scene: Scene, anchor: Literal['scene', 'first'] = 'scene') -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        anchor: Literal['scene', 'first'] = 'scene',
+        machine: AnyMachine | FluidPendulum | None = None,
+    ) -> None:
         self._scene = scene
         self._anchor = anchor
         self._still = scene.lies_still
-        self._machine: AnyMachine | FluidPendulum = compile_machine(scene)
+        self._machine = compile_machine(scene) if machine is None else machine
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = scene.clock.nominal_period or self._machine.small_period
