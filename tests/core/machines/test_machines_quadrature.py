@@ -21,6 +21,7 @@ from tauto_core.curves import (
     Involute,
     WeightCorrected,
     quadrature,
+    synthesis,
 )
 from tauto_core.curves.cams import lever_corrected
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
@@ -32,7 +33,6 @@ from tauto_core.machines import (
     axle_pendulum,
     descent,
     half_swing,
-    synthesis,
     trochlea,
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
-from tauto_core.machines import Machine
-from tauto_core.machines.synthesis import (
+from tauto_core.curves.synthesis import (
     PowerTrain,
     SynthesisError,
     synthesise,
     synthesised_cam,
 )
+from tauto_core.machines import Machine
 
 INERTIA, OMEGA = 4e-4, math.pi
 

@@ -129,8 +129,8 @@ class Trochlea(Section):
             )
             others = f'a pull without inertia or stiffness needs {plain}'
         else:
-            corrector = next(each for each in cam_kinds() if each.corrects == power.acts_as)
-            others = f'{power.words} needs cam kind {kind_of(corrector)}'
+            correctors = (kind_of(each) for each in cam_kinds() if each.corrects == power.acts_as)
+            others = f'{power.words} needs cam kind {next(correctors, "synthesised")}'
         weightless = power.kind == 'weight' and power.acts_as == 'force'
         return Problem(
             'trochlea.power.massless' if weightless else 'trochlea.power.kind',

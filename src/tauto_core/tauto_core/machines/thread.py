@@ -116,6 +116,14 @@ class ThreadKind(Kind):
             'drag.coulomb': 0.0 if drag is None else drag.coulomb,
             'escapement.rest.friction': 0.0 if escapement is None else escapement.friction,
         }
+        if escapement is not None and escapement.ebb is not None:
+            yield Problem(
+                'escapement.kind',
+                escapement.kind,
+                f'with impulses that weaken does not go with trochlea.thread.kind {self.kind}',
+                'Give impulses that are all the same (fall 0), or use thread kind vertical or '
+                'hole.',
+            )
         for key, friction in frictions.items():
             if friction > 0.0:
                 yield Problem(

@@ -73,7 +73,7 @@ class Machine:
     @property
     def is_harmonic(self) -> bool:
         """Whether the well is exactly harmonic in the arc: the cam is the power's tautochrone."""
-        stiffness = self.stiffness / self.force if self.stiffness else 0.0
+        stiffness = self.stiffness / self._rest_pull if self.stiffness else 0.0
         return self.cam.suits == (self.carried_mass / self.inertia, stiffness)
 
     @property

@@ -1,10 +1,12 @@
-"""The plain escapement: the same impulse each beat."""
+"""The plain escapement: what the train has, it gives."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-from tauto_core.machines.escapement import EscapementKind
+from pydantic import Field
+
+from tauto_core.machines.escapement import Ebb, EscapementKind, Train
 
 
 class Escapement(EscapementKind):
@@ -13,6 +15,17 @@ class Escapement(EscapementKind):
     rank = 1
 
     kind: Literal['impulse'] = 'impulse'
+    train: Train | None = Field(
+        default=None,
+        description='mapping: fall, impulses; when left out all impulses are the same',
+    )
+
+    @property
+    def ebb(self) -> Ebb | None:
+        """That of the train: what it lacks, the impulses lack."""
+        if self.train is None or self.train.fall == 0.0:
+            return None
+        return Ebb(self.train.fall, self.train.impulses)
 
 
 KIND = Escapement

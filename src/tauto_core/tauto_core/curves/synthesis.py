@@ -20,7 +20,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tauto_core.curves import Fitted
+from tauto_core.curves.cams.table import Fitted
 from tauto_core.curves.curvature import hollow
 from tauto_core.curves.fitting import smooth_lever
 from tauto_core.curves.quadrature import integrate
