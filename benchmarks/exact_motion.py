@@ -2,8 +2,8 @@
 
 Sums of cosines and their derivatives stand for roll and heave at every instant. A wheel with one
 degree of freedom moves by `reference_propagator`, whose forcing they take the place of; the lever
-and the swinging thread by the Lagrangians of tests/core/motion/thread_references.py; a hung case by
-its own linear equations (theory E3). Nothing is shared with the engine or with the forecast but
+and the swinging thread by the Lagrangians of tests/core/motion/thread_references.py; a hung case
+by its own linear equations (theory E3). Nothing is shared with the engine or with the forecast but
 the machine's geometry and the definition of the phase (theory E4).
 """
 

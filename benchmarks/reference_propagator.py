@@ -65,6 +65,7 @@ class _Now:
     armed: bool = False
     turns: int = 0
     beats: int = 0
+    given: int = 0
 
 
 class Reference:
@@ -248,7 +249,11 @@ class Reference:
         if kind == IMPULSE and escapement is not None:
             self._now.armed, at = False, self._instant(t, y, d)
             self._now.pallet = d
-            rate = d * math.sqrt(at.rate * at.rate + 2.0 * escapement.energy / at.mass)
+            ebb = escapement.ebb
+            strength = 1.0 if ebb is None else ebb.strength(self._now.given)
+            self._now.given += 1
+            energy = strength * escapement.energy
+            rate = d * math.sqrt(at.rate * at.rate + 2.0 * energy / at.mass)
             return y + np.array([0.0, rate - at.rate])
         return y
 

@@ -27,7 +27,11 @@ from tauto_core.curves import (
     fluid_outline,
     series,
 )
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.descent_curve import ActaCurve, Cycloid, Mirrored, SymmetricCurve
+from tauto_core.curves.lever_geometry import LeverGeometry
+from tauto_core.curves.quadrature import gauss, integrate
+from tauto_core.curves.synthesis import PowerTrain, synthesise, synthesised_cam
 from tauto_core.machines import (
     HangingMachine,
     LeverMachine,
@@ -40,10 +44,6 @@ from tauto_core.machines import (
 )
 from tauto_core.machines.amplitude import swing_energy
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
-from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
-from tauto_core.machines.lever_geometry import LeverGeometry
-from tauto_core.machines.quadrature import gauss, integrate
-from tauto_core.machines.synthesis import PowerTrain, synthesise, synthesised_cam
 from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.arc_length import angles_of
 from tauto_core.motion.harmonic import Harmonic

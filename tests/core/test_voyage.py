@@ -11,7 +11,7 @@ from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.readiness import check_scene
 from tauto_core.samples import READING, SCENE, SHIP_FIX, SHIP_IMU, join
-from tauto_core.scene import load_scene, parse_scene
+from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
 from tauto_core.voyage import (
     Pipeline,
@@ -56,6 +56,24 @@ def test_motion_is_kept_only_where_the_log_asks(tmp_path):
     scene = load_scene('measured', duration=10.0, log={'interval': 1.0, 'motion': False})
     sail(scene, tmp_path / 'bag')
     assert SHIP_IMU not in read_bag(tmp_path / 'bag')
+
+
+def test_machine_and_sea_are_built_once_a_run(monkeypatch):
+    built = []
+
+    def count(kind, name):
+        make = getattr(kind, name)
+
+        def counted(self, given):
+            built.append(name)
+            return make(self, given)
+
+        monkeypatch.setattr(kind, name, counted)
+
+    count(HoleThread, 'machine')
+    count(SeaShip, 'channels')
+    sail(load_scene('second_cam_at_sea', duration=10.0))
+    assert sorted(built) == ['channels', 'machine']
 
 
 def test_chunks_of_any_size_give_the_same_report(measured, monkeypatch):

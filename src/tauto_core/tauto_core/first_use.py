@@ -13,13 +13,16 @@ def loaded_from(package: str, modules: Mapping[str, str]) -> Callable[[str], Any
 
     Args:
         package: its `__name__`.
-        modules: of each name, the module in it that defines it.
+        modules: of each name, the module that defines it: one of the package's own, or by its
+            full name.
     """
 
     def find(name: str) -> Any:
         if name not in modules:
             raise AttributeError(f'module {package!r} has no attribute {name!r}')
-        found = getattr(import_module(f'{package}.{modules[name]}'), name)
+        home = modules[name]
+        home = home if home.startswith('tauto_core.') else f'{package}.{home}'
+        found = getattr(import_module(home), name)
         setattr(sys.modules[package], name, found)
         return found
 

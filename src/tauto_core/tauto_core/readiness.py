@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from tauto_core.curves.nearest import that_work
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
@@ -15,9 +19,8 @@ from tauto_core.machines import (
     QuadratureError,
     compile_machine,
 )
-from tauto_core.machines.remedies import resolvable, wider_range
 from tauto_core.motion import make_propagator, propagator_name
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT, DescentError, PropagationError, SceneError
 from tauto_core.scene.times import LAST_STAMP_S
 from tauto_core.ship import Passage, ShipMotion
@@ -25,8 +28,23 @@ from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
 
-def check_scene(scene: Scene) -> None:
+class Built(NamedTuple):
+    """What a scene was found to be made of: built once, and handed on to what runs it.
+
+    Attributes:
+        machine: its regulator.
+        motion: of its ship, from the start.
+    """
+
+    machine: AnyMachine | FluidPendulum
+    motion: ShipMotion
+
+
+def check_scene(scene: Scene) -> Built:
     """Refuse what only shows when the parts meet, before anything is started or overwritten.
+
+    Returns:
+        Machine and ship's motion, for what runs the scene.
 
     Raises:
         SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
@@ -41,11 +59,13 @@ def check_scene(scene: Scene) -> None:
     _check_dial(scene, machine.frequency)
     if isinstance(machine, FluidPendulum):
         _check_swing(scene, machine)
-        return
+        return Built(machine, ShipMotion(scene))
     _check_escapement(scene, machine.range_rad)
     felt_parts(scene)
-    _check_start(scene, machine, ShipMotion(scene))
+    motion = ShipMotion(scene)
+    _check_start(scene, machine, motion)
     _check_motion(scene, machine)
+    return Built(machine, motion)
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
@@ -54,7 +74,9 @@ def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
     # a suspended case begins at rest, θ = φ
     tilts = scene.suspension is None and machine.felt_angle(0.0, 1.0) != 0.0
     if tilts and math.isfinite(machine.range_rad):
+        begun = motion.state()
         felt = attitude(motion.produce(1))  # the sea's kernels, slow to load
+        motion.restore(begun)
         tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     angle = machine.felt_angle(machine.release_angle, tilt)
     if not abs(angle) <= machine.range_rad:
@@ -64,20 +86,20 @@ def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
             machine.release_angle,
             f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
             f'±{machine.range_rad:.6g} rad',
-            f'Release the wheel nearer to rest{wider_range(machine, abs(angle))}.',
+            f'Release the wheel nearer to rest{machine.wider_range(abs(angle))}.',
         )
 
 
 def _check_motion(scene: Scene, machine: AnyMachine) -> None:
     """Refuse a machine whose motion changes too abruptly for any propagator's series."""
-    still = isinstance(scene.ship, StillShip)
+    still = scene.lies_still
     if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
         return
     from tauto_core.motion.action_angle import LARGEST_DEGREE
     from tauto_core.motion.lever_shape import MOST_TERMS
 
     lever = isinstance(machine, LeverMachine)
-    works = resolvable(machine, lambda tried: _is_resolved(tried, still))
+    works = _resolvable(machine, lambda tried: _is_resolved(tried, still))
     changes = 'the inertia of weight and lever' if lever else 'the swing'
     raise SceneError(
         scene.name,
@@ -87,6 +109,32 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
         f'{MOST_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
         f'Use {works}.' if works else 'Use a lighter weight or a softer spring.',
     )
+
+
+def _resolvable(
+    machine: Machine | LeverMachine, resolved: Callable[[Machine | LeverMachine], bool]
+) -> str:
+    """Return the nearest machines whose motion is resolved, empty where none is near.
+
+    Args:
+        machine: whose motion is not.
+        resolved: of a machine whose range holds its release.
+    """
+
+    def released(angle: float) -> bool:
+        return resolved(replace(machine, release_angle=angle))
+
+    release = ('a release_angle of at most', 'rad', abs(machine.release_angle), 0.5, released)
+    if not isinstance(machine, LeverMachine):
+        return that_work(release)
+    lever = machine
+
+    def heavier(inertia: float) -> bool:
+        tried = lever.with_inertia(inertia)
+        return abs(tried.release_angle) <= tried.range_rad and resolved(tried)
+
+    inertia = ('an inertia of the wheel of at least', 'kg m2', lever.inertia, 2.0, heavier)
+    return that_work(inertia, release)
 
 
 def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:

@@ -7,10 +7,11 @@ the same function of the same messages.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 from tauto_core.clockwork import SwingTally
-from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import LongitudeTally
 from tauto_core.samples import (
@@ -28,7 +29,7 @@ from tauto_core.samples import (
     Samples,
     TimeSamples,
 )
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import Scene
 
 
 class Summary:
@@ -36,15 +37,16 @@ class Summary:
 
     Args:
         scene: of the voyage.
+        machine: of the scene, where it is built already.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+    def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
+        self._scene, self._built = scene, machine
         self._last: dict[str, JointSamples] = {}
         self._first_reading: tuple[int, int] | None = None
         self._last_reading: tuple[int, int] | None = None
         self._tally = LongitudeTally()
-        self._swings = SwingTally(scene)
+        self._swings = SwingTally(scene, machine)
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take batches of any topics, in order within a topic.
@@ -83,6 +85,15 @@ class Summary:
             'rate_s_per_day': rate,
         }
 
+    @cached_property
+    def _machine(self) -> AnyMachine | FluidPendulum:
+        return self._built or compile_machine(self._scene)
+
+    @property
+    def propagator(self) -> str:
+        """Name of the propagator that runs the scene."""
+        return propagator_name(self._machine, still=self._scene.lies_still)
+
     def trochlea(self) -> dict[str, float | None]:
         """Return the regulator's small-amplitude period, its state at the end, and its swing.
 
@@ -91,7 +102,7 @@ class Summary:
         wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
         if wheel is None or phase is None:
             return {}
-        machine = compile_machine(self._scene)
+        machine = self._machine
         in_fluid = isinstance(machine, FluidPendulum)
         place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
         return {
@@ -120,8 +131,3 @@ def _named(samples: JointSamples) -> dict[str, float]:
     """Return the last sample's values by name."""
     values = samples.position[-1].tolist()
     return dict(zip(samples.name, values, strict=True))
-
-
-def scene_propagator(scene: Scene) -> str:
-    """Return the name of the propagator that runs a scene."""
-    return propagator_name(compile_machine(scene), still=isinstance(scene.ship, StillShip))

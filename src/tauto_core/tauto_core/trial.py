@@ -17,9 +17,9 @@ import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.samples import NS_PER_S, PHASE, SHIP_IMU, Batches, FloatArray
-from tauto_core.scene import Scene, Solver, StillShip
-from tauto_core.scene.checks import LEAST_TOLERANCE
+from tauto_core.scene import Scene, Solver
 from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 
@@ -93,7 +93,7 @@ def try_out(scene: Scene, dial: Dial, longest_s: float, tolerance: float | None)
         beginning = beginning.model_copy(update={'solver': solver})
         as_asked, phases = phases, _phases(beginning)
         steps_s = _bound(as_asked, phases, scene, dial)
-    finer = None if isinstance(scene.ship, StillShip) else _finer(beginning)
+    finer = None if scene.lies_still else _finer(beginning)
     sampling_s = None if finer is None else _bound(phases, _phases(finer), scene, dial)
     return Trial(beginning.duration, sampling_s, steps_s)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.readiness import check_scene
 from tauto_core.samples import (
@@ -36,11 +37,10 @@ from tauto_core.samples import (
     join,
     text,
 )
-from tauto_core.scene import Scene, SeaShip, parse_scene, scene_yaml
+from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import BagError, PropagationError, TautoError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
-from tauto_core.ship.sea import sea_metadata
-from tauto_core.summary import Summary, scene_propagator
+from tauto_core.summary import Summary
 
 CHUNK = 32_768
 """Motion samples handled at once; the result does not depend on it."""
@@ -50,15 +50,20 @@ SAILED_TO_COMPILE_S = 20.0
 
 
 class ShipSource:
-    """All that comes from the ship, in order of its stamps: scene, motion, place, observations."""
+    """All that comes from the ship, in order of its stamps: scene, motion, place, observations.
+
+    Args:
+        scene: what to simulate.
+        motion: of its ship from the start, where it is built already.
+    """
 
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, motion: ShipMotion | None = None) -> None:
         self._scene = scene
         self._starts_at_ns, self._duration_ns = scene.starts_at_ns, scene.duration_ns
         self._step_ns, self._log_ns = scene.step_ns, scene.log_interval_ns
-        self._motion = ShipMotion(scene)
+        self._motion = ShipMotion(scene) if motion is None else motion
         self._observations = Observations(scene)
         self._route = Route(scene)
         self._produced = 0
@@ -158,9 +163,15 @@ def _append(known: Samples | None, new: Samples) -> Samples:
     return new if known is None else join([known, new])  # type: ignore[type-var]
 
 
-def pipeline(scene: Scene) -> Pipeline:
-    """Return the stages of a scene: trochlea, drift, longitude."""
-    return Pipeline([TrochleaStage(scene), DriftStage(scene), LongitudeStage(scene)])
+def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> Pipeline:
+    """Return the stages of a scene: trochlea, drift, longitude.
+
+    Args:
+        scene: what to simulate.
+        machine: of the scene, where it is built already.
+    """
+    trochlea = TrochleaStage(scene, machine=machine)
+    return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])
 
 
 def sail(
@@ -191,8 +202,9 @@ def sail(
     """
     started = time.perf_counter()
     with naming(origin or scene.name, scene.name):
-        check_scene(scene)
-    source, stages, summary = ShipSource(scene), pipeline(scene), Summary(scene)
+        machine, motion = check_scene(scene)
+    source, stages = ShipSource(scene, motion), pipeline(scene, machine)
+    summary = Summary(scene, machine)
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
         if bag is not None:
@@ -257,7 +269,7 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
     return {
         'scene': scene.name,
         'duration_s': scene.duration,
-        'propagator': scene_propagator(scene),
+        'propagator': summary.propagator,
         **_sea(scene),
         'trochlea': summary.trochlea(),
         'clock': summary.clock(),
@@ -268,7 +280,7 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
 
 def _sea(scene: Scene) -> dict[str, Any]:
     ship = scene.ship
-    return {'sea': sea_metadata(scene, ship)} if isinstance(ship, SeaShip) else {}
+    return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
 
 
 def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:

@@ -16,7 +16,7 @@ import numpy as np
 from tauto_core.machines import AnyMachine, FluidPendulum, Machine, SlackThreadError
 from tauto_core.motion import make_collocation, propagator_name, steps_in
 from tauto_core.samples import NS_PER_S, FloatArray
-from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
@@ -107,7 +107,7 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
-    still = isinstance(scene.ship, StillShip)
+    still = scene.lies_still
     name = propagator_name(machine, still=still)
     swing_s = _swing_s(machine)
     allowed = None if scene.solver is None else scene.solver.tolerance
@@ -222,18 +222,14 @@ def scene_waves(scene: Scene) -> Waves:
 
     None of a ship that lies still, or whose motion was measured.
     """
-    from tauto_core.ship.sea import sea_motion
-
     ship = scene.ship
     roll = heave = np.empty((2, 0))
-    if isinstance(ship, ComponentsShip):
-        roll = np.array([(c.amplitude, c.period) for c in ship.components]).reshape(-1, 2).T
-        heave = np.array([(c.amplitude, c.period) for c in ship.heave or ()]).reshape(-1, 2).T
-    elif isinstance(ship, SeaShip):
-        sea = sea_motion(scene, ship)
-        roll = np.array([sea.roll.amplitude, sea.roll.period])
-        if sea.heave is not None:
-            heave = np.array([sea.heave.amplitude, sea.heave.period])
+    if ship.is_computed:
+        moved = ship.channels(scene)
+        roll, heave = (
+            channel if harmonics is None else np.array([harmonics.amplitude, harmonics.period])
+            for harmonics, channel in ((moved.roll, roll), (moved.heave, heave))
+        )
     rolls, heaves = math.tau / roll[1], math.tau / heave[1]
     none = np.zeros(len(heaves))
     return Waves(

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from tauto_core.curves import CircularArc, Hole, Involute, Table, load_table, make_cam
-from tauto_core.scene.errors import SceneError
-from tauto_core.scene.regulators import (
+from tauto_core.curves import CircularArc, Hole, Involute, Table, load_table
+from tauto_core.scene import (
     CircularArcCam,
     ForcePower,
     HoleCam,
@@ -19,6 +18,7 @@ from tauto_core.scene.regulators import (
     Trochlea,
     VerticalThread,
 )
+from tauto_core.scene.errors import SceneError
 
 
 def write(path, angles, arms):
@@ -162,12 +162,12 @@ def trochlea(cam, thread):
 def test_cams_of_a_scene(tmp_path):
     vertical, hole = VerticalThread(), HoleThread(distance=0.08)
     arc = CircularArcCam(radius=0.02, root_depth=0.01)
-    assert make_cam(trochlea(InvoluteCam(base_radius=0.01), vertical), 9.81) == Involute(0.01)
-    assert make_cam(trochlea(HoleCam(lever_rate=0.01), hole), 9.81) == Hole(0.01, 0.08)
-    assert make_cam(trochlea(arc, vertical), 9.81) == CircularArc(0.02, 0.01)
+    assert trochlea(InvoluteCam(base_radius=0.01), vertical).made_cam(9.81) == Involute(0.01)
+    assert trochlea(HoleCam(lever_rate=0.01), hole).made_cam(9.81) == Hole(0.01, 0.08)
+    assert trochlea(arc, vertical).made_cam(9.81) == CircularArc(0.02, 0.01)
     table = TableCam(path=str(write(tmp_path / 'cam.csv', range(7), [k / 100 for k in range(7)])))
     for thread, distance in ((vertical, math.inf), (hole, 0.08)):
-        cam = make_cam(trochlea(table, thread), 9.81)
+        cam = trochlea(table, thread).made_cam(9.81)
         assert isinstance(cam, Table)
         assert (cam.range_rad, cam.hole_distance) == (6.0, distance)
 
@@ -187,14 +187,14 @@ def test_a_table_that_no_thread_can_wrap(law, hollow, tmp_path):
     table = trochlea(TableCam(path=str(file)), VerticalThread())
     begin, end = hollow
     with pytest.raises(SceneError, match='a thread bridges a hollow') as caught:
-        make_cam(table, 9.81)
+        table.made_cam(9.81)
     said = re.search(r'hollow from ([\d.]+) to ([\d.]+) rad', str(caught.value))
     np.testing.assert_allclose([float(x) for x in said.groups()], [begin, end], atol=1e-5)
     assert ('End the table before 2' in str(caught.value)) == (begin > 0.0)
     if begin:
         few = angles < begin
         write(file, angles[few].tolist(), (0.01 * law(angles[few])).tolist())
-        assert make_cam(table, 9.81).range_rad == angles[few][-1]
+        assert table.made_cam(9.81).range_rad == angles[few][-1]
 
 
 def test_the_place_where_a_lever_arm_leaves_the_hole_is_a_plain_number(tmp_path):
@@ -212,5 +212,5 @@ def test_the_place_where_a_lever_arm_leaves_the_hole_is_a_plain_number(tmp_path)
 )
 def test_cam_and_thread_that_do_not_go_together(cam, thread):
     with pytest.raises(SceneError, match='not made for this thread') as caught:
-        make_cam(trochlea(cam, thread), 9.81)
+        trochlea(cam, thread).made_cam(9.81)
     assert caught.value.value == thread.kind

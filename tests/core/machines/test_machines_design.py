@@ -7,18 +7,21 @@ from pathlib import Path
 
 import mpmath
 import pytest
-from anharmonic import (
+from hypothesis import given
+from hypothesis import strategies as st
+from linear_cam_periods import (
     spring_period_excess,
     spring_period_series,
     weight_period_excess,
     weight_period_series,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tauto_core.curves import Involute
 from tauto_core.machines import Machine
 from tauto_core.machines.design import (
+    PARIS_LINE_M,
+    RHENISH_FOOT_M,
+    SCRUPLE_M,
     complete,
     disc_inertia,
     disc_radius,
@@ -26,7 +29,6 @@ from tauto_core.machines.design import (
     length_of_period,
     length_of_thick_disc,
 )
-from tauto_core.machines.units import PARIS_LINE_M, RHENISH_FOOT_M, SCRUPLE_M
 from tauto_core.scene.errors import UsageError
 
 GOLDEN = {

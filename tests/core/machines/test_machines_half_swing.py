@@ -10,9 +10,14 @@ from scipy.integrate import solve_ivp
 from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve
 from tauto_core.curves.descent_curve import Mirrored
 from tauto_core.machines import QuadratureError
-from tauto_core.machines.elliptic import amplitude, quarter_period
 from tauto_core.machines.half_swing import far_end, grid_for, half_swing, place
-from tauto_core.machines.reverse_swing import duration_excess, end_arc, reverse_half_swing
+from tauto_core.machines.reverse_swing import (
+    amplitude,
+    duration_excess,
+    end_arc,
+    quarter_period,
+    reverse_half_swing,
+)
 from tauto_core.scene.errors import DescentError
 
 

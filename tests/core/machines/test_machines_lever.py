@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import LeverMachine, isochronism
-from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.scene.errors import CamRangeError, UsageError
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
 from scipy.integrate import solve_ivp
-from synthesis import PowerTrain, synthesise
 
-from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.synthesis import PowerTrain, synthesise
 
 # the machine of golden A5: r 20 mm, l0 300 mm, AB 100 mm, AD 150 mm, 50 g, with its small period
 INERTIA, TORQUE, TURNED = 4e-4, 0.05 * 9.81 * 0.15, 0.05 * 0.15**2

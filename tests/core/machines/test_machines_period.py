@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from anharmonic import weight_period_excess
+from linear_cam_periods import weight_period_excess
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 from scipy.special import ellipe, ellipk
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
+from tauto_core.curves.quadrature import integrate
 from tauto_core.machines import Machine, SlackThreadError, rate_s_per_day
-from tauto_core.machines.quadrature import integrate
 from tauto_core.scene.errors import CamRangeError
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']

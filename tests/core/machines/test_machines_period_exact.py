@@ -17,8 +17,8 @@ from mpmath import mpf
 from numpy.polynomial import Polynomial
 
 from tauto_core.curves import CircularArc, Hole, Table, TableLever
+from tauto_core.curves.quadrature import integrate
 from tauto_core.machines import Machine, QuadratureError
-from tauto_core.machines.quadrature import integrate
 
 INERTIA, GRAVITY = 4e-4, 9.81
 PROMISED = 1e-14

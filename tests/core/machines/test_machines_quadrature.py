@@ -13,25 +13,31 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-import synthesis
 
-from tauto_core.curves import CircularArc, Cycloid, FluidTautochrone, Involute, WeightCorrected
+from tauto_core.curves import (
+    CircularArc,
+    Cycloid,
+    FluidTautochrone,
+    Involute,
+    WeightCorrected,
+    quadrature,
+    synthesis,
+)
+from tauto_core.curves.cams import lever_corrected
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.descent_curve import Mirrored
+from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import (
     LeverMachine,
     Machine,
     axle_pendulum,
     descent,
     half_swing,
-    lever,
-    lever_corrected,
-    quadrature,
     trochlea,
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum
-from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
-from tauto_core.machines.lever_geometry import LeverGeometry
 from tauto_core.machines.reverse_swing import duration_excess
+from tauto_core.machines.threads import lever
 
 outline = importlib.import_module('tauto_core.curves.fluid_outline')
 
@@ -282,7 +288,7 @@ def test_the_outline_of_a_curve_is_spectral(share, monkeypatch):
 
 
 def test_weights_own_cam_is_the_reference_here():
-    """The closed form above is the one that curves.corrected holds."""
+    """The closed form above is the one that curves.cams.weight_corrected holds."""
     rate = INERTIA * math.pi**2 / (MASS * GRAVITY)
     cam = WeightCorrected(rate, MASS / INERTIA)
     _, exact = synthesised()

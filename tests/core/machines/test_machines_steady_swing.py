@@ -17,8 +17,7 @@ from tauto_core.machines import (
     compile_machine,
     steady_swing,
 )
-from tauto_core.scene import load_scene
-from tauto_core.scene.regulators import Drag, Escapement, Rest
+from tauto_core.scene import Drag, Escapement, Rest, load_scene
 
 HARMONIC = compile_machine(load_scene('ideal'))
 HEAVY = compile_machine(load_scene('portsmouth_jamaica'))

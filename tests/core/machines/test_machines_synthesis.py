@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from synthesis import (
+
+from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
+from tauto_core.curves.synthesis import (
     PowerTrain,
     SynthesisError,
     synthesise,
     synthesised_cam,
 )
-
-from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.machines import Machine
 
 INERTIA, OMEGA = 4e-4, math.pi

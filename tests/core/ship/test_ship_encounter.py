@@ -8,8 +8,9 @@ import pytest
 from tauto_core.scene import Rao, Roll, SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.encounter import Course
+from tauto_core.ship.motions.sea import sea_motion
 from tauto_core.ship.response import NEGLIGIBLE, operator_answer, roll_answer
-from tauto_core.ship.sea import elevation, sea_motion
+from tauto_core.ship.sea import elevation
 from tauto_core.ship.waves import Harmonics
 
 G = 9.80665

@@ -14,7 +14,8 @@ from tauto_core.bags import BagWriter
 from tauto_core.samples import text
 from tauto_core.scene import SpectrumTable, load_scene, scene_yaml
 from tauto_core.ship import ShipMotion, bag_metadata
-from tauto_core.ship.sea import band_hz, elevation, energy_below, height_and_period, sea_motion
+from tauto_core.ship.motions.sea import sea_motion
+from tauto_core.ship.sea import band_hz, elevation, energy_below, height_and_period
 from tauto_core.ship.waves import SampledHarmonics
 
 SPECTRUM = 'shipped:ndbc_44004/2000-01-01T02.csv'

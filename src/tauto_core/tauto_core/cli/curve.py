@@ -13,9 +13,9 @@ from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
     from tauto_core.curves import Cam, DescentCurve
+    from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
     from tauto_core.curves.workshop import Drawing
     from tauto_core.machines.lever_cheeks import Cheek
-    from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
     from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
 
@@ -88,12 +88,12 @@ def _cheeks(
         SceneError: a cam that cannot be built.
     """
     from tauto_core.cli import cam_files
-    from tauto_core.curves import cheeks, make_cam
+    from tauto_core.curves import cheeks
     from tauto_core.curves.workshop import draw
 
     if scene.trochlea is None:
         raise UsageError(f'{scene.name}: has no trochlea, so there is no cam')
-    curve = make_cam(scene.trochlea, scene.gravity)
+    curve = scene.trochlea.made_cam(scene.gravity)
     if reach is not None and not 0.0 < reach <= curve.range_rad:
         raise UsageError(
             f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, '
@@ -121,10 +121,10 @@ def _lever_cheeks(
     import numpy as np
 
     from tauto_core.cli import cam_files
+    from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
     from tauto_core.curves.workshop import draw_uneven
     from tauto_core.machines import LeverMachine, compile_machine
     from tauto_core.machines.lever_cheeks import cheek
-    from tauto_core.machines.lever_corrected import CorrectedLeverGeometry
 
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)

@@ -84,7 +84,7 @@ def design(
 
 def _units(length: str, weight: str, gravity: float) -> tuple[float, float]:
     """Return the units in metres and newtons."""
-    from tauto_core.machines.units import LENGTHS_M, WEIGHTS_KG
+    from tauto_core.machines.design import LENGTHS_M, WEIGHTS_KG
 
     if length not in LENGTHS_M:
         raise UsageError(f'--length-unit = {length!r}: use one of {", ".join(LENGTHS_M)}')

@@ -44,20 +44,17 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         MotionDataError: its measured motion cannot be used.
     """
     from tauto_core.cli.what_runs import hangs, left_out, reason, resonances, thread, way
-    from tauto_core.machines import compile_machine
     from tauto_core.motion import propagator_name
     from tauto_core.readiness import check_scene
-    from tauto_core.scene import SeaShip, StillShip, load_scene
+    from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.ship import ShipMotion
     from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
 
     scene = load_scene(name_or_path)
     with naming(name_or_path, scene.name):
-        check_scene(scene)
-    machine, motion = compile_machine(scene), ShipMotion(scene)
+        machine, motion = check_scene(scene)
     warnings = [*motion.warnings, *resonances(scene, machine)]
-    name = propagator_name(machine, still=isinstance(scene.ship, StillShip))
+    name = propagator_name(machine, still=scene.lies_still)
     expected = forecast(scene, machine, motion)
     stepping = expected.steps_a_swing is not None
     return {
@@ -72,7 +69,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
             'measured_on': MEASURED_ON,
         },
         'ship': scene.ship.kind,
-        **({'sea': motion.metadata} if isinstance(scene.ship, SeaShip) else {}),
+        **({scene.ship.reported_as: motion.metadata} if scene.ship.reported_as else {}),
         'motion_samples': motion.total,
         'motion_step_s': scene.step_ns * 1e-9,
         'suspension': hangs(scene, machine),

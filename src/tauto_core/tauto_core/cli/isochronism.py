@@ -35,10 +35,10 @@ def isochronism(
 
     loaded = load_scene(scene)
     if loaded.regulator is not None:
-        from tauto_core.machines.fluid_pendulum import compile_fluid_pendulum
+        from tauto_core.machines.fluid_regulator import compile_fluid_pendulum
 
         with naming(scene, loaded.name):
-            pendulum = compile_fluid_pendulum(loaded, loaded.regulator)
+            pendulum = compile_fluid_pendulum(loaded.name, loaded.gravity, loaded.regulator)
         numbers, nominal = _numbers(amplitudes), loaded.clock.nominal_period
         descents = machines.descent_isochronism(pendulum, numbers, nominal)
         typer.echo(json.dumps(descents, allow_nan=False)) if as_json else _print_descents(descents)

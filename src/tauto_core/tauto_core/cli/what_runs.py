@@ -11,7 +11,7 @@ from tauto_core.machines import (
     LeverMachine,
     Machine,
 )
-from tauto_core.scene import Drag, RecordedShip, Scene, StillShip, WeightPower
+from tauto_core.scene import Drag, Scene
 
 
 def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -> str:
@@ -28,7 +28,7 @@ def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -
             'the fluid takes a known part of the arc from each half swing: one after the other, '
             f'any instant in them {how}'
         )
-    still = isinstance(scene.ship, StillShip)
+    still = scene.lies_still
     if not isinstance(machine, Machine):
         return _of_real_thread(machine, propagator, still=still)
     uneven = _uneven(machine)
@@ -205,27 +205,16 @@ def way(scene: Scene) -> dict[str, Any] | None:
 
 def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
     """Return the terms that a scene does not contain; they are not in the code that runs."""
-    ship, drag, escapement = scene.ship, machine.drag, scene.escapement
-    power = None if scene.trochlea is None else scene.trochlea.power
-    still = isinstance(ship, StillShip)
-    if isinstance(ship, RecordedShip):
-        heave = ship.recorded.heave_column is not None or ship.recorded.topic is not None
-    else:
-        heave = bool(getattr(ship, 'heave', None))
-    absent = {
-        'added mass': scene.regulator is not None and not scene.regulator.added_mass,
-        'drag': drag is None and scene.regulator is None,
-        'viscous drag': drag is not None and not drag.viscous,
-        'quadratic drag': drag is not None and not drag.quadratic,
-        'friction': drag is not None and not drag.coulomb,
-        'escapement': escapement is None,
-        'recoil': escapement is not None and not escapement.recoil,
-        'roll': still,
-        'heave': not heave,
-        'apparent gravity': not still and not machine.feels_gravity,
-        'suspension': scene.suspension is None,
-        "the weight's inertia": isinstance(power, WeightPower) and power.massless,
-        'clock noise': not scene.clock.is_noisy,
-        'voyage': scene.voyage is None,
-    }
-    return [name for name, out in absent.items() if out]
+    drag, escapement, regulator = machine.drag, scene.escapement, scene.regulator
+    gravity = scene.lies_still or machine.feels_gravity
+    return [
+        *(() if regulator is None else regulator.left_out()),
+        *(drag.left_out() if drag is not None else ('drag',) * (regulator is None)),
+        *(('escapement',) if escapement is None else escapement.left_out()),
+        *scene.ship.left_out(),
+        *(() if gravity else ('apparent gravity',)),
+        *(('suspension',) if scene.suspension is None else ()),
+        *(() if scene.trochlea is None else scene.trochlea.power.left_out()),
+        *(() if scene.clock.is_noisy else ('clock noise',)),
+        *(('voyage',) if scene.voyage is None else ()),
+    ]

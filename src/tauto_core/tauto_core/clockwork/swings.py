@@ -35,10 +35,11 @@ class SwingTally:
 
     Args:
         scene: whose clock it is.
+        machine: of the scene, where it is built already.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene = scene
+    def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
+        self._scene, self._built = scene, machine
         self._angle, self._rate = np.empty(0), np.empty(0)
         self._first_ns: int | None = None
         self._last_ns = self._beat_ns = self._reach_ns = 0
@@ -70,7 +71,7 @@ class SwingTally:
 
     @cached_property
     def _machine(self) -> AnyMachine | None:
-        machine = compile_machine(self._scene)
+        machine = self._built or compile_machine(self._scene)
         return None if isinstance(machine, FluidPendulum) else machine
 
     @cached_property

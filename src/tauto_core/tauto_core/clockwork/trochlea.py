@@ -25,7 +25,7 @@ from tauto_core.samples import (
     TimeSamples,
     same,
 )
-from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S
 from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
@@ -55,6 +55,7 @@ class TrochleaStage:
         scene: what to simulate; its motion comes through `feed`.
         anchor: 'scene': the first stamp must be `starts_at`, the run ends with the scene.
             'first': time starts at the first stamp, whatever it is, and runs on.
+        machine: of the scene, where it is built already.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -63,11 +64,16 @@ class TrochleaStage:
     inputs: ClassVar[tuple[str, ...]] = (SHIP_IMU,)
     outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, READING)
 
-    def __init__(self, scene: Scene, anchor: Literal['scene', 'first'] = 'scene') -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        anchor: Literal['scene', 'first'] = 'scene',
+        machine: AnyMachine | FluidPendulum | None = None,
+    ) -> None:
         self._scene = scene
         self._anchor = anchor
-        self._still = isinstance(scene.ship, StillShip)
-        self._machine: AnyMachine | FluidPendulum = compile_machine(scene)
+        self._still = scene.lies_still
+        self._machine = compile_machine(scene) if machine is None else machine
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = scene.clock.nominal_period or self._machine.small_period
@@ -78,7 +84,7 @@ class TrochleaStage:
             step_ns=felt_step_ns(scene),
             max_gap_s=None if self._still else MAX_GAP_S,
             stride=samples_a_piece(scene, steps_in(self._propagator)),
-            smooth=anchor == 'scene' and isinstance(scene.ship, ComponentsShip | SeaShip),
+            smooth=anchor == 'scene' and scene.ship.is_computed,
             by_samples=self._propagator.name == 'forced_harmonic',
         )
         self._suspension: Suspension | None = None

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from tauto_core.samples import FloatArray
-from tauto_core.scene import ComponentsShip, Scene, SeaShip, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
-from tauto_core.ship.sea import sea_motion
 
 LARGEST_DEG = 45.0
 """Most roll that can be asked for: a linear sea of more would throw the ship over."""
@@ -23,14 +21,10 @@ def significant_roll_deg(scene: Scene) -> float | None:
     amplitudes (Longuet-Higgins 1952); of a single harmonic of amplitude a it is √2 a. None where
     the roll was measured, 0 on a ship that lies still.
     """
-    ship = scene.ship
-    if isinstance(ship, StillShip):
-        return 0.0
-    if isinstance(ship, SeaShip):
-        return _significant_deg(sea_motion(scene, ship).roll.amplitude)
-    if isinstance(ship, ComponentsShip):
-        return _significant_deg(np.array([each.amplitude for each in ship.components]))
-    return None
+    if not scene.ship.is_computed:
+        return None
+    roll = scene.ship.channels(scene).roll
+    return 0.0 if roll is None else _significant_deg(roll.amplitude)
 
 
 def with_roll(scene: Scene, roll_deg: float) -> Scene:
@@ -59,27 +53,7 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
             'cannot be scaled. Use a ship of kind sea or components that rolls, or leave out '
             '--roll'
         )
-    factor = roll_deg / now
-    scaled: dict[str, Any]
-    if isinstance(ship, SeaShip) and ship.roll is not None:
-        slope = factor * ship.roll.slope_coefficient
-        scaled = {'roll': ship.roll.model_copy(update={'slope_coefficient': slope})}
-    elif isinstance(ship, SeaShip):
-        assert ship.rao is not None  # a scene has one of them
-        parts = {
-            key: tuple(factor * each for each in getattr(ship.rao, key))
-            for key in ('roll_real', 'roll_imaginary')
-        }
-        scaled = {'rao': ship.rao.model_copy(update=parts)}
-    else:
-        assert isinstance(ship, ComponentsShip)
-        scaled = {
-            'components': tuple(
-                each.model_copy(update={'amplitude': factor * each.amplitude})
-                for each in ship.components
-            )
-        }
-    return scene.model_copy(update={'ship': ship.model_copy(update=scaled)})
+    return scene.model_copy(update={'ship': ship.with_roll_scaled(roll_deg / now)})
 
 
 def _significant_deg(amplitudes: FloatArray) -> float:

@@ -21,7 +21,7 @@ from tauto_core.comparison.entries import Entry
 from tauto_core.comparison.trace import ErrorTrace
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, TautoError, UsageError
-from tauto_core.summary import scene_propagator
+from tauto_core.summary import Summary
 from tauto_core.voyage_cost import step_ns
 
 Progress: TypeAlias = Callable[[float], None]
@@ -151,7 +151,7 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
         suspended=entry.hung,
         roll_deg=entry.roll_deg,
         release=_release(scene),
-        propagator=scene_propagator(scene),
+        propagator=report.get('propagator') or Summary(scene).propagator,
         rate_s_per_day=clock.get('rate_s_per_day'),
         rate_spread_s_per_day=trace.rate_spread(),
         error_s=clock.get('error_s'),

@@ -6,8 +6,12 @@ What few scenes have, the curves of the second paper among it, is loaded at its 
 from typing import TYPE_CHECKING
 
 from tauto_core.curves.cam import Cam
-from tauto_core.curves.cams import CircularArc, Hole, Involute
-from tauto_core.curves.corrected import SpringCorrected, WeightCorrected
+from tauto_core.curves.cams.circular_arc import CircularArc
+from tauto_core.curves.cams.hole import Hole
+from tauto_core.curves.cams.involute import Involute
+from tauto_core.curves.cams.spring_corrected import SpringCorrected
+from tauto_core.curves.cams.table import Fitted, Table, load_table
+from tauto_core.curves.cams.weight_corrected import WeightCorrected
 from tauto_core.curves.levers import (
     ArcLever,
     Lever,
@@ -16,8 +20,6 @@ from tauto_core.curves.levers import (
     SpringLever,
     TableLever,
 )
-from tauto_core.curves.making import make_cam
-from tauto_core.curves.table import Fitted, Table, load_table
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
@@ -47,7 +49,6 @@ __all__ = [
     'WeightCorrected',
     'cheeks',
     'load_table',
-    'make_cam',
     'outline',
 ]
 

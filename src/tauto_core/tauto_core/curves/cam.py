@@ -84,6 +84,22 @@ class Cam(ABC):
         """Distance a of the hole from the axle [m]; inf where the thread hangs vertically."""
         return math.inf
 
+    @property
+    def knows_angle_of_lift(self) -> bool:
+        """Whether `angle_of_lift` is a closed form, good to rounding at any lift."""
+        return False
+
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+
+        Args:
+            amplitude: what the cam should feel [rad], > 0.
+            mass: that rides on the thread [kg].
+            period: of small swings [s].
+        """
+        del amplitude, mass, period
+        return ' or give the cam a wider range'
+
     @abstractmethod
     def lever_arm(self, angle: ArrayLike) -> FloatArray:
         """Return t(ϑ) [m]."""

@@ -37,6 +37,28 @@ def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) 
     return None
 
 
+def farther(arm: float) -> str:
+    """Return the remedy of a cam whose lever arm would be too long for its hole [m]."""
+    return f', or move the hole to at least {arm:.6g} m from the axle'
+
+
+def choices(*tried: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+    """Return the remedies that work, as the end of a sentence; empty if none does."""
+    found = that_work(*tried)
+    return f', or use {found}' if found else ''
+
+
+def that_work(*tried: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+    """Return the remedies that work: each as words, unit, value, direction and test."""
+    found = (
+        (words, unit, nearest_if_any(value, factor, works))
+        for words, unit, value, factor, works in tried
+    )
+    return ' or '.join(
+        f'{words} {value:.4g} {unit}' for words, unit, value in found if value is not None
+    )
+
+
 def _between(bad: float, good: float, works: Callable[[float], bool]) -> float:
     up = good > bad
     for _ in range(_HALVINGS):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauto_core.curves.cam import Cam
-from tauto_core.curves.cams import Involute
+from tauto_core.curves.cams.involute import Involute
 from tauto_core.curves.descent_curve import DescentCurve
 from tauto_core.curves.drawing import Cheeks
 from tauto_core.samples import FloatArray

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tauto_core.curves import Hole, Involute, WeightCorrected
 from tauto_core.curves.cam import Cam
-from tauto_core.curves.cams import Hole, Involute
-from tauto_core.curves.corrected import WeightCorrected
 from tauto_core.curves.drawing import outline
+from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.sketch import (
     CURVE,
     FAINT,
@@ -27,8 +27,7 @@ from tauto_core.euler.sketch import (
     turned,
 )
 from tauto_core.machines.isochronism import rate_s_per_day
-from tauto_core.machines.lever import LeverMachine
-from tauto_core.machines.lever_geometry import LeverGeometry
+from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
 
 if TYPE_CHECKING:

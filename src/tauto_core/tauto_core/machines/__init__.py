@@ -1,10 +1,11 @@
 """Mechanics: the trochlea as a mechanism, its period, its design.
 
-The thread that swings and the body in a fluid, which few scenes have, are loaded at first use.
+The body in a fluid, which few scenes have, is loaded at first use.
 """
 
 from typing import TYPE_CHECKING
 
+from tauto_core.curves.quadrature import QuadratureError
 from tauto_core.first_use import loaded_from
 from tauto_core.machines.compiling import (
     AnyMachine,
@@ -18,15 +19,14 @@ from tauto_core.machines.isochronism import (
     isochronism,
     rate_s_per_day,
 )
-from tauto_core.machines.lever import LeverMachine
-from tauto_core.machines.quadrature import QuadratureError
 from tauto_core.machines.regulator import Regulator
 from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
+from tauto_core.machines.threads.hanging import HangingMachine
+from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 
 if TYPE_CHECKING:
     from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
-    from tauto_core.machines.hanging import HangingMachine
 
 __all__ = [
     'AnyMachine',
@@ -54,7 +54,6 @@ __getattr__ = loaded_from(
     __name__,
     {
         'FluidPendulum': 'fluid_pendulum',
-        'HangingMachine': 'hanging',
         'descent_isochronism': 'fluid_pendulum',
     },
 )

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from tauto_core.machines.compiling import AnyMachine
-from tauto_core.machines.hanging import HangingMachine
-from tauto_core.machines.lever import LeverMachine
+from tauto_core.machines.threads.hanging import HangingMachine
+from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.samples import FloatArray
 
 _SAME = 4.0 * np.finfo(float).eps

@@ -16,8 +16,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tauto_core.curves.quadrature import integrate
 from tauto_core.machines.modes import Modes, modes
-from tauto_core.machines.quadrature import integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 

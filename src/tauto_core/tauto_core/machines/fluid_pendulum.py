@@ -13,19 +13,15 @@ from typing import TypeAlias, TypedDict
 
 from tauto_core.curves.descent_curve import Cycloid, DescentCurve, Mirrored, SymmetricCurve
 from tauto_core.curves.fluid_tautochrone import FluidTautochrone
-from tauto_core.curves.nearest import nearest_if_any
 from tauto_core.machines.descent import arc_of_harmonic, harmonic_of_arc
 from tauto_core.machines.half_swing import descent_time, half_swing
-from tauto_core.machines.immersed_body import ImmersedBody
 from tauto_core.machines.isochronism import rate_s_per_day
 from tauto_core.machines.reverse_swing import duration_excess, end_arc
-from tauto_core.scene.errors import DescentError, SceneError, UsageError
-from tauto_core.scene.models import Scene
-from tauto_core.scene.regulators import FluidTautochroneRegulator
+from tauto_core.scene.errors import UsageError
 
 Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve
 
-_CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]] = {
+CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]] = {
     'euler': FluidTautochrone,
     'cycloid': Cycloid,
     'symmetric': SymmetricCurve,
@@ -172,105 +168,3 @@ def descent_isochronism(
             }
         )
     return {'nominal_period_s': nominal, 'rows': rows}
-
-
-def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
-    """Return the curve of a regulator, made for its body and fluid.
-
-    Raises:
-        DescentError: a body that does not sink.
-    """
-    body = _body(regulator)
-    return _CURVES[regulator.curve](body.kappa, body.gamma, regulator.pendulum_length)
-
-
-def compile_fluid_pendulum(scene: Scene, regulator: FluidTautochroneRegulator) -> FluidPendulum:
-    """Return the regulator of a scene in numbers.
-
-    Raises:
-        SceneError: a body that does not sink, or a release beyond the cusp.
-    """
-    if regulator.fluid_density >= regulator.body_density:
-        raise SceneError(
-            scene.name,
-            'regulator.fluid_density',
-            regulator.fluid_density,
-            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
-            f'{regulator.body} does not sink',
-            _that_sinks(regulator),
-        )
-    try:
-        curve = make_descent_curve(regulator)
-    except DescentError as error:
-        raise SceneError(
-            scene.name,
-            'regulator',
-            regulator.kind,
-            f'cannot be built: {error}',
-            'Change body or fluid.',
-        ) from None
-    start = regulator.release_arc
-    edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
-    if not abs(start) <= abs(edge):
-        raise SceneError(
-            scene.name,
-            'regulator.release_arc',
-            start,
-            f'beyond the cusp of the curve, at {edge!r} m',
-            f'Release the body nearer to A{_longer(regulator)}.',
-        )
-    weight = _body(regulator).sunk_mass * scene.gravity
-    return FluidPendulum(curve, weight, scene.gravity, start)
-
-
-def _longer(regulator: FluidTautochroneRegulator) -> str:
-    """Return the shortest pendulum whose curve holds the release, or else the nearest body."""
-    longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
-    if longer:
-        return f', or give {longer}'
-    bodies = (
-        _at_least(regulator, 'diameter', regulator.diameter, 'm'),
-        _at_least(regulator, 'body_density', regulator.body_density, 'kg/m3'),
-    )
-    found = ' or '.join(body for body in bodies if body)
-    return f', or take a larger or denser body: {found}' if found else ''
-
-
-def _that_sinks(regulator: FluidTautochroneRegulator) -> str:
-    """Return the lightest body and the densest fluid that the curve can be made for."""
-    body = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
-    fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
-    if not body or fluid is None:
-        return 'Take a denser body or a lighter fluid, and release it nearer to A.'
-    return f'Take a denser body, {body}, or a lighter fluid, of at most {fluid:.4g} kg/m3.'
-
-
-def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:
-    least = _nearest_that_holds(regulator, key, value, 2.0)
-    return '' if least is None else f'a {key} of at least {least:.4g} {unit}'
-
-
-def _nearest_that_holds(
-    regulator: FluidTautochroneRegulator, key: str, value: float, factor: float
-) -> float | None:
-    """Return the value of a key nearest to one that fails with which the curve holds the release.
-
-    None where no such value is found in the direction of the factor.
-    """
-    start = regulator.release_arc
-
-    def holds(tried: float) -> bool:
-        curve = make_descent_curve(regulator.model_copy(update={key: tried}))
-        return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
-
-    return nearest_if_any(value, factor, holds)
-
-
-def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:
-    return ImmersedBody(
-        regulator.body,
-        regulator.diameter,
-        regulator.body_density,
-        regulator.fluid_density,
-        regulator.added_mass,
-    )

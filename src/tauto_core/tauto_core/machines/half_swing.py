@@ -19,7 +19,7 @@ import numpy as np
 
 from tauto_core.curves.descent_curve import DescentCurve, Mirrored
 from tauto_core.curves.newton import bracketed_newton
-from tauto_core.machines.quadrature import QuadratureError, integrate
+from tauto_core.curves.quadrature import QuadratureError, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 

@@ -1,10 +1,11 @@
-"""What every regulator tells those who do not care how it is built."""
+"""What is known of every regulator, however it is built."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
-from tauto_core.scene.regulators import Drag, Escapement
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
 
 
 class Regulator(Protocol):
@@ -21,7 +22,7 @@ class Regulator(Protocol):
         ...
 
     @property
-    def escapement(self) -> Escapement | None:
+    def escapement(self) -> EscapementKind | None:
         """Impulses."""
         ...
 
@@ -66,4 +67,12 @@ class Regulator(Protocol):
 
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s]."""
+        ...
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+
+        Args:
+            amplitude: what should be within the range [rad], > 0.
+        """
         ...

@@ -7,7 +7,9 @@ of
     (W + q)(W − W₂)(W − W₃) = 0,     W₂, W₃ = ½[−(3/2 − q) ± √((3/2 − q)(3/2 + 3q))],
 
 as a Jacobian elliptic function of the parameter m = (W₂ + q)/(W₂ − W₃). All in forms without
-cancellation from κ = 0, the harmonic swing, to starts at which e^{−κs₁} is next to nothing.
+cancellation from κ = 0, the harmonic swing, to starts at which e^{−κs₁} is next to nothing. The
+elliptic functions are by the arithmetic–geometric mean from m₁ = 1 − m, which near m = 1 m itself
+does not hold (Abramowitz & Stegun 16.4, 17.6).
 """
 
 from __future__ import annotations
@@ -19,12 +21,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves.series import exponential_mean, logarithmic_mean
-from tauto_core.machines.elliptic import amplitude, quarter_period
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
 SERIES = (0.0, 0.0, 5 / 12, -5 / 18, 385 / 576, -385 / 432)
 """Coefficients of the duration by π√(f/g) in powers of q, less the leading 1."""
+_MEANS = 12
+"""Arithmetic–geometric means taken: they agree to rounding down to m₁ = 1e-300."""
 _SMALL_Q = 1e-3
 """Below it the next term, 1.67 q⁶, is nothing beside 1."""
 
@@ -129,3 +132,34 @@ def reverse_half_swing(
     near = w * logarithmic_mean(np.where(deep, 0.0, kappa * w))
     arc = np.where(deep, np.log(above) / (kappa or 1.0), near)
     return arc, rate / above
+
+
+def quarter_period(complement: FloatArray) -> FloatArray:
+    """Return K(m) = π/(2 agm(1, √m₁)).
+
+    Args:
+        complement: m₁ = 1 − m, 0 < m₁ ≤ 1.
+    """
+    one, other = np.ones_like(complement), np.sqrt(complement)
+    for _ in range(_MEANS):
+        one, other = 0.5 * (one + other), np.sqrt(one * other)
+    return 0.5 * math.pi / one
+
+
+def amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray:
+    """Return φ = am(u | m), so that sn = sin φ, cn = cos φ, dn² = m₁ + m cos²φ.
+
+    Args:
+        argument: u, 0 ≤ u ≤ K.
+        complement: m₁ = 1 − m, 0 < m₁ ≤ 1, of the same shape.
+    """
+    one, other = np.ones_like(complement), np.sqrt(complement)
+    ratios: list[FloatArray] = []
+    for _ in range(_MEANS):
+        mean = 0.5 * (one + other)
+        ratios.append(0.5 * (one - other) / mean)
+        one, other = mean, np.sqrt(one * other)
+    phi = 2.0**_MEANS * one * argument
+    for ratio in reversed(ratios):
+        phi = 0.5 * (phi + np.arcsin(ratio * np.sin(phi)))
+    return phi

@@ -20,12 +20,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.machines.lever import LeverMachine
-from tauto_core.machines.quadrature import QuadratureError, panel_nodes, running, unresolved
+from tauto_core.curves.quadrature import QuadratureError, panel_nodes, running, unresolved
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
+from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
-from tauto_core.scene.regulators import Drag, Escapement
 
 SETTLED = 1e-14
 """Change of the energy lost on an arc, against all of it, at which its iteration ends."""
@@ -88,8 +89,7 @@ class _Torques(NamedTuple):
 
     def against(self, rate: FloatArray) -> FloatArray:
         """Return the torque of the drag at θ̇ > 0."""
-        drag = self.drag
-        return drag.viscous * rate + drag.quadratic * rate * rate + drag.coulomb
+        return self.drag.torque(rate)
 
 
 class _Leg(NamedTuple):
@@ -135,11 +135,11 @@ def _free(machine: Machine | LeverMachine) -> SteadySwing:
 def _drag(machine: Machine | LeverMachine) -> Drag | None:
     """Return the drag, None where all of it is 0."""
     drag = machine.drag
-    return drag if drag and (drag.viscous or drag.quadratic or drag.coulomb) else None
+    return None if drag is None or drag.is_zero else drag
 
 
 def _driven(
-    machine: Machine | LeverMachine, drag: Drag | None, escapement: Escapement
+    machine: Machine | LeverMachine, drag: Drag | None, escapement: EscapementKind
 ) -> SteadySwing | NoSteadySwing:
     """Return the steady swing in which drag takes what the escapement gives."""
     (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
@@ -184,7 +184,7 @@ def _driven(
 
 
 def _hindrance(
-    machine: Machine | LeverMachine, torques: _Torques, escapement: Escapement, least: float
+    machine: Machine | LeverMachine, torques: _Torques, escapement: EscapementKind, least: float
 ) -> str:
     """Return why the escapement does not even begin to drive the wheel, or ''."""
     start, impulses = abs(machine.release_angle), 2.0 * escapement.energy

@@ -10,16 +10,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tauto_core.curves import Cam
-from tauto_core.curves.corrected import CorrectedCam
-from tauto_core.machines.quadrature import gauss, integrate
+from tauto_core.curves.cam import Cam
+from tauto_core.curves.quadrature import gauss, integrate
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
-from tauto_core.scene.regulators import Drag, Escapement
 
 
 class SlackThreadError(TautoError):
@@ -54,8 +55,10 @@ class Machine:
     cam: Cam
     follows_apparent_vertical: bool
     drag: Drag | None
-    escapement: Escapement | None
+    escapement: EscapementKind | None
     release_angle: float
+
+    limited_by: ClassVar[str] = 'the cam, whose range is'
 
     @cached_property
     def frequency(self) -> float:
@@ -70,7 +73,7 @@ class Machine:
     @property
     def is_harmonic(self) -> bool:
         """Whether the well is exactly harmonic in the arc: the cam is the power's tautochrone."""
-        stiffness = self.stiffness / self.force if self.stiffness else 0.0
+        stiffness = self.stiffness / self._rest_pull if self.stiffness else 0.0
         return self.cam.suits == (self.carried_mass / self.inertia, stiffness)
 
     @property
@@ -91,6 +94,10 @@ class Machine:
     def felt_angle(self, angle: float, tilt: float) -> float:
         """Return ϑ of the wheel at `angle` in its case, the apparent vertical tilted there."""
         return angle - tilt if self.follows_apparent_vertical else angle
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        return self.cam.wider(amplitude, self.carried_mass, self.small_period)
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
         """Return F = P + κh + m g_eff [N].
@@ -201,7 +208,7 @@ class Machine:
         lift = self.lift_of_potential(top * sine * sine)
         angle = cam.angle_of_lift(lift)
         # a corrected cam knows the angle of a lift in closed form
-        if not isinstance(cam, CorrectedCam):
+        if not cam.knows_angle_of_lift:
             last = cam.joints[cam.joints < amplitude].max(initial=0.0)
             near = (sine * sine > 0.5) & (angle > last)
             angle[near] = self._angle_at(kinetic[near], angle[near], amplitude)

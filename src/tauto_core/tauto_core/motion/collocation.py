@@ -89,7 +89,9 @@ class Collocation:
             _or_none(drag.viscous, inertia) if drag else None,
             _or_none(drag.quadratic, inertia) if drag else None,
             _or_none(drag.coulomb, inertia) if drag else None,
-            (2.0 * escapement.energy / inertia, escapement.angle) if escapement else None,
+            (2.0 * escapement.energy / inertia, escapement.angle, escapement.ebb)
+            if escapement
+            else None,
             _or_none(escapement.recoil, inertia) if escapement else None,
         )
 

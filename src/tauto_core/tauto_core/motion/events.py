@@ -30,9 +30,9 @@ NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
 """The negative of a kind is no event, but where the value of that kind stops falling."""
 
 STATE, HELD_ANGLE, FLOATS = 0, 4, 5
-DIRECTION, SIDE, PALLET, ARMED, HELD, TURNS, BEATS, LEVEL, NEWTON, INTS = range(10)
+DIRECTION, SIDE, PALLET, ARMED, HELD, TURNS, BEATS, LEVEL, NEWTON, GIVEN, INTS = range(11)
 """PALLET: direction of the last impulse, from which the next tooth pushes the wheel back.
-BEATS: passages of θ less those by which it is ahead of ϑ (passages)."""
+BEATS: passages of θ less those by which it is ahead of ϑ (passages). GIVEN: impulses so far."""
 
 
 @compiled
@@ -153,10 +153,11 @@ def happen(
         ints[SIDE] = -ints[SIDE]
     elif kind == IMPULSE:
         t = lever_arm(lever, side, state[4])[0]
-        rate = state[2] + kick(machine[7], machine[0], t, state[1], d)
+        rate = state[2] + kick(machine[7], machine[0], t, state[1], d, ints[GIVEN])
         floats[STATE + 2] = fold(well, state[4], rate, at[0][0], side)[1] / omega[0]
         floats[STATE + 3] = 0.0
         ints[ARMED], ints[PALLET] = 0, ints[DIRECTION]
+        ints[GIVEN] += 1
     elif kind == TURNING:
         ints[DIRECTION] = -ints[DIRECTION]
         if machine[6] is not None:

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tauto_core.machines import HangingMachine, LeverMachine
-from tauto_core.machines.hanging import LEAST_FREE
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import hanging_planes, lever_plane, spans
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.lanes import SIZE
@@ -32,7 +33,6 @@ from tauto_core.motion.step_size import (
 from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError, PropagationError
-from tauto_core.scene.regulators import Drag
 
 NAME = 'collocation'
 

@@ -368,12 +368,25 @@ def holding_torque(well: Any, mode: Any, angle: float, at: Any) -> float:
     return line[1] - tilt[2] + pushed + term(machine[8], mode[2])
 
 
+def strength(ebb: Any, given: int) -> float:
+    """Return the energy of the next impulse by the mean, after so many since the start."""
+    raise TypeError('strength runs in compiled code only')
+
+
+@overload(strength)
+def _strength(ebb: Any, given: Any) -> Any:
+    if _absent(ebb):
+        return lambda ebb, given: 1.0
+    return lambda ebb, given: 1.0 + ebb[0] * (0.5 - (given % ebb[1] + 0.5) / ebb[1])
+
+
 @compiled
-def kick(escapement: Any, mu: Any, t: float, v: float, d: float) -> float:
+def kick(escapement: Any, mu: Any, t: float, v: float, d: float, given: int) -> float:
     """Return what an impulse adds to q̇: ½ M θ̇² grows by the energy (theory E2)."""
     if escapement is None:
         return 0.0
-    return d * math.sqrt(v * v + escapement[0] / mass_of(mu, t)) - v
+    energy = escapement[0] * strength(escapement[2], given)
+    return d * math.sqrt(v * v + energy / mass_of(mu, t)) - v
 
 
 @compiled

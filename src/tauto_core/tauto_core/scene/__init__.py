@@ -1,14 +1,19 @@
 """Scenes: what they may contain, how they are read and written, and those that ship.
 
-The names are loaded at their first use: errors, which everything imports, need no pydantic.
+The names are loaded at their first use: errors, which everything imports, need no pydantic. The
+kinds of a section go by the names of their models too (`tauto_core.scene.InvoluteCam`).
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from tauto_core.first_use import loaded_from
 from tauto_core.scene.errors import SceneError, TautoError
 
 if TYPE_CHECKING:
+    from tauto_core.machines.drag import Drag
+    from tauto_core.machines.escapement import Rest
+    from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
+    from tauto_core.machines.sections import Trochlea
     from tauto_core.scene.data import data_path
     from tauto_core.scene.loader import (
         DEFAULT_SCENE,
@@ -17,84 +22,36 @@ if TYPE_CHECKING:
         scene_yaml,
         shipped_scenes,
     )
-    from tauto_core.scene.models import Clock, DriftSettings, Log, Scene, Solver
-    from tauto_core.scene.regulators import (
-        CircularArcCam,
-        Drag,
-        Escapement,
-        FluidTautochroneRegulator,
-        ForcePower,
-        HangingThread,
-        HoleCam,
-        HoleThread,
-        InvoluteCam,
-        LeverCorrectedCam,
-        LeverThread,
-        Rest,
-        SpringCorrectedCam,
-        SpringPower,
-        TableCam,
-        Trochlea,
-        VerticalThread,
-        WeightCorrectedCam,
-        WeightPower,
-    )
-    from tauto_core.scene.ships import (
-        AxleSuspension,
-        Component,
-        ComponentsShip,
-        Rao,
-        Recorded,
-        RecordedShip,
-        Roll,
-        Sea,
-        SeaShip,
-        SpectrumTable,
-        StillShip,
-    )
+    from tauto_core.scene.models import Scene
+    from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver
     from tauto_core.scene.voyages import Voyage, Waypoint
+    from tauto_core.ship.axle_suspension import AxleSuspension
+    from tauto_core.ship.motions.components import Component
+    from tauto_core.ship.recorded import Recorded
+    from tauto_core.ship.sea_sections import Rao, Roll, Sea, SpectrumTable
 
 __all__ = [
     'DEFAULT_SCENE',
     'AxleSuspension',
-    'CircularArcCam',
     'Clock',
     'Component',
-    'ComponentsShip',
     'Drag',
     'DriftSettings',
-    'Escapement',
     'FluidTautochroneRegulator',
-    'ForcePower',
-    'HangingThread',
-    'HoleCam',
-    'HoleThread',
-    'InvoluteCam',
-    'LeverCorrectedCam',
-    'LeverThread',
     'Log',
     'Rao',
     'Recorded',
-    'RecordedShip',
     'Rest',
     'Roll',
     'Scene',
     'SceneError',
     'Sea',
-    'SeaShip',
     'Solver',
     'SpectrumTable',
-    'SpringCorrectedCam',
-    'SpringPower',
-    'StillShip',
-    'TableCam',
     'TautoError',
     'Trochlea',
-    'VerticalThread',
     'Voyage',
     'Waypoint',
-    'WeightCorrectedCam',
-    'WeightPower',
     'data_path',
     'load_scene',
     'parse_scene',
@@ -102,15 +59,43 @@ __all__ = [
     'shipped_scenes',
 ]
 
-_HOMES = ('data', 'regulators', 'ships', 'voyages', 'models', 'loader')
+_of_a_section = loaded_from(
+    __name__,
+    {
+        'DEFAULT_SCENE': 'loader',
+        'AxleSuspension': 'tauto_core.ship.axle_suspension',
+        'Clock': 'sections',
+        'Component': 'tauto_core.ship.motions.components',
+        'Drag': 'tauto_core.machines.drag',
+        'DriftSettings': 'sections',
+        'FluidTautochroneRegulator': 'tauto_core.machines.fluid_regulator',
+        'Log': 'sections',
+        'Rao': 'tauto_core.ship.sea_sections',
+        'Recorded': 'tauto_core.ship.recorded',
+        'Rest': 'tauto_core.machines.escapement',
+        'Roll': 'tauto_core.ship.sea_sections',
+        'Scene': 'models',
+        'Sea': 'tauto_core.ship.sea_sections',
+        'Solver': 'sections',
+        'SpectrumTable': 'tauto_core.ship.sea_sections',
+        'Trochlea': 'tauto_core.machines.sections',
+        'Voyage': 'voyages',
+        'Waypoint': 'voyages',
+        'data_path': 'data',
+        'load_scene': 'loader',
+        'parse_scene': 'loader',
+        'scene_yaml': 'loader',
+        'shipped_scenes': 'loader',
+    },
+)
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name from the module that defines it."""
-    if name in __all__:
-        for home in _HOMES:
-            module = import_module(f'{__name__}.{home}')
-            if hasattr(module, name):
-                globals()[name] = getattr(module, name)
-                return globals()[name]
-    raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    """Return a section or a kind by its name, loaded now."""
+    if name.endswith(('Cam', 'Escapement', 'Power', 'Ship', 'Thread')):
+        from tauto_core.scene.reference import all_kinds
+
+        for model in all_kinds():
+            if model.__name__ == name:
+                return model
+    return _of_a_section(name)

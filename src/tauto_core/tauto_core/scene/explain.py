@@ -12,6 +12,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.kinds import OneOf
 
 _LONGEST_KEY = 80
 # Keys that tell the kinds of a section apart.
@@ -130,7 +131,7 @@ def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tu
 
 
 def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
-    models = _models(field)
+    models = models_of(field)
     tag, kinds = _tag(models[0]), [kind for model in models for kind in _kinds(model)]
     kinds += [] if field is None else [str(each) for each in field.examples or ()]
     remedy = f'Use one of {", ".join(kinds)}.'
@@ -139,7 +140,7 @@ def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
     return Problem(f'{key}.{tag}', value[tag], f'is no {tag} that is known', remedy)
 
 
-def _models(field: FieldInfo | None) -> list[type[BaseModel]]:
+def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
     """Return the models among the alternatives of a field, its items' models included."""
 
     def walk(annotation: Any) -> Iterator[type[BaseModel]]:
@@ -148,7 +149,29 @@ def _models(field: FieldInfo | None) -> list[type[BaseModel]]:
         for part in get_args(annotation):
             yield from walk(part)
 
-    return [] if field is None else list(walk(field.annotation))
+    if field is None:
+        return []
+    kinds = one_of(field)
+    return list(walk(field.annotation)) if kinds is None else list(kinds.models)
+
+
+def _is_union(field: FieldInfo) -> bool:
+    """Return whether pydantic names the kind in the place of an error."""
+    kinds = one_of(field)
+    return field.discriminator is not None or (kinds is not None and len(kinds.models) > 1)
+
+
+def one_of(field: FieldInfo) -> OneOf | None:
+    """Return what says that a field takes the kinds of a folder."""
+
+    def walk(annotation: Any) -> Iterator[OneOf]:
+        if isinstance(annotation, OneOf):
+            yield annotation
+        for part in (*getattr(annotation, '__metadata__', ()), *get_args(annotation)):
+            yield from walk(part)
+
+    said = (each for each in field.metadata if isinstance(each, OneOf))
+    return next(chain(said, walk(field.annotation)), None)
 
 
 def _tag(model: type[BaseModel]) -> str:
@@ -165,7 +188,7 @@ def _kinds(model: type[BaseModel]) -> list[str]:
 def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseModel]]:
     """Return the other kinds of the same section."""
     for field in root.model_fields.values():
-        models = _models(field)
+        models = models_of(field)
         if owner in models:
             return [model for model in models if model is not owner]
         for model in models:
@@ -185,8 +208,8 @@ def _locate(
         if isinstance(part, int):
             key += f'[{part}]'
             continue
-        models = _models(field)
-        if field is not None and field.discriminator is not None:
+        models = models_of(field)
+        if field is not None and _is_union(field):
             owner = next(model for model in models if part in _kinds(model))
             field = None
             continue

@@ -6,17 +6,18 @@ import copy
 import difflib
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from pydantic import ValidationError
 
 from tauto_core.scene.data import is_shipped, missing_file
 from tauto_core.scene.errors import Problem, SceneError
 from tauto_core.scene.explain import explain
+from tauto_core.scene.kinds import kind_of, kinds_in
 from tauto_core.scene.models import Scene
-from tauto_core.scene.regulators import TableCam
-from tauto_core.scene.ships import RecordedShip
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
+from tauto_core.ship.motion_kind import FOLDER as SHIPS
+from tauto_core.ship.motion_kind import ShipKind
 
 DEFAULT_SCENE = 'measured'
 
@@ -90,10 +91,11 @@ def scene_yaml(scene: Scene) -> str:
 
 def _validated(content: dict[str, Any], origin: str, given: dict[str, object]) -> Scene:
     ship = content.get('ship')
-    if isinstance(ship, dict) and ship.get('kind') == 'sea':
-        from tauto_core.scene.sea_files import with_files_read
-
-        content = with_files_read(content, origin)
+    if isinstance(ship, dict):
+        models = cast(tuple[type[ShipKind], ...], kinds_in(SHIPS))
+        for model in models:
+            if kind_of(model) == ship.get('kind'):
+                content = content | {'ship': model.with_files_read(ship, origin)}
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
@@ -176,10 +178,9 @@ def _never_sails(scene: Scene) -> list[Problem]:
 
 def _missing_files(scene: Scene) -> list[Problem]:
     found = []
-    if scene.trochlea is not None and isinstance(scene.trochlea.cam, TableCam):
-        found += missing_file('trochlea.cam.path', scene.trochlea.cam.path, folders=False)
-    if isinstance(scene.ship, RecordedShip):
-        recorded = scene.ship.recorded
-        folders = recorded.topic is not None
-        found += missing_file('ship.recorded.path', recorded.path, folders=folders)
+    if scene.trochlea is not None:
+        for key, path in scene.trochlea.cam.files():
+            found += missing_file(key, path)
+    for key, path, folders in scene.ship.files():
+        found += missing_file(key, path, folders=folders)
     return found

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 
 from tauto_core.scene.errors import Problem
-
-if TYPE_CHECKING:
-    from tauto_core.scene.models import Scene
 
 # Squares of ratios of three such numbers neither overflow nor vanish.
 LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
 # A hundred thousand turns of thread; beyond, an angle's rounding is seen in the clock.
 LARGEST_ANGLE = 1e6
 
-_SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'suspension')
+SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'suspension')
 # What is only ever added to something larger may be as small as it likes.
 _MAY_VANISH = frozenset(
     (
@@ -36,9 +32,12 @@ _MAY_VANISH = frozenset(
 )
 
 
-def out_of_proportion(scene: Scene) -> Iterator[Problem]:
-    """Yield the numbers of the machine that no workshop could mean, other than 0."""
-    content = scene.model_dump(include=set(_SECTIONS))
+def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
+    """Yield the numbers of the machine that no workshop could mean, other than 0.
+
+    Args:
+        content: keys and values of the `SECTIONS` of a scene.
+    """
     for key, value in _numbers('', content):
         size = abs(value)
         if key == 'trochlea.release_angle' and size > LARGEST_ANGLE:
@@ -65,7 +64,7 @@ def out_of_proportion(scene: Scene) -> Iterator[Problem]:
 
 
 def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
-    if isinstance(content, dict):
+    if isinstance(content, Mapping):
         for name, value in content.items():
             yield from _numbers(f'{path}.{name}' if path else name, value)
     elif isinstance(content, float):

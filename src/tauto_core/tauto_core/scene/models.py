@@ -1,107 +1,35 @@
-"""What a scene may contain: one frozen model per section and per kind.
+"""The whole of a scene: its sections, the kinds that each takes, and the rules between them.
 
-SI units, radians, seconds. Sections that may be `None` are not simulated when absent. Rules that
-tie several keys together are in `checks`.
+SI units, radians, seconds. Sections that may be `None` are not simulated when absent. Rules of a
+section or a kind are its own; here is only what ties several of them together.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from collections.abc import Iterator
+from typing import Annotated
 
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.scene.checks import problems
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import FOLDER as ESCAPEMENTS
+from tauto_core.machines.escapement import EscapementKind
+from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
+from tauto_core.machines.sections import Trochlea
 from tauto_core.scene.constants import DAY_S, STANDARD_GRAVITY
-from tauto_core.scene.fields import (
-    Flag,
-    Number,
-    Positive,
-    Section,
-    Text,
-)
-from tauto_core.scene.regulators import Drag, Escapement, FluidTautochroneRegulator, Trochlea
-from tauto_core.scene.ships import AxleSuspension, Ship, StillShip
-from tauto_core.scene.times import nanoseconds, samples_beyond_end, step_of_rate
+from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.fields import Positive, Section, Text
+from tauto_core.scene.kinds import OneOf
+from tauto_core.scene.magnitudes import SECTIONS, out_of_proportion
+from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver
+from tauto_core.scene.time_checks import Times
+from tauto_core.scene.times import LOOKAHEAD, nanoseconds, step_of_rate
 from tauto_core.scene.voyages import Voyage
-
-Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
-
-
-class Clock(Section):
-    """The dial. Without a nominal period it is the regulator's small-amplitude period.
-
-    Noise is not simulated where it is left out or 0 (theory E8).
-    """
-
-    nominal_period: Positive | None = Field(
-        default=None, description='time the dial gains in a full swing [s]'
-    )
-    white_fm: Wander | None = Field(
-        default=None,
-        description='white frequency noise: standard deviation of the reading after a day, '
-        'growing with the root of time, 0 to 86400 [s]',
-    )
-    random_walk_fm: Wander | None = Field(
-        default=None,
-        description='random walk of the frequency: standard deviation of the rate after a day, '
-        'growing with the root of time, 0 to 86400 [s/day]',
-    )
-
-    @property
-    def white_fm_s(self) -> float:
-        """q1: variance of the reading in a second [s²/s]."""
-        return (self.white_fm or 0.0) ** 2 / DAY_S
-
-    @property
-    def random_walk_fm_per_s(self) -> float:
-        """q2: variance of the relative rate in a second [1/s]."""
-        return ((self.random_walk_fm or 0.0) / DAY_S) ** 2 / DAY_S
-
-    @property
-    def is_noisy(self) -> bool:
-        """Whether the dial has noise of its own."""
-        return bool(self.white_fm or self.random_walk_fm)
-
-
-class DriftSettings(Section):
-    """What the navigator observes, and what his estimate of the drift assumes."""
-
-    observation_interval: Positive = Field(
-        default=DAY_S, description='time between observations in port [s]'
-    )
-    observation_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
-        default=0.5, description='standard deviation of an observation, 1e-9 to 86400 [s]'
-    )
-    states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
-    prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
-        default=10.0,
-        description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]",
-    )
-    gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
-        default=5.0,
-        description='sigmas beyond which an observation is refused as an outlier, 1 to 1e9 '
-        '(1e9: none is)',
-    )
-
-
-class Log(Section):
-    """What is logged: one sample an interval, and the motion at its full rate where asked."""
-
-    interval: Positive = Field(default=1.0, description='time between logged samples [s]')
-    motion: Flag | None = Field(
-        default=None, description='whether ship/imu is kept; when left out: up to a day'
-    )
-
-
-class Solver(Section):
-    """What is asked of the numerical propagator; propagators in closed form ask nothing."""
-
-    tolerance: Number | None = Field(
-        default=None,
-        description="relative error allowed in one step, 1e-15 to 1e-3; the propagator's default "
-        'when left out',
-    )
+from tauto_core.ship.axle_suspension import AxleSuspension
+from tauto_core.ship.motion_kind import FOLDER as SHIPS
+from tauto_core.ship.motion_kind import ShipKind
+from tauto_core.ship.motions.still import StillShip
 
 
 class Scene(Section):
@@ -124,10 +52,12 @@ class Scene(Section):
         default=None, description='mapping with `kind`: what swings in place of a trochlea'
     )
     drag: Drag | None = Field(default=None, description='mapping: viscous, quadratic, coulomb')
-    escapement: Escapement | None = Field(
+    escapement: Annotated[EscapementKind, OneOf(ESCAPEMENTS, default='impulse')] | None = Field(
         default=None, description='mapping: kind, energy, angle, rest'
     )
-    ship: Ship = Field(default=StillShip(), description='mapping with `kind` and how it moves')
+    ship: Annotated[ShipKind, OneOf(SHIPS)] = Field(
+        default=StillShip(), description='mapping with `kind` and how it moves'
+    )
     suspension: AxleSuspension | None = Field(
         default=None,
         description='mapping: kind, support_radius, axle_radius, depth, gyration_radius, …',
@@ -147,7 +77,7 @@ class Scene(Section):
 
     @model_validator(mode='after')
     def _refuse_impossible_combinations(self) -> Scene:
-        found = tuple(problems(self))
+        found = tuple(self._problems())
         if found:
             raise PydanticCustomError(
                 'combination', '{summary}', {'summary': str(found[0]), 'problems': found}
@@ -170,11 +100,14 @@ class Scene(Section):
         return nanoseconds(self.log.interval)
 
     @property
+    def lies_still(self) -> bool:
+        """Whether the ship does not move."""
+        return self.ship.lies_still
+
+    @property
     def step_ns(self) -> int:
         """Time between samples of ship/imu [ns]; a still ship sends one per log interval."""
-        if isinstance(self.ship, StillShip):
-            return self.log_interval_ns
-        return step_of_rate(self.ship.rate)
+        return self.log_interval_ns if self.lies_still else step_of_rate(self.ship.rate)
 
     @property
     def samples(self) -> int:
@@ -184,7 +117,7 @@ class Scene(Section):
     @property
     def samples_beyond_end(self) -> int:
         """Samples of ship/imu that the stages need beyond the end: none of a still ship."""
-        return 0 if isinstance(self.ship, StillShip) else samples_beyond_end(self)
+        return 0 if self.lies_still else self._lookahead
 
     @property
     def log_count(self) -> int:
@@ -197,3 +130,59 @@ class Scene(Section):
         if self.log.motion is None:
             return self.duration <= DAY_S
         return self.log.motion
+
+    @property
+    def _lookahead(self) -> int:
+        """Samples that interpolation reaches beyond the end of a motion.
+
+        A suspension looks ahead itself, and the clock in it looks ahead in what it says.
+        """
+        return LOOKAHEAD if self.suspension is None else 2 * LOOKAHEAD
+
+    def _problems(self) -> Iterator[Problem]:
+        """Yield everything that is wrong between the keys of valid sections."""
+        yield from out_of_proportion(self.model_dump(include=set(SECTIONS)))
+        yield from self._regulator_problems()
+        yield from Times(
+            self.starts_at,
+            self.duration,
+            self.log.interval,
+            self.drift.observation_interval,
+            self.ship.rate,
+            self.ship.shortest_wave_s,
+            self.lies_still,
+            self.step_ns,
+            self._lookahead,
+        ).problems()
+        yield from self.ship.problems()
+        if self.suspension is not None:
+            yield from self.suspension.problems(still=self.lies_still)
+        if self.voyage is not None:
+            yield from self.voyage.problems()
+        if self.solver is not None:
+            yield from self.solver.problems()
+
+    def _regulator_problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the trochlea, or what stands in its place."""
+        if self.regulator is not None:
+            others = {
+                'trochlea': self.trochlea,
+                'drag': self.drag,
+                'escapement': self.escapement,
+                'suspension': self.suspension,
+            }
+            yield from self.regulator.problems(others, self.ship.kind, still=self.lies_still)
+        if self.trochlea is not None:
+            yield from self.trochlea.problems(
+                self.gravity, self.drag, self.escapement, still=self.lies_still
+            )
+        if self.escapement is not None:
+            yield from self.escapement.problems()
+        if self.trochlea is None and self.regulator is None:
+            yield Problem(
+                'trochlea',
+                ABSENT,
+                'is missing, and there is no regulator in its place',
+                'Write `trochlea: …`, mapping: inertia, cam, thread, power, release_angle; or '
+                '`regulator: …`, mapping with `kind`.',
+            )

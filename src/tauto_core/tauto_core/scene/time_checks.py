@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from decimal import Decimal
-from typing import TYPE_CHECKING
 
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.times import (
@@ -14,29 +14,52 @@ from tauto_core.scene.times import (
     NS_PER_S,
     exact_nanoseconds,
     exact_step,
-    samples_beyond_end,
+    nanoseconds,
 )
 
-if TYPE_CHECKING:
-    from tauto_core.scene.models import Scene
+
+@dataclass(frozen=True)
+class Times:
+    """The times that a scene gives.
+
+    Attributes:
+        starts_at: stamp of the first sample [s].
+        duration: of the scene [s].
+        log_interval: between logged samples [s].
+        observation_interval: between observations in port [s].
+        rate: samples of a ship that moves, a second [Hz].
+        shortest_wave_s: shortest period of the waves given [s]; inf where none are.
+        still: whether the ship lies still; then the rate does not matter.
+        step_ns: between samples of the ship's motion [ns].
+        beyond: steps that are sent beyond the end.
+    """
+
+    starts_at: float
+    duration: float
+    log_interval: float
+    observation_interval: float
+    rate: float
+    shortest_wave_s: float
+    still: bool
+    step_ns: int
+    beyond: int
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with them."""
+        grid = list(_whole_nanoseconds(self))
+        yield from grid
+        if not grid:
+            yield from _grids(self)
 
 
-def time_problems(scene: Scene) -> Iterator[Problem]:
-    """Yield what is wrong with the times of a scene."""
-    grid = list(_whole_nanoseconds(scene))
-    yield from grid
-    if not grid:
-        yield from _grids(scene)
-
-
-def _whole_nanoseconds(scene: Scene) -> Iterator[Problem]:
-    times = {
-        'starts_at': scene.starts_at,
-        'duration': scene.duration,
-        'log.interval': scene.log.interval,
-        'drift.observation_interval': scene.drift.observation_interval,
+def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
+    values = {
+        'starts_at': times.starts_at,
+        'duration': times.duration,
+        'log.interval': times.log_interval,
+        'drift.observation_interval': times.observation_interval,
     }
-    for key, value in times.items():
+    for key, value in values.items():
         if exact_nanoseconds(value).denominator != 1:
             yield Problem(
                 key,
@@ -44,37 +67,33 @@ def _whole_nanoseconds(scene: Scene) -> Iterator[Problem]:
                 'is not a whole number of nanoseconds',
                 'Give it to at most nine decimals.',
             )
-    if scene.ship.kind == 'still':
+    if times.still:
         return
-    step = exact_step(scene.ship.rate)
+    step = exact_step(times.rate)
     if step.denominator != 1 or step < 1:
         whole = max(round(step), 1)
         yield Problem(
             'ship.rate',
-            scene.ship.rate,
+            times.rate,
             f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
-            f'Use a rate that divides 1e9, for example {_near_rate(scene.ship.rate)} Hz, '
+            f'Use a rate that divides 1e9, for example {_near_rate(times.rate)} Hz, '
             f'or exactly 1e9/{whole}.',
         )
     elif step > MAX_GAP_S * NS_PER_S:
         yield Problem(
             'ship.rate',
-            scene.ship.rate,
+            times.rate,
             f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
             f'{MAX_GAP_S:g} s are interpolated',
-            f'Use {_least_rate(scene)}.',
+            f'Use {_least_rate(times.shortest_wave_s)}.',
         )
 
 
-def _least_rate(scene: Scene) -> str:
+def _least_rate(shortest_wave_s: float) -> str:
     """Return in words at which rates the motion can be interpolated."""
-    least_hz, periods = 1.0 / MAX_GAP_S, [math.inf]
-    if scene.ship.kind == 'components':
-        periods += [c.period for c in (*scene.ship.components, *(scene.ship.heave or ()))]
-    if 2.0 / min(periods) >= least_hz:
-        return (
-            f'more than {2.0 / min(periods):.6g} Hz, two samples in a wave of {min(periods)!r} s'
-        )
+    least_hz, two_a_wave_hz = 1.0 / MAX_GAP_S, 2.0 / shortest_wave_s
+    if two_a_wave_hz >= least_hz:
+        return f'more than {two_a_wave_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'
     return f'{least_hz!r} Hz or more'
 
 
@@ -85,23 +104,23 @@ def _near_rate(rate_hz: float) -> float:
     return min((*common, *fast), key=lambda near: abs(math.log(near / rate_hz)))
 
 
-def _grids(scene: Scene) -> Iterator[Problem]:
-    interval_ns, step_ns = scene.log_interval_ns, scene.step_ns
-    interval = scene.log.interval
+def _grids(times: Times) -> Iterator[Problem]:
+    interval, step_ns = times.log_interval, times.step_ns
+    interval_ns, duration_ns = nanoseconds(interval), nanoseconds(times.duration)
     if interval_ns % step_ns:
         yield Problem(
             'log.interval',
             interval,
             f'is not a whole number of steps of {Decimal(step_ns) / 10**9:.12g} s (ship.rate '
-            f'{scene.ship.rate!r} Hz)',
+            f'{times.rate!r} Hz)',
             f'Use {_multiple(interval_ns, step_ns)}.',
         )
     for key, value, value_ns in (
-        ('duration', scene.duration, scene.duration_ns),
+        ('duration', times.duration, duration_ns),
         (
             'drift.observation_interval',
-            scene.drift.observation_interval,
-            round(exact_nanoseconds(scene.drift.observation_interval)),
+            times.observation_interval,
+            nanoseconds(times.observation_interval),
         ),
     ):
         if value_ns % interval_ns:
@@ -111,13 +130,12 @@ def _grids(scene: Scene) -> Iterator[Problem]:
                 f'is not a whole number of log intervals (log.interval {interval!r} s)',
                 f'Use {_multiple(value_ns, interval_ns)}, or change log.interval.',
             )
-    beyond = samples_beyond_end(scene)
-    end_ns = scene.starts_at_ns + scene.duration_ns + beyond * step_ns
+    end_ns = nanoseconds(times.starts_at) + duration_ns + times.beyond * step_ns
     if end_ns > LAST_STAMP_S * 10**9:
         yield Problem(
             'duration',
-            scene.duration,
-            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {beyond} steps beyond '
+            times.duration,
+            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {times.beyond} steps beyond '
             f'the end; ROS stamps end at {LAST_STAMP_S} s',
             'Shorten it, or let starts_at be earlier.',
         )

@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from tauto_core.scene.models import Scene
 
 NS_PER_S = 1_000_000_000
 # builtin_interfaces/Time holds whole seconds in 32 bits, the sign among them.
@@ -38,11 +34,3 @@ def exact_step(rate_hz: float) -> Fraction:
 def step_of_rate(rate_hz: float) -> int:
     """Return the time between samples [ns], for a rate that divides into whole nanoseconds."""
     return round(exact_step(rate_hz))
-
-
-def samples_beyond_end(scene: Scene) -> int:
-    """Return how many samples beyond the end a ship that moves sends.
-
-    A suspension looks ahead itself, and the clock in it looks ahead in what it says.
-    """
-    return LOOKAHEAD if scene.suspension is None else 2 * LOOKAHEAD

@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import Flag, NonNegative, Position, Positive, Section
-
-if TYPE_CHECKING:
-    from tauto_core.scene.models import Scene
 
 WIDEST_AWARD_NMI = 60.0
 """Distance within which the Act of 1714 pays anything [nautical miles]."""
@@ -70,6 +67,11 @@ class Voyage(Section):
         between = (each.place for each in self.waypoints or ())
         return (self.departure, *between, self.arrival)
 
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between its keys, as far as no way need be computed."""
+        yield from _times(self)
+        yield from _places(self)
+
 
 def key_of_place(voyage: Voyage, index: int) -> str:
     """Return the path to the key of one of `voyage.places`."""
@@ -77,13 +79,6 @@ def key_of_place(voyage: Voyage, index: int) -> str:
         return 'voyage.departure'
     last = len(voyage.places) - 1
     return 'voyage.arrival' if index == last else f'voyage.waypoints[{index - 1}]'
-
-
-def voyage_problems(scene: Scene) -> Iterator[Problem]:
-    """Yield what is wrong between the keys of a voyage, as far as no way need be computed."""
-    if scene.voyage is not None:
-        yield from _times(scene.voyage)
-        yield from _places(scene.voyage)
 
 
 def _times(voyage: Voyage) -> Iterator[Problem]:

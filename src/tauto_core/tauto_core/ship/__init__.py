@@ -1,12 +1,20 @@
-"""The ship: sea, roll, recorded motion, what an IMU at the clock reads, observations of time."""
+"""The ship: sea, roll, recorded motion, what an IMU at the clock reads, observations of time.
 
-from tauto_core.scene.times import LOOKAHEAD
-from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
-from tauto_core.ship.observations import Observations, schedule
-from tauto_core.ship.passage import Passage
-from tauto_core.ship.sea import bag_metadata
-from tauto_core.ship.source import ShipMotion
-from tauto_core.ship.waves import Harmonics
+The kinds of motion are part of a scene, and what a ship sends takes a scene: names are loaded at
+their first use.
+"""
+
+from typing import TYPE_CHECKING
+
+from tauto_core.first_use import loaded_from
+
+if TYPE_CHECKING:
+    from tauto_core.scene.times import LOOKAHEAD
+    from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
+    from tauto_core.ship.observations import Observations, schedule
+    from tauto_core.ship.passage import Passage
+    from tauto_core.ship.source import ShipMotion, bag_metadata
+    from tauto_core.ship.waves import Harmonics
 
 __all__ = [
     'FRAME_ID',
@@ -23,3 +31,22 @@ __all__ = [
     'schedule',
     'screen',
 ]
+
+__getattr__ = loaded_from(
+    __name__,
+    {
+        'FRAME_ID': 'imu',
+        'LOOKAHEAD': 'tauto_core.scene.times',
+        'REFUSALS': 'imu',
+        'Attitude': 'imu',
+        'Harmonics': 'waves',
+        'Observations': 'observations',
+        'Passage': 'passage',
+        'ShipMotion': 'source',
+        'attitude': 'imu',
+        'bag_metadata': 'source',
+        'imu_samples': 'imu',
+        'schedule': 'observations',
+        'screen': 'imu',
+    },
+)

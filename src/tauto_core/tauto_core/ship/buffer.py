@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Window
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import plain
@@ -57,7 +57,7 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
         scene: one that can sail.
         steps_in: how many steps the propagator takes in a piece of a length [s].
     """
-    if isinstance(scene.ship, StillShip):
+    if scene.lies_still:
         return 1
     step_ns = felt_step_ns(scene)
     logs = scene.log_interval_ns // step_ns

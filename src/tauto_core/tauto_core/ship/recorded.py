@@ -14,14 +14,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import Field
 
 from tauto_core.samples import NS_PER_S, FloatArray
-from tauto_core.scene import Scene, data_path
+from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import MotionDataError
-from tauto_core.scene.ships import Recorded
+from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.imu_bag import read_imu
 from tauto_core.ship.motion_csv import read_columns
+from tauto_core.ship.motion_kind import Surroundings
 from tauto_core.ship.waves import Harmonics
 
 FEWEST_SAMPLES = 4
@@ -31,6 +33,27 @@ LARGEST: dict[str, tuple[float, str, str]] = {
     'heave': (1000.0, 'm', 'no sea lifts a ship so far'),
 }
 """Largest size of a channel of a CSV with its unit, and the reason."""
+
+
+class Recorded(Section):
+    """Measured motion: a CSV (columns named) or an MCAP bag with sensor_msgs/Imu (topic named).
+
+    Columns carry their unit as a suffix: _s, _deg or _rad, _m. Roll is positive with the starboard
+    side down, heave upwards; a negative `scale` turns both round.
+    """
+
+    path: Text = Field(description='CSV file, .mcap file or rosbag2 folder')
+    time_column: Text | None = Field(default=None, description='CSV column of the time, …_s')
+    roll_column: Text | None = Field(default=None, description='CSV column of the roll, …_deg')
+    heave_column: Text | None = Field(default=None, description='CSV column of the heave, …_m')
+    topic: Text | None = Field(default=None, description='topic of sensor_msgs/Imu in a bag')
+    scale: Number = Field(default=1.0, description='factor on the motion, not 0')
+    passband: tuple[NonNegative, Positive] = Field(
+        default=(0.02, 0.4), description='[lowest, highest] frequency kept [Hz]'
+    )
+    max_gap: Positive = Field(
+        default=3.0, description='longest gap between samples that is interpolated [s]'
+    )
 
 
 @dataclass(frozen=True)
@@ -75,7 +98,7 @@ class RecordedMotion:
     warnings: tuple[str, ...]
 
 
-def recorded_motion(scene: Scene, recorded: Recorded) -> RecordedMotion:
+def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
     """Read a measured motion and resample it within its pass-band.
 
     Of a CSV the means are dropped unless the pass-band reaches down to 0 Hz. Of a bag the means
@@ -238,7 +261,7 @@ def _check_times(record: Record, recorded: Recorded) -> int:
     return int(np.count_nonzero(step > 1.5 * median))
 
 
-def _check_length(record: Record, scene: Scene) -> None:
+def _check_length(record: Record, scene: Surroundings) -> None:
     """Refuse a record that ends before the scene."""
     length = float(record.time_s[-1])
     if scene.duration_ns > round(length * NS_PER_S):

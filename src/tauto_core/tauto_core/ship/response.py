@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.ships import Rao, Roll
 from tauto_core.ship.encounter import Course
+from tauto_core.ship.sea_sections import Rao, Roll
 from tauto_core.ship.waves import Harmonics
 
 NEGLIGIBLE = 0.01

@@ -1,41 +1,18 @@
-"""A long-crested sea, and how the ship moves in it (theory E5)."""
+"""A long-crested sea: its spectrum, and the components that stand for it (theory E5)."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tauto_core.samples import FloatArray
-from tauto_core.scene import SceneError
-from tauto_core.scene.models import Scene
-from tauto_core.scene.ships import Sea, SeaShip, SpectrumTable
-from tauto_core.ship.encounter import Course
-from tauto_core.ship.response import operator_answer, roll_answer
+from tauto_core.ship.sea_sections import Sea, SpectrumTable
 from tauto_core.ship.waves import Harmonics
 
 LOWEST = 0.5
 HIGHEST = 4.0
 _STREAM = 1  # observations draw from SeedSequence([seed, k]); this keeps the sea apart
-
-
-@dataclass(frozen=True)
-class SeaMotion:
-    """What a ship meets and does in a sea, at frequencies of encounter.
-
-    Attributes:
-        elevation: of the waves at the ship [m], upwards.
-        roll: [rad], starboard down positive.
-        heave: [m], upwards; None: not asked for.
-        left_out: share of the waves' energy outside the response operator.
-    """
-
-    elevation: Harmonics
-    roll: Harmonics
-    heave: Harmonics | None
-    left_out: float
 
 
 def bretschneider(
@@ -151,88 +128,4 @@ def elevation(sea: Sea | SpectrumTable, seed: int) -> Harmonics:
     height = 4.0 * np.sqrt(0.5 * np.sum(amplitude**2))
     return Harmonics(
         amplitude * (sea.significant_wave_height / height), 2.0 * np.pi / omega, phase
-    )
-
-
-def course_of(scene: Scene, ship: SeaShip) -> Course:
-    """Return how the ship of a scene meets the waves."""
-    return Course(ship.speed, ship.relative_heading, scene.gravity)
-
-
-def sea_motion(scene: Scene, ship: SeaShip) -> SeaMotion:
-    """Return waves, roll and heave of a scene with a sea.
-
-    Raises:
-        SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
-    """
-    course = course_of(scene, ship)
-    waves = elevation(ship.sea, scene.seed)
-    _check_rate(scene, ship, waves, course)
-    met = course.met(waves)
-    if ship.rao is not None:
-        found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
-        return SeaMotion(met, found.roll, found.heave, found.left_out)
-    assert ship.roll is not None  # a scene has one of them
-    roll = roll_answer(waves, ship.roll, course)
-    return SeaMotion(met, roll, met if ship.heave else None, 0.0)
-
-
-def _check_rate(scene: Scene, ship: SeaShip, waves: Harmonics, course: Course) -> None:
-    """Refuse waves that the samples of the motion cannot follow."""
-    omega = np.append(waves.angular_frequency, 2.0 * np.pi * band_hz(ship.sea)[1])
-    shortest = float(np.max(np.abs(course.frequency(omega)))) / (2.0 * np.pi)
-    if shortest < 0.5 * ship.rate:
-        return
-    parametric = isinstance(ship.sea, Sea)
-    meets = '' if ship.speed == 0.0 else f', met at {ship.speed:g} m/s,'
-    raise SceneError(
-        scene.name,
-        'ship.sea.peak_period' if parametric else 'ship.sea.frequency',
-        height_and_period(ship.sea)[1] if parametric else band_hz(ship.sea)[1],
-        f'the shortest waves{meets} have {shortest:.6g} Hz, which must be below half of '
-        f'ship.rate ({ship.rate!r} Hz)',
-        f'Raise ship.rate above {2.0 * shortest:.6g} Hz.',
-    )
-
-
-def sea_metadata(scene: Scene, ship: SeaShip) -> dict[str, Any]:
-    """Return what a sea was made from and how the ship meets it, for reports and bags."""
-    sea = ship.sea
-    height, period = height_and_period(sea)
-    metadata: dict[str, Any] = {
-        'spectrum': sea.spectrum,
-        'significant_wave_height_m': height,
-        'peak_period_s': period,
-        'components': sea.components,
-        'band_hz': list(band_hz(sea)),
-        'seed': scene.seed,
-        'heading_rad': ship.relative_heading,
-        'speed_m_s': ship.speed,
-        'heave': ship.heave,
-    }
-    if isinstance(sea, SpectrumTable):
-        metadata['source'] = sea.source
-    elif sea.spectrum == 'jonswap':
-        metadata['gamma'] = sea.gamma
-    if ship.rao is not None:
-        metadata['operator'] = ship.rao.source
-    elif ship.roll is not None and ship.roll.fitted_to is not None:
-        metadata['roll_fitted_to'] = ship.roll.fitted_to
-    return metadata
-
-
-def bag_metadata(scene: Scene) -> dict[str, Any]:
-    """Return what a bag says of the ship's sea, by names that begin with `sea.`; else nothing."""
-    if not isinstance(scene.ship, SeaShip):
-        return {}
-    return {f'sea.{key}': value for key, value in sea_metadata(scene, scene.ship).items()}
-
-
-def sea_warnings(motion: SeaMotion) -> tuple[str, ...]:
-    """Say what of the waves the ship does not answer."""
-    if motion.left_out == 0.0:
-        return ()
-    return (
-        f'{100.0 * motion.left_out:.2g} % of the energy of the waves lies outside the '
-        "frequencies of ship.rao: it is left out of the ship's motion",
     )

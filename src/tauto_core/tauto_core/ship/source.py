@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from tauto_core.samples import ImuSamples, State
-from tauto_core.scene import Component, ComponentsShip, RecordedShip, Scene, SeaShip, StillShip
+from tauto_core.scene import Scene
 from tauto_core.ship.imu import imu_from_roll, imu_samples
-from tauto_core.ship.recorded import recorded_metadata, recorded_motion
-from tauto_core.ship.sea import sea_metadata, sea_motion, sea_warnings
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 KEPT_BYTES = 2**24
 """Several times what the arrays of a chunk take."""
-
-
-@dataclass(frozen=True)
-class _Channels:
-    """What moves, as harmonics; None: not simulated. The force is given where it was measured."""
-
-    roll: Harmonics | None = None
-    heave: Harmonics | None = None
-    force_y: Harmonics | None = None
-    force_z: Harmonics | None = None
-    metadata: dict[str, Any] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
 
 
 class ShipMotion:
@@ -51,7 +36,7 @@ class ShipMotion:
         self._scene = scene
         self._starts_at_ns, self._step_ns = scene.starts_at_ns, scene.step_ns
         self._next = 0
-        channels = _channels(scene)
+        channels = scene.ship.channels(scene)
         if channels.roll is not None:
             _keep_freed_memory()
         self.total = scene.samples + scene.samples_beyond_end
@@ -117,45 +102,10 @@ def _keep_freed_memory() -> None:
     np.empty(KEPT_BYTES, np.uint8)
 
 
-def _channels(scene: Scene) -> _Channels:
-    """Return the motion of a scene's ship."""
+def bag_metadata(scene: Scene) -> dict[str, Any]:
+    """Return what a bag says of the ship's motion, by names such as `sea.seed`; or nothing."""
     ship = scene.ship
-    if isinstance(ship, StillShip):
-        return _Channels()
-    if isinstance(ship, ComponentsShip):
-        heave = None if ship.heave is None else _harmonics(ship.heave)
-        metadata = {'components': len(ship.components), 'heave': ship.heave is not None}
-        return _Channels(_harmonics(ship.components), heave, metadata=metadata)
-    if isinstance(ship, SeaShip):
-        sea = sea_motion(scene, ship)
-        return _Channels(
-            sea.roll,
-            sea.heave,
-            metadata=sea_metadata(scene, ship),
-            warnings=sea_warnings(sea),
-        )
-    return _recorded(scene, ship)
-
-
-def _recorded(scene: Scene, ship: RecordedShip) -> _Channels:
-    """Return a measured motion."""
-    motion = recorded_motion(scene, ship.recorded)
-    return _Channels(
-        motion.roll,
-        motion.heave,
-        motion.force_y,
-        motion.force_z,
-        recorded_metadata(ship.recorded, motion),
-        motion.warnings,
-    )
-
-
-def _harmonics(components: tuple[Component, ...]) -> Harmonics:
-    return Harmonics(
-        np.array([c.amplitude for c in components]),
-        np.array([c.period for c in components]),
-        np.array([c.phase for c in components]),
-    )
+    return {f'{ship.reported_as}.{key}': value for key, value in ship.metadata(scene).items()}
 
 
 def _sampled(

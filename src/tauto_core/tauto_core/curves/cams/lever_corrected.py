@@ -1,0 +1,253 @@
+"""The cam that makes Sully's lever machine a tautochrone: beyond Euler (1727, V).
+
+The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam
+on the wheel's axle C. At rest the lever is level and B, at the depth D, under C. With
+W = m g AD, J = m AD² + J_lever and the lever's angle β: V = W sin β = ½ω²s², and
+ds² = I dθ² + J dβ². Along τ = ±√tan(β/2), which has the sign of θ and is smooth through rest,
+
+    dθ/dτ = 2 √(W cos²β − 2Jω² sin β)/(ω √I √(1 + τ⁴)),    dβ/dτ = 4τ/(1 + τ⁴),
+
+so that θ is one quadrature and ρ = dβ/dθ is known. The thread is the line through B at the
+distance t = ρ AB cos(β − δ) from C, and B lies on it, which gives its inclination δ:
+
+    tan δ = (B − ρ AB (cos β, sin β))_x/(D − AB (1 − ρ) sin β).
+
+With u = θ − δ these lines have the support function t(u) in the wheel's frame; the cam is their
+envelope, p = dt/du. Both sides keep time, each by itself; they differ from the third order on,
+since δ leans the same way on both.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from tauto_core.curves import lever_parts
+from tauto_core.curves.kind import CamKind
+from tauto_core.curves.lever_parts import LeverSetting, Loads, Pose
+from tauto_core.curves.nearest import choices
+from tauto_core.curves.quadrature import integrate
+from tauto_core.samples import FloatArray
+from tauto_core.scene.fields import Positive
+
+_COMPLEX_STEP = 1e-30
+
+
+class _Line(NamedTuple):
+    """The thread's line and how it moves with θ, by functions that take complex τ too."""
+
+    ratio: Any  # ρ = dβ/dθ
+    bend: Any  # dρ/dθ
+    beta: Any
+    delta: Any
+    turns: Any  # dδ/dθ
+    arm: Any  # t
+    p: Any
+    reach: Any  # from the foot of t to B
+
+
+@dataclass(frozen=True)
+class CorrectedLeverGeometry:
+    """The cam, thread and lever of a lever machine that keeps one period.
+
+    Attributes:
+        inertia: I of the wheel [kg m2], > 0.
+        frequency: ω wanted [rad/s], > 0.
+        weight_torque: W = m g AD of the weight about the fulcrum, the lever level [N m], > 0.
+        turned_inertia: J of weight and lever about the fulcrum [kg m2], ≥ 0.
+        arm: AB, from the fulcrum to the thread [m], > 0.
+        length: of the free thread at rest [m], > 0.
+    """
+
+    inertia: float
+    frequency: float
+    weight_torque: float
+    turned_inertia: float
+    arm: float
+    length: float
+
+    @property
+    def base_radius(self) -> float:
+        """r = dt/du at rest [m]: that of the involute of the same small swings.
+
+        W r (1 + r/l₀)/AB = I ω².
+        """
+        arm = self.inertia * self.frequency**2 * self.arm / self.weight_torque
+        return 2.0 * arm / (1.0 + math.sqrt(1.0 + 4.0 * arm / self.length))
+
+    @property
+    def depth(self) -> float:
+        """D of B under C at rest, r + l₀ [m]."""
+        return self.base_radius + self.length
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return t/(r τ): what an involute of base radius r would have wound up, over τ."""
+        line = self._line(tau)
+        square = tau * tau
+        beta_per_tau = 4.0 / (1.0 + square * square)
+        arm = self.arm * np.cos(line.beta - line.delta)
+        return np.asarray(beta_per_tau / self._theta_rate(tau) * arm / self.base_radius)
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return where everything is; NaN beyond the cam."""
+        tau = np.asarray(tau, np.float64)
+        line = self._line(tau)
+        return Pose(self.theta(tau) - line.delta, line.beta, line.delta, line.reach - line.p)
+
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ, the wheel's angle [rad]; NaN beyond the cam."""
+        tau = np.asarray(tau, np.float64)
+        flat = tau.ravel()
+        known = np.isfinite(self._theta_rate(flat))
+        found = np.full(flat.shape, np.nan)
+        found[known] = integrate(self._theta_rate, np.zeros(int(known.sum())), flat[known])
+        return found.reshape(tau.shape)
+
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ."""
+        square = tau * tau
+        return self._theta_rate(tau), 4.0 * tau / (1.0 + square * square)
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
+        line = self._line(tau)
+        return line.ratio, line.bend
+
+    def tau_of(self, theta: FloatArray) -> FloatArray:
+        """Return τ of the wheel's angle, within the edges."""
+        return lever_parts.tau_of(theta, self.edges, self.theta, self._theta_rate)
+
+    @cached_property
+    def edges(self) -> tuple[float, float]:
+        """Least and largest τ up to which thread, lever and a convex cam go together."""
+        return lever_parts.edges(self._usable)
+
+    def lever_arm(self, tau: FloatArray) -> FloatArray:
+        """Return t, the distance of the thread from the axle, with the sign of θ [m]."""
+        arm: FloatArray = self._line(tau).arm
+        return arm
+
+    def radius_of_curvature(self, tau: FloatArray) -> FloatArray:
+        """Return R of the cheek that the thread leaves [m]; negative where that is hollow.
+
+        t + dp/du, on the other cheek its negative. The derivative of p is that of the complex
+        step (Squire & Trapp, SIAM Review 40, 1998): to rounding.
+        """
+        tau = np.asarray(tau, np.float64)
+        radius: FloatArray = np.where(tau < 0.0, -1.0, 1.0) * self._signed_radius(tau)
+        return radius
+
+    def contact(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return where the thread leaves the cam, (x, y) in the wheel's frame [m].
+
+        The frame is that of `curves.Cam`: +y along the thread at rest, x < 0 the cheek for
+        positive angles.
+        """
+        line, u = self._line(tau), self.pose(tau).u
+        sine, cosine = np.sin(u), np.cos(u)
+        return line.arm * cosine - line.p * sine, line.arm * sine + line.p * cosine
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| on both sides [rad]."""
+        low, high = self.theta(np.array(self.edges)).tolist()
+        return float(min(-low, high))
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+
+        A heavier weight needs a smaller cam, a longer period likewise.
+        """
+
+        def holds(*, mass: float = loads.mass, period: float = loads.period) -> bool:
+            torque, turned = loads.of_mass(mass)
+            wider = replace(
+                self, frequency=math.tau / period, weight_torque=torque, turned_inertia=turned
+            )
+            return wider.range_rad >= amplitude
+
+        return choices(
+            ('a weight of at least', 'kg', loads.mass, 2.0, lambda to: holds(mass=to)),
+            ('a period of at least', 's', loads.period, 2.0, lambda to: holds(period=to)),
+        )
+
+    def of_inertia(self, inertia: float) -> CorrectedLeverGeometry:
+        """Return the cam for another wheel [kg m2]."""
+        return replace(self, inertia=inertia)
+
+    def _theta_rate(self, tau: Any) -> Any:
+        """Return dθ/dτ; NaN where the lever alone would be too slow."""
+        square = tau * tau
+        quartic = square * square
+        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        left = self.weight_torque * (cosine * cosine)
+        left = left - 2.0 * self.turned_inertia * self.frequency**2 * sine
+        left = np.where(np.real(left) > 0.0, left, np.nan)
+        per = self.frequency * math.sqrt(self.inertia)
+        return 2.0 / per * np.sqrt(left / (1.0 + quartic))
+
+    @np.errstate(invalid='ignore', divide='ignore')
+    def _line(self, tau: Any) -> _Line:
+        """Return the thread's line; NaN beyond the cam."""
+        square = tau * tau
+        quartic = square * square
+        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        beta = 2.0 * np.arctan(square)
+        ratio = 4.0 * tau / (1.0 + quartic) / self._theta_rate(tau)
+        torque, stiff = self.weight_torque, self.frequency**2
+        left = torque * (cosine * cosine) - 2.0 * self.turned_inertia * stiff * sine
+        bend = self.inertia * stiff * torque * cosine * (1.0 + sine * sine) / (left * left)
+        # B from C, less ρ AB along the lever; 1 − cos β without cancellation
+        across = -self.arm * (2.0 * quartic / (1.0 + quartic) + ratio * cosine)
+        delta = np.arctan(across / (self.depth - self.arm * (1.0 - ratio) * sine))
+        sine_between, cosine_between = np.sin(beta - delta), np.cos(beta - delta)
+        b_x = -self.arm * 2.0 * quartic / (1.0 + quartic)
+        b_y = self.arm * sine - self.depth
+        reach = b_x * np.sin(delta) - b_y * np.cos(delta)
+        turns = ratio * (ratio - 1.0) * sine_between - bend * cosine_between
+        turns = self.arm * turns / (reach + ratio * self.arm * sine_between)
+        arm = ratio * self.arm * cosine_between
+        more = bend * cosine_between - ratio * sine_between * (ratio - turns)
+        p = self.arm * more / (1.0 - turns)
+        return _Line(ratio, bend, beta, delta, turns, arm, p, reach)
+
+    def _signed_radius(self, tau: FloatArray) -> FloatArray:
+        line = self._line(tau)
+        step = self._line(tau + 1j * _COMPLEX_STEP)
+        per_tau = np.imag(step.p) / _COMPLEX_STEP
+        radius: FloatArray = line.arm + per_tau / (self._theta_rate(tau) * (1.0 - line.turns))
+        return radius
+
+    def _usable(self, tau: FloatArray) -> np.ndarray:
+        line = self._line(tau)
+        fits = lever_parts.clear(line.beta, line.delta, (line.reach - line.p) / self.length)
+        return np.asarray(fits & (self.radius_of_curvature(tau) > 0.0))
+
+
+class LeverCorrectedCam(CamKind):
+    """The tautochrone for Sully's lever machine, made for one period (theory A)."""
+
+    threads = ('lever',)
+    rank = 7
+
+    kind: Literal['lever_corrected'] = 'lever_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+    def on_lever(self, lever: LeverSetting) -> CorrectedLeverGeometry:
+        """Return the cam for the wheel, and the lever with its weight."""
+        return CorrectedLeverGeometry(
+            inertia=lever.inertia,
+            frequency=math.tau / self.period,
+            weight_torque=lever.weight_torque,
+            turned_inertia=lever.turned_inertia,
+            arm=lever.arm,
+            length=lever.length,
+        )
+
+
+KIND = LeverCorrectedCam

@@ -1,0 +1,135 @@
+"""Sully's lever: where thread and lever are when the wheel has turned (Euler 1727, V).
+
+The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
+B to a lever AD that turns about A. At rest the lever is level and B under C. With u = θ − δ,
+n = (cos δ, sin δ) and d = (sin δ, −cos δ)
+
+    B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
+
+B's distance from C is a function of u² and, on the lever, of its angle β. So all follows without
+iteration from τ = ±√tan(β/2), which has the sign of θ and is smooth through rest, where β falls
+with θ², and up to a dead point. Forms are free of cancellation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from tauto_core.curves import lever_parts
+from tauto_core.curves.lever_parts import Loads, Pose
+from tauto_core.curves.nearest import choices
+from tauto_core.samples import FloatArray
+
+
+@dataclass(frozen=True)
+class LeverGeometry:
+    """The lengths of a lever machine, each > 0.
+
+    Attributes:
+        base_radius: r of the involute [m].
+        arm: AB, from the fulcrum to the thread [m].
+        length: l₀ of the free thread at rest [m].
+    """
+
+    base_radius: float
+    arm: float
+    length: float
+
+    @property
+    def depth(self) -> float:
+        """Depth of B under C at rest, r + l₀ [m]."""
+        return self.base_radius + self.length
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return u/τ: l₀² − l² = 2 AB [(r + l₀) sin β − AB (1 − cos β)] = r u² (l₀ + l)/2."""
+        wound, free = self._wound(tau)
+        return np.asarray(np.sqrt(2.0 * wound / (self.base_radius * (self.length + free))))
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return where everything is; NaN where the thread is too short."""
+        tau = np.asarray(tau, np.float64)
+        u, beta = tau * self.u_per_tau(tau), 2.0 * np.arctan(tau * tau)
+        free, half = self._wound(tau)[1], np.sin(0.5 * beta)
+        across, down = -2.0 * self.arm * half * half, self.depth - self.arm * np.sin(beta)
+        inner = np.arctan2(self.base_radius * u, self.base_radius + free)
+        return Pose(u, beta, np.arctan2(across, down) - inner, free)
+
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ, the wheel's angle [rad]."""
+        pose = self.pose(tau)
+        return np.asarray(pose.u + pose.delta)
+
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ; the first vanishes at a dead point, neither is singular."""
+        pose, square = self.pose(tau), tau * tau
+        beta = 4.0 / (1.0 + square * square)
+        arm = self.arm * np.cos(pose.beta - pose.delta)
+        return beta * arm / (self.base_radius * self.u_per_tau(tau)), beta * tau
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
+        u, beta, delta, free = self.pose(tau)
+        sine, cosine = np.sin(beta - delta), np.cos(beta - delta)
+        arm = self.arm * cosine
+        first = self.base_radius * u / arm
+        inclines = -(self.base_radius + self.arm * first * sine) / free
+        second = self.base_radius * (1.0 - inclines) / arm
+        return first, second + first * sine / cosine * (first - inclines)
+
+    def tau_of(self, theta: FloatArray) -> FloatArray:
+        """Return τ of the wheel's angle, within the edges."""
+        return lever_parts.tau_of(theta, self.edges, self.theta, lambda tau: self.rates(tau)[0])
+
+    @cached_property
+    def edges(self) -> tuple[float, float]:
+        """Least and largest τ: where a dead point or the end of the thread is near."""
+        return lever_parts.edges(self._usable)
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| on both sides [rad]."""
+        low, high = self.theta(np.array(self.edges)).tolist()
+        return float(min(-low, high))
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+
+        A smaller cam winds up less; a longer lever or thread may do.
+        """
+        del loads
+
+        def holds(**change: float) -> bool:
+            return replace(self, **change).range_rad >= amplitude
+
+        return choices(
+            (
+                'a base_radius of at most',
+                'm',
+                self.base_radius,
+                0.5,
+                lambda to: holds(base_radius=to),
+            ),
+            ('a lever arm of at least', 'm', self.arm, 2.0, lambda to: holds(arm=to)),
+            ('a thread of at least', 'm', self.length, 2.0, lambda to: holds(length=to)),
+        )
+
+    def of_inertia(self, inertia: float) -> LeverGeometry:
+        """Return itself: no involute is made for a wheel."""
+        del inertia
+        return self
+
+    def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (l₀² − l²)/τ² [m2] and l [m]."""
+        square = tau * tau
+        wound = 4.0 * self.arm * (self.depth - self.arm * square) / (1.0 + square * square)
+        rest = self.length * self.length - square * wound
+        # what is not there has no length
+        free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
+        return np.where(wound > 0.0, wound, np.nan), free
+
+    def _usable(self, tau: FloatArray) -> np.ndarray:
+        pose = self.pose(tau)
+        return lever_parts.clear(pose.beta, pose.delta, pose.free / self.length)

@@ -1,0 +1,31 @@
+"""The plain escapement: what the train has, it gives."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tauto_core.machines.escapement import Ebb, EscapementKind, Train
+
+
+class Escapement(EscapementKind):
+    """Impulse once a beat, at angle · sgn θ̇ (positive: after the middle)."""
+
+    rank = 1
+
+    kind: Literal['impulse'] = 'impulse'
+    train: Train | None = Field(
+        default=None,
+        description='mapping: fall, impulses; when left out all impulses are the same',
+    )
+
+    @property
+    def ebb(self) -> Ebb | None:
+        """That of the train: what it lacks, the impulses lack."""
+        if self.train is None or self.train.fall == 0.0:
+            return None
+        return Ebb(self.train.fall, self.train.impulses)
+
+
+KIND = Escapement

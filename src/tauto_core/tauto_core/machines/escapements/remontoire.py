@@ -1,0 +1,83 @@
+"""The remontoire: a small spring that drives the escapement, and that the train only rewinds.
+
+Whatever the train has beyond what rewinding takes is spent on a fly; the impulses depend on the
+small spring alone, which falls off a little between one rewinding and the next and begins anew at
+each. Harrison's fourth timekeeper rewinds its own eight times a minute (*The Principles of Mr.
+Harrison's Time-keeper, with Plates of the same*, London 1767), with five beats a second: 37 or 38
+impulses from one rewinding to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from tauto_core.machines.escapement import Ebb, EscapementKind, Train
+from tauto_core.scene.errors import Problem
+from tauto_core.scene.fields import Positive, Section
+
+
+class Remontoire(Section):
+    """The small spring."""
+
+    impulses: Annotated[int, Strict(), Field(ge=1, le=10**6)] = Field(
+        description='impulses of the escapement between two rewindings, 1 to 1e6'
+    )
+    fall: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
+        default=0.0,
+        description='how much weaker it is just before it is rewound than just after, by the '
+        'mean, 0 to 1',
+    )
+
+
+class DrivingTrain(Train):
+    """The train that rewinds the small spring."""
+
+    energy: Positive = Field(
+        description='work that the train has for an impulse, friction taken off, in the mean '
+        'over a winding [J]'
+    )
+
+    @property
+    def least(self) -> float:
+        """Work that it has for an impulse just before it is wound [J]."""
+        return self.energy * (1.0 - 0.5 * self.fall)
+
+
+class RemontoireEscapement(EscapementKind):
+    """Impulse once a beat from a small spring that the train rewinds: whatever the train's."""
+
+    rank = 2
+
+    kind: Literal['remontoire'] = 'remontoire'
+    remontoire: Remontoire = Field(description='mapping: impulses, fall')
+    train: DrivingTrain | None = Field(
+        default=None,
+        description='mapping: energy, fall, impulses; when left out it can always rewind',
+    )
+
+    @property
+    def ebb(self) -> Ebb | None:
+        """That of the small spring; the train's is not felt."""
+        if self.remontoire.fall == 0.0:
+            return None
+        return Ebb(self.remontoire.fall, self.remontoire.impulses)
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between its keys: a train too weak to rewind, above all."""
+        yield from super().problems()
+        if self.train is not None and self.train.least < self.energy:
+            factor = 1.0 - 0.5 * self.train.fall
+            yield Problem(
+                'escapement.train.energy',
+                self.train.energy,
+                f'leaves {self.train.least:.6g} J for an impulse before the train is wound, less '
+                f'than the {self.energy:.6g} J (escapement.energy) that rewinding the remontoire '
+                'takes: the clock stops there',
+                f'Use at least {self.energy / factor:.6g} J, or a train that falls by less.',
+            )
+
+
+KIND = RemontoireEscapement

@@ -1,0 +1,199 @@
+"""A globe or cylinder that swings on a curve in a fluid (Euler 1729): keys, refusals, remedies.
+
+Its law is `fluid_pendulum`, loaded where a scene has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from tauto_core.curves.nearest import nearest_if_any
+from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
+from tauto_core.scene.fields import NonNegative, Number, Positive, Section
+
+if TYPE_CHECKING:
+    from tauto_core.machines.fluid_pendulum import Curve, FluidPendulum
+    from tauto_core.machines.immersed_body import ImmersedBody
+
+
+class FluidTautochroneRegulator(Section):
+    """A globe or cylinder that swings on a curve in a fluid (Euler 1729); no trochlea."""
+
+    kind: Literal['fluid_tautochrone'] = Field(description='fluid_tautochrone')
+    curve: Literal['euler', 'cycloid', 'symmetric'] = Field(
+        default='euler', description='euler, cycloid or symmetric (theory B)'
+    )
+    body: Literal['globe', 'cylinder'] = Field(description='globe or cylinder')
+    diameter: Positive = Field(
+        description='diameter of the globe, or height of the cylinder along its motion [m]'
+    )
+    body_density: Positive = Field(description='density of the body [kg/m3]')
+    fluid_density: NonNegative = Field(description='density of the fluid, below the body [kg/m3]')
+    pendulum_length: Positive = Field(
+        description='length f of the simple pendulum that keeps time with small swings [m]'
+    )
+    release_arc: Number = Field(
+        description='arc from the lowest point at which it is released at rest [m], negative on '
+        'the branch of ascent'
+    )
+    added_mass: NonNegative = Field(
+        default=0.0,
+        description='fluid carried along, by the fluid displaced; Euler: 0, globe: 0.5',
+    )
+
+    def problems(
+        self, others: Mapping[str, object], ship: str, *, still: bool
+    ) -> Iterator[Problem]:
+        """Yield what is wrong with it, and what does not go with it.
+
+        Args:
+            others: the sections `trochlea`, `drag`, `escapement` and `suspension`, or None.
+            ship: kind of the ship's motion.
+            still: whether the ship lies still.
+        """
+        why = {
+            'trochlea': 'a scene has one regulator',
+            'drag': 'the fluid is the drag',
+            'escapement': 'nothing drives a body in a fluid',
+            'suspension': "in Euler's equations curve and fluid are at rest",
+        }
+        for key, section in others.items():
+            if section is not None:
+                remedy = f'Leave out {key}, or take a trochlea instead of the regulator.'
+                yield Problem(key, ABSENT, f'does not go with regulator: {why[key]}', remedy)
+        if not still:
+            yield Problem(
+                'ship.kind',
+                ship,
+                "does not go with regulator: in Euler's equations curve and fluid are at rest",
+                'Use ship kind still.',
+            )
+        if self.release_arc == 0.0:
+            yield Problem(
+                'regulator.release_arc',
+                0.0,
+                'leaves the body at rest for ever',
+                'Release it at an arc other than 0 m.',
+            )
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the terms that it does not have."""
+        return () if self.added_mass else ('added mass',)
+
+
+def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
+    """Return the curve of a regulator, made for its body and fluid.
+
+    Raises:
+        DescentError: a body that does not sink.
+    """
+    from tauto_core.machines.fluid_pendulum import CURVES
+
+    body = _body(regulator)
+    return CURVES[regulator.curve](body.kappa, body.gamma, regulator.pendulum_length)
+
+
+def compile_fluid_pendulum(
+    name: str, gravity: float, regulator: FluidTautochroneRegulator
+) -> FluidPendulum:
+    """Return the regulator in numbers.
+
+    Args:
+        name: of the scene, for errors.
+        gravity: g [m/s2].
+        regulator: of the scene.
+
+    Raises:
+        SceneError: a body that does not sink, or a release beyond the cusp.
+    """
+    if regulator.fluid_density >= regulator.body_density:
+        raise SceneError(
+            name,
+            'regulator.fluid_density',
+            regulator.fluid_density,
+            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
+            f'{regulator.body} does not sink',
+            _that_sinks(regulator),
+        )
+    try:
+        curve = make_descent_curve(regulator)
+    except DescentError as error:
+        raise SceneError(
+            name,
+            'regulator',
+            regulator.kind,
+            f'cannot be built: {error}',
+            'Change body or fluid.',
+        ) from None
+    start = regulator.release_arc
+    edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
+    if not abs(start) <= abs(edge):
+        raise SceneError(
+            name,
+            'regulator.release_arc',
+            start,
+            f'beyond the cusp of the curve, at {edge!r} m',
+            f'Release the body nearer to A{_longer(regulator)}.',
+        )
+    from tauto_core.machines.fluid_pendulum import FluidPendulum
+
+    weight = _body(regulator).sunk_mass * gravity
+    return FluidPendulum(curve, weight, gravity, start)
+
+
+def _longer(regulator: FluidTautochroneRegulator) -> str:
+    """Return the shortest pendulum whose curve holds the release, or else the nearest body."""
+    longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
+    if longer:
+        return f', or give {longer}'
+    bodies = (
+        _at_least(regulator, 'diameter', regulator.diameter, 'm'),
+        _at_least(regulator, 'body_density', regulator.body_density, 'kg/m3'),
+    )
+    found = ' or '.join(body for body in bodies if body)
+    return f', or take a larger or denser body: {found}' if found else ''
+
+
+def _that_sinks(regulator: FluidTautochroneRegulator) -> str:
+    """Return the lightest body and the densest fluid that the curve can be made for."""
+    body = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
+    fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
+    if not body or fluid is None:
+        return 'Take a denser body or a lighter fluid, and release it nearer to A.'
+    return f'Take a denser body, {body}, or a lighter fluid, of at most {fluid:.4g} kg/m3.'
+
+
+def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:
+    least = _nearest_that_holds(regulator, key, value, 2.0)
+    return '' if least is None else f'a {key} of at least {least:.4g} {unit}'
+
+
+def _nearest_that_holds(
+    regulator: FluidTautochroneRegulator, key: str, value: float, factor: float
+) -> float | None:
+    """Return the value of a key nearest to one that fails with which the curve holds the release.
+
+    None where no such value is found in the direction of the factor.
+    """
+    start = regulator.release_arc
+
+    def holds(tried: float) -> bool:
+        curve = make_descent_curve(regulator.model_copy(update={key: tried}))
+        return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
+
+    return nearest_if_any(value, factor, holds)
+
+
+def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:
+    from tauto_core.machines.immersed_body import ImmersedBody
+
+    return ImmersedBody(
+        regulator.body,
+        regulator.diameter,
+        regulator.body_density,
+        regulator.fluid_density,
+        regulator.added_mass,
+    )

@@ -1,0 +1,29 @@
+"""A constant pull without inertia: Euler's own supposition (1727, X)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tauto_core.curves.kind import Pull
+from tauto_core.machines.power import PowerKind
+from tauto_core.scene.fields import Positive
+
+
+class ForcePower(PowerKind):
+    """Constant pull without inertia."""
+
+    words = 'a pull without inertia or stiffness'
+    rank = 1
+
+    kind: Literal['force'] = 'force'
+    force: Positive = Field(description='pull in the thread [N]')
+
+    @property
+    def pull(self) -> Pull:
+        """The force alone."""
+        return Pull(force=self.force)
+
+
+KIND = ForcePower

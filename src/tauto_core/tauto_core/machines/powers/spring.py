@@ -1,0 +1,35 @@
+"""A spring without inertia (theory E2)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tauto_core.curves.kind import Pull
+from tauto_core.machines.power import PowerKind
+from tauto_core.scene.fields import NonNegative, Positive
+
+
+class SpringPower(PowerKind):
+    """Spring without inertia: pull = force + stiffness · draw."""
+
+    words = 'a spring'
+    rank = 3
+
+    kind: Literal['spring'] = 'spring'
+    force: Positive = Field(description='pull at zero draw [N]')
+    stiffness: NonNegative = Field(description='stiffness [N/m]')
+
+    @property
+    def pull(self) -> Pull:
+        """The force, and the stiffness."""
+        return Pull(force=self.force, stiffness=self.stiffness)
+
+    @property
+    def acts_as(self) -> str:
+        """`spring`, also without stiffness."""
+        return 'spring'
+
+
+KIND = SpringPower

@@ -1,0 +1,35 @@
+"""A weight and a spring that pull the same thread."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tauto_core.curves.kind import Pull
+from tauto_core.machines.power import PowerKind
+from tauto_core.scene.fields import Positive
+
+
+class WeightAndSpringPower(PowerKind):
+    """Hanging weight whose thread a spring draws too: pull = mass · g + stiffness · draw."""
+
+    words = 'a weight and a spring together'
+    rank = 4
+
+    kind: Literal['weight_and_spring'] = 'weight_and_spring'
+    mass: Positive = Field(description='mass of the weight [kg]')
+    stiffness: Positive = Field(description='stiffness of the spring, slack at rest [N/m]')
+
+    @property
+    def pull(self) -> Pull:
+        """The weight with its inertia, and the stiffness."""
+        return Pull(carried_mass=self.mass, pulling_mass=self.mass, stiffness=self.stiffness)
+
+    @property
+    def acts_as(self) -> str:
+        """Both at once: no closed form corrects that."""
+        return 'weight_and_spring'
+
+
+KIND = WeightAndSpringPower

@@ -1,0 +1,146 @@
+"""The trochlea of a scene: the section, and the rules between its parts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, cast
+
+from pydantic import Field
+
+from tauto_core.curves.cam import Cam
+from tauto_core.curves.kind import FOLDER as CAMS
+from tauto_core.curves.kind import CamKind
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
+from tauto_core.machines.power import FOLDER as POWERS
+from tauto_core.machines.power import PowerKind
+from tauto_core.machines.thread import FOLDER as THREADS
+from tauto_core.machines.thread import Parts, ThreadKind
+from tauto_core.scene.errors import Problem, SceneError
+from tauto_core.scene.fields import Number, Positive, Section
+from tauto_core.scene.kinds import OneOf, kind_of, kinds_in
+
+
+def cam_kinds() -> tuple[type[CamKind], ...]:
+    """Return all kinds of cam."""
+    return cast(tuple[type[CamKind], ...], kinds_in(CAMS))
+
+
+class Trochlea(Section):
+    """The regulator: a balanced wheel whose cam winds up a thread under power."""
+
+    inertia: Positive = Field(description="the wheel's moment of inertia about its axle [kg m2]")
+    cam: Annotated[CamKind, OneOf(CAMS)] = Field(
+        description='mapping with `kind` and the dimensions of the cam'
+    )
+    thread: Annotated[ThreadKind, OneOf(THREADS)] = Field(
+        description='mapping with `kind` and the dimensions of the thread'
+    )
+    power: Annotated[PowerKind, OneOf(POWERS)] = Field(
+        description='mapping with `kind` and what pulls the thread'
+    )
+    release_angle: Number = Field(
+        description="the wheel's angle in its case at the start, at rest there [rad]"
+    )
+
+    def parts(
+        self,
+        gravity: float,
+        drag: Drag | None = None,
+        escapement: EscapementKind | None = None,
+    ) -> Parts:
+        """Return what the thread joins to a machine; teeth that rest add their friction."""
+        friction = 0.0 if escapement is None else escapement.friction
+        if friction:
+            drag = (drag or Drag()).with_friction(friction)
+        return Parts(
+            self.inertia, self.cam, self.power, self.release_angle, gravity, drag, escapement
+        )
+
+    def made_cam(self, gravity: float) -> Cam:
+        """Return the cam with the thread it is made for.
+
+        Args:
+            gravity: of the scene [m/s2].
+
+        Raises:
+            SceneError: a cam, a thread and a power that don't go together, a cheek that no thread
+                can wrap, or a table that can't be used.
+        """
+        fits = self.thread.kind in self.cam.threads
+        if not fits or self.cam.corrects not in ('', self.power.acts_as):
+            raise SceneError(
+                'trochlea',
+                'thread.kind',
+                self.thread.kind,
+                f'a cam of kind {self.cam.kind!r} is not made for this thread and power '
+                f'{self.power.kind!r}',
+                'Use ' + '; '.join(_what_goes_together(each) for each in cam_kinds()) + '.',
+            )
+        return self.cam.made(self.thread.setting(self.parts(gravity)))
+
+    def problems(
+        self,
+        gravity: float,
+        drag: Drag | None,
+        escapement: EscapementKind | None,
+        *,
+        still: bool,
+    ) -> Iterator[Problem]:
+        """Yield what is wrong between its keys and with what acts on it.
+
+        Args:
+            gravity: of the scene [m/s2].
+            drag: of the scene.
+            escapement: of the scene.
+            still: whether the ship lies still.
+        """
+        fitting = self.cam.threads
+        if self.thread.kind not in fitting:
+            cams = (kind_of(each) for each in cam_kinds() if self.thread.kind in each.threads)
+            yield Problem(
+                'trochlea.thread.kind',
+                self.thread.kind,
+                f'does not go with trochlea.cam.kind {self.cam.kind}',
+                f'Use thread kind {" or ".join(fitting)}, or a cam of kind {", ".join(cams)}.',
+            )
+        if self.cam.corrects not in ('', self.power.acts_as):
+            yield self._not_corrected(gravity)
+        yield from self.thread.problems(self.power, drag, escapement)
+        if still and self.release_angle == 0.0:
+            yield Problem(
+                'trochlea.release_angle',
+                0.0,
+                'leaves the wheel at rest for ever on a ship that lies still',
+                'Release it at an angle other than 0 rad.',
+            )
+
+    def _not_corrected(self, gravity: float) -> Problem:
+        """Return what is wrong with the power of a cam that is made for another."""
+        cam, power = cast(Any, self.cam), self.power
+        omega = math.tau / cam.period
+        rate = self.inertia * omega * omega / power.pull.at_rest(gravity)
+        if power.acts_as == 'force':
+            plain = (
+                f'cam {{kind: involute, base_radius: {rate:.6g}}}'
+                if self.thread.kind == 'vertical'
+                else f'cam {{kind: hole, lever_rate: {rate:.6g}}}'
+            )
+            others = f'a pull without inertia or stiffness needs {plain}'
+        else:
+            correctors = (kind_of(each) for each in cam_kinds() if each.corrects == power.acts_as)
+            others = f'{power.words} needs cam kind {next(correctors, "synthesised")}'
+        weightless = power.kind == 'weight' and power.acts_as == 'force'
+        return Problem(
+            'trochlea.power.massless' if weightless else 'trochlea.power.kind',
+            True if weightless else power.kind,
+            f'does not go with trochlea.cam.kind {cam.kind}, which is made for power kind '
+            f'{cam.corrects}',
+            f'For the period of {cam.period!r} s {others}.',
+        )
+
+
+def _what_goes_together(cam: type[CamKind]) -> str:
+    power = f' under a {cam.corrects}' if cam.corrects else ''
+    return f'{kind_of(cam)} with thread {" or ".join(cam.threads)}{power}'

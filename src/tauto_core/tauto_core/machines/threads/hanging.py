@@ -1,0 +1,236 @@
+"""The thread that swings: wheel, involute and a weight on a free thread (Euler 1727, XX).
+
+Two degrees of freedom, as absolute angles: ψ of the wheel, δ of the thread. With u = ψ − δ, the
+angle that the cam feels, and l = l₀ − r u²/2 the free thread,
+
+    (I + m r²u²) ψ̈ = −m r u [g cos(δ − β) + l δ̇² + r ψ̇²] + torque on the wheel,
+    l δ̈ = −g sin(δ − β) − r ψ̈ + r u δ̇ (2ψ̇ − δ̇),
+
+in the direction β of the apparent vertical, where the apparent gravity is g. Small swings are the
+modes of paper C (`modes`).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, TypeVar
+
+import numpy as np
+from pydantic import Field
+
+from tauto_core.curves.nearest import nearest
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
+from tauto_core.machines.hanging_swing import common_swing
+from tauto_core.machines.modes import Modes, modes
+from tauto_core.machines.thread import Parts, ThreadKind
+from tauto_core.machines.trochlea import SlackThreadError
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import CamRangeError
+from tauto_core.scene.fields import Positive
+
+Angles = TypeVar('Angles', FloatArray, np.ndarray)
+
+
+LEAST_FREE = 0.01
+"""Part of the thread that must stay free: with none the thread swings infinitely fast."""
+
+LEAST_AMPLITUDE = 2.0**-40
+"""Below [rad] the period is the limit's to rounding: they differ by a share of A²."""
+
+
+@dataclass(frozen=True)
+class HangingMachine:
+    """A wheel, its involute and a weight on a thread that swings.
+
+    Attributes:
+        inertia: I of the wheel about its axle [kg m2], > 0.
+        mass: m of the weight [kg], > 0.
+        base_radius: r of the involute [m], > 0.
+        length: l₀ of the free thread at rest [m], > 0.
+        gravity: g [m/s2].
+        drag: torques on the wheel against its motion in the case, or None.
+        escapement: impulses on the wheel, or None.
+        release_angle: of the wheel in its case, at rest there; the thread hangs plumb [rad].
+    """
+
+    inertia: float
+    mass: float
+    base_radius: float
+    length: float
+    gravity: float
+    drag: Drag | None
+    escapement: EscapementKind | None
+    release_angle: float
+
+    follows_apparent_vertical = True
+    feels_gravity = True
+    limited_by = 'what the thread allows,'
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The modes of small swings."""
+        return modes(self.length, self.base_radius, self.inertia / self.mass)
+
+    @property
+    def wheel_is_fast(self) -> bool:
+        """Whether the faster mode is the wheel's, as with a long thread: l₀ > r + I/(m r).
+
+        The wheel's mode is the one that takes most of a wheel released with the thread plumb; at
+        l₀ = r + I/(m r) both take half.
+        """
+        return self.length > self.base_radius + self.inertia / (self.mass * self.base_radius)
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of small swings in the wheel's mode on land [rad/s].
+
+        It tends to √(m g r/I), the ideal vertical thread's, as the thread grows long.
+        """
+        return math.sqrt(
+            self.gravity / (self.modes.b_prime if self.wheel_is_fast else self.modes.b)
+        )
+
+    @property
+    def thread_frequency(self) -> float:
+        """Angular frequency of small swings in the other mode, the thread's, on land [rad/s]."""
+        return math.sqrt(
+            self.gravity / (self.modes.b if self.wheel_is_fast else self.modes.b_prime)
+        )
+
+    @property
+    def small_period(self) -> float:
+        """Period of small swings in the wheel's mode on land [s]."""
+        return math.tau / self.frequency
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |u|: all but a hundredth of the thread is wound up there [rad]."""
+        return math.sqrt(2.0 * (1.0 - LEAST_FREE) * self.length / self.base_radius)
+
+    def felt_angle(self, angle: float, tilt: float) -> float:
+        """Return u of a wheel at `angle` in its case, the thread plumb [rad]."""
+        return angle - tilt
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
+
+        def holds(length: float, radius: float) -> bool:
+            return replace(self, length=length, base_radius=radius).range_rad >= amplitude
+
+        length = nearest(
+            0.5 * wound * self.base_radius, 2.0, lambda value: holds(value, self.base_radius)
+        )
+        radius = nearest(2.0 * self.length / wound, 0.5, lambda value: holds(self.length, value))
+        return (
+            f', or use a thread of at least {length:.4g} m or a base_radius of at most '
+            f'{radius:.4g} m'
+        )
+
+    def accelerations(
+        self, psi: Angles, delta: Angles, psi_rate: Angles, delta_rate: Angles
+    ) -> tuple[Angles, Angles]:
+        """Return ψ̈ and δ̈ of free motion on land [rad/s2]; arrays may be complex."""
+        radius, ratio = self.base_radius, self.mass * self.base_radius / self.inertia
+        u = psi - delta
+        free = self.length - 0.5 * radius * u * u
+        pulled = self.gravity * np.cos(delta) + free * delta_rate**2 + radius * psi_rate**2
+        psi_bend = -ratio * u * pulled / (1.0 + ratio * radius * u * u)
+        carried = radius * u * delta_rate * (2.0 * psi_rate - delta_rate)
+        delta_bend = (carried - self.gravity * np.sin(delta) - radius * psi_bend) / free
+        return psi_bend, delta_bend
+
+    def tension(
+        self, psi: FloatArray, delta: FloatArray, psi_rate: FloatArray, delta_rate: FloatArray
+    ) -> FloatArray:
+        """Return the tension of the thread in free motion on land, u ≠ 0 [N]."""
+        bend, _ = self.accelerations(psi, delta, psi_rate, delta_rate)
+        return np.asarray(-self.inertia * bend / (self.base_radius * (psi - delta)))
+
+    def energy(
+        self, psi: float, delta: float, psi_rate: float, delta_rate: float, gravity: float
+    ) -> float:
+        """Return kinetic and potential energy, the latter 0 at rest [J].
+
+        Args:
+            psi: ψ [rad].
+            delta: δ, from the apparent vertical [rad].
+            psi_rate: ψ̇ [rad/s].
+            delta_rate: δ̇ [rad/s].
+            gravity: [m/s2].
+        """
+        radius, u = self.base_radius, psi - delta
+        free = self.length - 0.5 * radius * u * u
+        along, across = radius * psi_rate + free * delta_rate, radius * u * psi_rate
+        versine = 2.0 * math.sin(0.5 * delta) ** 2
+        lift = radius * u * math.sin(delta) + (radius + self.length) * versine
+        lift += 0.5 * radius * u * u * math.cos(delta)
+        kinetic = self.inertia * psi_rate**2 + self.mass * (along**2 + across**2)
+        return 0.5 * kinetic + self.mass * gravity * lift
+
+    def period(self, amplitude: float) -> float:
+        """Return the period of the periodic swing in the wheel's mode on land [s].
+
+        In it wheel and thread come to rest together, and pass the middle together, so that it
+        repeats; other releases mix in swings of the thread. As A → 0 it is the mode of small
+        swings.
+
+        Args:
+            amplitude: A of the wheel [rad]; the sign does not matter.
+
+        Raises:
+            CamRangeError: an amplitude at which the thread would be wound up.
+            SwingError: no such swing.
+            SlackThreadError: a swing in which the thread goes slack.
+        """
+        amplitude = abs(amplitude)
+        if amplitude < LEAST_AMPLITUDE:
+            return self.small_period
+        if not amplitude < self.range_rad:
+            raise CamRangeError(
+                f'an amplitude of {amplitude!r} rad winds up the whole thread at '
+                f'{self.range_rad:.6g} rad. Use a smaller amplitude or a longer thread'
+            )
+        share = self.modes.B_prime if self.wheel_is_fast else self.modes.B
+        swing = common_swing(
+            self.accelerations, amplitude, self.frequency, self.base_radius / share
+        )
+        taut = self.tension(swing.psi, swing.delta, swing.psi_rate, swing.delta_rate) > 0.0
+        if not taut.all():
+            where = float(swing.psi[~taut][0])
+            raise SlackThreadError(
+                f'the thread goes slack at an angle of {where!r} rad of the wheel; use a smaller '
+                'amplitude or a lighter weight'
+            )
+        return swing.period
+
+
+class HangingThread(ThreadKind):
+    """Thread that hangs free with its weight, and swings."""
+
+    moves_the_weight = True
+    rank = 4
+
+    kind: Literal['hanging'] = 'hanging'
+    length: Positive = Field(description='free length of the thread at rest [m]')
+
+    def machine(self, parts: Parts) -> HangingMachine:
+        """Return the machine whose thread swings."""
+        rate = parts.cam.made(self.setting(parts)).linear_rate
+        assert rate is not None  # of the cams it goes with
+        return HangingMachine(
+            inertia=parts.inertia,
+            mass=parts.power.pull.carried_mass,
+            base_radius=rate,
+            length=self.length,
+            gravity=parts.gravity,
+            drag=parts.drag,
+            escapement=parts.escapement,
+            release_angle=parts.release_angle,
+        )
+
+
+KIND = HangingThread

@@ -1,0 +1,27 @@
+"""The thread drawn through a fixed hole (Euler 1727, XXII)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from tauto_core.machines.thread import ThreadKind
+from tauto_core.scene.fields import Positive
+
+
+class HoleThread(ThreadKind):
+    """Thread drawn through a hole fixed in the case."""
+
+    rank = 2
+
+    kind: Literal['hole'] = 'hole'
+    distance: Positive = Field(description='distance of the hole from the axle [m]')
+
+    @property
+    def hole_distance(self) -> float:
+        """Distance of the hole from the axle [m]."""
+        return self.distance
+
+
+KIND = HoleThread

@@ -1,0 +1,270 @@
+"""Sully's own machine: the thread draws on a lever that carries the weight (Euler 1727, V).
+
+One degree of freedom: with the lever's angle β(θ) of `lever_geometry`, m the weight at AD from the
+fulcrum and J = m AD² + J_lever about it,
+
+    M(θ) = I + J (dβ/dθ)²,    V(θ) = m g AD sin β.
+
+The involute does not make it isochronous, and the well is not even: the far turning point differs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
+
+from tauto_core.curves.lever_parts import LeverSetting, LeverShape, Loads
+from tauto_core.curves.quadrature import integrate
+from tauto_core.machines.drag import Drag
+from tauto_core.machines.escapement import EscapementKind
+from tauto_core.machines.thread import Parts, ThreadKind
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import CamRangeError
+from tauto_core.scene.fields import NonNegative, Positive
+
+
+@dataclass(frozen=True)
+class LeverMachine:
+    """Sully's lever machine in numbers.
+
+    Attributes:
+        inertia: I of the wheel about its axle [kg m2], > 0.
+        mass: m of the weight [kg], > 0.
+        weight_arm: AD, from the fulcrum to the weight [m], > 0.
+        lever_inertia: of the lever itself about its fulcrum, where it is balanced [kg m2], ≥ 0.
+        geometry: cam, thread and lever.
+        gravity: g [m/s2].
+        drag: torques against the motion in the case, or None.
+        escapement: impulses, or None.
+        release_angle: of the wheel in its case, at rest at the start [rad].
+    """
+
+    inertia: float
+    mass: float
+    weight_arm: float
+    lever_inertia: float
+    geometry: LeverShape
+    gravity: float
+    drag: Drag | None
+    escapement: EscapementKind | None
+    release_angle: float
+
+    follows_apparent_vertical = True
+    feels_gravity = True
+    limited_by = 'what the thread allows,'
+
+    @property
+    def turned_inertia(self) -> float:
+        """J of weight and lever about the fulcrum [kg m2]."""
+        return self.mass * self.weight_arm**2 + self.lever_inertia
+
+    @property
+    def weight_torque(self) -> float:
+        """Torque of the weight about the fulcrum, the lever level, on land: m g AD [N m]."""
+        return self.mass * self.gravity * self.weight_arm
+
+    @property
+    def frequency(self) -> float:
+        """Small-amplitude ω on land, √(m g (AD/AB) r (1 + r/l₀)/I) [rad/s]."""
+        shape = self.geometry
+        stiffness = shape.base_radius / shape.arm * (shape.depth / shape.length)
+        return math.sqrt(self.weight_torque * stiffness / self.inertia)
+
+    @property
+    def small_period(self) -> float:
+        """Small-amplitude period on land, 2π/ω [s]."""
+        return math.tau / self.frequency
+
+    @cached_property
+    def sides(self) -> tuple[float, float]:
+        """Least and largest θ that the geometry allows [rad]."""
+        low, high = self.geometry.theta(np.array(self.geometry.edges)).tolist()
+        return low, high
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| that the geometry allows on both sides [rad]."""
+        return min(-self.sides[0], self.sides[1])
+
+    def felt_angle(self, angle: float, tilt: float) -> float:
+        """Return the angle that `range_rad` bounds, θ: the lever is fixed in the case."""
+        del tilt
+        return angle
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+
+        def of_mass(mass: float) -> tuple[float, float]:
+            heavier = replace(self, mass=mass)
+            return heavier.weight_torque, heavier.turned_inertia
+
+        loads = Loads(self.mass, self.small_period, of_mass)
+        return self.geometry.wider(amplitude, loads)
+
+    def with_inertia(self, inertia: float) -> LeverMachine:
+        """Return the machine with another wheel [kg m2], and the cam made for it."""
+        return replace(self, inertia=inertia, geometry=self.geometry.of_inertia(inertia))
+
+    def beta(self, angle: ArrayLike) -> FloatArray:
+        """Return β of the lever [rad]."""
+        return self.geometry.pose(self._tau(angle)).beta
+
+    def ratio(self, angle: ArrayLike) -> FloatArray:
+        """Return dβ/dθ."""
+        return self.geometry.slopes(self._tau(angle))[0]
+
+    def ratio_rate(self, angle: ArrayLike) -> FloatArray:
+        """Return d²β/dθ² [1/rad]."""
+        return self.geometry.slopes(self._tau(angle))[1]
+
+    def mass_at(self, angle: ArrayLike) -> FloatArray:
+        """Return M(θ) [kg m2]."""
+        ratio = self.ratio(angle)
+        return self.inertia + self.turned_inertia * ratio * ratio
+
+    def potential(self, angle: ArrayLike) -> FloatArray:
+        """Return V(θ), on land [J]."""
+        return self.weight_torque * np.sin(self.beta(angle))
+
+    def arc(self, angle: ArrayLike) -> FloatArray:
+        """Return s(θ) = ∫√M dθ from 0 [√kg m], with the sign of θ.
+
+        Along τ the integrand √(I θ_τ² + J β_τ²) has no singularity at a dead point.
+        """
+        tau = np.atleast_1d(self._tau(angle))
+        return integrate(self.arc_slope, np.zeros(tau.size), tau.ravel()).reshape(np.shape(angle))
+
+    def arc_slope(self, tau: FloatArray) -> FloatArray:
+        """Return ds/dτ [√kg m]."""
+        theta, beta = self.geometry.rates(tau)
+        return np.hypot(math.sqrt(self.inertia) * theta, math.sqrt(self.turned_inertia) * beta)
+
+    def swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return τ and dt/dW along a swing released at rest at an amplitude ≠ 0.
+
+        V = V(A) cos²W runs once through the swing as W from 0 to π. With Y = ±√V, of the sign of
+        θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
+
+        Args:
+            amplitude: A, where it is released [rad].
+            w: in [0, π], any shape.
+        """
+        shape, cosine = self.geometry, np.cos(w)
+        top = float(np.sin(self.beta(amplitude)))
+        sine = top * cosine * cosine
+        side = math.copysign(1.0, amplitude) * np.where(cosine < 0.0, -1.0, 1.0)
+        tau = side * _tau_of_sine(sine)
+        _, beta, delta, _ = shape.pose(tau)
+        slope, _ = shape.slopes(tau)
+        mass = self.inertia + self.turned_inertia * slope * slope
+        pushed = self.weight_torque * np.cos(beta)
+        square = tau * tau
+        root = np.sqrt(2.0 * self.weight_torque / (1.0 + square * square))
+        per_tau = shape.base_radius * shape.u_per_tau(tau) / (shape.arm * np.cos(beta - delta))
+        return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
+
+    def angle_of_potential(self, potential: float) -> float:
+        """Return θ ≥ 0 at which V is `potential` [J], at most the largest of the geometry."""
+        sine = np.array(min(potential / self.weight_torque, 1.0))
+        tau = min(float(_tau_of_sine(sine)), self.geometry.edges[1])
+        return float(self.geometry.theta(np.array([tau]))[0])
+
+    def far_turning(self, amplitude: float) -> float:
+        """Return θ at the other end of a free swing released at `amplitude` [rad]."""
+        return float(self.geometry.theta(self.swing(amplitude, np.array([math.pi]))[0])[0])
+
+    def period(self, amplitude: float) -> float:
+        """Return the period of free swings on land, without drag [s].
+
+        The thread stays taut, since m g AD cos β + J β″θ̇² > 0: within the geometry β″ > 0.
+
+        Args:
+            amplitude: where the wheel is released at rest [rad]; its sign matters, the well is
+                not even. 0 gives the limit 2π/ω.
+
+        Raises:
+            CamRangeError: an amplitude, or its far turning point, beyond the geometry.
+        """
+        if amplitude == 0.0:
+            return self.small_period
+        self._within(np.asarray(amplitude))
+        far = -float(self.geometry.tau_of(np.asarray(amplitude)))
+        low, high = self.geometry.edges
+        if not low <= far <= high:
+            raise CamRangeError(
+                f'a swing from {amplitude!r} rad goes beyond the lever geometry on the other '
+                f'side: it reaches from {self.sides[0]:.6g} to {self.sides[1]:.6g} rad. Use a '
+                'smaller amplitude or a longer lever'
+            )
+        edges = np.array([0.0, 0.5 * math.pi, math.pi])
+        halves = integrate(lambda w: self.swing(amplitude, w)[1], edges[:-1], edges[1:])
+        return 2.0 * float(np.sum(halves))
+
+    def _tau(self, angle: ArrayLike) -> FloatArray:
+        return self.geometry.tau_of(self._within(np.asarray(angle, np.float64)))
+
+    def _within(self, angle: FloatArray) -> FloatArray:
+        low, high = self.sides
+        if not np.all((angle >= low) & (angle <= high)):
+            worst = float(np.ravel(angle)[np.argmax(np.abs(np.ravel(angle)))])
+            raise CamRangeError(
+                f'the angle {worst!r} rad lies beyond the lever geometry, which reaches from '
+                f'{low:.6g} to {high:.6g} rad: there the lever is all but in line with the '
+                'thread, or the thread is wound up. Use a smaller angle or a longer lever'
+            )
+        return angle
+
+
+def _tau_of_sine(sine: FloatArray) -> FloatArray:
+    """Return |τ| = √tan(β/2) of sin β."""
+    return np.asarray(np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))))
+
+
+class LeverThread(ThreadKind):
+    """Thread tied to a lever, level at rest, that carries the weight: Sully's own (1727, V)."""
+
+    moves_the_weight = True
+    rank = 3
+
+    kind: Literal['lever'] = 'lever'
+    arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')
+    weight_arm: Positive = Field(description='from the fulcrum to the weight [m]')
+    length: Positive = Field(description='free length of the thread at rest [m]')
+    inertia: NonNegative = Field(
+        default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
+    )
+
+    def machine(self, parts: Parts) -> LeverMachine:
+        """Return the lever machine.
+
+        Raises:
+            SceneError: a cam that does not go with a lever.
+        """
+        mass = parts.power.pull.carried_mass
+        lever = LeverSetting(
+            inertia=parts.inertia,
+            weight_torque=mass * parts.gravity * self.weight_arm,
+            turned_inertia=mass * self.weight_arm**2 + self.inertia,
+            arm=self.arm,
+            length=self.length,
+        )
+        return LeverMachine(
+            inertia=parts.inertia,
+            mass=mass,
+            weight_arm=self.weight_arm,
+            lever_inertia=self.inertia,
+            geometry=parts.cam.on_lever(lever),
+            gravity=parts.gravity,
+            drag=parts.drag,
+            escapement=parts.escapement,
+            release_angle=parts.release_angle,
+        )
+
+
+KIND = LeverThread

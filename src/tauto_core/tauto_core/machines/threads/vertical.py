@@ -1,0 +1,19 @@
+"""The thread that keeps to one direction (Euler 1727, VII)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from tauto_core.machines.thread import ThreadKind
+
+
+class VerticalThread(ThreadKind):
+    """Thread that keeps to one direction: the apparent vertical, or the case's for a spring."""
+
+    upright = True
+    rank = 1
+
+    kind: Literal['vertical'] = 'vertical'
+
+
+KIND = VerticalThread

@@ -1,0 +1,81 @@
+"""Kinds of a section, one module each, found in the folder where they lie.
+
+A section such as `trochlea.cam` is of one of several kinds, which its key `kind` tells apart.
+The module of a kind owns all of it: keys, what it refuses, its law, its words. It lies in a
+folder with its siblings and names its model `KIND`; nothing else lists it.
+"""
+
+from __future__ import annotations
+
+import pkgutil
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from typing import Annotated, Any, ClassVar, Union, cast
+
+from pydantic import BeforeValidator, Field, GetCoreSchemaHandler
+from pydantic_core import CoreSchema
+
+from tauto_core.scene.fields import Section
+
+
+class Kind(Section):
+    """Base of what every kind of one section has.
+
+    Attributes:
+        rank: its place among its siblings in lists, from the simplest on.
+    """
+
+    rank: ClassVar[int] = 100
+
+
+@cache
+def kinds_in(folder: str) -> tuple[type[Kind], ...]:
+    """Return the models of a folder's kinds, by their rank, and then by their modules' names.
+
+    Args:
+        folder: name of the package whose modules each have a `KIND`.
+    """
+    names = sorted(each.name for each in pkgutil.iter_modules(import_module(folder).__path__))
+    kinds: list[type[Kind]] = [import_module(f'{folder}.{name}').KIND for name in names]
+    return tuple(sorted(kinds, key=lambda kind: kind.rank))
+
+
+def kind_of(model: type[Kind]) -> str:
+    """Return the value of the key `kind` that stands for a model."""
+    return str(model.model_fields['kind'].default)
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Says of a field that it takes any kind of a folder: `Annotated[CamKind, OneOf(folder)]`.
+
+    Attributes:
+        folder: name of the package.
+        default: kind of a mapping that does not say which; None: it must.
+    """
+
+    folder: str
+    default: str | None = None
+
+    @property
+    def models(self) -> tuple[type[Kind], ...]:
+        """The models of the folder."""
+        return kinds_in(self.folder)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Return the schema of the union that `kind` tells apart."""
+        del source
+        if len(self.models) == 1:
+            return handler.generate_schema(self.models[0])
+        union: Any = Annotated[Union[self.models], Field(discriminator='kind')]  # noqa: UP007
+        if self.default is not None:
+            union = Annotated[union, BeforeValidator(self._with_default)]
+        return handler.generate_schema(union)
+
+    def _with_default(self, value: object) -> object:
+        if isinstance(value, dict) and 'kind' not in value:
+            return {'kind': self.default, **cast(dict[str, object], value)}
+        return value

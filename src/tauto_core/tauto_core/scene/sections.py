@@ -1,0 +1,113 @@
+"""Sections of a scene that come in one kind: dial, navigator, log, solver."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field, Strict
+
+from tauto_core.scene.constants import DAY_S
+from tauto_core.scene.errors import Problem
+from tauto_core.scene.fields import Flag, Number, Positive, Section
+
+Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
+# Half a rounding is 1.1e-16, and a step makes several; 1e-3 of a swing is minutes a day.
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
+
+
+class Clock(Section):
+    """The dial. Without a nominal period it is the regulator's small-amplitude period.
+
+    Noise is not simulated where it is left out or 0 (theory E8).
+    """
+
+    nominal_period: Positive | None = Field(
+        default=None, description='time the dial gains in a full swing [s]'
+    )
+    white_fm: Wander | None = Field(
+        default=None,
+        description='white frequency noise: standard deviation of the reading after a day, '
+        'growing with the root of time, 0 to 86400 [s]',
+    )
+    random_walk_fm: Wander | None = Field(
+        default=None,
+        description='random walk of the frequency: standard deviation of the rate after a day, '
+        'growing with the root of time, 0 to 86400 [s/day]',
+    )
+
+    @property
+    def white_fm_s(self) -> float:
+        """q1: variance of the reading in a second [s²/s]."""
+        return (self.white_fm or 0.0) ** 2 / DAY_S
+
+    @property
+    def random_walk_fm_per_s(self) -> float:
+        """q2: variance of the relative rate in a second [1/s]."""
+        return ((self.random_walk_fm or 0.0) / DAY_S) ** 2 / DAY_S
+
+    @property
+    def is_noisy(self) -> bool:
+        """Whether the dial has noise of its own."""
+        return bool(self.white_fm or self.random_walk_fm)
+
+
+class DriftSettings(Section):
+    """What the navigator observes, and what his estimate of the drift assumes."""
+
+    observation_interval: Positive = Field(
+        default=DAY_S, description='time between observations in port [s]'
+    )
+    observation_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+        default=0.5, description='standard deviation of an observation, 1e-9 to 86400 [s]'
+    )
+    states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
+    prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+        default=10.0,
+        description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]",
+    )
+    gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
+        default=5.0,
+        description='sigmas beyond which an observation is refused as an outlier, 1 to 1e9 '
+        '(1e9: none is)',
+    )
+
+
+class Log(Section):
+    """What is logged: one sample an interval, and the motion at its full rate where asked."""
+
+    interval: Positive = Field(default=1.0, description='time between logged samples [s]')
+    motion: Flag | None = Field(
+        default=None, description='whether ship/imu is kept; when left out: up to a day'
+    )
+
+
+class Solver(Section):
+    """What is asked of the numerical propagator; propagators in closed form ask nothing."""
+
+    tolerance: Number | None = Field(
+        default=None,
+        description="relative error allowed in one step, 1e-15 to 1e-3; the propagator's default "
+        'when left out',
+    )
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the tolerance."""
+        tolerance = self.tolerance
+        if tolerance is None or LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
+            return
+        if tolerance < LEAST_TOLERANCE:
+            yield Problem(
+                'solver.tolerance',
+                tolerance,
+                f'is below {LEAST_TOLERANCE:g}, the rounding of double precision, which no step '
+                'can meet',
+                f'Leave it out, or use {LEAST_TOLERANCE:g}.',
+            )
+        else:
+            yield Problem(
+                'solver.tolerance',
+                tolerance,
+                f'must be at most {LARGEST_TOLERANCE:g} of the swing in one step',
+                f'Leave it out, or use {LARGEST_TOLERANCE:g}.',
+            )

@@ -1,0 +1,148 @@
+"""What every kind of ship's motion has: its keys, its harmonics, and its words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Protocol, Self
+
+from pydantic import Field
+
+from tauto_core.scene.errors import Problem
+from tauto_core.scene.fields import Number, Positive
+from tauto_core.scene.kinds import Kind
+from tauto_core.ship.waves import Harmonics
+
+FOLDER = 'tauto_core.ship.motions'
+
+
+class Surroundings(Protocol):
+    """What of a scene a ship's motion depends on."""
+
+    @property
+    def name(self) -> str:
+        """Of the scene, for errors."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Seed of everything random."""
+        ...
+
+    @property
+    def gravity(self) -> float:
+        """g [m/s2]."""
+        ...
+
+    @property
+    def duration(self) -> float:
+        """Length of the scene [s]."""
+        ...
+
+    @property
+    def duration_ns(self) -> int:
+        """The same [ns]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Channels:
+    """What moves, as harmonics; None: not simulated. The force is given where it was measured.
+
+    Attributes:
+        roll: [rad], starboard down positive.
+        heave: [m], upwards.
+        force_y: specific force along the ship's y [m/s2].
+        force_z: likewise along z.
+        metadata: what the motion was made from.
+        warnings: what was odd about it.
+    """
+
+    roll: Harmonics | None = None
+    heave: Harmonics | None = None
+    force_y: Harmonics | None = None
+    force_z: Harmonics | None = None
+    metadata: dict[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+class ShipKind(Kind):
+    """How the ship moves. Each kind is a module of `ship/motions` that names its model `KIND`.
+
+    Attributes:
+        lies_still: whether nothing moves, and a sample an interval of the log is enough.
+        is_computed: whether its harmonics are the motion itself, not what was read of a measured
+            one: then it is smooth at the start, its waves are known and its roll can be scaled.
+        reported_as: key under which reports and bags tell its metadata; '': they don't.
+    """
+
+    lies_still: ClassVar[bool] = False
+    is_computed: ClassVar[bool] = True
+    reported_as: ClassVar[str] = ''
+
+    rate: Positive = Field(default=20.0, description='samples of the motion a second [Hz]')
+    height: Number = Field(default=3.0, description='height of the clock above the roll axis [m]')
+    kind: str
+
+    @property
+    def shortest_wave_s(self) -> float:
+        """Shortest period of the waves that it names [s]; inf where it names none."""
+        return math.inf
+
+    @classmethod
+    def with_files_read(cls, ship: dict[str, Any], origin: str) -> dict[str, Any]:
+        """Return its keys with what the files hold that they name; not checked yet.
+
+        Args:
+            ship: keys and values as read.
+            origin: of the scene, for errors.
+
+        Raises:
+            SceneError: keys or files that are wrong.
+        """
+        del origin
+        return ship
+
+    def channels(self, scene: Surroundings) -> Channels:
+        """Return what moves.
+
+        Raises:
+            MotionDataError: measured motion that cannot be used.
+            SceneError: a sea that the ship cannot meet or answer.
+        """
+        raise NotImplementedError
+
+    def metadata(self, scene: Surroundings) -> dict[str, Any]:
+        """Return what reports and bags tell of it, where `reported_as` names it."""
+        del scene
+        return {}
+
+    def with_roll_scaled(self, factor: float) -> Self:
+        """Return the ship in the same waves with another roll, where `is_computed`."""
+        del factor
+        return self
+
+    def files(self) -> Iterator[tuple[str, str, bool]]:
+        """Yield key and path of the files that must exist, and whether a folder will do."""
+        return iter(())
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between its keys."""
+        return iter(())
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the motions that it does not have: roll, heave."""
+        return ()
+
+
+def sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:
+    """Yield a problem where a wave is too short to be sampled."""
+    if period * rate_hz <= 2.0:
+        yield Problem(
+            key,
+            period,
+            f'is not longer than two steps ({2.0 / rate_hz:.6g} s): ship.rate {rate_hz!r} Hz '
+            'cannot sample it',
+            'Give a longer period or a higher ship.rate.',
+        )

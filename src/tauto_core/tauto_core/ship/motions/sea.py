@@ -1,0 +1,222 @@
+"""A ship in a long-crested sea, and how she moves in it (theory E5)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, Strict
+
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.fields import Flag
+from tauto_core.ship.encounter import Course
+from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
+from tauto_core.ship.response import operator_answer, roll_answer
+from tauto_core.ship.sea import band_hz, elevation, height_and_period
+from tauto_core.ship.sea_sections import Heading, Rao, Roll, Sea, SpectrumTable
+from tauto_core.ship.waves import Harmonics
+
+
+@dataclass(frozen=True)
+class SeaMotion:
+    """What a ship meets and does in a sea, at frequencies of encounter.
+
+    Attributes:
+        elevation: of the waves at the ship [m], upwards.
+        roll: [rad], starboard down positive.
+        heave: [m], upwards; None: not asked for.
+        left_out: share of the waves' energy outside the response operator.
+    """
+
+    elevation: Harmonics
+    roll: Harmonics
+    heave: Harmonics | None
+    left_out: float
+
+
+class SeaShip(ShipKind):
+    """Roll, and heave where asked, from a sea that the ship meets at a speed and heading.
+
+    Roll follows from `roll` or from `rao`. Heave is the elevation, or what `rao` makes of it.
+    """
+
+    reported_as = 'sea'
+    rank = 3
+
+    kind: Literal['sea'] = 'sea'
+    sea: Annotated[Sea | SpectrumTable, Field(discriminator='spectrum')] = Field(
+        description='mapping: spectrum, significant_wave_height, peak_period, …; or spectrum '
+        'file, path',
+        # read before a scene is checked, and then a table
+        examples=['file'],
+    )
+    roll: Roll | None = Field(
+        default=None,
+        description='mapping: natural_period, damping_ratio (or decay), slope_coefficient',
+    )
+    rao: Rao | None = Field(default=None, description='mapping: path, heading')
+    heading: Heading | None = Field(
+        default=None,
+        description='with roll: direction the waves run to, from the bow to port [rad]: 0 '
+        'following, 1.5708 beam (when left out), 3.1416 head seas',
+    )
+    speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] = Field(
+        default=0.0, description='speed of the ship, at most 50 [m/s]'
+    )
+    heave: Flag = Field(default=False, description='true: heave is simulated')
+
+    @property
+    def relative_heading(self) -> float:
+        """Direction the waves run to, from the bow to port [rad], of `rao` or `heading`."""
+        if self.rao is not None:
+            return self.rao.heading
+        return 0.5 * math.pi if self.heading is None else self.heading
+
+    @classmethod
+    def with_files_read(cls, ship: dict[str, Any], origin: str) -> dict[str, Any]:
+        """Return its keys with tables and numbers in place of the files of its sea."""
+        from tauto_core.ship.sea_files import with_files_read
+
+        return with_files_read(ship, origin)
+
+    def channels(self, scene: Surroundings) -> Channels:
+        """Return roll and heave in the sea."""
+        sea = sea_motion(scene, self)
+        warnings = sea_warnings(sea)
+        return Channels(sea.roll, sea.heave, metadata=self.metadata(scene), warnings=warnings)
+
+    def metadata(self, scene: Surroundings) -> dict[str, Any]:
+        """Return what the sea was made from and how the ship meets it."""
+        return sea_metadata(scene, self)
+
+    def with_roll_scaled(self, factor: float) -> Self:
+        """Return the ship with another slope coefficient, or response operator."""
+        if self.roll is not None:
+            slope = factor * self.roll.slope_coefficient
+            roll = self.roll.model_copy(update={'slope_coefficient': slope})
+            return self.model_copy(update={'roll': roll})
+        assert self.rao is not None  # a scene has one of them
+        parts = {
+            key: tuple(factor * each for each in getattr(self.rao, key))
+            for key in ('roll_real', 'roll_imaginary')
+        }
+        return self.model_copy(update={'rao': self.rao.model_copy(update=parts)})
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between its keys."""
+        yield from self.sea.problems(self.rate)
+        yield from _response(self)
+        if self.rao is not None:
+            yield from self.rao.problems(heave=self.heave)
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the heave where it is not asked for."""
+        return () if self.heave else ('heave',)
+
+
+def _response(ship: SeaShip) -> Iterator[Problem]:
+    if ship.roll is None and ship.rao is None:
+        yield Problem(
+            'ship.roll',
+            ABSENT,
+            'is missing, and there is no rao in its place',
+            'Write `roll: …`, mapping: natural_period, damping_ratio, slope_coefficient; or '
+            '`rao: …`, mapping: path, heading.',
+        )
+    if ship.roll is not None and ship.rao is not None:
+        yield Problem(
+            'ship.rao',
+            ABSENT,
+            'does not go with ship.roll: the roll follows from one of them',
+            'Leave one of them out.',
+        )
+    if ship.heading is not None and ship.rao is not None:
+        yield Problem(
+            'ship.heading',
+            ship.heading,
+            'does not go with ship.rao, which has its own heading',
+            'Give it as ship.rao.heading.',
+        )
+
+
+def course_of(scene: Surroundings, ship: SeaShip) -> Course:
+    """Return how the ship of a scene meets the waves."""
+    return Course(ship.speed, ship.relative_heading, scene.gravity)
+
+
+def sea_motion(scene: Surroundings, ship: SeaShip) -> SeaMotion:
+    """Return waves, roll and heave of a scene with a sea.
+
+    Raises:
+        SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
+    """
+    course = course_of(scene, ship)
+    waves = elevation(ship.sea, scene.seed)
+    _check_rate(scene, ship, waves, course)
+    met = course.met(waves)
+    if ship.rao is not None:
+        found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
+        return SeaMotion(met, found.roll, found.heave, found.left_out)
+    assert ship.roll is not None  # a scene has one of them
+    roll = roll_answer(waves, ship.roll, course)
+    return SeaMotion(met, roll, met if ship.heave else None, 0.0)
+
+
+def _check_rate(scene: Surroundings, ship: SeaShip, waves: Harmonics, course: Course) -> None:
+    """Refuse waves that the samples of the motion cannot follow."""
+    omega = np.append(waves.angular_frequency, 2.0 * np.pi * band_hz(ship.sea)[1])
+    shortest = float(np.max(np.abs(course.frequency(omega)))) / (2.0 * np.pi)
+    if shortest < 0.5 * ship.rate:
+        return
+    parametric = isinstance(ship.sea, Sea)
+    meets = '' if ship.speed == 0.0 else f', met at {ship.speed:g} m/s,'
+    raise SceneError(
+        scene.name,
+        'ship.sea.peak_period' if parametric else 'ship.sea.frequency',
+        height_and_period(ship.sea)[1] if parametric else band_hz(ship.sea)[1],
+        f'the shortest waves{meets} have {shortest:.6g} Hz, which must be below half of '
+        f'ship.rate ({ship.rate!r} Hz)',
+        f'Raise ship.rate above {2.0 * shortest:.6g} Hz.',
+    )
+
+
+def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
+    """Return what a sea was made from and how the ship meets it, for reports and bags."""
+    sea = ship.sea
+    height, period = height_and_period(sea)
+    metadata: dict[str, Any] = {
+        'spectrum': sea.spectrum,
+        'significant_wave_height_m': height,
+        'peak_period_s': period,
+        'components': sea.components,
+        'band_hz': list(band_hz(sea)),
+        'seed': scene.seed,
+        'heading_rad': ship.relative_heading,
+        'speed_m_s': ship.speed,
+        'heave': ship.heave,
+    }
+    if isinstance(sea, SpectrumTable):
+        metadata['source'] = sea.source
+    elif sea.spectrum == 'jonswap':
+        metadata['gamma'] = sea.gamma
+    if ship.rao is not None:
+        metadata['operator'] = ship.rao.source
+    elif ship.roll is not None and ship.roll.fitted_to is not None:
+        metadata['roll_fitted_to'] = ship.roll.fitted_to
+    return metadata
+
+
+def sea_warnings(motion: SeaMotion) -> tuple[str, ...]:
+    """Say what of the waves the ship does not answer."""
+    if motion.left_out == 0.0:
+        return ()
+    return (
+        f'{100.0 * motion.left_out:.2g} % of the energy of the waves lies outside the '
+        "frequencies of ship.rao: it is left out of the ship's motion",
+    )
+
+
+KIND = SeaShip

@@ -1,0 +1,149 @@
+"""What a ship in a sea is described by: spectrum, roll, response operator; and their own rules."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
+
+from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.ship.motion_kind import sampled
+
+ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
+# Courses are in degrees elsewhere; 90 is out of range, so that it is not taken for radians.
+Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
+
+
+class Sea(Section):
+    """Spectrum of a long-crested sea and how many components stand for it."""
+
+    spectrum: Literal['bretschneider', 'jonswap'] = Field(description='bretschneider or jonswap')
+    significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=100.0)] = Field(
+        description='significant wave height, at most 100 [m]'
+    )
+    peak_period: Positive = Field(description='period of the spectral peak [s]')
+    gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
+        default=3.3, description='peak enhancement of jonswap, 1 to 10; 3.3 when left out'
+    )
+    components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
+
+    @model_serializer(mode='wrap')
+    def _without_foreign_gamma(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        keys: dict[str, Any] = handler(self)
+        if self.spectrum != 'jonswap':
+            del keys['gamma']
+        return keys
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is wrong with it for a ship sampled at a rate [Hz]."""
+        yield from sampled('ship.sea.peak_period', self.peak_period, rate_hz)
+        if self.spectrum == 'bretschneider' and 'gamma' in self.model_fields_set:
+            yield Problem(
+                'ship.sea.gamma',
+                self.gamma,
+                'does not go with spectrum bretschneider, which has no peak enhancement',
+                'Leave it out, or use spectrum jonswap.',
+            )
+
+
+class SpectrumTable(Section):
+    """Measured spectrum of a long-crested sea, linear between its rows."""
+
+    spectrum: Literal['table'] = Field(description='table')
+    source: Text = Field(description='where the spectrum is from, and of when')
+    frequency: tuple[Positive, ...] = Field(description='list of rising frequencies [Hz]')
+    energy_density: tuple[NonNegative, ...] = Field(
+        description='list of energy densities [m2/Hz], one a frequency'
+    )
+    components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is wrong with its rows; whether a rate samples them, shows at a speed."""
+        del rate_hz
+        yield from _rising('ship.sea.frequency', self.frequency, 'Hz')
+        yield from _as_many('ship.sea.energy_density', self.energy_density, len(self.frequency))
+        if not any(self.energy_density):
+            yield Problem(
+                'ship.sea.energy_density',
+                ABSENT,
+                'is 0 m2/Hz at all frequencies: the spectrum is empty',
+                'Choose another spectrum, or ship kind still for a calm.',
+            )
+
+
+class Roll(Section):
+    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (theory E5)."""
+
+    natural_period: Positive = Field(description='natural period 2π/ω_n of the roll [s]')
+    damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
+    slope_coefficient: NonNegative = Field(description='effective wave-slope coefficient κ_e')
+    fitted_to: Text | None = Field(
+        default=None, description='decay test that period and damping ratio are from'
+    )
+
+
+class Rao(Section):
+    """Response amplitude operator at one heading, of exp(iωt), for a ship at rest."""
+
+    source: Text = Field(description='where the operator is from')
+    heading: Heading = Field(
+        description='direction the waves run to, from the bow to port [rad]: 0 following, 1.5708 '
+        'beam, 3.1416 head seas'
+    )
+    angular_frequency: tuple[Positive, ...] = Field(description='list of rising ω [rad/s]')
+    roll_real: tuple[Number, ...] = Field(description='list of real parts of the roll [rad/m]')
+    roll_imaginary: tuple[Number, ...] = Field(description='list of imaginary parts [rad/m]')
+    heave_real: tuple[Number, ...] | None = Field(
+        default=None, description='list of real parts of the heave [m/m]'
+    )
+    heave_imaginary: tuple[Number, ...] | None = Field(
+        default=None, description='list of imaginary parts of the heave [m/m]'
+    )
+
+    def problems(self, *, heave: bool) -> Iterator[Problem]:
+        """Yield what is wrong with its rows, and whether it lacks a heave that is asked for."""
+        yield from _rising('ship.rao.angular_frequency', self.angular_frequency, 'rad/s')
+        parts = {
+            'roll_real': self.roll_real,
+            'roll_imaginary': self.roll_imaginary,
+            'heave_real': self.heave_real,
+            'heave_imaginary': self.heave_imaginary,
+        }
+        for name, values in parts.items():
+            if values is not None:
+                yield from _as_many(f'ship.rao.{name}', values, len(self.angular_frequency))
+        if heave and (self.heave_real is None or self.heave_imaginary is None):
+            yield Problem(
+                'ship.heave',
+                True,
+                'asks for heave, which the operator does not have',
+                'Give an operator with the columns heave_re and heave_im, or leave heave out.',
+            )
+
+
+def _rising(key: str, values: Sequence[float], unit: str) -> Iterator[Problem]:
+    if len(values) < 2:
+        yield Problem(key, list(values), 'has less than 2 values', 'Give more frequencies.')
+    for index, (before, after) in enumerate(pairwise(values), start=1):
+        if not after > before:
+            yield Problem(
+                f'{key}[{index}]',
+                after,
+                f'must be greater than the one before, {before!r} {unit}',
+                'Sort them, and drop what is double.',
+            )
+            return
+
+
+def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem]:
+    if len(values) != wanted:
+        yield Problem(
+            key,
+            ABSENT,
+            f'has {len(values)} values for {wanted} frequencies',
+            'Give one for each frequency.',
+        )

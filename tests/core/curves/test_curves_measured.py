@@ -1,0 +1,147 @@
+"""A cam measured on a real piece: smoothed within its tolerance, or refused."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from tauto_core.curves import Involute, SpringCorrected
+from tauto_core.curves.cams.measured import MeasuredCam, smoothed
+from tauto_core.machines import compile_machine
+from tauto_core.scene import (
+    ForcePower,
+    HoleThread,
+    SceneError,
+    Trochlea,
+    VerticalThread,
+    parse_scene,
+)
+
+RADIUS, RANGE = 0.01, 3.0
+TOLERANCE = 2e-5
+INVOLUTE = Involute(RADIUS)
+
+
+def measured(rows=40, error=TOLERANCE, law=INVOLUTE, seed=1726):
+    """Return angles, arms with errors spread evenly up to ±error, and the errors."""
+    angles = np.linspace(0.0, RANGE, rows + 1)[1:]
+    errors = error * np.random.default_rng(seed).uniform(-1.0, 1.0, rows)
+    return angles, law.lever_arm(angles) + errors
+
+
+def write(path, angles, arms):
+    rows = (f'{a!r},{t!r}' for a, t in zip(angles.tolist(), arms.tolist(), strict=True))
+    path.write_text('\n'.join(['angle_rad,lever_arm_m', *rows]))
+    return path
+
+
+def trochlea(path, tolerance, thread=None):
+    return Trochlea(
+        inertia=4e-4,
+        cam=MeasuredCam(path=str(path), tolerance=tolerance),
+        thread=thread or VerticalThread(),
+        power=ForcePower(force=2.0),
+        release_angle=1.0,
+    )
+
+
+@pytest.mark.parametrize('law', [INVOLUTE, SpringCorrected(0.012, 3.0)], ids=['linear', 'bent'])
+@pytest.mark.parametrize('tolerance', [2.0 * TOLERANCE, 10.0 * TOLERANCE])
+def test_no_point_is_farther_off_than_the_tolerance(law, tolerance, tmp_path):
+    angles, arms = measured(law=law)
+    cam = trochlea(write(tmp_path / 'cam.csv', angles, arms), tolerance).made_cam(9.81)
+    assert np.max(np.abs(cam.lever_arm(angles) - arms)) <= tolerance
+    assert cam.range_rad == RANGE
+    # odd, and smooth through rest
+    np.testing.assert_array_equal(cam.lever_arm(-angles), -cam.lever_arm(angles))
+
+
+def test_errors_within_the_tolerance_are_smoothed_away(tmp_path):
+    """The arm comes nearer to the true one than the points are, and needs few pieces for it."""
+    angles, arms = measured()
+    cam = trochlea(write(tmp_path / 'cam.csv', angles, arms), TOLERANCE).made_cam(9.81)
+    between = np.linspace(0.1, RANGE, 500)
+    assert np.max(np.abs(cam.lever_arm(between) - RADIUS * between)) < TOLERANCE
+    error = np.sqrt(np.mean((cam.lever_arm(angles) - RADIUS * angles) ** 2))
+    assert error < 0.5 * np.sqrt(np.mean((arms - RADIUS * angles) ** 2))
+    assert len(cam.law.knots) - 1 < len(angles) // 4
+
+
+def test_without_errors_the_law_itself_is_found():
+    """A bent law to the tolerance everywhere, not at the points alone."""
+    law = SpringCorrected(0.012, 3.0)
+    angles, arms = measured(error=0.0, law=law)
+    found = smoothed(angles, arms, 1e-9)
+    pieces = np.searchsorted(found.knots, angles, side='left') - 1
+    x = angles - found.knots[pieces]
+    values = np.sum(found.coefficients[pieces] * x[:, None] ** np.arange(6), axis=1)
+    assert np.max(np.abs(values - arms)) <= 1e-9
+
+
+def test_joints_are_smooth_to_the_fourth_derivative():
+    """To rounding: 4e-16 of the arm, by the sixteenth of a radian that pieces are long, ^4."""
+    angles, arms = measured(law=SpringCorrected(0.012, 3.0))
+    found = smoothed(angles, arms, TOLERANCE)
+    for k, width in enumerate(np.diff(found.knots)[:-1]):
+        left, right = (np.polynomial.Polynomial(c) for c in found.coefficients[k : k + 2])
+        for order in range(5):
+            there = left.deriv(order)(width) if order else left(width)
+            here = right.deriv(order)(0.0) if order else right(0.0)
+            scale = np.max(np.abs(found.coefficients)) * 120.0
+            assert there == pytest.approx(here, abs=1e-11 * scale)
+
+
+def test_a_tolerance_too_small_for_the_errors_is_refused_with_the_least_that_works(tmp_path):
+    """Followed too closely the errors make a hollow, which a thread bridges."""
+    file = write(tmp_path / 'cam.csv', *measured(error=1e-4))
+    with pytest.raises(SceneError, match='a thread bridges a hollow') as caught:
+        trochlea(file, 1e-6).made_cam(9.81)
+    assert caught.value.key == 'trochlea.cam.tolerance'
+    least = float(re.search(r'of at least ([\d.e-]+) m', str(caught.value)).group(1))
+    assert 1e-6 < least < 3e-4
+    assert trochlea(file, least).made_cam(9.81).range_rad == RANGE
+
+
+@pytest.mark.parametrize(
+    ('edit', 'said'),
+    [
+        (lambda a, t: (a[:5], t[:5]), 'at least 6 rows'),
+        (lambda a, t: (a[::-1], t), 'must strictly increase'),
+        (lambda a, t: (a - 1.0, t), 'one cheek, at angles greater than 0'),
+        (lambda a, t: (a, -t), 'must be > 0'),
+        (lambda a, t: (np.linspace(a[0], 3.0, 501), np.full(501, t[0])), 'more than 500 points'),
+    ],
+)
+def test_points_that_are_no_cheek_are_refused(edit, said, tmp_path):
+    with pytest.raises(SceneError, match=said):
+        trochlea(write(tmp_path / 'cam.csv', *edit(*measured())), TOLERANCE).made_cam(9.81)
+
+
+def test_a_tolerance_in_another_unit_is_refused(tmp_path):
+    file = write(tmp_path / 'cam.csv', *measured())
+    with pytest.raises(SceneError, match='at most half of the longest lever arm'):
+        trochlea(file, 0.02).made_cam(9.81)
+
+
+def test_a_hole_nearer_than_the_longest_arm_is_refused(tmp_path):
+    file = write(tmp_path / 'cam.csv', *measured())
+    assert (
+        trochlea(file, TOLERANCE, HoleThread(distance=0.05)).made_cam(9.81).hole_distance == 0.05
+    )
+    with pytest.raises(SceneError, match='is longer than the distance of the hole'):
+        trochlea(file, TOLERANCE, HoleThread(distance=0.02)).made_cam(9.81)
+
+
+def test_a_measured_involute_keeps_time_as_well_as_it_was_measured(tmp_path):
+    """T² ∝ 1/t': an arm that is off by ε at amplitude A changes the period by about ε/(2rA)."""
+    file = write(tmp_path / 'cam.csv', *measured())
+    text = (
+        'duration: 10\ntrochlea: {inertia: 4e-4, thread: {kind: vertical}, release_angle: 2.0,'
+        f' power: {{kind: force, force: 2.0}}, cam: {{kind: measured, path: {file}, '
+        f'tolerance: {TOLERANCE}}}}}'
+    )
+    machine = compile_machine(parse_scene(text, 's'))
+    exact = 2.0 * np.pi * np.sqrt(4e-4 / (2.0 * RADIUS))
+    assert machine.period(2.0) == pytest.approx(exact, rel=TOLERANCE / (2.0 * RADIUS * 2.0))

@@ -1,0 +1,69 @@
+"""The kinds of a scene's sections are found where they lie, and the reference has all of them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tauto_core import scene as names
+from tauto_core.scene import SceneError, parse_scene, scene_yaml
+from tauto_core.scene.kinds import kind_of
+from tauto_core.scene.reference import all_kinds, page
+
+ROOT = Path(__file__).parents[3]
+TROCHLEA = """
+trochlea:
+  inertia: 4e-4
+  cam: {kind: involute, base_radius: 0.01}
+  thread: {kind: vertical}
+  power: {kind: force, force: 2.0}
+  release_angle: 1.0
+"""
+
+
+def test_the_reference_page_is_that_of_the_models() -> None:
+    assert (ROOT / 'docs' / 'scenes.md').read_text(encoding='utf-8') == page()
+
+
+def test_every_kind_goes_by_its_name_and_says_what_it_is() -> None:
+    for model in all_kinds():
+        assert getattr(names, model.__name__) is model
+        assert model.__doc__ != model.__mro__[1].__doc__, model
+        assert all(
+            field.description for name, field in model.model_fields.items() if name != 'kind'
+        )
+
+
+def test_kinds_of_a_section_differ_in_their_key_and_their_rank() -> None:
+    folders: dict[str, list[type]] = {}
+    for model in all_kinds():
+        folders.setdefault(model.__module__.rpartition('.')[0], []).append(model)
+    for models in folders.values():
+        assert len({kind_of(model) for model in models}) == len(models)
+        assert len({model.rank for model in models}) == len(models)
+
+
+def test_what_a_scene_may_hold_loads_neither_scipy_nor_numba() -> None:
+    """All kinds are known to every scene; what few of them need is imported where it is used."""
+    program = (
+        'import sys\n'
+        'from tauto_core.scene import load_scene\n'
+        "load_scene('portsmouth_jamaica')\n"
+        "print(sorted({'scipy', 'numba', 'mcap', 'rosbags', 'matplotlib'} & set(sys.modules)))"
+    )
+    said = subprocess.run(
+        [sys.executable, '-c', program], check=False, capture_output=True, text=True
+    )
+    assert said.stdout.strip() == '[]', said.stderr
+
+
+def test_an_escapement_that_does_not_say_its_kind_gives_plain_impulses() -> None:
+    scene = parse_scene(f'duration: 10\n{TROCHLEA}escapement: {{energy: 1e-6}}', 's')
+    assert scene.escapement is not None
+    assert scene.escapement.kind == 'impulse'
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+    with pytest.raises(SceneError, match=r'escapement\.energy: is missing'):
+        parse_scene(f'duration: 10\n{TROCHLEA}escapement: {{angle: 0.1}}', 's')
