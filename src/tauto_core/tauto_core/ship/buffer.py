@@ -270,19 +270,15 @@ class MotionBuffer:
 
     def _window(self, pieces: Pieces, piece: IntArray | None, spans: Forcing) -> Window:
         """Return the samples that make the neutral line over each span."""
-        numbers = windows(
-            self._times,
-            self._data['line'],
-            self._data['line_rate'],
-            pieces,
-            stride=self._stride,
-            offset=self._first,
+        values, rates = self._data['line'], self._data['line_rate']
+        first, fitted = windows(
+            self._times, values, rates, pieces, stride=self._stride, offset=self._first
         )
-        logged, regular = np.flatnonzero(spans.logged), pieces.regular
+        logged = np.flatnonzero(spans.logged)
         if piece is not None:
-            numbers, logged, regular = numbers[piece], piece[logged], regular[piece]
-        fitted = self._channel('line', self._data['line_rate'], pieces.part(logged))
-        return Window(window_nodes(self._stride), regular, numbers, fitted)
+            first, logged = first[piece], piece[logged]
+        at_logs = self._channel('line', rates, pieces.part(logged))
+        return Window(window_nodes(self._stride), values, rates, first, fitted, at_logs)
 
     def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
         return polynomials(

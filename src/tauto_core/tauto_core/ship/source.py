@@ -15,7 +15,7 @@ from tauto_core.ship.sea import sea_metadata, sea_motion, sea_warnings
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 KEPT_BYTES = 2**24
-"""Several times what the arrays of a chunk take."""
+"""Twice what the arrays of a chunk take (`voyage.CHUNK`)."""
 
 
 @dataclass(frozen=True)
