@@ -42,7 +42,7 @@ from tauto_core.scene.errors import BagError, PropagationError, TautoError, nami
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.summary import Summary
 
-CHUNK = 32_768
+CHUNK = 65_536
 """Motion samples handled at once; the result does not depend on it."""
 
 SAILED_TO_COMPILE_S = 20.0

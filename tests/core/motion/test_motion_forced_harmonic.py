@@ -40,7 +40,6 @@ def sampled_spans(stride, step_s, cuts):
     length = stride * step_s
     nodes = np.arange(-1, stride + 2) / stride
     t = (nodes - cuts[0]) * length
-    numbers = np.concatenate([line(t), line(t, 1) * length])
     n = len(cuts) - 1
     begin, end = np.array(cuts[:-1]), np.array(cuts[1:])
     return Forcing(
@@ -50,7 +49,12 @@ def sampled_spans(stride, step_s, cuts):
         np.rint((end - cuts[0]) * length * 1e9).astype(np.int64),
         np.ones(n, np.bool_),
         window=Window(
-            tuple(nodes), np.ones(n, np.bool_), np.tile(numbers, (n, 1)), np.zeros((n, 1))
+            tuple(nodes),
+            line(t),
+            line(t, 1),
+            np.zeros(n, int),
+            np.empty((0, 2 * len(t))),
+            np.zeros((n, 1)),
         ),
     )
 

@@ -36,9 +36,11 @@ from tauto_core.motion.phase import DIGITS, PI, phase_rate, within_turn
 from tauto_core.samples import FloatArray, IntArray, State
 
 if TYPE_CHECKING:
-    from tauto_core.motion.turn_and_add import Shapes
+    from tauto_core.motion.turn_and_add import Given, Shapes
 
 NAME = 'forced_harmonic'
+SIZE = 8
+"""Numbers in a row of `lanes`, which imports numba."""
 
 TURN = 0.35
 """Longest part of a turn that is taken at one go where the roll may outweigh the swing [rad]."""
@@ -78,9 +80,11 @@ class ForcedHarmonic:
         angle = machine.release_angle
         if not abs(angle) <= machine.cam.range_rad:
             raise released_beyond(machine, angle)
-        given = _given(forcing)
-        first = None if given is None else given[:1]
-        tilt = _line(first, forcing.length_s[:1], forcing.begin[:1])
+        window, first = forcing.window, forcing.neutral
+        if window is not None:
+            # no window of a run's first piece is centred
+            first = window.fitted
+        tilt = _line(None if first is None else first[:1], forcing.length_s[:1], forcing.begin[:1])
         psi, rate = angle + tilt[0][0], tilt[1][0]
         self._time_ns = 0
         y = rate + self._delta * psi, self._omega * psi
@@ -109,6 +113,7 @@ class ForcedHarmonic:
             self._time_ns,
             forcing.end_ns,
             _given(forcing),
+            np.empty((1, shapes.whole.shape[1])),
             forcing.logged,
             self._floats,
             self._ints,
@@ -125,8 +130,8 @@ class ForcedHarmonic:
 
     def _shapes(self, forcing: Forcing) -> tuple[IntArray, Shapes]:
         """Return which shape each span has, (n,), and the shapes."""
-        window, given = forcing.window, _given(forcing)
-        sampled = np.zeros(len(forcing.end), np.bool_) if window is None else window.regular
+        window, neutral = forcing.window, forcing.neutral
+        sampled = np.zeros(len(forcing.end), np.bool_) if window is None else window.first >= 0
         columns = forcing.length_s, forcing.begin, forcing.end, sampled
         # Most spans are alike; only the others are worth sorting.
         usual = [column[len(column) // 2] for column in columns]
@@ -146,7 +151,7 @@ class ForcedHarmonic:
             self._delta,
             tuple(kinds),
             () if window is None else window.nodes,
-            0 if given is None else given.shape[1],
+            2 * len(window.nodes) if window else 0 if neutral is None else neutral.shape[1],
         )
 
     def _motion(self, rows: FloatArray, tilt_acceleration: FloatArray) -> Motion:
@@ -182,9 +187,14 @@ class ForcedHarmonic:
         self._time_ns, self._start_angle = state['time_ns'], state['start_angle']
 
 
-def _given(forcing: Forcing) -> FloatArray | None:
-    """Return what makes α_c over each span: samples or coefficients; None: it does not move."""
-    return forcing.neutral if forcing.window is None else forcing.window.numbers
+def _given(forcing: Forcing) -> Given | None:
+    """Return what makes α_c over each span; None: it does not move."""
+    window, neutral = forcing.window, forcing.neutral
+    if window is not None:
+        return window.values, window.rates, window.first, window.fitted
+    if neutral is None:
+        return None
+    return np.empty(0), np.empty(0), -1 - np.arange(len(neutral)), neutral
 
 
 def _fitted(forcing: Forcing, logged: IntArray) -> FloatArray | None:
@@ -227,8 +237,7 @@ def _shapes(
     time_s = (end - begin) * length_s
     parts = np.array([len(each.part) for each in found])
     return Shapes(
-        sampled=sampled.astype(np.bool_),
-        per_slope=1.0 / (length_s * omega0),
+        per_slope=1.0 / np.where(sampled > 0.0, omega0, length_s * omega0),
         time=time_s,
         half_turns=math.sqrt(omega0 * omega0 - delta * delta) * time_s / math.pi,
         decay=np.array([math.exp(-delta * each) for each in time_s]),
@@ -267,17 +276,18 @@ def _shape(
     parts = max(math.ceil(omega0 * (end - begin) * length_s / TURN), 1)
     if not width:
         none = np.zeros((parts, 2, 0))
-        return _Shape(np.zeros((0, 4)), none, none)
+        return _Shape(np.zeros((0, SIZE)), none, none)
     edges = begin + (end - begin) * np.arange(parts + 1) / parts
     edges[-1] = end
     part = _response(omega0, delta, length_s, edges, nodes, width)
     # turned back to the span's beginning
     turned = np.exp((delta - 1j * omega) * (edges[:-1] - begin) * length_s)
     whole = (turned[:, None] * part).sum(axis=0)
-    value, slope = _basis(edges[1:], nodes, width)
+    value, slope = _basis(edges[1:], length_s, nodes, width)
     ends = np.stack([value, slope / length_s], axis=1)
+    columns = [whole.real, whole.imag, *ends[-1]]
     return _Shape(
-        np.stack([whole.real, whole.imag, *ends[-1]], axis=1),
+        np.stack(columns + [np.zeros(width)] * (SIZE - len(columns)), axis=1),
         np.stack([part.real, part.imag], axis=1),
         ends,
     )
@@ -300,20 +310,25 @@ def _response(
     x = begin + 0.5 * long * (_ROOTS + 1.0)
     s = (x - begin) * length_s
     weight = 0.5 * _WEIGHTS * long * length_s * np.exp((delta - 1j * omega) * s)
-    value, slope = _basis(x, nodes, width)
+    value, slope = _basis(x, length_s, nodes, width)
     f = omega0 * omega0 * value + 2.0 * delta / length_s * slope
     rows: NDArray[np.complex128] = np.einsum('mi,mij->mj', weight, f)
     return rows
 
 
 def _basis(
-    x: FloatArray, nodes: tuple[float, ...] | None, width: int
+    x: FloatArray, length_s: float, nodes: tuple[float, ...] | None, width: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return rows that take what makes α_c to its value and its slope at x.
 
-    That is values and slopes at nodes, or the coefficients of x^j where there are none.
+    That is values and rates at nodes, or the coefficients of x^j where there are none.
     """
-    return _powers(x, width) if nodes is None else _cardinals(x, np.array(nodes))
+    if nodes is None:
+        return _powers(x, width)
+    value, slope = _cardinals(x, np.array(nodes))
+    for rows in (value, slope):
+        rows[..., len(nodes) :] *= length_s
+    return value, slope
 
 
 def _powers(x: FloatArray, width: int) -> tuple[FloatArray, FloatArray]:

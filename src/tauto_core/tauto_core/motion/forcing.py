@@ -22,15 +22,19 @@ class Window:
 
     Attributes:
         nodes: x of the p samples of a regular piece's window.
-        regular: whether a span belongs to a regular piece, (n,); the first of a run does not.
-        numbers: of a regular piece γ at the nodes, then dγ/dx there [rad]; of another the
-            coefficients of x^j; (n, 2p).
-        logged: coefficients of x^j over the pieces of the logged spans, (logged, 2p).
+        values: γ of samples that lie evenly in regular windows [rad], (m,).
+        rates: γ̇ of the same [rad/s], (m,).
+        first: place in these at which the window of a span's piece begins, ≥ 0; of a piece that
+            is not regular −1 less the row of `fitted`; (n,).
+        fitted: coefficients of x^j over the pieces that are not regular, (k, 2p).
+        logged: the same over the pieces of the logged spans, (logged, 2p).
     """
 
     nodes: tuple[float, ...]
-    regular: NDArray[np.bool_]
-    numbers: FloatArray
+    values: FloatArray
+    rates: FloatArray
+    first: IntArray
+    fitted: FloatArray
     logged: FloatArray
 
 

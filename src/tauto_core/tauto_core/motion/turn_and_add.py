@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry
+from tauto_core.motion.lanes import fma, lane, load, splat
+from tauto_core.motion.rotation import COSINE, SINE
 from tauto_core.samples import FloatArray, IntArray
+
+Given: TypeAlias = tuple[FloatArray, FloatArray, IntArray, FloatArray]
+"""What makes α_c over spans: values and rates of samples, where in them each span's window begins,
+and coefficients of x^j, to whose row r a beginning of −1 − r points instead."""
 
 OK, EDGE = 0, 1
 
@@ -27,30 +32,29 @@ RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
 HALVINGS = 40
 HALF = np.uint64(32)
 LOW_HALF = np.uint64(2**32 - 1)
+EIGHTH, TOP = np.uint64(2**61), np.uint64(62)
+ZERO, ONE, TWO = np.uint64(0), np.uint64(1), np.uint64(2)
 
 
 class Shapes(NamedTuple):
     """What spans of some shapes (length of the piece, begin, end, basis) have in common.
 
-    n is how many shapes there are. Rows of w numbers take what makes α_c over a span, `given`, to
-    one number; w = 0 on a platform at rest. Rows of parts lie one shape behind the other.
+    n is how many shapes there are. Rows of w numbers take what makes α_c over a span, see `Given`,
+    to one number; w = 0 on a platform at rest. Rows of parts lie one shape behind the other.
 
     Attributes:
-        sampled: whether α_c is given by samples, w/2 values and as many slopes, not by
-            coefficients of x^j, (n,).
-        per_slope: what takes dα_c/dx to α̇_c/ω₀, (n,).
+        per_slope: what takes the rates of samples, or dα_c/dx of coefficients, to α̇_c/ω₀, (n,).
         time: length of the span [s], (n,).
         half_turns: ω·time/π, (n,).
         decay: e^{−δ·time}, (n,).
         whole: columns to the real and imaginary part of b over the span and to α_c and α̇_c at
-            its end, side by side, (n, w, 4).
+            its end, side by side in rows of lanes, (n, w, 8).
         parts: how many parts each has, (n,).
         first: where its parts begin, (n,).
         part: rows to the two parts of b over each part, (m, 2, w).
         end: to α_c and α̇_c at the end of each part, (m, 2, w).
     """
 
-    sampled: NDArray[np.bool_]
     per_slope: FloatArray
     time: FloatArray
     half_turns: FloatArray
@@ -64,13 +68,29 @@ class Shapes(NamedTuple):
 
 @compiled
 def _frame(time_ns: int, turning: Any) -> tuple[float, float]:
-    """Return cos ωt and sin ωt; t·ω is reduced in 2⁻⁶⁴ turns, as exactly as these tell."""
+    """Return cos ωt and sin ωt; t·ω is reduced in 2⁻⁶⁴ turns, as exactly as these tell.
+
+    Of what is left, at most half a right angle, Taylor's series to x^17 and x^18 are exact to
+    rounding.
+    """
     t, (high, low) = np.uint64(time_ns), turning
     a, b, c, d = t >> HALF, t & LOW_HALF, low >> HALF, low & LOW_HALF
     # the upper half of t·low, what the finer digits of ω carry over, two units off at most
     upper = a * c + (a * d >> HALF) + (b * c >> HALF)
-    angle = np.int64(t * high + upper) * RADIANS_PER_UNIT
-    return math.cos(angle), math.sin(angle)
+    units = t * high + upper
+    quarters = (units + EIGHTH) >> TOP
+    angle = np.int64(units - (quarters << TOP)) * RADIANS_PER_UNIT
+    square = angle * angle
+    sine, short = SINE[8], COSINE[8]
+    for n in range(7, 0, -1):
+        sine, short = fma(sine, square, SINE[n]), fma(short, square, COSINE[n])
+    # the series' first terms last, so that only they round
+    sine = fma(angle * square, sine, angle)
+    cosine = 1.0 - square * fma(short, square, COSINE[0])
+    odd = quarters & ONE != ZERO
+    across, along = (cosine, -sine) if odd else (sine, cosine)
+    back = quarters & TWO != ZERO
+    return (-along, -across) if back else (along, across)
 
 
 @compiled
@@ -100,15 +120,38 @@ def _pair(rows: Any, place: int, given: Any, k: int) -> tuple[float, float]:
 @compiled
 def _overall(shapes: Any, n: int, given: Any, k: int) -> tuple[float, float, float, float]:
     """Return b over the whole of span k, and the line's tilt and rate at its end."""
-    re = im = tilt = rate = 0.0
-    if given is not None:
-        for j in range(given.shape[1]):
-            number = given[k, j]
-            re += shapes.whole[n, j, 0] * number
-            im += shapes.whole[n, j, 1] * number
-            tilt += shapes.whole[n, j, 2] * number
-            rate += shapes.whole[n, j, 3] * number
-    return re, im, tilt, rate
+    if given is None:
+        return 0.0, 0.0, 0.0, 0.0
+    values, rates, first, fitted = given
+    whole, width, begin = shapes.whole, shapes.whole.shape[1], first[k]
+    place, points = n * width, width // 2
+    one, two = splat(0.0), splat(0.0)
+    if begin >= 0:
+        for i in range(points):
+            one = fma(load(whole, place + i), values[begin + i], one)
+            two = fma(load(whole, place + points + i), rates[begin + i], two)
+    else:
+        for j in range(width):
+            one = fma(load(whole, place + j), fitted[-1 - begin, j], one)
+    both = one + two
+    return lane(both, 0), lane(both, 1), lane(both, 2), lane(both, 3)
+
+
+@compiled
+def _gather(given: Any, k: int, row: Any) -> Any:
+    """Return what makes α_c over span k as one row, (1, w); None on a platform at rest."""
+    if given is None:
+        return None
+    values, rates, first, fitted = given
+    begin, points = first[k], row.shape[1] // 2
+    for j in range(row.shape[1]):
+        if begin < 0:
+            row[0, j] = fitted[-1 - begin, j]
+        elif j < points:
+            row[0, j] = values[begin + j]
+        else:
+            row[0, j] = rates[begin + j - points]
+    return row
 
 
 @compiled
@@ -238,17 +281,18 @@ def _reach(n: int, shapes: Any, given: Any, k: int) -> float:
     """Return a bound of the size of (α_c, α̇_c/ω₀) over a span."""
     if given is None:
         return 0.0
-    per_slope, width = shapes.per_slope[n], given.shape[1]
-    if not shapes.sampled[n]:
+    values, rates, first, fitted = given
+    per_slope, width, begin = shapes.per_slope[n], shapes.whole.shape[1], first[k]
+    if begin < 0:
         value = slope = 0.0
         for j in range(width):
-            value += abs(given[k, j])
-            slope += j * abs(given[k, j])
+            number = abs(fitted[-1 - begin, j])
+            value += number
+            slope += j * number
         return math.hypot(value, per_slope * slope)
     largest = 0.0
-    points = width // 2
-    for j in range(points):
-        value, slope = given[k, j], per_slope * given[k, points + j]
+    for i in range(begin, begin + width // 2):
+        value, slope = values[i], per_slope * rates[i]
         largest = max(largest, value * value + slope * slope)
     return BEYOND_SAMPLES * math.sqrt(largest)
 
@@ -269,7 +313,7 @@ def _calm(rates: Any, edge: float, b: tuple[float, float], reach: float, floats:
 
 @compiled
 def _in_parts(
-    n: int, rates: Any, edge: float, shapes: Any, frames: Any, given: Any, k: int, state: Any
+    n: int, rates: Any, edge: float, shapes: Any, frames: Any, row: Any, state: Any
 ) -> float:
     """Advance over a span part by part; return the fraction at which the edge is passed, or 2."""
     floats, ints = state
@@ -280,7 +324,7 @@ def _in_parts(
     decay = math.exp(-delta * step)
     c, s = begin
     for j in range(parts):
-        re, im = _pair(shapes.part, first + j, given, k)
+        re, im = _pair(shapes.part, first + j, row, 0)
         _add(c, s, re, im, decay, floats)
         if j + 1 < parts:
             turned = omega * (j + 1) * step
@@ -289,7 +333,7 @@ def _in_parts(
         else:
             c, s = end
         angle, rate = floats[ANGLE], floats[RATE]
-        _place(c, s, rates, _pair(shapes.end, first + j, given, k), floats)
+        _place(c, s, rates, _pair(shapes.end, first + j, row, 0), floats)
         if math.hypot(floats[ANGLE], floats[RATE] / omega0) > edge * NEARLY:
             at = _first_beyond(angle, rate, floats[ANGLE], floats[RATE], step, edge)
             if at <= 1.0:
@@ -308,6 +352,7 @@ def turn_and_add(
     begin_ns: int,
     end_ns: Any,
     given: Any,
+    window: Any,
     logged: Any,
     floats: Any,
     ints: Any,
@@ -326,7 +371,8 @@ def turn_and_add(
         shape: of each span, (n,).
         begin_ns: time at which the first span begins, from the start of the run [ns].
         end_ns: times at which they end [ns], (n,).
-        given: what makes α_c over each span, (n, w), or None.
+        given: `Given`, or None.
+        window: room for what makes α_c over one span, (1, w).
         logged: whether a span's end is logged, (n,).
         floats, ints: the state.
         rows: output: θ, θ̇, turns, beats.
@@ -347,14 +393,15 @@ def turn_and_add(
             after = _heading(omega0, floats)
             _wind(shapes.half_turns[n], before, after, below, floats, ints)
         else:
-            at = _in_parts(n, rates, edge, shapes, (begin, end), given, k, (floats, ints))
+            row = _gather(given, k, window)
+            at = _in_parts(n, rates, edge, shapes, (begin, end), row, (floats, ints))
             if at <= 1.0:
                 return EDGE, k, at
             after = _heading(omega0, floats)
         before = after
         if logged[k]:
-            row = rows[written]
-            row[0], row[1] = floats[ANGLE], floats[RATE]
-            row[2], row[3] = ints[TURNS], ints[BEATS]
+            out = rows[written]
+            out[0], out[1] = floats[ANGLE], floats[RATE]
+            out[2], out[3] = ints[TURNS], ints[BEATS]
             written += 1
     return OK, 0, 0.0

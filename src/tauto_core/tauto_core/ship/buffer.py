@@ -153,20 +153,17 @@ class MotionBuffer:
         """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # kernels
 
-        n = len(imu.stamp_ns)
-        orientation = plain(imu.orientation)
-        sine, cosine = np.empty(n), np.empty(n)
-        kernels.roll_vector(orientation, sine, cosine)
-        roll = np.arctan2(sine, cosine, out=new['line'])
-        self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
-        if not self._apparent_vertical:
+        orientation, velocity = plain(imu.orientation), None
+        roll, rate = new['line'], new.get('line_rate')
+        if rate is not None:
             velocity = plain(imu.angular_velocity)
-            kernels.roll_rate(orientation, velocity, sine, cosine, new['line_rate'])
-        if self._apparent_vertical or self._apparent_gravity:
-            size = new['gravity'] if self._apparent_gravity else np.empty(n)
-            kernels.force_vector(plain(imu.linear_acceleration), sine, cosine, size)
-        if self._apparent_vertical:
-            roll += np.arctan2(sine, cosine, out=new['tilt'])
+        kernels.roll_of(orientation, velocity, roll, rate)
+        self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
+        tilt, gravity = new.get('tilt'), new.get('gravity')
+        if tilt is not None or gravity is not None:
+            kernels.force_of(plain(imu.linear_acceleration), tilt, gravity)
+        if tilt is not None:
+            roll += tilt
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
         """Return which samples keep their distance from the last step or the nominal one.
@@ -273,19 +270,15 @@ class MotionBuffer:
 
     def _window(self, pieces: Pieces, piece: IntArray | None, spans: Forcing) -> Window:
         """Return the samples that make the neutral line over each span."""
-        numbers = windows(
-            self._times,
-            self._data['line'],
-            self._data['line_rate'],
-            pieces,
-            stride=self._stride,
-            offset=self._first,
+        values, rates = self._data['line'], self._data['line_rate']
+        first, fitted = windows(
+            self._times, values, rates, pieces, stride=self._stride, offset=self._first
         )
-        logged, regular = np.flatnonzero(spans.logged), pieces.regular
+        logged = np.flatnonzero(spans.logged)
         if piece is not None:
-            numbers, logged, regular = numbers[piece], piece[logged], regular[piece]
-        fitted = self._channel('line', self._data['line_rate'], pieces.part(logged))
-        return Window(window_nodes(self._stride), regular, numbers, fitted)
+            first, logged = first[piece], piece[logged]
+        at_logs = self._channel('line', rates, pieces.part(logged))
+        return Window(window_nodes(self._stride), values, rates, first, fitted, at_logs)
 
     def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
         return polynomials(

@@ -196,32 +196,6 @@ def fit_hermite(
         _to_powers(basis, size, newton, powers, done, rows, result)
 
 
-@entry
-def take_windows(
-    values: FloatArray,
-    rates: FloatArray,
-    length_s: FloatArray,
-    first: IntArray,
-    rows: IntArray,
-    result: FloatArray,
-) -> None:
-    """Fill rows with windows of samples: values, then rates times a length.
-
-    Args:
-        values: the channel, shape (m,).
-        rates: its time derivative [1/s], shape (m,).
-        length_s: of each row's piece [s], shape (n,).
-        first: first sample of each row's window, shape (n,).
-        rows: row of the result for each of them, shape (n,).
-        result: output, shape (rows, twice the samples in a window).
-    """
-    points = result.shape[1] // 2
-    for n in range(len(rows)):
-        row, begin, length = result[rows[n]], first[n], length_s[n]
-        for i in range(points):
-            row[i], row[points + i] = values[begin + i], rates[begin + i] * length
-
-
 @compiled
 def _take(values: FloatArray, first: IntArray, done: int, lanes: FloatArray, points: int) -> None:
     """Fill lane r with the window from sample first[done + r] on; spare ones as the last.

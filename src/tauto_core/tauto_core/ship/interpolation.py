@@ -164,22 +164,16 @@ def windows(
     *,
     stride: int,
     offset: int,
-) -> FloatArray:
-    """Return what makes the polynomials over some pieces, shape (n, w) (args: `polynomials`).
+) -> tuple[IntArray, FloatArray]:
+    """Return where in the samples the windows of some pieces begin, (n,), and coefficients.
 
-    Of regular pieces these are the values in the window, then the rates there times the length
-    of the piece; of others the coefficients.
+    Those are of the pieces that are not regular; there a window "begins" at −1 less their row.
+    Args: `polynomials`.
     """
-    from tauto_core.ship.fitting import take_windows  # imports kernels
-
-    result = np.empty((len(pieces.begin), _conditions(stride, ROLL_BEFORE, slopes=True)))
-    rows = np.flatnonzero(pieces.regular)
-    begin, end = pieces.begin[rows], pieces.end[rows]
-    length_s = np.asarray((stamps_ns[end] - stamps_ns[begin]) * 1e-9, np.float64)
-    take_windows(values, rates, length_s, begin - ROLL_BEFORE, rows, result)
-    if len(rows) < len(result):
-        others = np.flatnonzero(~pieces.regular)
-        result[others] = polynomials(
-            stamps_ns, values, rates, pieces.part(others), stride=stride, offset=offset
-        )
-    return result
+    others = np.flatnonzero(~pieces.regular)
+    first = pieces.begin - ROLL_BEFORE
+    first[others] = -1 - np.arange(len(others))
+    fitted = polynomials(
+        stamps_ns, values, rates, pieces.part(others), stride=stride, offset=offset
+    )
+    return first, fitted

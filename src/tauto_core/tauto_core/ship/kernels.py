@@ -15,6 +15,7 @@ from tauto_core.motion.lanes import (
     largest,
     least,
     load,
+    negative,
     root,
     splat,
     store,
@@ -28,6 +29,15 @@ LARGEST = 1e150
 
 STEEP = 0.495
 """Half the sine of the pitch beyond which samples are looked at more closely."""
+
+MODERATE = math.sqrt(2.0) - 1.0
+"""Tangent of 22.5 degrees: the largest angle whose series is summed."""
+
+TINY = 1e-300
+"""Keeps vectors of no length, or along the other axis, from being divided."""
+
+INVERSE_ODDS = tuple((-1) ** k / (2 * k + 1) for k in range(21))
+"""Signed as in the series of the arc tangent."""
 
 
 @entry
@@ -100,87 +110,136 @@ def spaced(times: IntArray, least: int) -> bool:
 
 
 @entry
-def roll_vector(orientation: FloatArray, sine: FloatArray, cosine: FloatArray) -> None:
-    """Fill the roll's sine and cosine, times cos(pitch) and the quaternion's squared norm.
+def roll_of(
+    orientation: FloatArray,
+    angular_velocity: FloatArray | None,
+    roll: FloatArray,
+    rate: FloatArray | None,
+) -> None:
+    """Fill the roll in [-pi, pi] and, of an angular velocity, the roll rate [rad/s].
+
+    Equations: `imu.attitude`; the quaternion's norm cancels.
 
     Args:
         orientation: shape (n, 4).
-        sine: output, shape (n,).
-        cosine: output, shape (n,).
+        angular_velocity: shape (n, 3), or None.
+        roll: output, shape (n,).
+        rate: output, shape (n,), or None.
     """
-    rows = len(sine) // SIZE
+    rows = len(roll) // SIZE
     for i in range(rows):
         x, y, z, w = _quaternions(orientation, i)
-        store(sine, i, 2.0 * (w * x + y * z))
-        store(cosine, i, (w * w - x * x) + (z * z - y * y))
-    for i in range(SIZE * rows, len(sine)):
+        sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
+        _store_directions(sine, cosine, i, roll)
+        if angular_velocity is not None:
+            p, q, r = _vectors(angular_velocity, i)
+            across = q * sine + r * cosine
+            squared = sine * sine + cosine * cosine
+            store(rate, i, p + across * (2.0 * (w * y - z * x)) / squared)
+    for i in range(SIZE * rows, len(roll)):
         x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
-        sine[i] = 2.0 * (w * x + y * z)
-        cosine[i] = (w * w - x * x) + (z * z - y * y)
+        sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
+        roll[i] = _direction(sine, cosine)
+        if angular_velocity is not None:
+            across = angular_velocity[i, 1] * sine + angular_velocity[i, 2] * cosine
+            squared = sine * sine + cosine * cosine
+            more = across * (2.0 * (w * y - z * x)) / squared
+            rate[i] = angular_velocity[i, 0] + more  # type: ignore[index]
 
 
 @entry
-def roll_rate(
-    orientation: FloatArray,
-    angular_velocity: FloatArray,
-    sine: FloatArray,
-    cosine: FloatArray,
-    rate: FloatArray,
-) -> None:
-    """Fill the roll rate [rad/s] (equation: `imu.attitude`) from what `roll_vector` has filled.
-
-    Args:
-        orientation: shape (n, 4).
-        angular_velocity: shape (n, 3).
-        sine: shape (n,).
-        cosine: shape (n,).
-        rate: output, shape (n,).
-    """
-    for i in range(len(rate)):
-        x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
-        across = angular_velocity[i, 1] * sine[i] + angular_velocity[i, 2] * cosine[i]
-        squared = sine[i] * sine[i] + cosine[i] * cosine[i]
-        rate[i] = angular_velocity[i, 0] + across * (2.0 * (w * y - z * x)) / squared
-
-
-@entry
-def force_vector(
-    force: FloatArray, across: FloatArray, along: FloatArray, size: FloatArray
-) -> None:
-    """Fill (-f_y, f_z), turned upwards in the case, and its size.
+def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None) -> None:
+    """Fill the direction of (-f_y, f_z), turned upwards in the case, and its size.
 
     A force that would throw the weight out of the top of the case counts as negative: the pull
     then passes through zero smoothly, and the slack thread is found there.
 
     Args:
         force: shape (n, 3).
-        across: output, to starboard in the case [m/s2], shape (n,).
-        along: output, never negative [m/s2], shape (n,).
-        size: output, negative where the force was turned [m/s2], shape (n,).
+        tilt: output, to starboard in the case [rad], shape (n,), or None.
+        size: output, negative where the force was turned [m/s2], shape (n,), or None.
     """
-    rows = len(size) // SIZE
+    rows = len(force) // SIZE
     for i in range(rows):
-        a, b, c = load(force, 3 * i), load(force, 3 * i + 1), load(force, 3 * i + 2)
-        y = with_lane(with_lane(splat(lane(a, 1)), 1, lane(a, 4)), 2, lane(a, 7))
-        y = with_lane(with_lane(with_lane(y, 3, lane(b, 2)), 4, lane(b, 5)), 5, lane(c, 0))
-        y = with_lane(with_lane(y, 6, lane(c, 3)), 7, lane(c, 6))
-        z = with_lane(with_lane(splat(lane(a, 2)), 1, lane(a, 5)), 2, lane(b, 0))
-        z = with_lane(with_lane(with_lane(z, 3, lane(b, 3)), 4, lane(b, 6)), 5, lane(c, 1))
-        z = with_lane(with_lane(z, 6, lane(c, 4)), 7, lane(c, 7))
-        store(across, i, -y)
-        store(along, i, z)
-        store(size, i, root(y * y + z * z))
+        _, y, z = _vectors(force, i)
+        if tilt is not None:
+            _store_directions(-y, z, i, tilt)
+        if size is not None:
+            store(size, i, root(y * y + z * z))
         if least(z) < 0.0:
             for k in range(SIZE * i, SIZE * i + SIZE):
-                across[k], along[k], size[k] = _upwards(force[k, 1], force[k, 2])
-    for i in range(SIZE * rows, len(size)):
-        across[i], along[i], size[i] = _upwards(force[i, 1], force[i, 2])
+                _store_upwards(force, k, tilt, size)
+    for i in range(SIZE * rows, len(force)):
+        _store_upwards(force, i, tilt, size)
 
 
 @inlined
-def _upwards(y: float, z: float) -> tuple[float, float, float]:
+def _store_upwards(
+    force: FloatArray, i: int, tilt: FloatArray | None, size: FloatArray | None
+) -> None:
+    """Write what `force_of` makes of one sample."""
+    y, z = force[i, 1], force[i, 2]
     up = -1.0 if z < 0.0 else 1.0
-    return -up * y, abs(z), up * math.sqrt(y * y + z * z)
+    if tilt is not None:
+        tilt[i] = _direction(-up * y, abs(z))
+    if size is not None:
+        size[i] = up * math.sqrt(y * y + z * z)
+
+
+@inlined
+def _vectors(rows: FloatArray, i: int) -> tuple[Any, Any, Any]:
+    """Return x, y, z of the eight vectors from 8 i on, as lanes."""
+    a, b, c = load(rows, 3 * i), load(rows, 3 * i + 1), load(rows, 3 * i + 2)
+    x = with_lane(with_lane(splat(lane(a, 0)), 1, lane(a, 3)), 2, lane(a, 6))
+    x = with_lane(with_lane(with_lane(x, 3, lane(b, 1)), 4, lane(b, 4)), 5, lane(b, 7))
+    x = with_lane(with_lane(x, 6, lane(c, 2)), 7, lane(c, 5))
+    y = with_lane(with_lane(splat(lane(a, 1)), 1, lane(a, 4)), 2, lane(a, 7))
+    y = with_lane(with_lane(with_lane(y, 3, lane(b, 2)), 4, lane(b, 5)), 5, lane(c, 0))
+    y = with_lane(with_lane(y, 6, lane(c, 3)), 7, lane(c, 6))
+    z = with_lane(with_lane(splat(lane(a, 2)), 1, lane(a, 5)), 2, lane(b, 0))
+    z = with_lane(with_lane(with_lane(z, 3, lane(b, 3)), 4, lane(b, 6)), 5, lane(c, 1))
+    return x, y, with_lane(with_lane(z, 6, lane(c, 4)), 7, lane(c, 7))
+
+
+@inlined
+def _arctan(x: Any) -> Any:
+    """Return the arc tangent of a number, or of lanes, up to MODERATE.
+
+    There Taylor's series to x^41 is exact to rounding (the next term is below 2e-18 of the first).
+    """
+    f, square = INVERSE_ODDS, x * x
+    fourth = square * square
+    even, odd = fma(fourth, f[20], f[18]), fma(fourth, f[19], f[17])
+    even, odd = fma(fourth, even, f[16]), fma(fourth, odd, f[15])
+    even, odd = fma(fourth, even, f[14]), fma(fourth, odd, f[13])
+    even, odd = fma(fourth, even, f[12]), fma(fourth, odd, f[11])
+    even, odd = fma(fourth, even, f[10]), fma(fourth, odd, f[9])
+    even, odd = fma(fourth, even, f[8]), fma(fourth, odd, f[7])
+    even, odd = fma(fourth, even, f[6]), fma(fourth, odd, f[5])
+    even, odd = fma(fourth, even, f[4]), fma(fourth, odd, f[3])
+    even, odd = fma(fourth, even, f[2]), fma(fourth, odd, f[1])
+    return fma(x * square, fma(square, even, odd), x)
+
+
+@inlined
+def _direction(sine: float, cosine: float) -> float:
+    """Return the angle of a vector, at moderate angles with the bits of `_store_directions`."""
+    reach = MODERATE * cosine - TINY
+    if reach - sine < 0.0 or reach + sine < 0.0:
+        return math.atan2(sine, cosine)
+    return _arctan(sine / cosine)
+
+
+@inlined
+def _store_directions(sine: Any, cosine: Any, i: int, angle: FloatArray) -> None:
+    """Write the angles of lanes of vectors to row i; each by itself, whatever its neighbours."""
+    store(angle, i, _arctan(sine / cosine))
+    reach = MODERATE * cosine - TINY
+    steep = negative(reach - sine) | negative(reach + sine)
+    if steep != 0:
+        for r in range(SIZE):
+            if steep >> r & 1:
+                angle[SIZE * i + r] = math.atan2(lane(sine, r), lane(cosine, r))
 
 
 @entry

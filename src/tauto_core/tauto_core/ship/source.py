@@ -12,7 +12,7 @@ from tauto_core.ship.imu import imu_from_roll, imu_samples
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 KEPT_BYTES = 2**24
-"""Several times what the arrays of a chunk take."""
+"""Twice what the arrays of a chunk take (`voyage.CHUNK`)."""
 
 
 class ShipMotion:
