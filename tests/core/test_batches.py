@@ -38,7 +38,6 @@ from tauto_core.machines import (
     Machine,
     axle_pendulum,
     descent,
-    elliptic,
     half_swing,
     reverse_swing,
 )
@@ -232,8 +231,8 @@ def of_fluids():
             partial(reverse_swing.duration_excess, kappa), (1e-3, 9.0), numbers=True
         ),
         'end_arc': Law(partial(reverse_swing.end_arc, kappa), (1e-3, 9.0), numbers=True),
-        'quarter_period': Law(elliptic.quarter_period, (1e-9, 1.0)),
-        'amplitude': Law(elliptic.amplitude, (0.0, 1.5), (1e-9, 1.0)),
+        'quarter_period': Law(reverse_swing.quarter_period, (1e-9, 1.0)),
+        'amplitude': Law(reverse_swing.amplitude, (0.0, 1.5), (1e-9, 1.0)),
     }
 
 

@@ -1,7 +1,7 @@
 """The swinging thread in two turning planes: the modes of small swings.
 
 ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i Y_i; all that is not linear, and all that the ship
-does, is disturbance. The equations are those of `machines.threads.hanging`, in which an accelerated axle
+does, is disturbance. The equations are those of `machines.threads.hanging`, whose accelerated axle
 needs the apparent gravity only: no derivative of the ship's motion but α̇ in the drag.
 """
 
