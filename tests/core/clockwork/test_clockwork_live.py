@@ -147,7 +147,7 @@ def test_stamps_that_go_back_for_good_set_the_dial_anew():
     # a later setting, by the stamps, is another one
     later = replace(bag, stamp_ns=bag.stamp_ns - 10**9)
     again = said_of(stage, [later])[READING]
-    assert DialSetting.of(again.source[-1]) == DialSetting(START_NS - 10**9)
+    assert DialSetting.of(again.source[-1]) == DialSetting(START_NS - 10**9, number=3)
 
 
 def test_a_swing_that_no_machine_can_have_is_not_read():
@@ -254,14 +254,15 @@ def test_estimator_and_longitude_begin_again_with_a_dial_set_anew():
     stamps = START_NS + 10**9 * np.arange(50)
     first = readings(stamps, 3 * 10**9, DialSetting(START_NS))
     again = readings(stamps - 10**12, 0, DialSetting(START_NS - 10**12))
-    for reading in (first, again):
+    looped = readings(stamps - 10**12, 0, DialSetting(START_NS - 10**12, number=2))
+    for reading in (first, again, looped):
         said = drift.feed({READING: reading})
         # what the estimator says may come later than the next reading
         out = longitude.feed({READING: reading})
         out = longitude.feed(said)
         assert len(out[LONGITUDE_ERROR].stamp_ns) == 50
     np.testing.assert_allclose(said[ESTIMATE].position[:, 0], 0.0, atol=1e-12)
-    assert drift.health()['dial_settings'] == longitude.health()['dial_settings'] == 1
+    assert drift.health()['dial_settings'] == longitude.health()['dial_settings'] == 2
 
 
 def test_a_fix_from_the_future_does_not_block_those_that_follow():

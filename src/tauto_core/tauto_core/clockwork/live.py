@@ -130,7 +130,8 @@ class LiveTrochlea:
         self._limits.begin()
         shown = self._shown
         if shown is None or origin_ns <= shown.stamp_ns:
-            self._run = _RunState(DialSetting(origin_ns), origin_ns, origin_ns)
+            setting = shown.setting.again(origin_ns) if shown else DialSetting(origin_ns)
+            self._run = _RunState(setting, origin_ns, origin_ns)
             if shown is not None:
                 back_s = (shown.stamp_ns - origin_ns) / NS_PER_S
                 self._counts['dial_settings'] += 1

@@ -149,7 +149,7 @@ class DriftStage:
             return
         self._stamp = self._reference = np.empty(0, np.int64)
         self._released = 0
-        if setting.set_ns != before.set_ns:
+        if not setting.is_same_as(before):
             self._health['dial_settings'] += 1
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
             self._pending, self._track = {}, None

@@ -108,7 +108,7 @@ class LongitudeStage:
         self._joined = self.inputs if expect_fix else self.inputs[1:]
         self._held: dict[str, Samples] = {}
         self._last_ns = dict.fromkeys(self.inputs, BEFORE_ALL)
-        self._set_ns: int | None = None
+        self._setting: DialSetting | None = None
         self._stale: set[str] = set()
         self._health = {
             'out_of_order': 0,
@@ -138,13 +138,13 @@ class LongitudeStage:
         """
         for source in dict.fromkeys(reading.source.tolist()):
             setting = DialSetting.of(str(source))
-            if setting is None or setting.set_ns == self._set_ns:
+            if setting is None:
                 continue
-            if self._set_ns is not None:
+            if self._setting is not None and not setting.is_same_as(self._setting):
                 self._health['dial_settings'] += 1
                 self._stale = set(self.inputs)
                 self._held, self._first_ns = {}, None
-            self._set_ns = setting.set_ns
+            self._setting = setting
 
     def finish(self) -> Batches:
         """Count the stamps that wait for a partner in vain; nothing can be said of them."""
@@ -162,7 +162,7 @@ class LongitudeStage:
             'held': dict(self._held),
             'last_ns': dict(self._last_ns),
             'first_ns': self._first_ns,
-            'set_ns': self._set_ns,
+            'setting': None if self._setting is None else self._setting.source(),
             'stale': sorted(self._stale),
             'health': dict(self._health),
         }
@@ -172,7 +172,8 @@ class LongitudeStage:
         self._held = dict(state['held'])
         self._last_ns = dict(state['last_ns'])
         self._first_ns = state['first_ns']
-        self._set_ns, self._stale = state['set_ns'], set(state['stale'])
+        self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
+        self._stale = set(state['stale'])
         self._health = dict(state['health'])
 
     def health(self) -> dict[str, int]:
