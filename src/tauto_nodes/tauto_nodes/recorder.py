@@ -64,6 +64,8 @@ class Recorder(Member):
         )
         self._closed = False
         self._newest_ns: dict[str, int] = {}
+        # Without flow control nobody says when a voyage is over: stopping the recorder ends it.
+        self._complete = not self.settings.credits
         self.connect([port(topic, reliability) for topic in topics], [])
         self.diagnostics = Diagnostics(self)
         # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
@@ -106,6 +108,7 @@ class Recorder(Member):
 
     def at_end(self) -> None:
         """Close the bag: all that was sent has come, or is lost."""
+        self._complete = True
         self.close()
         self.over = True
 
@@ -117,6 +120,8 @@ class Recorder(Member):
         try:
             if self.failure is None:
                 self._work()
+            if not self._complete:
+                self._bag.describe({'cut_short': True})
         finally:
             failed = self.failure
             self._bag.__exit__(type(failed) if failed else None, failed, None)
@@ -155,8 +160,13 @@ class Recorder(Member):
             )
         if any(numbers['lost'] for numbers in counts.values()):
             self.exit_code = 1
+        if not self._complete:
+            self.get_logger().warning(
+                'stopped before the end of the voyage; the bag says so (cut_short)'
+            )
         if self.settings.text('report'):
-            Path(self.settings.text('report')).write_text(json.dumps(counts), 'utf-8')
+            report = {'complete': self._complete, 'topics': counts}
+            Path(self.settings.text('report')).write_text(json.dumps(report), 'utf-8')
 
 
 main = main_of(Recorder)

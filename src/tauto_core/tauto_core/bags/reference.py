@@ -15,10 +15,11 @@ _HEAD = """# Topics
 `sensor_msgs/JointState`: their `position` holds values of the names, no joints.** Subscribe no
 `robot_state_publisher` to them; `trochlea/joint_states` alone is of a joint. Why no other type:
 `diagnostic_msgs/KeyValue` has no stamp and spells numbers as text; `Vector3Stamped` has no names
-and takes three values of one frame, not five of different units; `Float64` would take four or five
-topics, to be joined by a stamp that it has not; a `tauto_msgs` of our own needs generated code,
-which pip cannot build, on every machine that only wants to open a bag. JointState is in every ROS 2,
-has a stamp, names and any number of doubles, and plotting tools label its curves by the names.
+and takes three values of one frame, not five of different units; `Float64` would take four or
+five topics, to be joined by a stamp that it has not; a `tauto_msgs` of our own needs generated
+code, which pip cannot build, on every machine that only wants to open a bag. JointState is in
+every ROS 2, has a stamp, names and any number of doubles, and plotting tools label its curves by
+the names.
 
 Names are relative: a clock in a namespace has them all below it. Only standard messages are used.
 Every publisher is RELIABLE and KEEP_LAST; a latched topic is TRANSIENT_LOCAL, the others are
