@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from conftest import Bench, overrides
 from rclpy.node import Node
-from test_nodes_faults import FOREIGN, send, sent, still_sensor
+from test_nodes_faults import FOREIGN, START_NS, send, sent, still_sensor
 from test_nodes_processes import PATIENCE_S, start
 
 from tauto_core.bags import decode, encode
@@ -116,9 +116,15 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
         return process
 
     first = sail(0.0, 5.0)
-    bench.until(state.exists)
-    before = state.stat().st_ino
-    bench.until(lambda: state.stat().st_ino == before)
+    bench.until(lambda: len(readings) == 5)
+
+    def saved() -> bool:
+        """Whether the file knows of the last reading."""
+        held = StateFile(tmp_path, '/trochlea', SCENE).load()
+        shown = held and held['shown']
+        return bool(shown) and shown['stamp_ns'] == readings[-1].stamp_ns[0]
+
+    bench.until(saved)
     first.kill()
     first.communicate(timeout=PATIENCE_S)
     bench.until(lambda: publisher.get_subscription_count() == 0)
@@ -127,8 +133,9 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
     again = readings[-1]
     setting = DialSetting.of(str(again.source[0]))
     assert setting is not None
-    assert setting.set_ns == shown.stamp_ns[0] // 10**12 * 10**12
+    assert setting.set_ns == readings[0].stamp_ns[0] == START_NS
     assert setting.stops == 1
+    assert setting.lost_ns == 20 * 10**9 + START_NS - shown.stamp_ns[0]
     # what the dial shows is behind by what it says that it lost, to the rate of the machine
     behind_s = (again.stamp_ns[0] - again.time_ref_ns[0] - setting.lost_ns) * 1e-9
     assert abs(behind_s) < 0.2

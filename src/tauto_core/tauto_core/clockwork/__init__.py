@@ -8,11 +8,4 @@ from tauto_core.clockwork.reading import dial_ns
 from tauto_core.clockwork.swings import SwingTally
 from tauto_core.clockwork.trochlea import TrochleaStage
 
-__all__ = [
-    'DialSetting',
-    'LiveTrochlea',
-    'SwingTally',
-    'TrochleaStage',
-    'dial_ns',
-    'warm_trochlea',
-]
+__all__ = ['DialSetting', 'LiveTrochlea', 'SwingTally', 'TrochleaStage', 'dial_ns']
