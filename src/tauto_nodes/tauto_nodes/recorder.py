@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -61,18 +62,36 @@ class Recorder(Member):
             Path(self.settings.text('output')),
             force=self.settings.flag('force'),
             namespace=self.get_namespace().strip('/'),
+            chunk_bytes=round(1024 * self.settings.number('chunk_size')),
+            compression=self.settings.text('compression'),
         )
         self._closed = False
         self._newest_ns: dict[str, int] = {}
         # Without flow control nobody says when a voyage is over: stopping the recorder ends it.
         self._complete = not self.settings.credits
+        self._flushed_s = time.monotonic()
+        self._unflushed = False
+        self._early: dict[str, list[bytes]] = {}
+        self._waits_for_scene = self.settings.credits and s.SCENE in topics
         self.connect([port(topic, reliability) for topic in topics], [])
         self.diagnostics = Diagnostics(self)
         # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
         self._bag.__enter__()
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Write what came: from our own graph without the wire's padding, else as it is."""
+        """Write what came: from our own graph without the wire's padding, else as it is.
+
+        Our own graph's scene is written first: whatever ends the recording, the bag says of what.
+        """
+        if self._waits_for_scene:
+            for topic, messages in payloads.items():
+                self._early.setdefault(topic, []).extend(messages)
+            if s.SCENE not in self._early:
+                return
+            self._waits_for_scene = False
+            payloads = {s.SCENE: self._early.pop(s.SCENE), **self._early}
+            self._early = {}
+        self._unflushed = True
         for topic, messages in payloads.items():
             samples, good = self.intake(topic).samples(messages)
             if samples is None:
@@ -96,6 +115,7 @@ class Recorder(Member):
                 continue
             self._bag.write({s.SCENE: s.text(scene.starts_at_ns, str(text))})
             self._bag.describe(bag_metadata(scene))
+        self._bag.flush()
 
     def _see_order(self, topic: str, stamp_ns: s.IntArray) -> None:
         """Count and name a jump back of a topic's stamps: the bag then holds two runs of it."""
@@ -105,6 +125,13 @@ class Recorder(Member):
                 words = f'stamps went back by {(was_ns - is_ns) * 1e-9:.6g} s'
                 self.note(topic, 'stamps_went_back', words)
         self._newest_ns[topic] = int(stamp_ns[-1])
+
+    def tick(self) -> None:
+        """Flush when it is due."""
+        now_s = time.monotonic()
+        if self._unflushed and now_s >= self._flushed_s + self.settings.number('flush_interval'):
+            self._bag.flush()
+            self._flushed_s, self._unflushed = now_s, False
 
     def at_end(self) -> None:
         """Close the bag: all that was sent has come, or is lost."""
@@ -120,6 +147,8 @@ class Recorder(Member):
         try:
             if self.failure is None:
                 self._work()
+                self._waits_for_scene = False
+                self.take(self._early)
             if not self._complete:
                 self._bag.describe({'cut_short': True})
         finally:
