@@ -51,6 +51,9 @@ HISTORY = 4096
 AHEAD_NS = 86_400 * NS_PER_S
 """An observation stamped later than this after the newest reading is of another clock."""
 
+MOST_NS = 4e18
+"""Beyond the times of ROS, within int64."""
+
 PATIENCE = 3.0
 """Observation intervals for which the filter trusts itself rather than an outlier."""
 
@@ -324,7 +327,9 @@ def _estimates(
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
     now = predict(Estimate(*(column[place] for column in way.states)), elapsed, model)
-    corrected = references - np.rint(now.x * NS_PER_S).astype(np.int64)
+    # absurd observations can lead beyond int64; no message holds what is cut to this
+    error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
+    corrected = references - np.rint(error_ns).astype(np.int64)
     return {
         ESTIMATE: scalars(stamps, ESTIMATE_NAMES, estimate_values(now)),
         CORRECTED: TimeSamples(stamps, '', corrected, same('corrected', len(stamps))),
