@@ -39,7 +39,7 @@ class Intake:
 
     def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
         self._topic, self._note = topic, note
-        self._kind: tuple[str, tuple[str, ...]] | None = None
+        self._kind: tuple[str, tuple[str, ...], tuple[int, ...]] | None = None
         self._required = NAMES.get(topic)
 
     def samples(self, payloads: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
@@ -91,17 +91,21 @@ class Intake:
         if samples.stamp_ns.min() < 0:
             yield 'out_of_range', f'stamped {samples.stamp_ns.min() * 1e-9:.6g} s, before 0'
         names: tuple[str, ...] = ()
+        widths: tuple[int, ...] = ()
         if isinstance(samples, JointSamples):
             names = samples.name
             numbers = (samples.position, samples.velocity, samples.effort)
+            widths = tuple(number.shape[1] for number in numbers)
             if not all(np.isfinite(number).all() for number in numbers):
                 yield 'not_finite', 'one of its numbers is none'
         if self._required is not None and names != self._required:
             yield 'other_names', f'names {names}, not {self._required}'
         if self._kind is None:
-            self._kind = samples.frame_id, names
-        frame, first_names = self._kind
+            self._kind = samples.frame_id, names, widths
+        frame, first_names, first_widths = self._kind
         if frame != samples.frame_id:
             yield 'other_frame', f'frame {samples.frame_id!r}, not {frame!r} as before'
         if first_names != names:
             yield 'other_names', f'names {names}, not {first_names} as before'
+        if first_widths != widths:
+            yield 'other_widths', f'arrays of {widths} numbers, not {first_widths} as before'
