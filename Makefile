@@ -62,6 +62,7 @@ bench: setup  ## messages per second through the graph, and run time against err
 
 stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
 	.venv/bin/python benchmarks/stress.py
+	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
 
 clean:  ## remove bags/out, colcon's folders and caches; .venv stays
 	rm -rf bags/out ros_ws/build ros_ws/install ros_ws/log \

@@ -17,11 +17,11 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Trigger
 
-from tauto_core.bags import BagWriter, read_bag
-from tauto_core.samples import PHASE, READING, SHIP_IMU, TimeSamples
+from tauto_core.bags import BagWriter, encode, read_bag
+from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
-from tauto_core.voyage import sail
+from tauto_core.voyage import ShipSource, sail
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.longitude import Longitude
@@ -85,7 +85,7 @@ def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Benc
     assert levels[-1][2] == 'incompatible QoS on ship/imu'
 
 
-def test_bad_messages_are_counted_and_silence_is_stale(bench: Bench) -> None:
+def test_bad_messages_are_counted_and_silence_is_an_error(bench: Bench) -> None:
     trochlea = Trochlea(**overrides(**FOREIGN, stale_after=0.2))
     sensor = bench.add(Node('xsens'), trochlea)
     statuses: list[Any] = []
@@ -94,7 +94,7 @@ def test_bad_messages_are_counted_and_silence_is_stale(bench: Bench) -> None:
     )
     publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
     # A sensor that is there and says nothing is silent too.
-    bench.until(lambda: statuses and statuses[-1].level == DiagnosticStatus.STALE)
+    bench.until(lambda: statuses and statuses[-1].level == DiagnosticStatus.ERROR)
     bad = foreign_imu(1)
     bad.orientation.w = 0.0
     publisher.publish(foreign_imu(0))
@@ -102,7 +102,8 @@ def test_bad_messages_are_counted_and_silence_is_stale(bench: Bench) -> None:
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 2)
     assert sum(trochlea.health().values()) == 1
     statuses.clear()
-    bench.until(lambda: statuses and statuses[-1].level == DiagnosticStatus.STALE)
+    bench.until(lambda: statuses and 'nothing for 0.2 s on ship/imu' in statuses[-1].message)
+    assert statuses[-1].level == DiagnosticStatus.ERROR
     values = {pair.key: pair.value for pair in statuses[-1].values}
     assert values['ship/imu received'] == '2'
     assert '1' in {values[name] for name in trochlea.health()}
@@ -229,3 +230,38 @@ def test_qos_overrides_that_would_lose_messages_are_refused(ros: Any, tmp_path: 
     ros(('-p', 'qos_overrides./ship/imu.subscription.depth:=10'))
     with pytest.raises(ParameterError, match=r'depth = 10.* at least 1000'):
         Recorder(**overrides(output=str(tmp_path / 'bag'), flow_control='credits'))
+
+
+def test_what_came_before_the_last_flush_is_in_the_file(bench: Bench, tmp_path: Path) -> None:
+    """A killed recorder leaves the file as it is here, while the recorder still runs."""
+    options = {'flush_interval': 0.1, 'chunk_size': 1024.0, 'compression': 'none'}
+    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), topics=(SHIP_IMU,), **options))
+    sensor = bench.add(Node('xsens'), recorder)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: recorder.inputs[SHIP_IMU].matched)
+    for number in range(5):
+        publisher.publish(foreign_imu(number))
+    file = next((tmp_path / 'bag').glob('*.mcap'))
+    bench.until(lambda: read_bag(file).counts.get('/ship/imu') == 5)
+    recorder.close()
+    assert read_bag(tmp_path / 'bag').counts == {'/ship/imu': 5}
+
+
+def test_the_scene_is_the_first_message_of_the_bag(ros: Any, tmp_path: Path) -> None:
+    from mcap.reader import NonSeekingReader
+
+    ros(())
+    graph = ('ship_motion', 'recorder')
+    flow = {'flow_control': 'credits', 'graph': graph, 'topics': (SCENE, SHIP_IMU)}
+    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), **flow))
+    scene = load_scene('ideal', duration=60.0)
+    said = ShipSource(scene).produce(10)
+    recorder.take({SHIP_IMU: encode(SHIP_IMU, said[SHIP_IMU])})
+    recorder.take({SCENE: encode(SCENE, said[SCENE])})
+    # on the disk at once: a disk that fills up later takes nothing from it
+    file = next((tmp_path / 'bag').glob('*.mcap'))
+    with file.open('rb') as stream:
+        messages = NonSeekingReader(stream).iter_messages(log_time_order=False)
+        assert next(iter(messages))[1].topic == '/scene'
+    recorder.close()
+    assert read_bag(tmp_path / 'bag').counts['/ship/imu'] == len(said[SHIP_IMU].stamp_ns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from conftest import overrides
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from tauto_nodes.errors import ParameterError
+from tauto_nodes.errors import GraphError, ParameterError
+from tauto_nodes.launching import end_of, live_problems, voyage_problems
 from tauto_nodes.parameters import PARAMETERS, declare, reference_page
 
 ROOT = Path(__file__).parents[2]
@@ -103,19 +105,72 @@ def test_config_uses_declared_parameters_only(file: Path, ros: Any) -> None:
     ros(('--params-file', str(file)))
 
 
-def test_launch_file_compiles_and_names_what_there_is() -> None:
-    text = (PACKAGE / 'launch' / 'voyage.launch.py').read_text()
-    names: dict[str, Any] = {}
-    head = text.index('ARGUMENTS'), text.index('def _node')
-    exec(compile(text[head[0] : head[1]], 'voyage.launch.py', 'exec'), names)
-    compile(text, 'voyage.launch.py', 'exec')
-    assert set(names['ARGUMENTS']) == {'scene', 'speed', 'out', 'force', 'namespace'}
-    for parameter, role in (
-        ('output', 'recorder'),
-        ('force', 'recorder'),
-        ('speed', 'ship_motion'),
-    ):
-        assert f"'{parameter}':" in text
-        assert parameter in {p.name for p in PARAMETERS[role]}
-    assert "'voyage.yaml'" in text
-    assert (PACKAGE / 'config' / 'voyage.yaml').is_file()
+@pytest.mark.parametrize('file', sorted((PACKAGE / 'launch').glob('*.py')), ids=lambda f: f.stem)
+def test_launch_files_compile_and_set_what_there_is(file: Path) -> None:
+    tree = ast.parse(file.read_text(), file.name)
+    known = {parameter.name for table in PARAMETERS.values() for parameter in table}
+    table = next(
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'ARGUMENTS'
+    )
+    assert isinstance(table, ast.Dict)
+    arguments = {ast.literal_eval(key) for key in table.keys if key is not None}
+    assert arguments <= known | {'out', 'namespace', 'params_file', 'imu'}
+    given = {
+        ast.unparse(node.slice).strip("'")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Subscript) and ast.unparse(node.value) == 'given'
+    }
+    assert given <= arguments
+
+
+VOYAGE = {
+    'scene': 'measured',
+    'speed': '60.0',
+    'duration': '0.0',
+    'out': 'no_such_folder',
+    'force': 'false',
+    'namespace': '',
+    'executor': 'events',
+    'params_file': str(PACKAGE / 'config' / 'voyage.yaml'),
+}
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'said'),
+    [
+        ({'speed': 'abc'}, 'speed := abc: must lie in'),
+        ({'speed': '-1'}, 'speed = -1.0: must lie in'),
+        ({'duration': '-5'}, 'duration = -5.0'),
+        ({'force': 'perhaps'}, 'force := perhaps: must be true or false'),
+        ({'executor': 'multi'}, 'must be one of events, single'),
+        ({'params_file': 'nowhere.yaml'}, 'there is no such file'),
+        ({'scene': 'no_such_scene'}, 'no_such_scene'),
+        ({'out': str(PACKAGE)}, 'exists already'),
+    ],
+)
+def test_a_launch_is_refused_before_anything_starts(wrong: dict[str, str], said: str) -> None:
+    assert voyage_problems(VOYAGE) == []
+    assert said in '; '.join(voyage_problems({**VOYAGE, **wrong}))
+    sensor = {'imu': '/x', 'imu_reliability': 'best_effort', 'state_folder': '', **VOYAGE}
+    assert live_problems({**sensor, 'out': ''}) == []
+    assert 'one of' in '; '.join(live_problems({**sensor, 'imu_reliability': 'perhaps'}))
+
+
+class _Context:
+    """What the end of a node asks of a launch."""
+
+    def __init__(self, is_shutdown: bool) -> None:
+        self.is_shutdown = is_shutdown
+
+
+@pytest.mark.parametrize('code', [0, 1, -9])
+def test_the_end_of_any_node_but_the_last_one_fails_the_launch(code: int) -> None:
+    event = type('ProcessExited', (), {'returncode': code})
+    with pytest.raises(GraphError, match=f'node trochlea ended with exit code {code} before'):
+        end_of('trochlea', event, _Context(False), last='recorder')
+    assert end_of('trochlea', event, _Context(True), last='recorder') == []
+    if code:
+        with pytest.raises(GraphError, match='node recorder'):
+            end_of('recorder', event, _Context(False), last='recorder')

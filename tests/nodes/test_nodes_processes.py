@@ -211,17 +211,62 @@ def test_a_node_that_dies_is_named(tmp_path: Path) -> None:
         text=True,
     )
     until(lambda: len(nodes_under(process.pid)) == 5)
-    victim = next(
-        pid
-        for pid in nodes_under(process.pid)
-        if b'tauto_nodes.longitude' in Path(f'/proc/{pid}/cmdline').read_bytes()
-    )
+    victim = node_of(process.pid, 'longitude')
     left = shared_memory(victim)
     os.kill(victim, signal.SIGKILL)
     _, words = process.communicate(timeout=PATIENCE_S)
     remove_unused(left)
     assert process.returncode == 1
     assert 'node longitude ended by SIGKILL before the voyage did' in words
+
+
+def node_of(pid: int, node: str) -> int:
+    """Return the process of a node that a supervisor has started."""
+    return next(
+        child
+        for child in nodes_under(pid)
+        if f'tauto_nodes.{node}'.encode() in Path(f'/proc/{child}/cmdline').read_bytes()
+    )
+
+
+def test_a_recorder_that_is_stopped_makes_no_whole_voyage(tmp_path: Path) -> None:
+    out = tmp_path / 'bag'
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--speed', '20', '--out', str(out), '--json'),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+    os.kill(node_of(process.pid, 'recorder'), signal.SIGTERM)
+    said, words = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, said) == (1, ''), words
+    assert 'recorder was stopped before the voyage was over' in words
+    assert 'cut_short' in (out / 'metadata.yaml').read_text()
+
+
+def test_nodes_that_are_frozen_for_longer_than_a_lease_lose_nothing(tmp_path: Path) -> None:
+    """DDS forgets a participant that is silent for 20 s, unless our profile says otherwise."""
+    out = tmp_path / 'bag'
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--speed', '100', '--out', str(out), '--json'),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+    frozen = [node_of(process.pid, node) for node in ('trochlea', 'recorder')]
+    for pid in frozen:
+        os.kill(pid, signal.SIGSTOP)
+    thaw_s = time.monotonic() + 22.0
+    until(lambda: time.monotonic() > thaw_s)
+    for pid in frozen:
+        os.kill(pid, signal.SIGCONT)
+    said, words = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 0, words
+    topics = json.loads(said)['topics']
+    assert sum(numbers['lost'] for numbers in topics.values()) == 0
+    assert topics['ship/imu']['written'] == 12_005
 
 
 @pytest.mark.parametrize('compose', [(), ('--compose',)])

@@ -25,11 +25,16 @@ from tauto_core.scene import Scene
 from tauto_nodes.domains import claim_domain
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
+from tauto_nodes.launching import fast_dds_profile
 from tauto_nodes.qos import CREDIT_QOS
 from tauto_nodes.running import executor_named
 from tauto_nodes.supervisor import Supervisor, noted_signals
 
 NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
+SILENT_S = 120.0
+"""A node that has not been heard for so long, though each speaks once a second, is frozen [s]."""
+
+OWN_PAUSE_S = 1.0
 STALL_S = 600.0
 """Kernels that a machine under heavy load compiles for the first time can take minutes."""
 
@@ -124,13 +129,14 @@ def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, Any]:
 def graph_environment() -> Iterator[dict[str, str]]:
     """Set this process' ROS environment and yield it for the children.
 
-    Discovery stays on this machine and the domain is a free one, unless the environment says
-    otherwise.
+    Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
+    (`fastdds.xml`), unless the environment says otherwise.
     """
     domain = None if os.environ.get(DOMAIN) else claim_domain()
     given = {RANGE: os.environ.get(RANGE) or 'LOCALHOST'}
     if domain is not None:
         given[DOMAIN] = str(domain.number)
+    given |= fast_dds_profile()
     before = {name: os.environ.get(name) for name in given}
     os.environ.update(given)
     try:
@@ -155,11 +161,14 @@ class _Watch:
         self._executor = executor_named('single')
         self._executor.add_node(self._node)
         self.reports: dict[str, Report] = {}
+        self.heard_s: dict[str, float] = {}
+        self._spun_s = time.monotonic()
         self.moved_s = time.monotonic()
         self.started_s: float | None = None
 
     def _hear(self, message: String) -> None:
         report = Report.from_json(message.data)
+        self.heard_s[report.node] = time.monotonic()
         if self.reports.get(report.node) != report:
             self.moved_s = time.monotonic()
             if self.started_s is None and any(report.taken.values()):
@@ -168,7 +177,11 @@ class _Watch:
 
     def spin(self) -> None:
         """Listen for a moment."""
+        stood_s = time.monotonic() - self._spun_s
+        if stood_s > OWN_PAUSE_S:  # this process stood still, and heard nobody meanwhile
+            self.heard_s = {node: at_s + stood_s for node, at_s in self.heard_s.items()}
         self._executor.spin_once(timeout_sec=SPIN_S)
+        self._spun_s = time.monotonic()
 
     def recorded(self, topic: str) -> int:
         """Return how many messages of a topic the recorder has taken."""
@@ -228,7 +241,13 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
 
 
 def _check_stall(watch: _Watch) -> None:
-    if time.monotonic() - watch.moved_s > STALL_S:
+    now_s = time.monotonic()
+    if frozen := [node for node, at_s in watch.heard_s.items() if now_s - at_s > SILENT_S]:
+        raise GraphError(
+            f'node {", ".join(sorted(frozen))} has not been heard for {SILENT_S:g} s: it hangs or '
+            'was stopped. What was recorded until then is in the bag; start the voyage again'
+        )
+    if now_s - watch.moved_s > STALL_S:
         silent = sorted(set(NODES) - set(watch.reports)) or ['none; all have been heard']
         raise GraphError(
             f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
@@ -242,9 +261,18 @@ def _counts(
 ) -> dict[str, dict[str, int]]:
     """Return the recorder's counts; raise if its process ended in any other way than a loss."""
     counts: dict[str, dict[str, int]] = {}
+    complete = True
     if report.is_file():
-        counts = json.loads(report.read_text('utf-8'))
+        said = json.loads(report.read_text('utf-8'))
+        counts, complete = said['topics'], said['complete']
     lost = any(numbers['lost'] for numbers in counts.values())
-    if interrupted or supervisor.exit_code(name) == (1 if lost else 0):
+    if interrupted:
+        return counts
+    if supervisor.exit_code(name) == (1 if lost else 0):
+        if not complete:
+            raise GraphError(
+                f'node {name} was stopped before the voyage was over; the bag holds what was '
+                'sailed until then, and says so (cut_short). Start the voyage again'
+            )
         return counts
     raise supervisor.died(name)

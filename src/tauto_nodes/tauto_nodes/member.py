@@ -20,8 +20,10 @@ from rclpy.node import Node
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from std_msgs.msg import String
 
+from tauto_nodes.diagnostics import Diagnostics
 from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.flow import BATCH, CREDIT_TOPIC, END_TOPIC, WINDOW, End, Flow, Report, known
+from tauto_nodes.intake import Intake
 from tauto_nodes.parameters import declare
 from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match, overriding
 
@@ -31,17 +33,25 @@ TICK_S = 0.01
 HELLO_S = 0.05
 REPEAT_S = 1.0
 LOST_AFTER_S = 10.0
+ALARM_S = 10.0
+"""For so long after an error that has passed /diagnostics still reports it [s]."""
 
 
 @dataclass
 class Input:
-    """State of one subscription; `last_s`: when a message or a publisher came last [s]."""
+    """State of one subscription.
+
+    `last_s`: when a message or a publisher came last [s]; `lost`: what the middleware says that
+    did not arrive; `others`: its publishers, where there is more than one.
+    """
 
     received: int = 0
     taken: int = 0
+    lost: int = 0
     last_s: float | None = None
     matched: int = 0
     incompatible: int = 0
+    others: tuple[str, ...] = ()
     pending: list[bytes] = field(default_factory=list)
 
 
@@ -75,12 +85,16 @@ class Member(Node):
         self.inputs: dict[str, Input] = {}
         self.outputs: dict[str, Output] = {}
         self.flow: Flow | None = None
+        self.diagnostics: Diagnostics | None = None
         self.input_over = False
         self._ended = False
         self._totals_s: float | None = None
         self._waiting: list[str] = []
         self._reported_s = 0.0
         self._reported: Report | None = None
+        self._intakes: dict[str, Intake] = {}
+        self._left_aside: dict[str, int] = {}
+        self._alarm: tuple[float, str] | None = None
 
     # What a subclass says.
 
@@ -98,7 +112,50 @@ class Member(Node):
 
     def health(self) -> dict[str, int]:
         """Return counters of what was refused or bridged."""
-        return {}
+        return dict(self._left_aside)
+
+    @property
+    def trouble(self) -> str:
+        """What keeps the node from its work at present; empty where nothing does."""
+        return ''
+
+    # What it notices.
+
+    def intake(self, topic: str) -> Intake:
+        """Return what decodes the messages of a topic."""
+        if topic not in self._intakes:
+            self._intakes[topic] = Intake(topic, partial(self.note, topic))
+        return self._intakes[topic]
+
+    def note(self, topic: str, reason: str, words: str) -> None:
+        """Count what is wrong with a message; name the first one of a kind in the log.
+
+        Raises:
+            NodesError: the message comes from our own graph, which must not lose any.
+        """
+        if self.flow is not None:
+            raise NodesError(f'{topic}: {reason}: {words}')
+        key = f'{topic} {reason}'
+        self._left_aside[key] = self._left_aside.get(key, 0) + 1
+        if self._left_aside[key] == 1:
+            self.get_logger().warning(f'{topic}: {words} (counted as {reason})')
+
+    def twins(self) -> list[str]:
+        """Return the nodes that are named like this one, itself included."""
+        own = self.get_fully_qualified_name()
+        others = self.get_node_names_and_namespaces()
+        full = [f'{place.rstrip("/")}/{name}' for name, place in others]
+        return [name for name in full if name == own]
+
+    def alarm(self, words: str) -> None:
+        """Report an error in /diagnostics for a while."""
+        self._alarm = time.monotonic(), words
+
+    def recent_alarm(self, now_s: float) -> str:
+        """Return what was last alarming, for `ALARM_S` after it; empty where nothing is."""
+        if self._alarm is None or now_s - self._alarm[0] > ALARM_S:
+            return ''
+        return self._alarm[1]
 
     # Ports.
 
@@ -137,9 +194,17 @@ class Member(Node):
             try:
                 callback(*args, **kwargs)
             except Exception as error:
-                self.failure = error
+                self.fail(error)
 
         return guarded
+
+    def fail(self, error: Exception) -> None:
+        """Give up: nothing is taken or sent any more; /rosout and /diagnostics hear why."""
+        if self.failure is None:
+            self.failure = error
+            self.get_logger().fatal(f'{type(error).__name__}: {error}')
+            if self.diagnostics is not None:
+                self.diagnostics.publish()
 
     def _publish_on(self, port: Port, controlled: bool) -> None:
         events = PublisherEventCallbacks(
@@ -162,6 +227,7 @@ class Member(Node):
         events = SubscriptionEventCallbacks(
             matched=lambda info: self._note(self.inputs, port.name, 'matched', info),
             incompatible_qos=lambda info: self._note(self.inputs, port.name, 'incompatible', info),
+            message_lost=lambda info: self._note(self.inputs, port.name, 'lost', info),
         )
         receive = partial(self._receive, self.inputs[port.name])
         drains = self.settings.text('executor') == 'single'
@@ -195,8 +261,11 @@ class Member(Node):
             ports[topic].matched = info.current_count
             if topic in self.inputs:
                 self.inputs[topic].last_s = time.monotonic()
-                if self.flow is not None and info.current_count > 1:
-                    self.failure = self.failure or self._two_sources(topic)
+                self.inputs[topic].others = ()
+                if info.current_count > 1:
+                    self._several_sources(topic, self.inputs[topic])
+        elif event == 'lost':
+            self.inputs[topic].lost = info.total_count
         else:
             ports[topic].incompatible = info.total_count
             self.get_logger().error(
@@ -204,14 +273,20 @@ class Member(Node):
                 'set qos_overrides or imu_reliability'
             )
 
-    def _two_sources(self, topic: str) -> NodesError:
+    def _several_sources(self, topic: str, source: Input) -> None:
         others = self.get_publishers_info_by_topic(self.resolve_topic_name(topic))
         names = sorted(f'{i.node_namespace.rstrip("/")}/{i.node_name}' for i in others)
-        return NodesError(
-            f'{topic}: more than one publisher ({", ".join(names)}); with flow_control = credits '
-            'a topic has one source only. Stop the other, or give the graph a namespace or a '
-            'ROS_DOMAIN_ID of its own'
-        )
+        source.others = tuple(names)
+        words = f'{topic}: more than one publisher ({", ".join(names)})'
+        if self.flow is None:
+            self.get_logger().warning(f'{words}; their messages are mixed. Stop all but one')
+        elif self.failure is None:
+            self.fail(
+                NodesError(
+                    f'{words}; with flow_control = credits a topic has one source only. Stop the '
+                    'other, or give the graph a namespace or a ROS_DOMAIN_ID of its own'
+                )
+            )
 
     # In.
 

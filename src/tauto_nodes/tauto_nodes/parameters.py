@@ -180,8 +180,24 @@ _WAIT = Parameter(
     low=0.0,
     high=3600.0,
 )
+_STATE = (
+    Parameter(
+        'state_folder',
+        '',
+        'folder for a file with the state of the stage, restored at the next start, so that the '
+        'dial goes on; empty: none. Not with `credits`',
+    ),
+    Parameter(
+        'state_interval',
+        10.0,
+        'time between two writings of the state',
+        unit='s',
+        low=0.1,
+        high=86400.0,
+    ),
+)
 _COMMON = (_EXECUTOR, _STALE, *_FLOW)
-_STAGE = (_SCENE, _DURATION, _SOURCE, *_COMMON)
+_STAGE = (_SCENE, _DURATION, _SOURCE, *_STATE, *_COMMON)
 
 PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     'ship_motion': (
@@ -215,6 +231,23 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         ),
         _DURATION,
         _IMU,
+        Parameter(
+            'flush_interval',
+            1.0,
+            'what came longer ago is in the file, whatever becomes of the process',
+            unit='s',
+            low=0.05,
+            high=3600.0,
+        ),
+        Parameter(
+            'chunk_size',
+            64.0,
+            'of the MCAP chunks, before compression',
+            unit='KiB',
+            low=1.0,
+            high=65536.0,
+        ),
+        Parameter('compression', 'zstd', 'of the chunks', choices=('zstd', 'none')),
         Parameter('report', '', 'file for the counts per topic, as JSON; empty: the log only'),
         *_COMMON,
     ),

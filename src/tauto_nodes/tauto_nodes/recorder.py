@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter, decode, header_stamp_ns
-from tauto_core.samples import Samples, TextSamples
-from tauto_core.scene import Scene, parse_scene
+from tauto_core.bags import TOPICS, BagWriter
+from tauto_core.samples import NS_PER_S, TextSamples
+from tauto_core.scene import parse_scene
+from tauto_core.scene.errors import SceneError
 from tauto_core.ship import bag_metadata
 from tauto_nodes.diagnostics import Diagnostics
 from tauto_nodes.errors import ParameterError
@@ -22,6 +23,9 @@ from tauto_nodes.parameters import Settings
 from tauto_nodes.qos import port
 from tauto_nodes.running import main_of
 from tauto_nodes.stage_node import scene_of
+
+MOST_DISORDER_NS = NS_PER_S
+"""Stamps that go back further than this begin a new run of their topic."""
 
 
 def topics_of(settings: Settings) -> list[str]:
@@ -58,29 +62,80 @@ class Recorder(Member):
             Path(self.settings.text('output')),
             force=self.settings.flag('force'),
             namespace=self.get_namespace().strip('/'),
+            chunk_bytes=round(1024 * self.settings.number('chunk_size')),
+            compression=self.settings.text('compression'),
         )
         self._closed = False
+        self._newest_ns: dict[str, int] = {}
+        # Without flow control nobody says when a voyage is over: stopping the recorder ends it.
+        self._complete = not self.settings.credits
+        self._flushed_s = time.monotonic()
+        self._unflushed = False
+        self._early: dict[str, list[bytes]] = {}
+        self._waits_for_scene = self.settings.credits and s.SCENE in topics
         self.connect([port(topic, reliability) for topic in topics], [])
         self.diagnostics = Diagnostics(self)
         # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
         self._bag.__enter__()
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Write what came: from our own graph without the wire's padding, else as it is."""
+        """Write what came: from our own graph without the wire's padding, else as it is.
+
+        Our own graph's scene is written first: whatever ends the recording, the bag says of what.
+        """
+        if self._waits_for_scene:
+            for topic, messages in payloads.items():
+                self._early.setdefault(topic, []).extend(messages)
+            if s.SCENE not in self._early:
+                return
+            self._waits_for_scene = False
+            payloads = {s.SCENE: self._early.pop(s.SCENE), **self._early}
+            self._early = {}
+        self._unflushed = True
         for topic, messages in payloads.items():
-            if self.flow is not None or not TOPICS[topic].stamped:
-                # DDS pads to four bytes; encoded again, a payload is what `tauto sail` writes.
-                samples = _samples(topic, messages)
-                self._bag.write({topic: samples})
-                if isinstance(samples, TextSamples):
-                    for one in _scenes(samples):
-                        self._bag.describe(bag_metadata(one))
+            samples, good = self.intake(topic).samples(messages)
+            if samples is None:
                 continue
-            for message in messages:
-                self._bag.write_raw(topic, message, header_stamp_ns(message))
+            if isinstance(samples, TextSamples):
+                self._write_scenes(samples)
+            elif self.flow is not None:
+                # DDS pads to four bytes; encoded again, a payload is what `tauto sail` writes.
+                self._bag.write({topic: samples})
+            else:
+                for message, stamp_ns in zip(good, samples.stamp_ns.tolist(), strict=True):
+                    self._bag.write_raw(topic, message, stamp_ns)
+                self._see_order(topic, samples.stamp_ns)
+
+    def _write_scenes(self, samples: TextSamples) -> None:
+        for text in samples.data:
+            try:
+                scene = parse_scene(str(text), f'topic {s.SCENE}')
+            except SceneError as error:
+                self.note(s.SCENE, 'not_a_scene', str(error).splitlines()[0])
+                continue
+            self._bag.write({s.SCENE: s.text(scene.starts_at_ns, str(text))})
+            self._bag.describe(bag_metadata(scene))
+        self._bag.flush()
+
+    def _see_order(self, topic: str, stamp_ns: s.IntArray) -> None:
+        """Count and name a jump back of a topic's stamps: the bag then holds two runs of it."""
+        before = np.concatenate([[self._newest_ns.get(topic, 0)], stamp_ns[:-1]])
+        for was_ns, is_ns in zip(before.tolist(), stamp_ns.tolist(), strict=True):
+            if is_ns < was_ns - MOST_DISORDER_NS:
+                words = f'stamps went back by {(was_ns - is_ns) * 1e-9:.6g} s'
+                self.note(topic, 'stamps_went_back', words)
+        self._newest_ns[topic] = int(stamp_ns[-1])
+
+    def tick(self) -> None:
+        """Flush when it is due."""
+        now_s = time.monotonic()
+        if self._unflushed and now_s >= self._flushed_s + self.settings.number('flush_interval'):
+            self._bag.flush()
+            self._flushed_s, self._unflushed = now_s, False
 
     def at_end(self) -> None:
         """Close the bag: all that was sent has come, or is lost."""
+        self._complete = True
         self.close()
         self.over = True
 
@@ -92,20 +147,30 @@ class Recorder(Member):
         try:
             if self.failure is None:
                 self._work()
+                self._waits_for_scene = False
+                self.take(self._early)
+            if not self._complete:
+                self._bag.describe({'cut_short': True})
         finally:
             failed = self.failure
             self._bag.__exit__(type(failed) if failed else None, failed, None)
         if self.failure is None:
             self._tell()
 
-    def counts(self) -> dict[str, dict[str, int]]:
-        """Return received, written and lost by topic; lost as far as the ends are known."""
+    def counts(self) -> dict[str, dict[str, int | None]]:
+        """Return received, written and lost by topic; lost is None where nobody can know.
+
+        With flow control senders say how many they have sent. Without, the middleware tells of
+        messages that did not arrive, but not of those that a full queue dropped.
+        """
         totals = self.flow.totals if self.flow is not None else {}
         return {
             topic: {
                 'received': source.received,
                 'written': self._bag.counts.get(topic, 0),
-                'lost': max(totals.get(topic, source.received) - source.received, 0),
+                'lost': max(totals.get(topic, source.received) - source.received, 0)
+                if self.flow is not None
+                else source.lost or None,
             }
             for topic, source in self.inputs.items()
         }
@@ -113,26 +178,24 @@ class Recorder(Member):
     def _tell(self) -> None:
         counts = self.counts()
         for topic, numbers in counts.items():
+            lost = numbers['lost']
+            if self.flow is None:
+                lost_words = 'lost unknown' if lost is None else f'lost at least {lost}'
+            else:
+                lost_words = f'lost {lost}'
             self.get_logger().info(
                 f'{topic}: received {numbers["received"]}, written {numbers["written"]}, '
-                f'lost {numbers["lost"]}'
+                f'{lost_words}'
             )
         if any(numbers['lost'] for numbers in counts.values()):
             self.exit_code = 1
+        if not self._complete:
+            self.get_logger().warning(
+                'stopped before the end of the voyage; the bag says so (cut_short)'
+            )
         if self.settings.text('report'):
-            Path(self.settings.text('report')).write_text(json.dumps(counts), 'utf-8')
-
-
-def _samples(topic: str, messages: Sequence[bytes]) -> Samples:
-    samples = decode(topic, messages, np.zeros(len(messages), np.int64))
-    if not isinstance(samples, TextSamples):
-        return samples
-    starts = [one.starts_at_ns for one in _scenes(samples)]
-    return replace(samples, stamp_ns=np.array(starts, np.int64))
-
-
-def _scenes(samples: TextSamples) -> list[Scene]:
-    return [parse_scene(str(text), f'topic {s.SCENE}') for text in samples.data]
+            report = {'complete': self._complete, 'topics': counts}
+            Path(self.settings.text('report')).write_text(json.dumps(report), 'utf-8')
 
 
 main = main_of(Recorder)

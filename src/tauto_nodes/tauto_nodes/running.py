@@ -101,8 +101,10 @@ def _close(nodes: Sequence[Member]) -> None:
         try:
             node.close()
         except Exception as error:
-            node.failure = node.failure or error
+            node.fail(error)
     for node in nodes:
+        if node.failure is not None and node.diagnostics is not None:
+            node.diagnostics.deliver()
         node.destroy_node()
 
 

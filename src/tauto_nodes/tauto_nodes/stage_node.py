@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import Any, cast
 
-import numpy as np
 from std_srvs.srv import Trigger
 
-from tauto_core.bags import decode, encode
-from tauto_core.samples import Batches, Samples, Stage, count
+from tauto_core.bags import encode
+from tauto_core.samples import Batches, Samples, Stage, TimeSamples, count, take
 from tauto_core.scene import Scene, load_scene
+from tauto_core.scene.errors import BagError
 from tauto_nodes.diagnostics import Diagnostics
-from tauto_nodes.errors import NodesError
+from tauto_nodes.errors import ParameterError
 from tauto_nodes.member import Member
 from tauto_nodes.parameters import Settings
 from tauto_nodes.qos import port
+from tauto_nodes.state_file import StateFile
 
 
 def scene_of(settings: Settings) -> Scene:
@@ -30,6 +33,8 @@ class StageNode(Member):
     """Subscribes to the stage's inputs, publishes its outputs; driven by stamps alone.
 
     Without flow control it flushes at shutdown and when `~/finish` (std_srvs/Trigger) is called.
+    With a `state_folder` it saves its state instead of flushing, and goes on from it when it is
+    started again.
 
     Args:
         role: which node of the parameter table this is.
@@ -39,7 +44,14 @@ class StageNode(Member):
 
     def __init__(self, role: str, build: Callable[[Settings], Stage], **node_options: Any) -> None:
         super().__init__(role, **node_options)
+        self._file = self._state_file()
+        saved = self._file.load() if self._file is not None else None
         self.stage = build(self.settings)
+        if self._file is not None and saved is not None:
+            self.stage.restore(saved)
+            self.get_logger().info(f'goes on from the state in {self._file.path}')
+        self._saved_s = time.monotonic()
+        self._changed = False
         reliability = str(self.settings.values.get('imu_reliability', 'reliable'))
         self.connect(
             [port(topic, reliability) for topic in self.stage.inputs],
@@ -50,25 +62,87 @@ class StageNode(Member):
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
         """Feed the stage what came and send what it says."""
-        self._send(self.stage.feed({t: _samples(t, raw) for t, raw in payloads.items()}))
+        batches = {}
+        for topic, raw in payloads.items():
+            samples, _ = self.intake(topic).samples(raw)
+            if samples is not None:
+                batches[topic] = samples
+        if batches:
+            self._send(self.stage.feed(batches))
+            self._changed = True
+        for line in getattr(self.stage, 'news', list)():
+            self.get_logger().error(line)
+            self.alarm(line)
+
+    @property
+    def trouble(self) -> str:
+        """What keeps the stage from saying anything; empty where nothing does."""
+        return str(getattr(self.stage, 'trouble', ''))
 
     def at_end(self) -> None:
-        """Send what the stage still holds back."""
+        """Send what the stage still holds back; there is nothing to go on from then."""
         self._send(self.stage.finish())
+        if self._file is not None:
+            self._file.remove()
+
+    def tick(self) -> None:
+        """Save the state when it is due."""
+        due_s = self._saved_s + self.settings.number('state_interval')
+        if self._changed and time.monotonic() >= due_s:
+            self._save()
 
     def close(self) -> None:
-        """Flush where no end marker would have done it."""
-        if self.flow is None and self.failure is None:
+        """Save the state, or flush where no end marker would have done it."""
+        if self.flow is not None or self.failure is not None or self.input_over:
+            return
+        if self._file is None:
             self.end_input()
+        else:
+            self._work()
+            self._save()
+
+    def _state_file(self) -> StateFile | None:
+        folder = self.settings.text('state_folder')
+        if not folder:
+            return None
+        if self.settings.credits:
+            raise ParameterError(
+                f'state_folder = {folder!r}: with flow_control = credits a graph runs as a whole '
+                'or not at all. Leave it out'
+            )
+        name = self.get_fully_qualified_name()
+        return StateFile(Path(folder), name, scene_of(self.settings))
+
+    def _save(self) -> None:
+        if self._file is None:
+            return
+        self._saved_s, self._changed = time.monotonic(), False
+        try:
+            self._file.save(self.stage.state())
+        except OSError as error:
+            self.alarm(f'{self._file.path} cannot be written ({error.strerror})')
 
     def health(self) -> dict[str, int]:
         """Return the stage's counters."""
-        return self.stage.health()
+        return {**super().health(), **self.stage.health()}
 
     def _send(self, batches: Batches) -> None:
         for topic, samples in batches.items():
             if count(samples):
-                self.send(topic, encode(topic, samples))
+                self.send(topic, self._encoded(topic, samples))
+
+    def _encoded(self, topic: str, samples: Samples) -> list[bytes]:
+        """Return the messages; what no message can hold is left out and counted."""
+        try:
+            return encode(topic, samples)
+        except BagError as error:
+            if count(samples) == 1:
+                self.note(topic, 'unsayable', str(error))
+                return []
+            each = (
+                take(cast(TimeSamples, samples), slice(k, k + 1)) for k in range(count(samples))
+            )
+            return [payload for one in each for payload in self._encoded(topic, one)]
 
     def _finish(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self.flow is not None:
@@ -78,14 +152,7 @@ class StageNode(Member):
         try:
             self.end_input()
         except Exception as error:
-            self.failure = error
+            self.fail(error)
         response.success = self.failure is None
         response.message = str(self.failure or 'flushed; what comes now is left aside')
         return response
-
-
-def _samples(topic: str, payloads: Sequence[bytes]) -> Samples:
-    samples = decode(topic, payloads, np.zeros(len(payloads), np.int64))
-    if count(samples) != len(payloads):
-        raise NodesError(f'{topic}: {len(payloads)} messages decode to {count(samples)} samples')
-    return samples

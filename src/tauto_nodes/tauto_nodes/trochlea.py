@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from tauto_core.clockwork import TrochleaStage
+from tauto_core.clockwork import LiveTrochlea, TrochleaStage
 from tauto_core.samples import Stage
 from tauto_core.voyage import compile_kernels
 from tauto_nodes.parameters import Settings
@@ -13,9 +13,10 @@ from tauto_nodes.stage_node import StageNode, scene_of
 
 
 def _build(settings: Settings) -> Stage:
-    compile_kernels(scene_of(settings))
-    foreign = settings.text('source') == 'foreign'
-    return TrochleaStage(scene_of(settings), anchor='first' if foreign else 'scene')
+    scene = scene_of(settings)
+    # Before there is a subscription: what compiles meanwhile would let its queue overflow.
+    compile_kernels(scene)
+    return LiveTrochlea(scene) if settings.text('source') == 'foreign' else TrochleaStage(scene)
 
 
 class Trochlea(StageNode):

@@ -185,7 +185,8 @@ def test_neither_order_of_arrival_nor_chunks_nor_resuming_matter(data):
     for one, other in zip(gathered(said), wanted, strict=True):
         np.testing.assert_array_equal(one, other, strict=True)
     assert second.finish() == {}
-    assert second.health() == {'out_of_order': 0, 'fixes_invalid': 1, 'stamps_unjoined': 3}
+    counts = {name: n for name, n in second.health().items() if n}
+    assert counts == {'fixes_invalid': 1, 'stamps_unjoined': 3}
 
 
 def test_samples_out_of_order_or_without_a_place_are_counted():
@@ -196,7 +197,8 @@ def test_samples_out_of_order_or_without_a_place_are_counted():
     bad[SHIP_FIX].latitude[:] = [np.nan, 90.5, 0.0]
     said = stage.feed(bad)
     assert list(said[LONGITUDE_FIX].stamp_ns) == [6 * S]
-    assert stage.health() == {'out_of_order': 4, 'fixes_invalid': 2, 'stamps_unjoined': 2}
+    counts = {name: n for name, n in stage.health().items() if n}
+    assert counts == {'out_of_order': 4, 'fixes_invalid': 2, 'stamps_unjoined': 2}
 
 
 def test_waiting_stamps_are_counted_at_the_end():

@@ -39,23 +39,34 @@ class _Pending(NamedTuple):
 
 
 class McapOut:
-    """An MCAP file of profile ros2 with zstd chunks.
+    """An MCAP file of profile ros2, in chunks.
 
     Args:
         path: a file that must not exist.
         library: what the header says wrote it.
+        chunk_bytes: size, before compression, at which a chunk is written.
+        compression: of the chunks, `zstd` or `none`.
 
     Raises:
         BagError: whatever the file system refuses, then and in use. What has been written can
             be finished nevertheless.
     """
 
-    def __init__(self, path: Path, library: str) -> None:
+    def __init__(
+        self,
+        path: Path,
+        library: str,
+        *,
+        chunk_bytes: int = CHUNK_BYTES,
+        compression: str = 'zstd',
+    ) -> None:
         from mcap.records import Header
         from zstandard import ZstdCompressor
 
         self.path = path
-        self._compress = ZstdCompressor().compress
+        self._chunk_bytes = chunk_bytes
+        self._compression = '' if compression == 'none' else compression
+        self._compress = ZstdCompressor().compress if self._compression else bytes
         self._definitions: list[McapRecord] = []
         self._channels = 0
         self._schemas: dict[str, int] = {}
@@ -127,7 +138,7 @@ class McapOut:
         head = _MESSAGE.pack(0x05, size, channel, sequence, stamp_ns, stamp_ns)
         self._collected().append(_Pending(channel, stamp_ns, head + payload))
         self._pending_bytes += size
-        if self._pending_bytes > CHUNK_BYTES:
+        if self._pending_bytes > self._chunk_bytes:
             self.flush()
 
     def finish(self, metadata: str) -> None:
@@ -191,7 +202,7 @@ class McapOut:
             'message_start_time': min(stamps),
             'message_end_time': max(stamps),
             'uncompressed_size': len(records),
-            'compression': 'zstd',
+            'compression': self._compression,
         }
         chunk = _record(Chunk(data=packed, uncompressed_crc=zlib.crc32(records), **span))
         indices = b''

@@ -11,11 +11,20 @@ from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, Field, MessageType
 
 _HEAD = """# Topics
 
-Names are relative: a clock in a namespace has them all below it. Only standard messages are used;
-`JointState` also serves as stamped named scalars. Every publisher is RELIABLE and KEEP_LAST; a
-latched topic is TRANSIENT_LOCAL, the others are VOLATILE; deadline, lifespan and liveliness are
-left infinite. In a bag the log time of a message is its stamp; `scene`, which has no header, has
-the stamp of the start.
+**`trochlea/phase`, `drift/estimate` and `longitude/error` are stamped named scalars, sent as
+`sensor_msgs/JointState`: their `position` holds values of the names, no joints.** Subscribe no
+`robot_state_publisher` to them; `trochlea/joint_states` alone is of a joint. Why no other type:
+`diagnostic_msgs/KeyValue` has no stamp and spells numbers as text; `Vector3Stamped` has no names
+and takes three values of one frame, not five of different units; `Float64` would take four or
+five topics, to be joined by a stamp that it has not; a `tauto_msgs` of our own needs generated
+code, which pip cannot build, on every machine that only wants to open a bag. JointState is in
+every ROS 2, has a stamp, names and any number of doubles, and plotting tools label its curves by
+the names.
+
+Names are relative: a clock in a namespace has them all below it. Only standard messages are used.
+Every publisher is RELIABLE and KEEP_LAST; a latched topic is TRANSIENT_LOCAL, the others are
+VOLATILE; deadline, lifespan and liveliness are left infinite. In a bag the log time of a message
+is its stamp; `scene`, which has no header, has the stamp of the start.
 
 This page is made from `tauto_core/bags/table.py` by `python -m tauto_core.bags.reference`.
 

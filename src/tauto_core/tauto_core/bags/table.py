@@ -203,7 +203,8 @@ TOPICS: dict[str, Topic] = {
             s.READING,
             TIME_REFERENCE,
             'trochlea',
-            'stamp: true time; time_ref: what the dial shows; source `dial`',
+            'stamp: true time; time_ref: what the dial shows; source `dial`, with a live sensor '
+            'also when it was set and what it has lost since (docs/nodes.md)',
         ),
         Topic(
             s.OBSERVATION,

@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 
 from tauto_core.bags.codec import encode
-from tauto_core.bags.mcap_out import McapOut, refused
+from tauto_core.bags.mcap_out import CHUNK_BYTES, McapOut, refused
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.samples import Batches, count
 from tauto_core.scene.errors import BagError
@@ -64,14 +64,25 @@ class BagWriter:
         folder: the bag's folder; parents are made.
         force: replace a bag that is there.
         namespace: of the topics, for example `clock_a`; empty for the root.
+        chunk_bytes: size, before compression, at which a chunk is written.
+        compression: of the chunks, `zstd` or `none`.
 
     Raises:
         BagError: the folder may not be written to (see `check_folder`); in use, also an unknown
             topic, a stamp before zero, and whatever the file system refuses, as a full disk.
     """
 
-    def __init__(self, folder: Path, *, force: bool = False, namespace: str = '') -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        force: bool = False,
+        namespace: str = '',
+        chunk_bytes: int = CHUNK_BYTES,
+        compression: str = 'zstd',
+    ) -> None:
         folder = Path(folder)
+        self._chunk_bytes, self._compression = chunk_bytes, compression
         check_folder(folder, force=force)
         self._folder = folder.resolve() if folder.is_symlink() or not folder.name else folder
         self._prefix = '/'.join(['', *namespace.strip('/').split('/')]).rstrip('/') + '/'
@@ -100,7 +111,12 @@ class BagWriter:
             raise BagError(
                 f'{self.path} cannot be made ({error.strerror}); name another folder'
             ) from error
-        self._file = McapOut(self.path / f'{self._folder.name}_0.mcap', f'tauto_core {_version()}')
+        self._file = McapOut(
+            self.path / f'{self._folder.name}_0.mcap',
+            f'tauto_core {_version()}',
+            chunk_bytes=self._chunk_bytes,
+            compression=self._compression,
+        )
         return self
 
     def write(self, batches: Batches) -> None:
@@ -143,6 +159,10 @@ class BagWriter:
         number = self.counts[topic] + 1
         self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload)
         self.counts[topic] = number
+
+    def flush(self) -> None:
+        """Write what is still in memory: a killed process loses nothing that came before."""
+        self._file.flush()
 
     def __exit__(
         self,

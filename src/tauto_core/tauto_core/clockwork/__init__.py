@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from tauto_core.clockwork.dial_setting import DialSetting
+from tauto_core.clockwork.live import LiveTrochlea
 from tauto_core.clockwork.reading import dial_ns
 from tauto_core.clockwork.swings import SwingTally
 from tauto_core.clockwork.trochlea import TrochleaStage
 
-__all__ = ['SwingTally', 'TrochleaStage', 'dial_ns']
+__all__ = ['DialSetting', 'LiveTrochlea', 'SwingTally', 'TrochleaStage', 'dial_ns']

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
+from tauto_core.clockwork.dial_setting import DIAL
 from tauto_core.clockwork.reading import dial_ns
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.motion import Motion, make_propagator, steps_in
@@ -40,7 +41,6 @@ WHEEL_NAMES = ('wheel',)
 BODY_NAMES = ('body',)
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
 WHEEL_FRAME = 'clock_case'
-DIAL = 'dial'
 
 
 class TrochleaStage:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
 from typing import ClassVar, cast
 
 import numpy as np
 
+from tauto_core.clockwork.dial_setting import DialSetting
 from tauto_core.navigation.filtering import REFUSED, REOPENED, Filtered, Known, filter_phases
 from tauto_core.navigation.kalman import (
     RANDOM_WALK_FM_FLOOR_PER_S,
@@ -15,6 +18,7 @@ from tauto_core.navigation.kalman import (
     Estimate,
     predict,
     prior,
+    reopen,
 )
 from tauto_core.navigation.ordering import AFTER_ALL, BEFORE_ALL, in_order
 from tauto_core.navigation.phases import observed_phases
@@ -32,8 +36,10 @@ from tauto_core.samples import (
     Samples,
     State,
     TimeSamples,
+    join,
     same,
     scalars,
+    take,
 )
 from tauto_core.scene import Scene
 from tauto_core.ship.observations import schedule
@@ -44,6 +50,9 @@ HISTORY = 4096
 
 AHEAD_NS = 86_400 * NS_PER_S
 """An observation stamped later than this after the newest reading is of another clock."""
+
+MOST_NS = 4e18
+"""Beyond the times of ROS, within int64."""
 
 PATIENCE = 3.0
 """Observation intervals for which the filter trusts itself rather than an outlier."""
@@ -71,7 +80,9 @@ class DriftStage:
     """Estimates offset and rate of the dial and takes the offset from its readings.
 
     One `drift/estimate` and one `clock/corrected` go out for each `clock/reading`, at its stamp.
-    The dial is taken as set right at the first reading. An observation is compared with the
+    The dial is taken as set right at the first reading, and anew where a reading says that it was
+    set since (`DialSetting`). Where one says that the dial has stood still, the offset moves by
+    that much, and the state is reopened on it. An observation is compared with the
     reading at its stamp, or with the line between the readings on both sides of it. Outliers are
     refused (`filtering`) and counted, and so is each time that the state was reopened.
 
@@ -98,6 +109,7 @@ class DriftStage:
         self._last_reading_ns = BEFORE_ALL
         self._last_observation_ns = BEFORE_ALL
         self._track: Track | None = None
+        self._setting: DialSetting | None = None
         self._health = {
             'readings_out_of_order': 0,
             'observations_out_of_order': 0,
@@ -108,15 +120,49 @@ class DriftStage:
             'observations_missing': 0,
             'observations_too_old': 0,
             'observations_unmatched': 0,
+            'dial_stops': 0,
+            'dial_settings': 0,
         }
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take readings and observations; return what can be said now."""
-        if READING in batches:
-            self._accept_readings(cast(TimeSamples, batches[READING]))
+        runs = list(_settings(batches.get(READING)))
+        if runs and not self._is_set_otherwise(runs[0]):
+            self._accept_readings(runs.pop(0))
         if OBSERVATION in batches:
             self._accept_observations(cast(TimeSamples, batches[OBSERVATION]))
-        return self._release(self._next_scheduled_ns())
+        said: list[Batches] = []
+        for reading in runs:
+            said.append(self._release(AFTER_ALL))
+            self._begin_again(reading)
+            self._accept_readings(reading)
+        said.append(self._release(self._next_scheduled_ns()))
+        return merged(said)
+
+    def _is_set_otherwise(self, reading: TimeSamples) -> bool:
+        """Tell whether readings come from a dial set, or stopped, since the last one."""
+        setting = DialSetting.of(str(reading.source[0]))
+        return setting is not None and setting != self._setting
+
+    def _begin_again(self, reading: TimeSamples) -> None:
+        """Forget the readings before; go on from the estimate as far as it still holds."""
+        before, setting = self._setting, DialSetting.of(str(reading.source[0]))
+        self._setting = setting or before
+        if before is None or setting is None or self._track is None:
+            return
+        self._stamp = self._reference = np.empty(0, np.int64)
+        self._released = 0
+        if not setting.is_same_as(before):
+            self._health['dial_settings'] += 1
+            self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
+            self._pending, self._track = {}, None
+            return
+        self._health['dial_stops'] += 1
+        lost_s = (setting.lost_ns - before.lost_ns) / NS_PER_S
+        last, at_ns = self._track.last, int(reading.stamp_ns[0])
+        now = predict(last.estimate, max(at_ns - last.stamp_ns, 0) / NS_PER_S, self._model)
+        opened = reopen(now._replace(x=now.x - lost_s), lost_s, math.inf)
+        self._track = Track(Known(at_ns, opened), self._model)
 
     def finish(self) -> Batches:
         """Release the readings that wait; count the observations that did not come."""
@@ -139,6 +185,7 @@ class DriftStage:
             'last_reading_ns': self._last_reading_ns,
             'last_observation_ns': self._last_observation_ns,
             'track': None if self._track is None else self._track.state(),
+            'setting': None if self._setting is None else self._setting.source(),
             'health': dict(self._health),
         }
 
@@ -154,6 +201,7 @@ class DriftStage:
         if state['track'] is not None:
             self._track = Track(Known(0, prior(self._model)), self._model)
             self._track.restore(state['track'])
+        self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
         self._health = dict(state['health'])
 
     def health(self) -> dict[str, int]:
@@ -249,6 +297,25 @@ class DriftStage:
         return self._track.use(stamps, phases.tolist())
 
 
+def _settings(reading: Samples | None) -> Iterator[TimeSamples]:
+    """Yield runs of readings that say the same of their dial."""
+    if not isinstance(reading, TimeSamples) or not len(reading.stamp_ns):
+        return
+    source = reading.source
+    changes = (np.flatnonzero(source[1:] != source[:-1]) + 1).tolist()
+    for first, last in pairwise([0, *changes, len(source)]):
+        yield take(reading, slice(first, last))
+
+
+def merged(said: list[Batches]) -> Batches:
+    """Return batches of the same topics, in order, as one."""
+    topics = dict.fromkeys(topic for batches in said for topic in batches)
+    return {
+        topic: join([cast(TimeSamples, batches[topic]) for batches in said if topic in batches])
+        for topic in topics
+    }
+
+
 def _estimates(
     stamps: IntArray, references: IntArray, way: Filtered, model: ClockModel
 ) -> Batches:
@@ -260,7 +327,9 @@ def _estimates(
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
     now = predict(Estimate(*(column[place] for column in way.states)), elapsed, model)
-    corrected = references - np.rint(now.x * NS_PER_S).astype(np.int64)
+    # absurd observations can lead beyond int64; no message holds what is cut to this
+    error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
+    corrected = references - np.rint(error_ns).astype(np.int64)
     return {
         ESTIMATE: scalars(stamps, ESTIMATE_NAMES, estimate_values(now)),
         CORRECTED: TimeSamples(stamps, '', corrected, same('corrected', len(stamps))),
@@ -287,6 +356,8 @@ _SAID = {
     'observations_unmatched': 'observations were stamped after the last reading and left out',
     'observations_gated': 'observations were refused as outliers, beyond drift.gate = {gate:g} '
     'sigmas',
+    'dial_stops': 'times the dial had stood still; the offset was moved and reopened by that',
+    'dial_settings': 'times the dial was set anew; the estimate began again',
     'estimates_reopened': 'observations beyond drift.gate = {gate:g} sigmas had to be believed: '
     'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
     '{prior:g} s/day)',

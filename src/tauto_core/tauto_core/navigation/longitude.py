@@ -10,6 +10,7 @@ from typing import ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from tauto_core.clockwork.dial_setting import DialSetting
 from tauto_core.navigation.ordering import BEFORE_ALL, in_order
 from tauto_core.navigation.route import POSITION_VARIANCE_M2, STATUS_FIX, Route, fix_samples
 from tauto_core.samples import (
@@ -50,6 +51,9 @@ ARCMIN_PER_S = 15.0 / 60.0
 
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
+
+AHEAD_NS = 3600 * NS_PER_S
+"""A fix stamped later than this after the newest reading is of another clock."""
 
 HELD = 4096
 """Samples of a topic held back at most where partners may never come (`expect_fix=False`)."""
@@ -104,10 +108,20 @@ class LongitudeStage:
         self._joined = self.inputs if expect_fix else self.inputs[1:]
         self._held: dict[str, Samples] = {}
         self._last_ns = dict.fromkeys(self.inputs, BEFORE_ALL)
-        self._health = {'out_of_order': 0, 'fixes_invalid': 0, 'stamps_unjoined': 0}
+        self._setting: DialSetting | None = None
+        self._stale: set[str] = set()
+        self._health = {
+            'out_of_order': 0,
+            'fixes_invalid': 0,
+            'fixes_from_future': 0,
+            'stamps_unjoined': 0,
+            'dial_settings': 0,
+        }
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take what came; return longitudes of the stamps that every topic has reached."""
+        if READING in batches:
+            self._see_setting(cast(TimeSamples, batches[READING]))
         for topic in self.inputs:
             if topic in batches:
                 self._hold(topic, batches[topic])
@@ -115,6 +129,22 @@ class LongitudeStage:
         if not self._expect_fix:
             self._forget()
         return said
+
+    def _see_setting(self, reading: TimeSamples) -> None:
+        """Begin again where the dial was set anew, as when sim time has gone back.
+
+        On each topic what comes with stamps of the time before is left out, until they go back
+        there too.
+        """
+        for source in dict.fromkeys(reading.source.tolist()):
+            setting = DialSetting.of(str(source))
+            if setting is None:
+                continue
+            if self._setting is not None and not setting.is_same_as(self._setting):
+                self._health['dial_settings'] += 1
+                self._stale = set(self.inputs)
+                self._held, self._first_ns = {}, None
+            self._setting = setting
 
     def finish(self) -> Batches:
         """Count the stamps that wait for a partner in vain; nothing can be said of them."""
@@ -132,6 +162,8 @@ class LongitudeStage:
             'held': dict(self._held),
             'last_ns': dict(self._last_ns),
             'first_ns': self._first_ns,
+            'setting': None if self._setting is None else self._setting.source(),
+            'stale': sorted(self._stale),
             'health': dict(self._health),
         }
 
@@ -140,6 +172,8 @@ class LongitudeStage:
         self._held = dict(state['held'])
         self._last_ns = dict(state['last_ns'])
         self._first_ns = state['first_ns']
+        self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
+        self._stale = set(state['stale'])
         self._health = dict(state['health'])
 
     def health(self) -> dict[str, int]:
@@ -152,6 +186,19 @@ class LongitudeStage:
             valid = _valid(cast(FixSamples, samples))
             self._health['fixes_invalid'] += int(np.count_nonzero(~valid))
             new = _only(new, valid)
+            if not self._expect_fix and self._last_ns[READING] > BEFORE_ALL:
+                if self._last_ns[SHIP_FIX] > self._last_ns[READING] + AHEAD_NS:
+                    self._held.pop(SHIP_FIX, None)  # came before any reading could judge it
+                    self._last_ns[SHIP_FIX] = BEFORE_ALL
+                near = new.stamp_ns <= self._last_ns[READING] + AHEAD_NS
+                self._health['fixes_from_future'] += int(np.count_nonzero(~near))
+                new = _only(new, near)
+        if topic in self._stale and count(new):
+            back = np.flatnonzero(new.stamp_ns <= self._last_ns[topic])
+            new = take(new, slice(int(back[0]) if len(back) else count(new), None))
+            if len(back):
+                self._stale.discard(topic)
+                self._last_ns[topic] = BEFORE_ALL
         kept = in_order(new.stamp_ns, self._last_ns[topic])
         self._health['out_of_order'] += len(kept) - int(np.count_nonzero(kept))
         new = _only(new, kept)

@@ -264,9 +264,7 @@ def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
         imu: samples as they came.
         last_stamp_ns: stamp of the last sample kept before these; None: none was.
     """
-    reasons = np.zeros(len(imu.stamp_ns), np.int64)
-    for number, wrong in enumerate(_content_problems(imu), start=1):
-        reasons[(reasons == 0) & wrong] = number
+    reasons = content_reasons(imu)
     good = np.flatnonzero(reasons == 0)
     if good.size:
         stamps = imu.stamp_ns[good]
@@ -274,6 +272,14 @@ def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
         latest = np.maximum.accumulate(np.concatenate(([first], stamps[:-1])))
         reasons[good[stamps == latest]] = 1 + REFUSALS.index('duplicated')
         reasons[good[stamps < latest]] = 1 + REFUSALS.index('out_of_order')
+    return reasons
+
+
+def content_reasons(imu: ImuSamples) -> IntArray:
+    """Return the same as `refusal_reasons`, but whatever the stamps: of the content alone."""
+    reasons = np.zeros(len(imu.stamp_ns), np.int64)
+    for number, wrong in enumerate(_content_problems(imu), start=1):
+        reasons[(reasons == 0) & wrong] = number
     return reasons
 
 

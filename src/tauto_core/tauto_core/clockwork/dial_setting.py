@@ -1,0 +1,65 @@
+"""What `clock/reading` says of a dial that a live sensor drives: when it was set, what it lost."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from tauto_core.samples import NS_PER_S
+
+DIAL = 'dial'
+
+_TIME = r'(-?\d+)\.(\d{9})'
+_PATTERN = re.compile(
+    rf'{DIAL}, set {_TIME} s(?:, setting (\d+))?(?:, lost {_TIME} s in (\d+) stops)?'
+)
+
+
+@dataclass(frozen=True)
+class DialSetting:
+    """Since when a dial goes, and how long it has stood still since.
+
+    Args:
+        set_ns: true time at which it was set to that time [ns].
+        lost_ns: time during which it stood still [ns].
+        stops: how often.
+        number: of the setting, from 1.
+    """
+
+    set_ns: int
+    lost_ns: int = 0
+    stops: int = 0
+    number: int = 1
+
+    def is_same_as(self, other: DialSetting) -> bool:
+        """Return whether the dial has not been set in between; it may have stood still."""
+        return (self.set_ns, self.number) == (other.set_ns, other.number)
+
+    def again(self, set_ns: int) -> DialSetting:
+        """Return the next setting, at this true time."""
+        return DialSetting(set_ns, number=self.number + 1)
+
+    def source(self) -> str:
+        """Return the text of `TimeReference.source`."""
+        lost = f', lost {_spelled(self.lost_ns)} s in {self.stops} stops' if self.stops else ''
+        again = f', setting {self.number}' if self.number > 1 else ''
+        return f'{DIAL}, set {_spelled(self.set_ns)} s{again}{lost}'
+
+    @staticmethod
+    def of(source: str) -> DialSetting | None:
+        """Return what a source says; None of a dial that says nothing of it."""
+        found = _PATTERN.fullmatch(source)
+        if found is None:
+            return None
+        set_s, set_ns, number, lost_s, lost_ns, stops = found.groups('0')
+        return DialSetting(_ns(set_s, set_ns), _ns(lost_s, lost_ns), int(stops), int(number) or 1)
+
+
+def _spelled(time_ns: int) -> str:
+    seconds, rest = divmod(abs(time_ns), NS_PER_S)
+    return f'{"-" if time_ns < 0 else ""}{seconds}.{rest:09d}'
+
+
+def _ns(seconds: str, rest: str) -> int:
+    size = int(seconds.lstrip('-')) * NS_PER_S + int(rest)
+    return -size if seconds.startswith('-') else size

@@ -1,0 +1,280 @@
+"""The trochlea on a live sensor: faults of the sensor neither disturb the dial nor stay unsaid."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
+from tauto_core.clockwork.limits import Limits
+from tauto_core.navigation import DriftStage, LongitudeStage
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    OBSERVATION,
+    READING,
+    SHIP_IMU,
+    ImuSamples,
+    JointSamples,
+    TimeSamples,
+    join,
+    same,
+    take,
+)
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship.imu import imu_from_roll
+
+SCENE = load_scene('measured')
+START_NS = 1_700_000_000 * 10**9
+NATURAL_S = 0.15
+"""By so much the dial of the clean run below goes wrong in half a minute, whatever the start."""
+
+
+def sensor(seconds: float = 30.0, rate_hz: float = 50.0, first: float = 0.0) -> ImuSamples:
+    """A ship that rolls 0.2 rad in 8 s, with the noise of a good sensor."""
+    n = round(seconds * rate_hz)
+    t = first + np.arange(n) / rate_hz
+    rng = np.random.default_rng(n)
+    roll = 0.2 * np.sin(np.pi / 4 * t) + 1e-3 * rng.standard_normal(n)
+    rate = 0.05 * np.pi * np.cos(np.pi / 4 * t) + 1e-3 * rng.standard_normal(n)
+    forces = 9.81 * np.sin(roll), 9.81 * np.cos(roll)
+    noise = 0.02 * rng.standard_normal((2, n))
+    stamps = START_NS + np.rint(t * 1e9).astype(np.int64)
+    return imu_from_roll(stamps, roll, rate, forces[0] + noise[0], forces[1] + noise[1])
+
+
+def said_of(stage, parts: Sequence[ImuSamples]):
+    """All that a stage says of its motion, by topic."""
+    said = [stage.feed({SHIP_IMU: part}) for part in parts] + [stage.finish()]
+    topics = {topic for batches in said for topic in batches}
+    return {t: join([batches[t] for batches in said if t in batches]) for t in topics}
+
+
+def errors_s(reading: TimeSamples):
+    return (reading.time_ref_ns - reading.stamp_ns) * 1e-9
+
+
+def test_a_clean_sensor_reads_as_without_guards():
+    guarded = said_of(LiveTrochlea(SCENE), [sensor(rate_hz=20.0)])
+    plain = said_of(TrochleaStage(SCENE, anchor='first'), [sensor(rate_hz=20.0)])
+    np.testing.assert_array_equal(guarded[READING].time_ref_ns, plain[READING].time_ref_ns)
+    np.testing.assert_array_equal(guarded[JOINT_STATES].position, plain[JOINT_STATES].position)
+    assert set(guarded[READING].source) == {'dial, set 1700000000.000000000 s'}
+
+
+@pytest.mark.parametrize('gap_us', [0, 20, 300, 1_000, 3_000, 8_000])
+@pytest.mark.parametrize('first', [0, 500])
+def test_a_burst_of_late_stamps_does_not_move_the_wheel(gap_us: int, first: int):
+    """0.8 s of samples stamped when they were sent: without guards up to the slack thread."""
+    imu, burst = sensor(), slice(first, first + 40)
+    stamps = imu.stamp_ns.copy()
+    stamps[burst] = stamps[first + 40] - 1000 * gap_us * np.arange(40, 0, -1)
+    stage = LiveTrochlea(SCENE)
+    said = said_of(stage, [replace(imu, stamp_ns=stamps)])
+    assert np.abs(said[JOINT_STATES].position).max() < 1.3
+    assert np.abs(errors_s(said[READING])).max() < NATURAL_S
+    assert stage.health()['dial_stops'] == 0
+
+
+@pytest.mark.parametrize('ahead_s', [-1e6, -5.0, 5.0, 1e6])
+def test_one_wrong_stamp_changes_nothing(ahead_s: float):
+    imu = sensor()
+    wrong = take(imu, slice(600, 601))
+    wrong = replace(wrong, stamp_ns=wrong.stamp_ns + round(ahead_s * 1e9))
+    dirty = join([take(imu, slice(0, 700)), wrong, take(imu, slice(700, None))])
+    stage = LiveTrochlea(SCENE)
+    said, clean = said_of(stage, [dirty]), said_of(LiveTrochlea(SCENE), [imu])
+    np.testing.assert_array_equal(said[READING].time_ref_ns, clean[READING].time_ref_ns)
+    counts = {name: n for name, n in stage.health().items() if n}
+    assert counts == {'stamps_ahead' if ahead_s > 0 else 'out_of_order': 1}
+
+
+def _spoilt(fault: str) -> ImuSamples:
+    """Half a minute of which two seconds, from the tenth on, cannot be used."""
+    imu, bad = sensor(), slice(500, 600)
+    orientation, force = imu.orientation.copy(), imu.linear_acceleration.copy()
+    stamps = imu.stamp_ns.copy()
+    if fault == 'not_finite':
+        force[bad] = np.nan
+    elif fault == 'zero_quaternion':
+        orientation[bad] = 0.0
+    elif fault == 'backwards':
+        stamps[bad] = stamps[500] - 10**7 * np.arange(1, 101)
+    else:
+        kept = np.r_[0:500, 600:1500]
+        return take(imu, np.isin(np.arange(1500), kept))
+    return replace(imu, stamp_ns=stamps, orientation=orientation, linear_acceleration=force)
+
+
+@pytest.mark.parametrize('fault', ['not_finite', 'zero_quaternion', 'backwards', 'silent'])
+def test_the_dial_holds_and_goes_on_with_the_time_it_lost(fault: str):
+    stage = LiveTrochlea(SCENE)
+    dirty = _spoilt(fault)
+    during = take(dirty, slice(0, 595 if fault != 'silent' else 500))
+    first = stage.feed({SHIP_IMU: during})[READING]
+    assert bool(stage.trouble) == (fault != 'silent')
+    reading = said_of(stage, [take(dirty, slice(len(during.stamp_ns), None))])[READING]
+    assert not stage.trouble
+    # the dial stood at the last reading of the first run until the motion was back
+    setting = DialSetting.of(str(reading.source[-1]))
+    assert setting is not None
+    assert (setting.set_ns, setting.stops) == (START_NS, 1)
+    assert 2.0e9 <= setting.lost_ns < 3.1e9
+    assert stage.health()['dial_stops'] == 1
+    assert len(stage.news()) == 1
+    all_s = np.concatenate([errors_s(first), errors_s(reading)])
+    resumed = np.flatnonzero(np.diff(all_s) < -1.9)
+    assert len(resumed) == 1
+    after = all_s[resumed[0] + 1 :] + setting.lost_ns * 1e-9
+    assert np.abs(after).max() < 2 * NATURAL_S
+
+
+def test_stamps_that_go_back_for_good_set_the_dial_anew():
+    stage = LiveTrochlea(SCENE)
+    bag = sensor(12.0)
+    reading = said_of(stage, [bag, bag])[READING]
+    back = int(np.flatnonzero(np.diff(reading.stamp_ns) < 0)[0])
+    assert reading.stamp_ns[back + 1] == reading.time_ref_ns[back + 1] == START_NS
+    assert stage.health()['dial_settings'] == 1
+    assert 'went back' in stage.news()[0]
+    # a later setting, by the stamps, is another one
+    later = replace(bag, stamp_ns=bag.stamp_ns - 10**9)
+    again = said_of(stage, [later])[READING]
+    assert DialSetting.of(again.source[-1]) == DialSetting(START_NS - 10**9, number=3)
+
+
+def test_a_swing_that_no_machine_can_have_is_not_read():
+    limits = Limits(SCENE)
+    limits.feel(sensor(2.0))
+    stamps = START_NS + 10**9 * np.arange(3)
+
+    def wheel(*angles: float) -> JointSamples:
+        column = np.array(angles)[:, None]
+        return JointSamples(stamps[: len(angles)], '', ('wheel',), column, 0 * column, 0 * column)
+
+    limits.check(wheel(1.0, 1.2, 1.1), START_NS)
+    for angles in ([6.5], [1.0, 5.0], [1.0, np.nan]):
+        limits.begin()
+        limits.feel(sensor(2.0))
+        with pytest.raises(PropagationError, match='can be'):
+            limits.check(wheel(*angles), START_NS)
+
+
+def test_a_run_that_fails_is_given_up_and_the_next_one_declared():
+    """A pull of no weight for a second: the thread goes slack."""
+    imu = sensor()
+    force = imu.linear_acceleration.copy()
+    force[500:550] = [0.0, 0.0, -20.0]
+    stage = LiveTrochlea(SCENE)
+    reading = said_of(stage, [replace(imu, linear_acceleration=force)])[READING]
+    assert stage.health()['runs_failed'] >= 1
+    assert 'slack' in stage.news()[0]
+    setting = DialSetting.of(str(reading.source[-1]))
+    assert setting is not None
+    assert setting.stops == 1
+    assert abs(errors_s(reading)[-1] + setting.lost_ns * 1e-9) < 2 * NATURAL_S
+
+
+FAULTY = join(
+    [
+        take(sensor(), slice(0, 30)),
+        replace(take(sensor(), slice(10, 40)), stamp_ns=START_NS + 6 * 10**8 + np.arange(30)),
+        take(sensor(), slice(40, 300)),
+        take(sensor(), slice(290, 295)),
+        take(sensor(), slice(420, 700)),
+        replace(take(sensor(), slice(0, 200)), stamp_ns=sensor().stamp_ns[:200] + 10**15),
+        take(sensor(), slice(0, 300)),
+    ]
+)
+
+
+@settings(max_examples=8, deadline=None)
+@given(cuts=st.lists(st.integers(0, len(FAULTY.stamp_ns)), max_size=6), resumed=st.booleans())
+def test_any_split_and_any_resumption_of_faulty_motion_give_the_same_bits(cuts, resumed):
+    bounds = [0, *sorted(cuts), len(FAULTY.stamp_ns)]
+    stage, parts = LiveTrochlea(SCENE), []
+    for begin, end in pairwise(bounds):
+        if resumed:
+            saved = stage.state()
+            stage = LiveTrochlea(SCENE)
+            stage.restore(saved)
+        if end > begin:
+            parts.append(stage.feed({SHIP_IMU: take(FAULTY, slice(begin, end))}))
+    parts.append(stage.finish())
+    whole = LiveTrochlea(SCENE)
+    expected = said_of(whole, [FAULTY])
+    for topic, samples in expected.items():
+        got = join([part[topic] for part in parts if topic in part])
+        for name, value in vars(samples).items():
+            if isinstance(value, np.ndarray):
+                assert value.tolist() == getattr(got, name).tolist(), (topic, name)
+    assert stage.health() == whole.health()
+
+
+def readings(stamps, errors, setting: DialSetting) -> TimeSamples:
+    return TimeSamples(stamps, '', stamps + errors, same(setting.source(), len(stamps)))
+
+
+def test_the_estimator_moves_with_a_dial_that_stood_still_and_opens_its_state():
+    drift = DriftStage(SCENE, expect_schedule=False)
+    stamps = START_NS + 10**9 * np.arange(100)
+    set_right, stopped = DialSetting(START_NS), DialSetting(START_NS, 7 * 10**9, 1)
+    drift.feed({READING: readings(stamps, 0, set_right)})
+    after = stamps + 106 * 10**9
+    both = join([readings(stamps + 100 * 10**9, 0, set_right)])
+    drift.feed({READING: take(both, slice(0, 1))})
+    said = drift.feed({READING: readings(after, -7 * 10**9, stopped)})
+    estimate, corrected = said[ESTIMATE], said[CORRECTED]
+    assert estimate.position[0, 0] == pytest.approx(-7.0, abs=0.01)
+    assert estimate.position[0, 1] > 7.0
+    assert np.abs(corrected.time_ref_ns - after).max() < 10**8
+    # observed to have lost but 6.5 s: believed at once, since the state is open
+    seen = TimeSamples(after[50:51], '', after[50:51] - 5 * 10**8, same('sky', 1))
+    later = after[-1] + 10**9 * np.arange(1, 3)
+    said = drift.feed({OBSERVATION: seen, READING: readings(later, -7 * 10**9, stopped)})
+    assert said[ESTIMATE].position[-1, 0] == pytest.approx(-6.5, abs=0.1)
+    assert drift.health()['dial_stops'] == 1
+    resumed = DriftStage(SCENE, expect_schedule=False)
+    resumed.restore(drift.state())
+    more = {READING: readings(later + 2 * 10**9, -7 * 10**9, stopped)}
+    a, b = drift.feed(more)[ESTIMATE], resumed.feed(more)[ESTIMATE]
+    assert a.position.tobytes() == b.position.tobytes()
+
+
+def test_estimator_and_longitude_begin_again_with_a_dial_set_anew():
+    drift = DriftStage(SCENE, expect_schedule=False)
+    longitude = LongitudeStage(SCENE, expect_fix=False)
+    stamps = START_NS + 10**9 * np.arange(50)
+    first = readings(stamps, 3 * 10**9, DialSetting(START_NS))
+    again = readings(stamps - 10**12, 0, DialSetting(START_NS - 10**12))
+    looped = readings(stamps - 10**12, 0, DialSetting(START_NS - 10**12, number=2))
+    for reading in (first, again, looped):
+        said = drift.feed({READING: reading})
+        # what the estimator says may come later than the next reading
+        out = longitude.feed({READING: reading})
+        out = longitude.feed(said)
+        assert len(out[LONGITUDE_ERROR].stamp_ns) == 50
+    np.testing.assert_allclose(said[ESTIMATE].position[:, 0], 0.0, atol=1e-12)
+    assert drift.health()['dial_settings'] == longitude.health()['dial_settings'] == 2
+
+
+def test_a_fix_from_the_future_does_not_block_those_that_follow():
+    from tauto_core.navigation.route import Route
+
+    longitude = LongitudeStage(SCENE, expect_fix=False)
+    stamps = START_NS + 10**9 * np.arange(5)
+    fixes = Route(SCENE).fixes(stamps - START_NS + SCENE.starts_at_ns)
+    wild = replace(take(fixes, slice(0, 1)), stamp_ns=stamps[:1] + 10**15)
+    longitude.feed({'ship/fix': wild})
+    longitude.feed({READING: readings(stamps, 0, DialSetting(START_NS))})
+    longitude.feed({'ship/fix': replace(fixes, stamp_ns=stamps)})
+    longitude.feed({'ship/fix': wild})
+    assert longitude.health()['fixes_from_future'] == 1
+    assert longitude.health()['out_of_order'] == 0

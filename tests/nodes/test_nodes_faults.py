@@ -1,0 +1,236 @@
+"""Bad company: garbage, wild stamps, second publishers, twins. Nothing ends, nothing is hidden."""
+
+from __future__ import annotations
+
+import os
+import random
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from conftest import Bench, overrides
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import Log
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from tauto_core.bags import TOPICS, encode, read_bag
+from tauto_core.clockwork import DialSetting
+from tauto_core.samples import READING, SHIP_IMU, ImuSamples, TimeSamples, take
+from tauto_core.ship.imu import imu_from_roll
+from tauto_nodes.drift_estimator import DriftEstimator
+from tauto_nodes.longitude import Longitude
+from tauto_nodes.qos import port
+from tauto_nodes.recorder import Recorder
+from tauto_nodes.trochlea import Trochlea
+
+FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
+START_NS = 1_700_000_000 * 10**9
+GARBAGE = int(os.environ.get('TAUTO_GARBAGE', '500'))
+"""Messages on each subscription; `make stress` sends ten thousand."""
+
+
+def still_sensor(seconds: float, first_s: float = 0.0) -> ImuSamples:
+    """What a sensor at 20 Hz on a ship that lies still says."""
+    n = round(20 * seconds)
+    stamps = START_NS + round(first_s * 1e9) + 50_000_000 * np.arange(n)
+    none = np.zeros(n)
+    return imu_from_roll(stamps, none, none, none, none + 9.81)
+
+
+class Heard:
+    """The statuses of /diagnostics by node, and what went to /rosout."""
+
+    def __init__(self, node: Node) -> None:
+        self.status: dict[str, DiagnosticStatus] = {}
+        self.log: list[str] = []
+        depth = QoSProfile(depth=100)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, depth)
+        node.create_subscription(Log, '/rosout', lambda m: self.log.append(m.msg), depth)
+
+    def _hear(self, array: DiagnosticArray) -> None:
+        self.status |= {status.name: status for status in array.status}
+
+    def says(self, node: str, level: bytes, words: str) -> bool:
+        """Whether the node's latest status has this level and these words."""
+        status = self.status.get(node)
+        return status is not None and status.level == level and words in status.message
+
+
+def send(publisher: Any, imu: ImuSamples, bench: Bench, trochlea: Trochlea) -> None:
+    """Publish samples, at most a hundred ahead of the node."""
+    source = trochlea.inputs[SHIP_IMU]
+    for payload in encode(SHIP_IMU, imu):
+        publisher.publish(payload)
+        sent[0] += 1
+        bench.until(lambda: source.received > sent[0] - 100)
+    bench.until(lambda: source.taken == sent[0])
+
+
+sent = [0]
+
+
+def garbage(topic: str, rng: random.Random) -> bytes:
+    """Return random bytes, or a message of the topic with random numbers or a byte changed."""
+    kind = rng.randrange(3)
+    if kind == 0:
+        return rng.randbytes(rng.randrange(1, 400))
+    if kind == 1:
+        return b'\x00\x01\x00\x00' + rng.randbytes(rng.randrange(0, 400))
+    payload = bytearray(VALID[topic])
+    for _ in range(rng.randrange(1, 9)):
+        payload[rng.randrange(4, len(payload))] = rng.randrange(256)
+    return bytes(payload)
+
+
+def _valid() -> dict[str, bytes]:
+    from tauto_core.scene import load_scene
+    from tauto_core.voyage import sail
+
+    found: dict[str, bytes] = {}
+    scene = load_scene('measured', duration=61.0)
+
+    def keep(batches: Any) -> None:
+        for topic, samples in batches.items():
+            if topic not in found and len(samples.stamp_ns):
+                found[topic] = encode(topic, take(samples, slice(0, 1)))[0]
+
+    sail(scene, watch=keep)
+    return found
+
+
+VALID = _valid()
+
+
+def resident_bytes() -> int:
+    return int(Path('/proc/self/statm').read_text().split()[1]) * 4096
+
+
+def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path) -> None:
+    recorder = Recorder(**overrides(output=str(tmp_path / 'bag')))
+    nodes = [
+        recorder,
+        Trochlea(**overrides(**FOREIGN)),
+        DriftEstimator(**overrides(**FOREIGN)),
+        Longitude(**overrides(**FOREIGN)),
+    ]
+    vandal = bench.add(Node('vandal'), *nodes)
+    heard = Heard(vandal)
+    publishers = {}
+    for topic in TOPICS:
+        known = port(topic)
+        publishers[topic] = vandal.create_publisher(known.message, topic, known.profile)
+    bench.until(lambda: all(i.matched for i in recorder.inputs.values()))
+    rng = random.Random(1726)
+    used_bytes = []
+    for _ in range(2):
+        for number in range(GARBAGE // 2):
+            for topic, publisher in publishers.items():
+                publisher.publish(garbage(topic, rng))
+                if number % 5 == 0:
+                    publisher.publish(VALID[topic])
+            if number % 10 == 0:
+                bench.beats(recorder, 1)
+        bench.beats(recorder, 5)
+        used_bytes.append(resident_bytes())
+    assert used_bytes[1] - used_bytes[0] < 10 * 2**20
+    assert all(node.failure is None for node in nodes)
+    for node in nodes:
+        assert any('undecodable' in name for name in node.health())
+        bench.until(lambda n=node: heard.status[n.get_name()].level > DiagnosticStatus.OK)
+    recorder.close()
+    bag = read_bag(tmp_path / 'bag')
+    assert bag.counts['/ship/imu'] > GARBAGE // 10
+    for topic in bag.topics:
+        bag.samples(topic.lstrip('/'))
+
+
+def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN))
+    sensor = bench.add(Node('xsens'), trochlea)
+    heard = Heard(sensor)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    one = encode(SHIP_IMU, replace(still_sensor(5.0), frame_id='mast'))
+    other = encode(SHIP_IMU, replace(still_sensor(5.0, 0.02), frame_id='keel'))
+    for pair in zip(one, other, strict=True):
+        for payload in pair:
+            publisher.publish(payload)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 200)
+    assert trochlea.health()['ship/imu other_frame'] == 100
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, 'other_frame'))
+    assert any("frame 'keel', not 'mast'" in line for line in heard.log)
+
+
+def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN))
+    one, other = bench.add(Node('xsens'), trochlea), bench.add(Node('vectornav'))
+    heard = Heard(one)
+    for node in (one, other):
+        node.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    words = 'several publishers on ship/imu: /vectornav, /xsens'
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
+    bench.add(Node('trochlea'))
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, '2 nodes are named'))
+
+
+def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
+    bench: Bench, tmp_path: Path
+) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN))
+    drift = DriftEstimator(**overrides(**FOREIGN))
+    recorder = Recorder(**overrides(output=str(tmp_path / 'bag')))
+    sensor = bench.add(Node('xsens'), trochlea, drift, Longitude(**overrides(**FOREIGN)), recorder)
+    heard = Heard(sensor)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched == 1)
+    sent[0] = 0
+    send(publisher, still_sensor(10.0), bench, trochlea)
+    broken = still_sensor(3.0, 10.0)
+    broken.orientation[:] = np.nan
+    send(publisher, broken, bench, trochlea)
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'not_finite'))
+    wild = still_sensor(0.05, 1e6)
+    send(publisher, wild, bench, trochlea)
+    send(publisher, still_sensor(10.0, 13.0), bench, trochlea)
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'the dial stood still'))
+    bench.until(lambda: drift.health()['dial_stops'] == 1)
+    assert any('the dial stood still for' in line for line in heard.log)
+    # The sensor's time begins again.
+    send(publisher, still_sensor(10.0), bench, trochlea)
+    bench.until(lambda: drift.health()['dial_settings'] == 1)
+    bench.until(lambda: recorder.health().get('clock/corrected stamps_went_back') == 1)
+    recorder.close()
+    readings = read_bag(tmp_path / 'bag').samples(READING)
+    assert isinstance(readings, TimeSamples)
+    settings = {DialSetting.of(str(text)) for text in readings.source}
+    assert {(one.number, one.stops) for one in settings if one} == {(1, 0), (1, 1), (2, 0)}
+
+
+def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:
+    trochlea = Trochlea(**overrides(scene='measured'))
+    sensor = Node('xsens')
+    heard = Heard(sensor)
+    alone = Bench()
+    alone.add(sensor)
+    bench.add(trochlea)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+
+    def failed() -> bool:
+        publisher.publish(encode(SHIP_IMU, still_sensor(0.05))[0])
+        return trochlea.failure is not None
+
+    bench.until(failed)
+    # As in somebody else's executor, which knows nothing of failures.
+    bench._executor.remove_node(trochlea)
+    alone._executor.add_node(trochlea)
+
+    def told() -> bool:
+        fatal = any('the scene starts at' in line for line in heard.log)
+        return fatal and heard.says('trochlea', DiagnosticStatus.ERROR, 'failed:')
+
+    alone.until(told)
+    heard.status.clear()
+    alone.until(told)
+    alone.close()

@@ -1,0 +1,157 @@
+"""The state of a stage in a file: bit for bit, and nothing but what this node may go on from."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import Bench, overrides
+from rclpy.node import Node
+from test_nodes_faults import FOREIGN, START_NS, send, sent, still_sensor
+from test_nodes_processes import PATIENCE_S, start
+
+from tauto_core.bags import decode, encode
+from tauto_core.clockwork import DialSetting, LiveTrochlea
+from tauto_core.navigation import DriftStage, LongitudeStage
+from tauto_core.samples import READING, SHIP_IMU, TimeSamples, take
+from tauto_core.scene import load_scene
+from tauto_nodes.errors import ParameterError
+from tauto_nodes.qos import port
+from tauto_nodes.state_file import StateFile
+from tauto_nodes.trochlea import Trochlea
+
+SCENE = load_scene('measured')
+
+
+def test_all_stages_go_on_from_the_file_bit_for_bit(tmp_path: Path) -> None:
+    imu = still_sensor(40.0)
+    drive = LiveTrochlea(SCENE)
+    reading = drive.feed({SHIP_IMU: imu})
+    estimate = DriftStage(SCENE, expect_schedule=False).feed(reading)
+    topics = {SHIP_IMU: imu, **reading, **estimate}
+    makers: list[Any] = [
+        lambda: LiveTrochlea(SCENE),
+        lambda: DriftStage(SCENE, expect_schedule=False),
+        lambda: LongitudeStage(SCENE, expect_fix=False),
+    ]
+    for make in makers:
+        first, whole = make(), make()
+        inputs = {t: topics[t] for t in first.inputs if t in topics}
+        halves = [
+            {t: take(one, slice(*cut)) for t, one in inputs.items()}
+            for cut in ((0, 20), (20, None))
+        ]
+        for half in halves[:1]:
+            first.feed(half)
+            whole.feed(half)
+        file = StateFile(tmp_path, f'/ours/{type(first).__name__}', SCENE)
+        assert file.load() is None
+        file.save(first.state())
+        second = make()
+        loaded = file.load()
+        assert loaded is not None
+        second.restore(loaded)
+        a, b = whole.feed(halves[1]), second.feed(halves[1])
+        for topic in a:
+            assert encode(topic, a[topic]) == encode(topic, b[topic])
+        assert not list(tmp_path.glob('*.tmp'))
+
+
+def test_a_state_that_does_not_fit_is_refused(tmp_path: Path) -> None:
+    file = StateFile(tmp_path, '/trochlea', SCENE)
+    file.save({'a': 1})
+    whole = file.path.read_bytes()
+    with pytest.raises(ParameterError, match='is of another scene'):
+        StateFile(tmp_path, '/trochlea', load_scene('ideal')).load()
+    for wrong, said in (
+        (whole.replace(b'"a", 1', b'"a", 2'), 'is damaged'),
+        (whole.replace(b'"version": 1', b'"version": 0'), 'another version'),
+        (whole[: len(whole) // 2], 'cannot be read|no state file|is damaged'),
+        (b'', 'cannot be read'),
+    ):
+        file.path.write_bytes(wrong)
+        with pytest.raises(ParameterError, match=said):
+            file.load()
+    with pytest.raises(ParameterError, match='cannot be made'):
+        StateFile(file.path / 'in_a_file', '/trochlea', SCENE)
+
+
+def test_flow_control_and_a_state_file_do_not_go_together(ros: Any, tmp_path: Path) -> None:
+    ros(())
+    with pytest.raises(ParameterError, match='state_folder'):
+        Trochlea(**overrides(flow_control='credits', state_folder=str(tmp_path)))
+
+
+def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
+    bench: Bench, tmp_path: Path
+) -> None:
+    options = {'source': 'foreign', 'state_folder': tmp_path, 'state_interval': 0.1}
+    arguments = [part for k, v in options.items() for part in ('-p', f'{k}:={v}')]
+    readings: list[TimeSamples] = []
+
+    def read(payload: bytes) -> None:
+        one = decode(READING, [payload], np.zeros(1, np.int64))
+        assert isinstance(one, TimeSamples)
+        readings.append(one)
+
+    sensor = bench.add(Node('xsens'))
+    known = port(SHIP_IMU)
+    publisher = sensor.create_publisher(known.message, SHIP_IMU, known.profile)
+    sensor.create_subscription(port(READING).message, READING, read, 100, raw=True)
+    state = StateFile(tmp_path, '/trochlea', SCENE).path
+
+    def sail(first_s: float, end_s: float) -> subprocess.Popen[str]:
+        process = start('trochlea', '--ros-args', *arguments)
+        bench.until(lambda: publisher.get_subscription_count() == 1)
+        begun = len(readings)
+        for number, payload in enumerate(encode(SHIP_IMU, still_sensor(end_s - first_s, first_s))):
+            publisher.publish(payload)
+            if number % 10 == 0:
+                bench.beats(sensor, 1)
+        bench.until(lambda: len(readings) > begun)
+        return process
+
+    first = sail(0.0, 5.0)
+    bench.until(lambda: len(readings) == 5)
+
+    def saved() -> bool:
+        """Whether the file knows of the last reading."""
+        held = StateFile(tmp_path, '/trochlea', SCENE).load()
+        shown = held and held['shown']
+        return bool(shown) and shown['stamp_ns'] == readings[-1].stamp_ns[0]
+
+    bench.until(saved)
+    first.kill()
+    first.communicate(timeout=PATIENCE_S)
+    bench.until(lambda: publisher.get_subscription_count() == 0)
+    shown = readings[-1]
+    second = sail(20.0, 25.0)
+    again = readings[-1]
+    setting = DialSetting.of(str(again.source[0]))
+    assert setting is not None
+    assert setting.set_ns == readings[0].stamp_ns[0] == START_NS
+    assert setting.stops == 1
+    assert setting.lost_ns == 20 * 10**9 + START_NS - shown.stamp_ns[0]
+    # what the dial shows is behind by what it says that it lost, to the rate of the machine
+    behind_s = (again.stamp_ns[0] - again.time_ref_ns[0] - setting.lost_ns) * 1e-9
+    assert abs(behind_s) < 0.2
+    second.send_signal(signal.SIGTERM)
+    words, _ = second.communicate(timeout=PATIENCE_S)
+    assert second.returncode == 0, words
+    assert state.exists()
+
+
+def test_finish_ends_the_run_and_its_state(bench: Bench, tmp_path: Path) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN, state_folder=str(tmp_path), state_interval=0.1))
+    sensor = bench.add(Node('xsens'), trochlea)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched == 1)
+    sent[0] = 0
+    send(publisher, still_sensor(5.0), bench, trochlea)
+    bench.until(lambda: list(tmp_path.glob('*.state')))
+    trochlea.end_input()
+    assert not list(tmp_path.iterdir())
