@@ -11,10 +11,11 @@ from typing import Any, cast
 
 import numpy as np
 
+from tauto_core.answer import answer
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.readiness import check_scene
+from tauto_core.readiness import check_scene, oddities
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -174,9 +175,9 @@ def sail(
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
-    It has `sea` only for a ship in a sea, and `warnings` only where measured motion could not be
-    read to its end, a sea's waves were left out, or observations disagreed with the clock beyond
-    `drift.gate`.
+    It has `sea` only for a ship in a sea, and `warnings` only where a number is probably a slip of
+    its unit, measured motion could not be read to its end, a sea's waves were left out, or
+    observations disagreed with the clock beyond `drift.gate`.
 
     Args:
         scene: what to simulate.
@@ -206,7 +207,7 @@ def sail(
                 bag.write(_kept(scene, batches))
             if progress is not None:
                 progress(source.produced / source.total)
-    warnings = [*source.warnings, *drift_warnings(stages.health(), scene)]
+    warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
     return {
         **_report(scene, summary),
         'wall_s': time.perf_counter() - started,
@@ -254,15 +255,19 @@ def _kept(scene: Scene, batches: Batches) -> Batches:
 
 
 def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
-    return {
-        'scene': scene.name,
-        'duration_s': scene.duration,
-        'propagator': scene_propagator(scene),
-        **_sea(scene),
+    figures = {
         'trochlea': summary.trochlea(),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+    }
+    return {
+        'scene': scene.name,
+        'answer': answer(figures),
+        'duration_s': scene.duration,
+        'propagator': scene_propagator(scene),
+        **_sea(scene),
+        **figures,
     }
 
 
@@ -330,8 +335,9 @@ def replay(
         stable: also tell the stability of the clock (`stability_of`).
 
     Returns:
-        `scene`, `sea` for a ship in one, `clock`, `drift`, `longitude`, and the bag's `start_s`,
-        `duration_s`, message `counts` and `warnings`; where asked for, `smoothed` and `stability`.
+        `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
+        `longitude`, and the bag's `start_s`, `duration_s`, message `counts` and
+        `warnings`; where asked for, `smoothed` and `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -353,13 +359,17 @@ def replay(
     summary.feed(said)
     summary.feed(stages.finish())
     start, end = bag.start_ns or 0, bag.end_ns or 0
-    return {
-        'scene': found.name,
-        'bag': str(path),
-        **_sea(found),
+    figures = {
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+    }
+    return {
+        'scene': found.name,
+        'answer': answer(figures),
+        'bag': str(path),
+        **_sea(found),
+        **figures,
         **(_smoothed(said, found) if smooth else {}),
         **(_stability(said) if stable else {}),
         'start_s': start / NS_PER_S,

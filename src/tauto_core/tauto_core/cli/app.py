@@ -14,6 +14,7 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -86,10 +87,11 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _warn(result: dict[str, Any]) -> None:
-    """Say on stderr what was odd about the input."""
-    for warning in result.get('warnings', ()):
-        typer.echo(f'tauto: {warning}', err=True)
+def _warn(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
+    """Say on stderr what was odd about the input, less what was said already."""
+    for warning in warnings:
+        if warning not in said:
+            typer.echo(f'tauto: {warning}', err=True)
 
 
 def _show(result: dict[str, Any], table: RenderableType | None) -> None:
@@ -99,7 +101,7 @@ def _show(result: dict[str, Any], table: RenderableType | None) -> None:
         return
     from rich.console import Console
 
-    Console().print(table)
+    Console().print(table, crop=False)
 
 
 @app.command()
@@ -119,13 +121,16 @@ def sail(
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
     from tauto_core.scene import load_scene
+    from tauto_core.scene.plausible import implausible
 
     loaded = load_scene(scene, duration=duration)
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
+    odd = implausible(loaded)
+    _warn(odd)
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         result = voyage.sail(loaded, out, origin=scene, force=force, progress=progress)
-    _warn(result)
+    _warn(result.get('warnings', ()), odd)
     _show(result, None if as_json else voyage_table(result))
 
 
@@ -172,7 +177,7 @@ def replay(
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
-    _warn(result)
+    _warn(result['warnings'])
     if plot is not None:
         stability_figure.draw(result['stability'], result['scene'], plot)
     _show(result, None if as_json else replay_tables(result))
@@ -201,7 +206,7 @@ def check(scene: SceneName, as_json: AsJson = False) -> None:
 
     with progress_bar(scene):
         facts = scene_facts(scene)
-    _warn(facts)
+    _warn(facts.get('warnings', ()))
     _show(facts, None if as_json else facts_table(facts))
 
 

@@ -120,7 +120,7 @@ def comparison_table(result: Comparison) -> Table:
     from rich import box
     from rich.table import Table
 
-    from tauto_core.cli.tables import span
+    from tauto_core.wording import span
 
     releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
     table = Table(
