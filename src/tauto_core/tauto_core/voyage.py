@@ -323,7 +323,12 @@ def _missing(bag: Bag) -> list[str]:
 
 
 def replay(
-    path: Path, *, scene: Scene | None = None, smooth: bool = False, stable: bool = False
+    path: Path,
+    *,
+    scene: Scene | None = None,
+    smooth: bool = False,
+    stable: bool = False,
+    watch: Callable[[Batches], None] | None = None,
 ) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
@@ -333,6 +338,7 @@ def replay(
         scene: replaces the bag's own, and is needed where it has none.
         smooth: also estimate the drift in the light of all observations (`hindsight`).
         stable: also tell the stability of the clock (`stability_of`).
+        watch: called with all that was read and said on any topic.
 
     Returns:
         `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
@@ -356,8 +362,11 @@ def replay(
         if topic == READING or topic in bag
     }
     said = stages.feed(recorded)
-    summary.feed(said)
-    summary.feed(stages.finish())
+    held = stages.finish()
+    for batches in (said, held):
+        summary.feed(batches)
+        if watch is not None:
+            watch(batches)
     start, end = bag.start_ns or 0, bag.end_ns or 0
     figures = {
         'clock': summary.clock(),
