@@ -78,7 +78,12 @@ def test_the_page_holds_all_it_needs(page: Path, voyage: tauto.Voyage) -> None:
     assert links.found == []
     assert 'cdn.bokeh' not in re.sub(r'<script type="text/javascript">.*?</script>', '', text)
     assert page.stat().st_size < LARGEST_BYTES
-    for words in (voyage.answer, 'tauto report second_cam_at_sea', 'lever_rate: 0.01', 'llvmlite '):
+    for words in (
+        voyage.answer,
+        'tauto report second_cam_at_sea',
+        'lever_rate: 0.01',
+        'llvmlite ',
+    ):
         assert words in text, words
 
 
