@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,3 +53,32 @@ def test_every_make_target_of_the_pages_exists() -> None:
         text = page.read_text(encoding='utf-8')
         for target in re.findall(r'(?:^    |`)make ([a-z]+)\b', text, re.MULTILINE):
             assert re.search(f'^{target}:', makefile, re.MULTILINE), (page.name, target)
+
+
+def test_the_readme_shows_what_its_commands_print() -> None:
+    """`python docs/outputs.py` renews it."""
+    spec = importlib.util.spec_from_file_location('outputs', ROOT / 'docs' / 'outputs.py')
+    assert spec is not None
+    assert spec.loader is not None
+    outputs = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(outputs)
+    assert outputs.BLOCK.search(README)
+    assert outputs.renewed(README) == README
+
+
+def test_the_glossary_explains_the_words_of_a_result() -> None:
+    words = set(re.findall(r'^\| (\w+) \|', README, re.MULTILINE))
+    assert {'trochlea', 'cheek', 'cam', 'involute', 'rate', 'rated', 'drift', 'landfall'} <= words
+
+
+def test_the_python_of_the_readme_runs(tmp_path: Path) -> None:
+    lines = README.partition('From Python')[2].split('\n')
+    start = next(k for k, line in enumerate(lines) if line.startswith('    '))
+    end = next(k for k in range(start, len(lines)) if lines[k] and not lines[k].startswith(' '))
+    program = '\n'.join(line[4:] for line in lines[start:end]).strip()
+    assert len(program.splitlines()) <= 10
+    run = subprocess.run(
+        [sys.executable, '-c', program], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    assert (tmp_path / 'error.png').read_bytes().startswith(b'\x89PNG')

@@ -61,7 +61,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
 
     Args:
         result: what `bench` returns.
-        path: ending in .svg or .png.
+        path: ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.

@@ -1,76 +1,106 @@
-"""Draw the picture of the README: python docs/img/sea_clock.py writes sea_clock.svg beside it.
+"""Draw the pictures of the README: python docs/img/sea_clock.py writes sea_clock*.svg beside it.
 
-Left, the cheeks of three machines with the thread at rest. Right, how far their clocks go wrong
-in the same sea; each dial is regulated on land, at the swing it starts with.
+Left, the machine. In the middle, on land: rate against amplitude, of the circular cheek and of
+Euler's cam, both under the same weight without inertia. Right, at sea: the error of three clocks
+in the same sea, each regulated on land at the swing it starts with.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tauto_core.bags import read_bag
-from tauto_core.curves import outline
-from tauto_core.machines import compile_machine
-from tauto_core.samples import READING, FloatArray
-from tauto_core.scene import Scene, load_scene
-from tauto_core.voyage import sail
+import tauto_core as tauto
+from tauto_core.chart import Chart
+from tauto_core.charts import thinned
+from tauto_core.machine_drawing import machine_lines
+from tauto_core.machines import compile_machine, isochronism
+from tauto_core.pictures import draw_on
+from tauto_core.scene import Scene
 
 SEA = 'involute_weight_at_sea'
-MACHINES = {
-    'the cheek before Euler': ('cheek_before_euler', 1.3, '#8d6e63'),
-    "Euler's involute, a weight": ('involute_weight_at_sea', 1.6, '#c0392b'),
-    "Euler's second cam, a force": ('second_cam_at_sea', 1.6, '#1f618d'),
-}
+WEIGHT = {'kind': 'weight', 'mass': 0.322}
+CHEEK = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.0028}
+COLOURS = ('#a07a6c', '#e0701a', '#2e8fce')
+INKS = {'': '#1b1b1b', '_dark': '#ededed'}
+NEAREST_RAD, WIDEST_RAD = 0.7, 1.3
 
 
-def at_sea(name: str) -> Scene:
-    """Return the sea with the trochlea of a scene in it, regulated on land."""
-    trochlea = load_scene(name).trochlea.model_dump(exclude_none=True)
-    scene = load_scene(SEA, name=name, trochlea=trochlea)
-    period = compile_machine(scene).period(scene.trochlea.release_angle)
-    return load_scene(
-        SEA, name=name, trochlea=trochlea, clock={'nominal_period': period}, duration=1800.0
+def clock(cam: dict[str, Any] | None = None, **changes: object) -> Scene:
+    """Return the machine of the sea scene with parts exchanged, regulated on land at 1 rad."""
+    trochlea = tauto.load(SEA).trochlea.model_dump() | ({'cam': cam} if cam else {}) | changes
+    machine = compile_machine(tauto.load(SEA, trochlea=trochlea))
+    return tauto.load(
+        SEA, trochlea=trochlea, clock={'nominal_period': machine.period(1.0)}, duration=1800.0
     )
 
 
-def clock_error(scene: Scene) -> tuple[FloatArray, FloatArray]:
-    """Return time [min] and clock error [s] of a voyage."""
-    with TemporaryDirectory() as folder:
-        sail(scene, Path(folder) / 'bag')
-        reading = read_bag(Path(folder) / 'bag').samples(READING)
-    minutes = (reading.stamp_ns - reading.stamp_ns[0]) / 60e9
-    return minutes, (reading.time_ref_ns - reading.stamp_ns) * 1e-9
+def on_land(axes: Axes) -> None:
+    """Draw rate against amplitude; a weight without inertia shows what the cam alone does."""
+    light = {'power': {**WEIGHT, 'massless': True}}
+    amplitudes = np.linspace(NEAREST_RAD, WIDEST_RAD, 25).tolist()
+    for label, cam, colour in (
+        ('circular cheek', CHEEK, COLOURS[0]),
+        ("Euler's cam", None, COLOURS[1]),
+    ):
+        scene = clock(cam, **light)
+        found = isochronism(compile_machine(scene), amplitudes, scene.clock.nominal_period)
+        rates = [row['rate_s_per_day'] for row in found['rows']]
+        axes.plot(amplitudes, rates, color=colour, linewidth=1.8, label=label)
+    axes.set(xlabel='amplitude [rad]', ylabel='rate [s/day]', title='On land: what Euler gained')
+    axes.legend(frameon=False)
+
+
+def at_sea(axes: Axes) -> None:
+    """Draw the error of three clocks in the same sea."""
+    second = tauto.load('second_cam_at_sea').trochlea.model_dump()
+    clocks = {
+        'weight, circular cheek': clock(CHEEK),
+        "weight, Euler's involute": clock(),
+        "force, Euler's second cam": clock(**second),
+    }
+    for (label, scene), colour in zip(clocks.items(), COLOURS, strict=True):
+        voyage = tauto.sail(scene)
+        error = voyage.clock_error_s
+        minutes, shown = thinned(voyage.time_s / 60.0, error, 500)
+        axes.plot(minutes, shown, color=colour, linewidth=1.4, label=label)
+        print(f'{label}: {error[-1]:+.6f} s, largest {np.abs(error).max():.6f} s')
+    axes.set(
+        xlabel='time at sea [minutes]',
+        ylabel='error [s], fast is positive',
+        title='At sea: a weight and a force',
+    )
+    axes.legend(frameon=False)
 
 
 def main() -> None:
-    """Draw."""
-    figure = Figure(figsize=(10.0, 3.6), layout='constrained')
-    *cheeks, errors = figure.subplots(1, 4, width_ratios=(1.0, 1.0, 1.0, 2.6))
-    for axes, (label, (name, reach, colour)) in zip(cheeks, MACHINES.items(), strict=True):
-        scene = at_sea(name)
-        x, y = outline(compile_machine(scene).cam, reach_rad=reach)
-        axes.plot(1e3 * x, 1e3 * y, color=colour, linewidth=2.0)
-        tip = 1e3 * y[len(y) // 2]
-        axes.plot([0.0, 0.0], [tip, 29.0], color='0.6', linewidth=0.8)
-        axes.plot(0.0, 0.0, 'o', color='0.2', markersize=4.0)
-        axes.set(aspect='equal', xlim=(-16.0, 16.0), ylim=(29.0, -3.0), xlabel='mm')
-        axes.set_title(label.replace(', ', ',\n'), fontsize=9.0, color=colour)
-        axes.spines[:].set_visible(False)
-        axes.set_yticks([])
-        minutes, error = clock_error(scene)
-        errors.plot(minutes, error, color=colour, linewidth=1.2, label=label)
-        print(f'{label}: {error[-1]:+.6f} s, largest {np.abs(error).max():.6f} s')
-    errors.set(xlabel='minutes at sea', ylabel='clock error, s (fast is positive)')
-    errors.axhline(0.0, color='0.8', linewidth=0.6, zorder=0)
-    errors.spines[['top', 'right']].set_visible(False)
-    errors.legend(frameon=False, fontsize=8.0)
-    with mpl.rc_context({'svg.hashsalt': 'tauto'}):
-        figure.savefig(Path(__file__).with_suffix('.svg'), metadata={'Date': None})
+    """Draw, once on white and once on black."""
+    for name, ink in INKS.items():
+        colours = dict.fromkeys(
+            ('text.color', 'axes.labelcolor', 'axes.edgecolor', 'xtick.color', 'ytick.color'), ink
+        )
+        with mpl.rc_context({'svg.hashsalt': 'tauto', 'font.size': 11.0, **colours}):
+            figure = Figure(figsize=(11.0, 4.2), layout='constrained')
+            machine, land, sea = figure.subplots(1, 3, width_ratios=(0.8, 1.0, 1.2))
+            lines = machine_lines(tauto.load(SEA))
+            draw_on(machine, Chart('', 'mm', '', lines, equal=True))
+            machine.set(title='The machine', yticks=[])
+            machine.spines[:].set_visible(False)
+            machine.legend(frameon=False, fontsize=9.0, loc='center left')
+            machine.set_aspect('equal', adjustable='box')
+            machine.set(xlim=(-44.0, 14.0), ylim=(-41.0, 14.0))
+            on_land(land)
+            at_sea(sea)
+            for axes in (land, sea):
+                axes.spines[['top', 'right']].set_visible(False)
+                axes.axhline(0.0, color='#888888', linewidth=0.6, zorder=0)
+            file = Path(__file__).with_name(f'sea_clock{name}.svg')
+            figure.savefig(file, metadata={'Date': None}, transparent=True)
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ from setuptools import find_packages, setup
 PACKAGE = 'tauto_core'
 
 TEST = [
+    'bokeh>=3.4',
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
@@ -13,6 +14,7 @@ TEST = [
     'numba>=0.60',  # the same kernels through another compiler, bit for bit
     'pytest>=8.0',
     'pytest-xdist>=3.5',
+    'wheel>=0.40',
 ]
 LINT = [
     'import-linter>=2.1',
@@ -23,6 +25,10 @@ LINT = [
 ]
 # The files of buoys; a spectrum as a table needs nothing.
 SPECTRA = ['wavespectra>=4.9']
+# The charts of `tauto report`, in a script that the page holds.
+REPORT = ['bokeh>=3.4']
+# The nodes, and the ROS 2 they need where none is installed.
+ROS = ['tauto_nodes[ros]']
 
 setup(
     name=PACKAGE,
@@ -31,7 +37,7 @@ setup(
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
-        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*'],
+        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*', 'report_page.html'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
@@ -55,7 +61,13 @@ setup(
         'typer>=0.12',
         'zstandard>=0.22',
     ],
-    extras_require={'test': TEST, 'dev': TEST + LINT, 'spectra': SPECTRA},
+    extras_require={
+        'test': TEST,
+        'dev': TEST + LINT,
+        'report': REPORT,
+        'ros': ROS,
+        'spectra': SPECTRA,
+    },
     entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},
     zip_safe=False,
 )

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
-from tauto_core.cli.compare import comparison_table
+from tauto_core.cli.compare import comparison_table, failures
 from tauto_core.comparison import Comparison, Row, Stop, draw
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
@@ -81,19 +81,33 @@ def test_the_table_fits_a_narrow_terminal() -> None:
     rows = [row('clock_second_cam_force', hung, 10.0) for hung in (False, True)]
     text = table_text(Comparison(172_800.0, 1800.0, 1.0, [*rows, row('b', True, 10.0, **STOPPED)]))
     assert '2 days in the same sea, released at 1 rad' in text
-    line = next(line for line in text.splitlines() if 'clock_second_cam_force' in line)
+    line = next(line for line in text.splitlines() if 'second cam force' in line)
     assert line.split() == [
-        *('clock_second_cam_force', 'fixed', '-60.00', '3.00', '-120.0', '+29.0', '-45.0'),
-        *('20', '10'),
+        *('second', 'cam', 'force', 'fixed', '−60.00', '3.00', '−120.0', '+29.00', '−45.00'),
+        *('20,000', '10,000'),
     ]
+    assert max(map(len, text.splitlines())) <= 80
     assert 'stopped' in text
     assert 'roll' not in text
 
 
+def test_a_short_run_has_no_column_of_prizes_and_says_why() -> None:
+    unpaid = {'raw_prize_pounds': None, 'prize_pounds': None}
+    text = table_text(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0, **unpaid)]))
+    assert '£' not in text.partition('rate:')[0]
+    assert 'six weeks' in ' '.join(text.split())
+
+
+def test_a_failure_is_told_once() -> None:
+    rows = [row('a', True, roll, **STOPPED) for roll in (10.0, 20.0)]
+    told = failures(Comparison(60.0, 1.0, 1.0, [*rows, row('b', False, 10.0)]))
+    assert told == ['a, hung: at t = 100000.000000000 s: the thread goes slack']
+
+
 def test_a_table_of_several_rolls_says_which() -> None:
     text = table_text(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0), row('a', False, 20.0)]))
-    assert 'roll °' in text
-    assert ' 20 ' in text
+    assert 'roll' in text
+    assert ' 20.0 ' in text
 
 
 def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:

@@ -79,3 +79,22 @@ def test_isochronism_of_an_ideal_cam_is_perfect_at_every_amplitude() -> None:
 def test_isochronism_table_has_a_row_for_each_amplitude() -> None:
     lines = run('isochronism', 'cheek_before_euler', '--amplitudes', '0.5,1').splitlines()
     assert [float(line.split()[0]) for line in lines[2:]] == [0.5, 1.0]
+
+
+def test_a_thread_that_never_touches_the_cheeks_is_refused(tmp_path: Path) -> None:
+    """R = r θ for the involute of 5 mm: 1.5 mm of radius at 0.3 rad, 25 mm beyond the release."""
+    file = tmp_path / 'cam.svg'
+    thick = CliRunner().invoke(app, ['cam', 'measured', '--svg', str(file), '--thread', '50'])
+    assert thick.exit_code == 2
+    assert '--thread = 50' in thick.stderr
+    assert not file.exists()
+    thin = CliRunner().invoke(app, ['cam', 'measured', '--svg', str(file), '--thread', '1'])
+    assert thin.exit_code == 0
+    assert 'bends round the edges up to' in thin.stderr
+    assert f'wrote {file}' in thin.stderr
+
+
+def test_a_suffix_that_contradicts_the_format_is_refused(tmp_path: Path) -> None:
+    run = CliRunner().invoke(app, ['cam', 'ideal', '--svg', str(tmp_path / 'cam.png')])
+    assert run.exit_code == 2
+    assert 'ends in .png, and what is written is SVG' in run.stderr

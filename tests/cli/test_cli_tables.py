@@ -1,4 +1,4 @@
-"""The tables: sides, signs, what is absent."""
+"""The answer and its table: sides, signs, what is absent, 80 columns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from tauto_core.cli.tables import replay_table, span, voyage_table
+from tauto_core.answer import answer
+from tauto_core.cli.tables import voyage_table
 
 RESULT: dict[str, Any] = {
     'scene': 'h4',
@@ -27,83 +28,132 @@ RESULT: dict[str, Any] = {
         'error_arcmin': -0.025,
         'error_nmi': -0.02378,
         'sigma_nmi': 0.0951,
+        'at_s': 7_000_000.0,
+        'unchecked_days': 7_000_000.0 / 86_400.0,
         'prize_pounds': 20000,
+        'raw_prize_pounds': 15000,
+        'landfalls': [],
+        'projection': [],
     },
     'bag': 'bags/out/h4',
 }
 
 
-def rows(table: Any) -> dict[str, str]:
-    """Return the table as it is printed: label to value."""
+def said(result: dict[str, Any], width: int = 80) -> str:
+    """Return a result as it is printed."""
     out = StringIO()
-    Console(file=out, width=120).print(table)
-    cells = [line.split('│') for line in out.getvalue().splitlines() if line.count('│') == 3]
-    return {label.strip(): value.strip() for _, label, value, _ in cells}
+    Console(file=out, width=width).print(voyage_table(result), crop=False)
+    return out.getvalue()
 
 
-def test_a_slow_clock_puts_the_ship_east() -> None:
-    said = rows(voyage_table(RESULT))
-    assert said['clock error'] == '5.100000 s slow'
-    assert said['longitude error, raw'] == '1.2750 arcmin = 1.2126 nmi east'
-    assert said['longitude error, corrected'] == '0.0250 arcmin = 0.0238 nmi west'
-    assert said['the Act of 1714 pays'] == '£20,000'
-    assert said['drift: offset estimated'] == '-5.000000 ± 0.400000 s'
-    assert said['drift: rate estimated'] == '+0.250000 ± 0.010000 s/day'
-    assert said['bag'] == 'bags/out/h4'
+def rows(result: dict[str, Any]) -> dict[tuple[str, str], list[str]]:
+    """Return the rows of the table: group and label to value and unit."""
+    found, group = {}, ''
+    for line in filter(str.strip, said(result).splitlines()):
+        label, *cells = [part for part in line.strip().split('  ') if part.strip()]
+        if line.startswith('  '):
+            found[group, label] = [cell.strip() for cell in cells]
+        elif not cells:
+            group = label
+    return found
 
 
-def test_the_verdict_names_landfall_and_worst_moment() -> None:
-    landfall = {
-        **RESULT['longitude'],
-        'at_s': 95.0 * 86_400.0,
-        'raw_prize_pounds': 15000,
-        'unchecked_days': 81.0,
-        'required_rate_s_per_day': 1.5571,
-    }
-    madeira = {**landfall, 'at_s': 20.0 * 86_400.0, 'raw_error_nmi': -41.5, 'raw_prize_pounds': 0}
-    worst = {
-        'worst_error_nmi': 2.5,
-        'worst_at_s': 50.0 * 86_400.0,
-        'worst_prize_pounds': 20000,
-        'worst_raw_error_nmi': 61.0,
-        'worst_raw_at_s': 7200.0,
-        'worst_raw_prize_pounds': 0,
-    }
-    longitude = {**landfall, **worst, 'landfalls': [madeira, landfall]}
-    said = rows(voyage_table({'longitude': longitude}))
-    assert said['judged'] == 'at the landfall, after 95 days'
-    assert said['the Act of 1714 pays'] == '£20,000'
-    assert said['… for the raw clock'] == '£15,000'
-    assert said['worst on the way, raw'] == '61.0000 nmi after 2 hours: £0'
-    assert said['worst on the way, corrected'] == '2.5000 nmi after 50 days: £20,000'
-    assert said['landfall after 20 days'] == ('raw 41.5000 nmi: £0; corrected 0.0238 nmi: £20,000')
-    assert said['rate for £20,000 after 81 days unchecked'] == 'within 1.557 s/day'
-    unjudged = {**longitude, 'landfalls': [], 'required_rate_s_per_day': None}
-    said = rows(voyage_table({'longitude': unjudged}))
-    assert said['judged'] == 'after 95 days'
-    assert not any('unchecked' in label for label in said)
+def test_the_sentence_comes_first_and_names_the_sides() -> None:
+    assert answer(RESULT) == (
+        'After 81.02 days unchecked the dial puts the ship 1.21 nmi east of where she is; rated '
+        'and corrected, 0.0238 nmi west.'
+    )
+    title, first, *_ = said(RESULT, width=200).splitlines()
+    assert title == 'h4: 81.02 days'
+    assert first == answer(RESULT)
 
 
-def test_no_side_is_named_where_nothing_is_left_to_print() -> None:
-    said = rows(voyage_table({**RESULT, 'clock': {'error_s': -1e-9, 'rate_s_per_day': 0.0}}))
-    assert said['clock error'] == '0.000000 s'
-
-
-def test_absent_sections_give_no_rows_and_absent_values_a_dash() -> None:
-    assert rows(voyage_table({'scene': 'x', 'clock': {}, 'drift': None})) == {}
-    unknown = dict.fromkeys(RESULT['longitude'])
-    said = rows(voyage_table({'longitude': unknown}))
-    assert said['the Act of 1714 pays'] == '–'
-
-
-def test_a_replay_also_counts_messages() -> None:
-    said = rows(replay_table({**RESULT, 'counts': {'clock/reading': 61}}))
-    assert said['messages on clock/reading'] == '61'
+def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
+    same = {**RESULT['longitude'], 'error_nmi': 1234.0}
+    assert answer({'longitude': same}).endswith('rated and corrected, 1,230 nmi.')
+    none = {**RESULT['longitude'], 'raw_error_nmi': -0.0, 'error_nmi': 1e-9}
+    assert 'puts the ship within 0.001 nmi of where she is' in answer({'longitude': none})
+    assert answer({'longitude': none}).endswith('rated and corrected, within 0.001 nmi.')
 
 
 @pytest.mark.parametrize(
-    ('seconds', 'said'),
-    [(60.0, '60 seconds'), (600.0, '10 minutes'), (8_207_940.0, '95 days')],
+    ('changes', 'words'),
+    [
+        ({'unchecked_days': 5.0, 'at_s': 864_000.0}, 'After 10 days, the last 5 days unchecked,'),
+        ({'unchecked_days': 0.0}, 'After 81.02 days, checked to the end, the dial'),
+        ({'unchecked_days': 0.0, 'at_s': 0.0}, 'At the start the dial'),
+    ],
 )
-def test_span_uses_the_unit_a_reader_would(seconds: float, said: str) -> None:
-    assert span(seconds) == said
+def test_the_sentence_says_how_long_the_clock_was_alone(
+    changes: dict[str, float], words: str
+) -> None:
+    assert answer({'longitude': {**RESULT['longitude'], **changes}}).startswith(words)
+
+
+def test_what_tells_no_longitude_says_so() -> None:
+    assert answer({}).startswith('The longitude is not known')
+    stopped = {**RESULT, 'trochlea': {'period_s': 1.0, 'stopped_s': 90.0}}
+    assert answer(stopped).startswith('The clock stopped after 90 seconds')
+
+
+def test_figures_are_signed_and_have_their_units_apart() -> None:
+    found = rows(RESULT)
+    assert found['clock', 'error of the dial'] == ['−5.100', 's']
+    assert found['longitude, error', 'by the dial'] == ['+1.213', 'nmi']
+    assert found['longitude, error', 'corrected'] == ['−0.02378 ± 0.0951', 'nmi']
+    drift = 'drift, estimated ± its standard deviation'
+    assert found[drift, 'offset'] == ['−5.000 ± 0.400', 's']
+    assert found[drift, 'rate'] == ['+0.2500 ± 0.0100', 's/day']
+    assert said(RESULT).count('Signs: ') == 1
+
+
+def test_a_trial_is_paid_at_each_landfall() -> None:
+    jamaica = {**RESULT['longitude'], 'at_s': 95.0 * 86_400.0}
+    madeira = {**jamaica, 'at_s': 50.0 * 86_400.0, 'raw_prize_pounds': 0}
+    lisbon = {**jamaica, 'at_s': 9.0 * 86_400.0, 'prize_pounds': None, 'raw_prize_pounds': None}
+    found = rows({'longitude': {**jamaica, 'landfalls': [lisbon, madeira, jamaica]}})
+    verdict = {name: cells for (group, name), cells in found.items() if 'Act' in group}
+    assert verdict == {
+        'landfall after 50 days, corrected': ['20,000', '£'],
+        'landfall after 50 days, by the dial': ['0', '£'],
+        'landfall after 95 days, corrected': ['20,000', '£'],
+        'landfall after 95 days, by the dial': ['15,000', '£'],
+    }
+
+
+def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
+    short = {
+        **RESULT['longitude'],
+        'prize_pounds': None,
+        'projection': [
+            {'days': 42.0, 'raw_error_nmi': 468.4, 'error_nmi': -12.3, 'sigma_nmi': 97.1}
+        ],
+    }
+    text = said({'longitude': short})
+    assert '£' not in text
+    found = rows({'longitude': short})
+    verdict = 'verdict of the Act of 1714'
+    assert found[verdict, 'projected to 42 days unchecked, corrected'] == ['−12.30 ± 97.1', 'nmi']
+    assert found[verdict, 'projected to 42 days unchecked, by the dial'] == ['+468.4', 'nmi']
+
+
+def test_no_row_wraps_at_80_columns_and_the_place_of_the_bag_never_does() -> None:
+    long = 'x' * 300
+    wide = {
+        **RESULT,
+        'bag': long,
+        'counts': {'/a/rather/long/namespace/trochlea/joint_states': 8_208_061},
+        'clock': {'error_s': -123_456.789, 'rate_s_per_day': -1.234567e-9},
+    }
+    table = said(wide)
+    assert f'Bag: {long}' in table
+    assert '…' not in table
+    labels = [line for line in table.splitlines() if line.startswith('  ') and line.strip()]
+    assert len(labels) == len(rows(wide))
+    assert max(map(len, labels)) <= 80
+
+
+def test_absent_sections_give_no_rows() -> None:
+    text = said({'scene': 'x', 'clock': {}, 'drift': None})
+    assert 'clock\n' not in text
+    assert 'drift' not in text

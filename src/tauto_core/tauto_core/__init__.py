@@ -1,0 +1,55 @@
+"""Sully and Euler's sea clock on a rolling ship: how far wrong would it put the ship?
+
+    import tauto_core as tauto
+
+    voyage = tauto.sail('measured', duration=300.0)
+    print(voyage.answer)
+    voyage.plot('error', 'error.png')
+
+`load` reads a scene, `sail` sails it, `replay` reads a bag, `cam` gives a curve, `compare` sends
+several clocks through one sea, `plot` draws. Errors derive from `TautoError`. Other modules may
+change from version to version. Every name is loaded at its first use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from tauto_core.api import cam, compare, load, plot, replay, sail, scenes
+    from tauto_core.record import Voyage
+    from tauto_core.scene.errors import TautoError
+
+    __version__: str
+
+__all__ = [
+    'TautoError',
+    'Voyage',
+    '__version__',
+    'cam',
+    'compare',
+    'load',
+    'plot',
+    'replay',
+    'sail',
+    'scenes',
+]
+
+_HOMES = {'TautoError': 'scene.errors', 'Voyage': 'record'}
+
+
+def __getattr__(name: str) -> Any:
+    """Return a public name from the module that defines it."""
+    if name == '__version__':
+        from importlib.metadata import version
+
+        return version('tauto_core')
+    if name not in __all__:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    found = getattr(import_module(f'{__name__}.{_HOMES.get(name, "api")}'), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return __all__

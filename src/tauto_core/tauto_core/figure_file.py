@@ -14,30 +14,41 @@ if TYPE_CHECKING:
 
 DOTS_AN_INCH = 96
 _LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'path'}
+_NO_DATE: dict[str, dict[str, Any]] = {
+    '.svg': {'Date': None},
+    '.png': {'Software': None},
+    '.pdf': {'CreationDate': None},
+}
+"""What is left out of a file, so that it does not change from run to run."""
 
 
 class FigureError(TautoError):
     """A figure that cannot be written."""
 
 
-def check_plot(path: Path) -> None:
+def check_plot(path: Path, option: str = '--plot') -> None:
     """Refuse, before anything runs, a file that a figure cannot become.
 
+    Args:
+        path: of the file.
+        option: that named it.
+
     Raises:
-        UsageError: a suffix other than .svg and .png, or a folder that is not there.
+        UsageError: a suffix other than .svg, .png and .pdf, or a folder that is not there.
     """
-    if path.suffix not in ('.svg', '.png'):
-        raise UsageError(f'--plot {path}: must end in .svg or .png. Name another file')
+    if path.suffix not in _NO_DATE:
+        raise UsageError(f'{option} {path}: must end in .svg, .png or .pdf. Name another file')
     if not path.parent.is_dir():
-        raise UsageError(f'--plot {path}: there is no folder {path.parent}. Make it first')
+        raise UsageError(f'{option} {path}: there is no folder {path.parent}. Make it first')
 
 
-def write_figure(draw: Callable[[], Figure], path: Path) -> None:
+def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot') -> None:
     """Draw a figure and write it to an SVG or PNG file; replaces the file.
 
     Args:
         draw: makes the figure.
-        path: ending in .svg or .png.
+        path: ending in .svg, .png or .pdf.
+        option: that named it, for errors.
 
     Raises:
         FigureError: the file cannot be written.
@@ -45,12 +56,11 @@ def write_figure(draw: Callable[[], Figure], path: Path) -> None:
     """
     import matplotlib as mpl
 
-    check_plot(path)
+    check_plot(path, option)
     with mpl.rc_context(_LOOK):
         figure = draw()
-        metadata = {'Date': None} if path.suffix == '.svg' else {'Software': None}
         try:
-            figure.savefig(path, dpi=DOTS_AN_INCH, metadata=metadata)
+            figure.savefig(path, dpi=DOTS_AN_INCH, metadata=_NO_DATE[path.suffix])
         except OSError as error:
             raise FigureError(
                 f'{path}: cannot be written: {error.strerror}. Name another file'

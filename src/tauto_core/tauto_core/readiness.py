@@ -20,12 +20,17 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_propagator, propagator_name
+from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT, DescentError, PropagationError, SceneError
+from tauto_core.scene.plausible import implausible
 from tauto_core.scene.times import LAST_STAMP_S
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
+
+FASTEST_M_S = 25.0
+"""Of any merchantman or man-of-war: 49 knots."""
 
 
 class Built(NamedTuple):
@@ -66,6 +71,24 @@ def check_scene(scene: Scene) -> Built:
     _check_start(scene, machine, motion)
     _check_motion(scene, machine)
     return Built(machine, motion)
+
+
+def oddities(scene: Scene) -> list[str]:
+    """Return warnings of what is possible in a scene that can sail, and probably a slip."""
+    found = implausible(scene)
+    if scene.voyage is None:
+        return found
+    passage = Passage(scene, scene.voyage)
+    speed = passage.length_m * NS_PER_S / (passage.arrives_ns - passage.sails_ns)
+    if speed > FASTEST_M_S:
+        key = 'sails_at' if scene.voyage.arrives_at is None else 'arrives_at'
+        value = getattr(scene.voyage, key)
+        found.append(
+            f'voyage.{key} = {value:g}: makes the ship sail at {speed:.3g} m/s, more than '
+            f'{FASTEST_M_S:g} m/s, the most of any known ship. If the times are in days, write '
+            f'{key}: {value * SECONDS_PER_DAY:.6g}.'
+        )
+    return found
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:

@@ -13,7 +13,12 @@ from typing import Any
 from tauto_core.clockwork import SwingTally
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.motion import propagator_name
-from tauto_core.navigation import LongitudeTally
+from tauto_core.navigation import (
+    LEAST_UNCHECKED_DAYS,
+    LongitudeTally,
+    clock_model,
+    projection,
+)
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
@@ -122,9 +127,18 @@ class Summary:
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and what the Act of 1714 would have paid.
 
-        Keys: of `LongitudeTally.result`.
+        Keys: of `LongitudeTally.result`; and `projection`, what `projection` returns where the
+        clock went unchecked for less than `LEAST_UNCHECKED_DAYS`, else none.
         """
-        return self._tally.result() or {}
+        found = self._tally.result()
+        if found is None:
+            return {}
+        clock, estimate = self.clock(), self.drift()
+        if found['unchecked_days'] >= LEAST_UNCHECKED_DAYS or not clock or not estimate:
+            return {**found, 'projection': []}
+        latitude = found['latitude_deg'] or 0.0
+        rate, model = clock['rate_s_per_day'], clock_model(self._scene)
+        return {**found, 'projection': projection(rate, estimate, model, latitude)}
 
 
 def _named(samples: JointSamples) -> dict[str, float]:

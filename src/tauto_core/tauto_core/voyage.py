@@ -11,11 +11,12 @@ from typing import Any, cast
 
 import numpy as np
 
+from tauto_core.answer import answer
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.readiness import check_scene
+from tauto_core.readiness import check_scene, oddities
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -185,9 +186,9 @@ def sail(
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
-    It has `sea` only for a ship in a sea, and `warnings` only where measured motion could not be
-    read to its end, a sea's waves were left out, or observations disagreed with the clock beyond
-    `drift.gate`.
+    It has `sea` only for a ship in a sea, and `warnings` only where a number is probably a slip of
+    its unit, measured motion could not be read to its end, a sea's waves were left out, or
+    observations disagreed with the clock beyond `drift.gate`.
 
     Args:
         scene: what to simulate.
@@ -218,7 +219,7 @@ def sail(
                 bag.write(_kept(scene, batches))
             if progress is not None:
                 progress(source.produced / source.total)
-    warnings = [*source.warnings, *drift_warnings(stages.health(), scene)]
+    warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
     return {
         **_report(scene, summary),
         'wall_s': time.perf_counter() - started,
@@ -266,15 +267,19 @@ def _kept(scene: Scene, batches: Batches) -> Batches:
 
 
 def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
-    return {
-        'scene': scene.name,
-        'duration_s': scene.duration,
-        'propagator': summary.propagator,
-        **_sea(scene),
+    figures = {
         'trochlea': summary.trochlea(),
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+    }
+    return {
+        'scene': scene.name,
+        'answer': answer(figures),
+        'duration_s': scene.duration,
+        'propagator': summary.propagator,
+        **_sea(scene),
+        **figures,
     }
 
 
@@ -330,7 +335,12 @@ def _missing(bag: Bag) -> list[str]:
 
 
 def replay(
-    path: Path, *, scene: Scene | None = None, smooth: bool = False, stable: bool = False
+    path: Path,
+    *,
+    scene: Scene | None = None,
+    smooth: bool = False,
+    stable: bool = False,
+    watch: Callable[[Batches], None] | None = None,
 ) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
@@ -340,10 +350,12 @@ def replay(
         scene: replaces the bag's own, and is needed where it has none.
         smooth: also estimate the drift in the light of all observations (`hindsight`).
         stable: also tell the stability of the clock (`stability_of`).
+        watch: called with all that was read and said on any topic.
 
     Returns:
-        `scene`, `sea` for a ship in one, `clock`, `drift`, `longitude`, and the bag's `start_s`,
-        `duration_s`, message `counts` and `warnings`; where asked for, `smoothed` and `stability`.
+        `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
+        `longitude`, and the bag's `start_s`, `duration_s`, message `counts` and
+        `warnings`; where asked for, `smoothed` and `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -362,16 +374,23 @@ def replay(
         if topic == READING or topic in bag
     }
     said = stages.feed(recorded)
-    summary.feed(said)
-    summary.feed(stages.finish())
+    held = stages.finish()
+    for batches in (said, held):
+        summary.feed(batches)
+        if watch is not None:
+            watch(batches)
     start, end = bag.start_ns or 0, bag.end_ns or 0
-    return {
-        'scene': found.name,
-        'bag': str(path),
-        **_sea(found),
+    figures = {
         'clock': summary.clock(),
         'drift': summary.drift(),
         'longitude': summary.longitude(),
+    }
+    return {
+        'scene': found.name,
+        'answer': answer(figures),
+        'bag': str(path),
+        **_sea(found),
+        **figures,
         **(_smoothed(said, found) if smooth else {}),
         **(_stability(said) if stable else {}),
         'start_s': start / NS_PER_S,

@@ -83,7 +83,7 @@ def graph(
     from tauto_core.bags import check_folder
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
-    from tauto_core.readiness import check_scene
+    from tauto_core.readiness import check_scene, oddities
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
     from tauto_core.voyage import compile_kernels, summarise_bag
@@ -94,6 +94,8 @@ def graph(
     loaded = load_scene(scene, **({} if duration is None else {'duration': duration}))
     with naming(scene, loaded.name):
         check_scene(loaded)
+    for warning in oddities(loaded):
+        typer.echo(f'tauto: {warning}', err=True)
     folder = out or Path('bags/out') / Path(scene).stem
     check_folder(folder, force=force)
     plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place)
@@ -120,7 +122,7 @@ def graph(
     else:
         from rich.console import Console
 
-        Console().print(voyage_table(result))
+        Console().print(voyage_table(result), crop=False)
     if outcome.lost:
         typer.echo(f'tauto: {outcome.lost} messages were lost on the way', err=True)
         raise typer.Exit(1)

@@ -256,7 +256,7 @@ def test_tally_keeps_the_last_and_the_worst():
     said = LongitudeStage(SCENE).feed(topics([1, 2, 3], [9.0, 9.0, 200.0], [4.0, -200.0, 140.0]))
     errors = said[LONGITUDE_ERROR]
     tally.feed(take(errors, slice(0, 2)))
-    assert tally.result()['prize_pounds'] == 10_000
+    assert tally.result()['worst_error_nmi'] == 50.0
     tally.feed(take(errors, slice(2, 2)))
     tally.feed(take(errors, slice(2, 3)))
     assert tally.result() == {
@@ -266,17 +266,18 @@ def test_tally_keeps_the_last_and_the_worst():
         'error_arcmin': -35.0,
         'error_nmi': -35.0,
         'sigma_nmi': 0.125,
-        'prize_pounds': 15_000,
-        'raw_prize_pounds': 10_000,
-        'unchecked_days': None,
+        'latitude_deg': None,
+        'prize_pounds': None,
+        'raw_prize_pounds': None,
+        'unchecked_days': 2.0 / 86_400.0,
         'required_rate_s_per_day': None,
         'landfalls': [],
         'worst_error_nmi': 50.0,
         'worst_at_s': 1.0,
-        'worst_prize_pounds': 10_000,
+        'worst_prize_pounds': None,
         'worst_raw_error_nmi': 50.0,
         'worst_raw_at_s': 2.0,
-        'worst_raw_prize_pounds': 10_000,
+        'worst_raw_prize_pounds': None,
     }
     joined = LongitudeTally()
     joined.feed(join([errors]))
@@ -318,7 +319,10 @@ def test_landfalls_are_judged_by_what_the_clock_told_before():
     assert jamaica['error_nmi'] == pytest.approx(-61.0 / 8.0)
     assert jamaica['raw_error_nmi'] == pytest.approx(-162.0 / 8.0)
     assert found['error_nmi'] == jamaica['error_nmi']
-    assert found['raw_prize_pounds'] == 20_000
+    assert found['prize_pounds'] == found['raw_prize_pounds'] == 20_000
+    assert found['worst_prize_pounds'] == 20_000
+    # Madeira is no trial: it was less than six weeks from port
+    assert madeira['prize_pounds'] is madeira['required_rate_s_per_day'] is None
     assert (madeira['unchecked_days'], jamaica['unchecked_days']) == (19.75, 61.0)
     # 30 miles are 240 s at 60 degrees
     assert jamaica['required_rate_s_per_day'] == pytest.approx(240.0 / 61.0)

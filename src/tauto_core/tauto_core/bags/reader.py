@@ -16,7 +16,7 @@ from tauto_core.bags.mcap_file import Channel, McapFile, Stored, open_mcap
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
 from tauto_core.bags.writer import METADATA
 from tauto_core.samples import SCENE, IntArray, Samples, TextSamples
-from tauto_core.scene.errors import BagError
+from tauto_core.scene.errors import BagError, BagPlaceError
 
 PART = 100_000
 
@@ -272,7 +272,7 @@ def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
 def _find_files(path: Path, notes: list[str]) -> list[Path]:
     """Return the MCAP files of a bag in the order of recording; note what is missing."""
     if not path.exists():
-        raise BagError(f'{path} does not exist; name a rosbag2 folder or an .mcap file')
+        raise BagPlaceError(f'{path} does not exist; name a rosbag2 folder or an .mcap file')
     if not path.is_dir():
         return [path]
     found = sorted(path.glob('*.mcap'), key=_by_number)

@@ -17,7 +17,7 @@ from tauto_core.bags.codec import encode
 from tauto_core.bags.mcap_out import CHUNK_BYTES, McapOut, refused
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.samples import Batches, count
-from tauto_core.scene.errors import BagError
+from tauto_core.scene.errors import BagError, BagPlaceError
 
 METADATA = 'metadata.yaml'
 
@@ -30,19 +30,19 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
     """Refuse a folder that a bag may not be written to.
 
     Raises:
-        BagError: it exists without `force`; with `force`, it holds anything but one bag.
+        BagPlaceError: it exists without `force`; with `force`, it holds anything but one bag.
     """
     if not folder.exists():
         return
     if not force:
-        raise BagError(
+        raise BagPlaceError(
             f'{folder} exists already; name another folder, or say --force to replace it'
         )
     if not folder.is_dir():
-        raise BagError(f'{folder} is a file, not the folder of a bag; name another folder')
+        raise BagPlaceError(f'{folder} is a file, not the folder of a bag; name another folder')
     others = sorted(entry.name for entry in folder.iterdir() if not _of_bag(entry))
     if others:
-        raise BagError(
+        raise BagPlaceError(
             f'{folder} is not only a bag: it holds {others[0]!r}, which replacing would lose; '
             'name another folder or move what is no part of the bag'
         )

@@ -12,17 +12,20 @@ import errno
 import gc
 import json
 import os
+import re
 import signal
 import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
-from tauto_core.cli import compare, curve, design, euler, isochronism, plugins
+from tauto_core.cli import compare, curve, design, euler, isochronism, plugins, show
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, SceneName
+from tauto_core.cli.voice import be_quiet, say
 from tauto_core.scene.errors import TautoError, UsageError
 
 if TYPE_CHECKING:
@@ -30,12 +33,22 @@ if TYPE_CHECKING:
 
 
 class Commands(TyperGroup):
-    """All commands, with one answer to what goes wrong in any of them."""
+    """All commands, with one answer to what goes wrong in any of them, and one `--quiet`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take `--quiet` out of the words of the command line, wherever it stands."""
+        ours = args[: args.index('--')] if '--' in args else args
+        be_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
+        kept = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
+        return list(super().parse_args(ctx, kept))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; turn errors into words on stderr and an exit code."""
         try:
             return super().invoke(ctx)
+        except typer.BadParameter as error:
+            error.message += _decimal_comma(sys.argv[1:])
+            raise
         except TautoError as error:
             _tell(str(error), error)
             raise typer.Exit(error.exit_code) from None
@@ -54,17 +67,49 @@ class Commands(TyperGroup):
             raise typer.Exit(1) from None
 
 
+def _decimal_comma(words: Sequence[str]) -> str:
+    """Return what to write where a number has a decimal comma; nothing else."""
+    found = [word for word in words if re.fullmatch(r'[-+]?\d*,\d+', word.rpartition('=')[2])]
+    return ''.join(f'. Write {word.replace(",", ".")}, with a decimal point' for word in found[:1])
+
+
 app = typer.Typer(
     name='tauto',
     cls=Commands,
-    help="Sully and Euler's sea clock on a rolling ship: how far wrong is it on the chart?",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
+    context_settings={'help_option_names': ['-h', '--help']},
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
 scene_commands = typer.Typer(help='Look at one scene.', no_args_is_help=True)
 app.add_typer(scene_commands, name='scene')
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f'tauto {version("tauto_core")}')
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool,
+        typer.Option('--version', is_eager=True, callback=_print_version, help='Say the version.'),
+    ] = False,
+    quiet: Annotated[
+        bool,
+        typer.Option(
+            '--quiet',
+            '-q',
+            help='Say nothing but the result and errors; may stand anywhere in the line.',
+        ),
+    ] = False,
+) -> None:
+    """Sully and Euler's sea clock on a rolling ship: how far wrong is it on the chart?"""
 
 
 def main() -> None:
@@ -86,10 +131,11 @@ def _drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _warn(result: dict[str, Any]) -> None:
-    """Say on stderr what was odd about the input."""
-    for warning in result.get('warnings', ()):
-        typer.echo(f'tauto: {warning}', err=True)
+def _warn(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
+    """Say on stderr what was odd about the input, less what was said already."""
+    for warning in warnings:
+        if warning not in said:
+            say(warning)
 
 
 def _show(result: dict[str, Any], table: RenderableType | None) -> None:
@@ -99,7 +145,7 @@ def _show(result: dict[str, Any], table: RenderableType | None) -> None:
         return
     from rich.console import Console
 
-    Console().print(table)
+    Console().print(table, crop=False)
 
 
 @app.command()
@@ -118,13 +164,16 @@ def sail(
     from tauto_core import voyage
     from tauto_core.cli.progress import progress_bar
     from tauto_core.scene import load_scene
+    from tauto_core.scene.plausible import implausible
 
     loaded = load_scene(scene, duration=duration)
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
+    odd = implausible(loaded)
+    _warn(odd)
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         result = voyage.sail(loaded, out, origin=scene, force=force, progress=progress)
-    _warn(result)
+    _warn(result.get('warnings', ()), odd)
     if as_json:
         _show(result, None)
         return
@@ -176,7 +225,7 @@ def replay(
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
-    _warn(result)
+    _warn(result['warnings'])
     if plot is not None:
         stability_figure.draw(result['stability'], result['scene'], plot)
     _show(result, None if as_json else replay_tables(result))
@@ -205,7 +254,7 @@ def check(scene: SceneName, as_json: AsJson = False) -> None:
 
     with progress_bar(scene):
         facts = scene_facts(scene)
-    _warn(facts)
+    _warn(facts.get('warnings', ()))
     _show(facts, None if as_json else facts_table(facts))
 
 
@@ -213,5 +262,7 @@ app.command()(curve.cam)
 app.command()(isochronism.isochronism)
 app.command()(design.design)
 app.command()(compare.compare)
+app.command()(show.plot)
+app.command()(show.report)
 app.command()(euler.euler)
 plugins.add_to(app)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import AsJson, Plots
+from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
+from tauto_core.wording import significant, span
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -18,13 +20,15 @@ if TYPE_CHECKING:
     from tauto_core.comparison import Comparison, Row
 
 
-COLUMNS = ('s/day', 'spread', 'error s', 'raw nmi', 'nmi', 'raw £k', '£k')
+COLUMNS = ('rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi')
+PRIZES = ('dial\n£', 'rated\n£')
 
 _CAPTION = (
-    's/day: mean rate, and the spread of the rates over {} each; nmi: east of the truth, raw by '
-    'the dial, else corrected for the rate found in port, in the same sea; £k: what the Act of '
-    '1714 pays, in thousands'
+    'rate: mean of the run; spread: standard deviation of the rates over {} each; nmi: east of '
+    'the truth, by the dial, and rated: corrected for the rate found in port, in the same sea; '
+    '£: what the Act of 1714 pays'
 )
+_TOO_SHORT = ', which is nothing for a voyage of less than six weeks'
 
 
 class Cases(StrEnum):
@@ -87,6 +91,7 @@ def compare(
         result = comparison.compare(entries, jobs=jobs, progress=progress)
     for path in plot or ():
         comparison.draw(result, path)
+        say(f'wrote {path}')
     if as_json:
         typer.echo(json.dumps(asdict(result), allow_nan=False))
     else:
@@ -110,35 +115,43 @@ def _print(result: Comparison) -> None:
 
     console = Console()
     console.print(comparison_table(result))
+    for line in failures(result):
+        console.print(line, highlight=False)
+
+
+def failures(result: Comparison) -> list[str]:
+    """Return why clocks stopped, a line a clock and case, at the roll that stopped it first."""
+    found: dict[tuple[str, str], str] = {}
     for row in result.rows:
         if row.stopped is not None:
-            console.print(f'{row.clock}, {_case(row)}: {row.stopped.why}', highlight=False)
+            found.setdefault((row.clock, _case(row)), row.stopped.why)
+    return [f'{clock}, {case}: {why}' for (clock, case), why in found.items()]
 
 
 def comparison_table(result: Comparison) -> Table:
-    """Return a line a clock: rate, its spread, error at the end, longitudes, prizes."""
+    """Return a line a clock: rate, its spread, error at the end, longitudes, prizes if any."""
     from rich import box
     from rich.table import Table
 
-    from tauto_core.cli.tables import span
-
     releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
+    judged = any(row.prize_pounds is not None for row in result.rows)
     table = Table(
         title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
         title_justify='left',
-        caption=_CAPTION.format(span(result.piece_s)),
+        caption=_CAPTION.format(span(result.piece_s)) + ('' if judged else _TOO_SHORT),
         caption_justify='left',
         box=box.SIMPLE_HEAD,
         padding=0,
     )
     rolls = len({row.roll_deg for row in result.rows}) > 1
-    table.add_column('clock', overflow='fold')
-    table.add_column('case')
-    for name in (*['roll °'] * rolls, *COLUMNS):
-        table.add_column(name, justify='right')
+    table.add_column('clock', no_wrap=True)
+    table.add_column('case', no_wrap=True)
+    for name in (*['roll\n°'] * rolls, *COLUMNS, *PRIZES[: 2 * judged]):
+        table.add_column(name, justify='right', no_wrap=True)
     for row in result.rows:
-        roll = [_number(row.roll_deg, '.3g')] * rolls
-        table.add_row(row.clock, _case(row), *roll, *_figures(row))
+        roll = [_number(row.roll_deg, 3)] * rolls
+        name = row.clock.removeprefix('clock_').replace('_', ' ')
+        table.add_row(name, _case(row), *roll, *_figures(row), *_prizes(row)[: 2 * judged])
     return table
 
 
@@ -148,17 +161,18 @@ def _case(row: Row) -> str:
 
 def _figures(row: Row) -> list[str]:
     return [
-        'stopped' if row.stopped else _number(row.rate_s_per_day, '+.2f'),
-        _number(row.rate_spread_s_per_day, '.2f'),
-        _number(row.error_s, '+.1f'),
-        _number(row.raw_error_nmi, '+.1f'),
-        _number(row.error_nmi, '+.1f'),
-        *(
-            '–' if pounds is None else f'{pounds // 1000}'
-            for pounds in (row.raw_prize_pounds, row.prize_pounds)
-        ),
+        'stopped' if row.stopped else _number(row.rate_s_per_day, signed=True),
+        _number(row.rate_spread_s_per_day, 3),
+        _number(row.error_s, signed=True),
+        _number(row.raw_error_nmi, signed=True),
+        _number(row.error_nmi, signed=True),
     ]
 
 
-def _number(value: float | None, form: str) -> str:
-    return '–' if value is None else f'{value:{form}}'
+def _prizes(row: Row) -> list[str]:
+    both = (row.raw_prize_pounds, row.prize_pounds)
+    return ['–' if pounds is None else f'{pounds:,}' for pounds in both]
+
+
+def _number(value: float | None, digits: int = 4, *, signed: bool = False) -> str:
+    return significant(value, digits, signed=signed)

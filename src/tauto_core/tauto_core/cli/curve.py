@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import SceneName
+from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
@@ -67,8 +68,14 @@ def cam(
             f'--thread = {thread}: must be 0 to {THICKEST_MM:g} mm. Give the thickness of the '
             'thread, or leave it out'
         )
-    loaded = load_scene(scene)
     files = {'csv': csv, 'svg': svg, 'dxf': dxf}
+    for kind, file in files.items():
+        if file is not None and file.suffix.lower() not in ('', f'.{kind}'):
+            raise UsageError(
+                f'--{kind} {file}: ends in {file.suffix}, and what is written is {kind.upper()}. '
+                f'Name it {file.with_suffix("." + kind).name}, or ask for the other format'
+            )
+    loaded = load_scene(scene)
     with naming(scene, loaded.name):
         if loaded.trochlea is not None and loaded.trochlea.cam.kind == 'lever_corrected':
             _lever_cheeks(loaded, files, reach, points, thread)
@@ -76,6 +83,9 @@ def cam(
             _cheeks(loaded, files, reach, points, thread)
         else:
             _in_fluid(loaded, files, reach, points, thread)
+    for file in files.values():
+        if file is not None:
+            say(f'wrote {file}')
 
 
 def _cheeks(
@@ -104,6 +114,7 @@ def _cheeks(
         _print_rows(HEADER, _few_of_cam(curve, reach))
         return
     cut = cheeks(curve, points, reach, thread_mm / MM_PER_M)
+    _check_thread(scene, thread_mm, float(cut.angle[0]))
     if (csv := files['csv']) is not None:
         cam_files.write_points(csv, cut)
     _write_drawings(draw(curve, cut, scene.name), files)
@@ -143,6 +154,7 @@ def _lever_cheeks(
         _print_rows(HEADER, (shape.theta(tau), *(MM_PER_M * length for length in lengths)))
         return
     right, left = (cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
+    _check_thread(scene, thread_mm, max(abs(float(side.angle[0])) for side in (right, left)))
     if (csv := files['csv']) is not None:
         cam_files.write_sides(csv, left, right)
     rate = MM_PER_M * shape.base_radius
@@ -169,6 +181,25 @@ def _lever_words(
         if thread_mm
         else 'for a thin thread: nothing is taken off for its thickness',
     ]
+
+
+def _check_thread(scene: Scene, thread_mm: float, acts_from_rad: float) -> None:
+    """Refuse a thread that no swing lays on the cheeks; say from where on they act.
+
+    Raises:
+        UsageError: the cheeks begin beyond the angle that the wheel is released at.
+    """
+    if not thread_mm:
+        return
+    assert scene.trochlea is not None
+    release = abs(scene.trochlea.release_angle)
+    if acts_from_rad >= release > 0.0:
+        raise UsageError(
+            f'--thread = {thread_mm:g} mm: bends round the edges of the cheeks up to '
+            f'{acts_from_rad:.4g} rad, and the wheel is released at {release:.4g} rad: it never '
+            'touches them. Use a thinner thread'
+        )
+    say(f'a thread of {thread_mm:g} mm bends round the edges up to {acts_from_rad:.4g} rad')
 
 
 def _refuse_thickness(thread_mm: float) -> None:

@@ -45,7 +45,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     """
     from tauto_core.cli.what_runs import hangs, left_out, reason, resonances, thread, way
     from tauto_core.motion import propagator_name
-    from tauto_core.readiness import check_scene
+    from tauto_core.readiness import check_scene, oddities
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
     from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
@@ -53,7 +53,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     scene = load_scene(name_or_path)
     with naming(name_or_path, scene.name):
         machine, motion = check_scene(scene)
-    warnings = [*motion.warnings, *resonances(scene, machine)]
+    warnings = [*oddities(scene), *motion.warnings, *resonances(scene, machine)]
     name = propagator_name(machine, still=scene.lies_still)
     expected = forecast(scene, machine, motion)
     stepping = expected.steps_a_swing is not None
@@ -158,7 +158,8 @@ def facts_table(facts: dict[str, Any]) -> Table:
 
 
 def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    from tauto_core.cli.tables import sea_words, span
+    from tauto_core.cli.tables import sea_words
+    from tauto_core.wording import span
 
     kept = 'with' if facts['motion_kept'] else 'without'
     step, interval = facts['motion_step_s'], facts['log_interval_s']
@@ -184,7 +185,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
-    from tauto_core.cli.tables import span
+    from tauto_core.wording import span
 
     if swing is None:
         return []
@@ -252,7 +253,7 @@ def _departs(hung: dict[str, Any]) -> str:
 def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
     if way is None:
         return []
-    from tauto_core.cli.tables import span
+    from tauto_core.wording import span
 
     under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
     landfalls = ', '.join(span(time) for time in times)
@@ -266,7 +267,7 @@ def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
 
 
 def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    from tauto_core.cli.tables import span
+    from tauto_core.wording import span
 
     expected = facts['expected']
     run = span(expected['run_s'], digits=1)
@@ -292,7 +293,7 @@ def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _error_lines(facts: dict[str, Any]) -> list[str]:
     """Return the bound of the simulation's error, and what it is made of, a line each."""
-    from tauto_core.cli.tables import span
+    from tauto_core.wording import span
 
     expected = facts['expected']
     error, tried = expected['error_s'], expected['tried_s']

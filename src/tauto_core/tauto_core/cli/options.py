@@ -17,6 +17,6 @@ AsJson: TypeAlias = Annotated[
 Plots: TypeAlias = Annotated[
     list[Path] | None,
     typer.Option(
-        '--plot', metavar='FILE', help='Draw it as .svg or .png, or both; replaces the file.'
+        '--plot', metavar='FILE', help='Draw it as .svg, .png or .pdf; replaces the file.'
     ),
 ]

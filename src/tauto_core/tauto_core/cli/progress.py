@@ -6,6 +6,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from tauto_core.cli.voice import is_quiet
+
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
@@ -19,7 +21,7 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     Yields:
         A function to call with the share done so far, from 0 to 1.
     """
-    if not sys.stderr.isatty():
+    if not sys.stderr.isatty() or is_quiet():
         yield lambda _share: None
         return
     from rich.console import Console

@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Group
 from rich.table import Table
 
-from tauto_core.cli.tables import replay_table
+from tauto_core.cli.tables import voyage_table
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def replay_tables(result: Mapping[str, Any]) -> RenderableType:
     """Return the tables of a replay: that of the voyage, and what else was asked for."""
-    tables = [replay_table(result)]
+    tables = [voyage_table(result)]
     if smoothed := result.get('smoothed'):
         tables.append(_hindsight(smoothed))
     if stability := result.get('stability'):
@@ -53,13 +53,14 @@ def _stability(stability: Mapping[str, Any]) -> Table:
         title_justify='left',
         box=box.SIMPLE,
         pad_edge=False,
+        padding=(0, 1),
     )
-    for name in ('τ, s', 'Allan', 'modified', 'Hadamard', 'time, s'):
+    for name in ('τ, s', 'Allan', 'modified', 'Hadamard'):
         table.add_column(name, justify='right', no_wrap=True)
     table.add_column('noise', no_wrap=True)
     for row in stability['rows']:
         deviations = [_bounded(row, kind) for kind in ('allan', 'modified', 'hadamard')]
-        table.add_row(f'{row["tau_s"]:g}', *deviations, f'{row["time"]:.1e}', _short(row['noise']))
+        table.add_row(f'{row["tau_s"]:g}', *deviations, row['noise'])
     return table
 
 
@@ -68,9 +69,3 @@ def _bounded(row: Mapping[str, Any], kind: str) -> str:
     if not value:
         return '0'
     return f'{value:.1e} −{100.0 * (1.0 - low / value):.0f} +{100.0 * (high / value - 1.0):.0f}'
-
-
-def _short(noise: str) -> str:
-    """Return the usual abbreviation of a kind of noise: RWFM of a random walk FM."""
-    *words, modulation = noise.split()
-    return ''.join(word[0].upper() for word in words) + modulation

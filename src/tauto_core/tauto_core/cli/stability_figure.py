@@ -26,7 +26,7 @@ def draw(stability: Mapping[str, Any], title: str, path: Path) -> None:
     Args:
         stability: what `stability_of` returns.
         title: of the figure.
-        path: ending in .svg or .png.
+        path: ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.

@@ -8,7 +8,7 @@ import numpy as np
 
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.samples import NS_PER_S, ImuSamples, JointSamples, State
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import attitude
 
@@ -35,7 +35,7 @@ class Limits:
     def __init__(self, scene: Scene) -> None:
         machine = compile_machine(scene)
         self._frequency = math.tau / machine.small_period
-        self._moves = not isinstance(scene.ship, StillShip)
+        self._moves = not scene.lies_still
         if isinstance(machine, FluidPendulum):
             self._release, self._moves = abs(machine.release_arc), False
         else:

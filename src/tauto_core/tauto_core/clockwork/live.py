@@ -17,7 +17,7 @@ import numpy as np
 
 from tauto_core.clockwork.dial_setting import DialSetting
 from tauto_core.clockwork.limits import Limits
-from tauto_core.clockwork.trochlea import MAX_GAP_S, TrochleaStage
+from tauto_core.clockwork.trochlea import TrochleaStage
 from tauto_core.samples import (
     JOINT_STATES,
     NS_PER_S,
@@ -33,8 +33,9 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.scene import Scene, StillShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.times import MAX_GAP_S
 from tauto_core.ship.continuity import Continuity
 from tauto_core.ship.imu import REFUSALS, content_reasons
 
@@ -53,7 +54,7 @@ class LiveTrochlea:
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
     def __init__(self, scene: Scene) -> None:
-        still = isinstance(scene.ship, StillShip)
+        still = scene.lies_still
         gap_ns = round(MAX_GAP_S * NS_PER_S)
         self._continuity = Continuity(scene.step_ns, max(gap_ns, 2 * scene.step_ns * still))
         self._stage = TrochleaStage(scene, anchor='first')

@@ -15,9 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LINEAR_S_PER_DAY = 1.0
-"""Rates below a second a day are drawn linearly, above logarithmically."""
-
 NEEDED_S = 120.0
 """Time in which the earth turns by half a degree: 30 nautical miles at the equator."""
 
@@ -36,7 +33,7 @@ def draw(result: Comparison, path: Path) -> None:
 
     Args:
         result: what `compare` returns.
-        path: ending in .svg or .png.
+        path: ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.
@@ -56,7 +53,7 @@ def side_by_side(result: Comparison) -> Figure:
     columns = min(4, len(clocks))
     lines = math.ceil(len(clocks) / columns)
     figure = Figure(figsize=(2.6 * columns + 0.6, 2.2 * lines + 0.9), layout='constrained')
-    grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=True)
+    grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=not by_roll)
     for axes, clock in zip(grid.ravel(), clocks, strict=False):
         rows = [row for row in result.rows if row.clock == clock]
         (_rates if by_roll else _errors)(axes, rows)
@@ -89,7 +86,7 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
 
 
 def _rates(axes: Axes, rows: Sequence[Row]) -> None:
-    axes.set_yscale('symlog', linthresh=LINEAR_S_PER_DAY)
+    """Draw rates on a scale of the panel's own: those of a force are a millionth of a weight's."""
     for hung, style in _STYLES.items():
         shown = sorted(
             (row.roll_deg, row.rate_s_per_day)

@@ -43,7 +43,7 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
     if not 0.0 <= roll_deg <= LARGEST_DEG:
         raise UsageError(
             f'--roll {roll_deg:g}: must lie between 0 and {LARGEST_DEG:g} degrees, twice the '
-            'root mean square of the roll. Leave it out'
+            'root mean square of the roll. Write for example 0,10,20'
         )
     ship, now = scene.ship, significant_roll_deg(scene)
     if not now:

@@ -83,12 +83,13 @@ def complete(
     missing = [name for name, value in given.items() if value is None]
     if len(missing) != 1:
         raise UsageError(
-            f'a design has four numbers, {", ".join(given)}, of which three give the fourth; '
-            f'left out: {", ".join(missing) or "none"}. Leave out exactly one'
+            'a design has four numbers, period, inertia, pull and base radius, of which three '
+            f'give the fourth; left out: {", ".join(_WORDS[each] for each in missing) or "none"}. '
+            'Leave out exactly one'
         )
     for name, value in given.items():
         if value is not None:
-            check_size(name, value)
+            check_size(_WORDS[name], value)
     if period is None:
         period = math.tau * math.sqrt((inertia or 0.0) / ((pull or 0.0) * (lever_rate or 0.0)))
     stiffness = (math.tau / period) ** 2
@@ -99,6 +100,15 @@ def complete(
     if lever_rate is None:
         lever_rate = inertia * stiffness / pull
     return Design(period, inertia, pull, lever_rate)
+
+
+_WORDS = {
+    'period': 'period',
+    'inertia': 'inertia',
+    'pull': 'pull',
+    'lever_rate': 'base radius',
+}
+"""The four numbers in the words of a user."""
 
 
 def check_size(name: str, value: float) -> None:

@@ -4,13 +4,19 @@ from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model,
 from tauto_core.navigation.filtering import Filtered, Known, filter_phases
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior, update
 from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
-from tauto_core.navigation.prize import prize_pounds, required_rate_s_per_day
+from tauto_core.navigation.prize import (
+    LEAST_UNCHECKED_DAYS,
+    prize_pounds,
+    required_rate_s_per_day,
+)
+from tauto_core.navigation.projection import projection
 from tauto_core.navigation.route import Route
 from tauto_core.navigation.tally import LongitudeTally
 
 __all__ = [
     'ERROR_NAMES',
     'ESTIMATE_NAMES',
+    'LEAST_UNCHECKED_DAYS',
     'ClockModel',
     'DriftStage',
     'Estimate',
@@ -25,6 +31,7 @@ __all__ = [
     'predict',
     'prior',
     'prize_pounds',
+    'projection',
     'required_rate_s_per_day',
     'update',
 ]

@@ -43,6 +43,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.ship.observations import schedule
+from tauto_core.wording import counted
 
 ESTIMATE_NAMES = ('offset_s', 'offset_sigma_s', 'rate_s_per_day', 'rate_sigma_s_per_day')
 HISTORY = 4096
@@ -344,21 +345,22 @@ def estimate_values(now: Estimate[FloatArray]) -> FloatArray:
 
 
 _SAID = {
-    'readings_out_of_order': 'readings were out of order and left out',
-    'observations_out_of_order': 'observations came after later ones and were left out',
-    'observations_repeated': 'observations had the stamp of another and were left out',
-    'observations_delayed': 'observations came after later ones; the filter went back for them',
-    'observations_from_future': 'observations were stamped a day or more after the newest reading '
-    'and left out: check whose clock stamped them',
-    'observations_unscheduled': 'observations were not at the times of the scene and left out',
-    'observations_missing': 'observations of the scene did not come',
-    'observations_too_old': 'observations were older than what is remembered and left out',
-    'observations_unmatched': 'observations were stamped after the last reading and left out',
-    'observations_gated': 'observations were refused as outliers, beyond drift.gate = {gate:g} '
-    'sigmas',
-    'dial_stops': 'times the dial had stood still; the offset was moved and reopened by that',
-    'dial_settings': 'times the dial was set anew; the estimate began again',
-    'estimates_reopened': 'observations beyond drift.gate = {gate:g} sigmas had to be believed: '
+    'readings_out_of_order': '{readings} {were} out of order and left out',
+    'observations_out_of_order': '{observations} came after later ones and {were} left out',
+    'observations_repeated': '{observations} had the stamp of another and {were} left out',
+    'observations_delayed': '{observations} came after later ones; the filter went back for '
+    '{them}',
+    'observations_from_future': '{observations} {were} stamped a day or more after the newest '
+    'reading and left out: check whose clock stamped {them}',
+    'observations_unscheduled': '{observations} {were} not at the times of the scene and left out',
+    'observations_missing': '{observations} of the scene did not come',
+    'observations_too_old': '{observations} {were} older than what is remembered and left out',
+    'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
+    'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
+    '{gate:g} sigmas',
+    'dial_stops': 'the dial had stood still {times}; the offset was moved and reopened by that',
+    'dial_settings': 'the dial was set anew {times}; the estimate began again',
+    'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
     'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
     '{prior:g} s/day)',
 }
@@ -373,7 +375,19 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
     """
     values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
     return [
-        f'drift: {health[name]} {words.format(**values)}'
+        f'drift: {words.format(**values, **_agreeing(health[name]))}'
         for name, words in _SAID.items()
         if health.get(name)
     ]
+
+
+def _agreeing(number: int) -> dict[str, str]:
+    """Return the words that depend on how many there are."""
+    return {
+        'observations': counted(number, 'observation'),
+        'readings': counted(number, 'reading'),
+        'were': 'was' if number == 1 else 'were',
+        'them': 'it' if number == 1 else 'them',
+        'outliers': 'an outlier' if number == 1 else 'outliers',
+        'times': 'once' if number == 1 else f'{number} times',
+    }

@@ -11,6 +11,9 @@ from tauto_core.scene.voyages import WIDEST_AWARD_NMI
 AWARDS = ((30.0, 20_000), (40.0, 15_000), (WIDEST_AWARD_NMI, 10_000))
 """(distance [nautical miles], pounds): within half a degree, two thirds, one degree."""
 
+LEAST_UNCHECKED_DAYS = 42.0
+"""Six weeks, a voyage to the West Indies: nothing shorter is tried for the prize."""
+
 
 def prize_pounds(distance_nmi: float) -> int:
     """Return what the Act pays for a longitude found within a distance [pounds].

@@ -8,7 +8,7 @@ import numpy as np
 
 from tauto_core.navigation.longitude import ERROR_NAMES, column
 from tauto_core.navigation.ordering import BEFORE_ALL
-from tauto_core.navigation.prize import prize_pounds, required_rate_s_per_day
+from tauto_core.navigation.prize import LEAST_UNCHECKED_DAYS, prize_pounds, required_rate_s_per_day
 from tauto_core.samples import (
     NS_PER_S,
     SECONDS_PER_DAY,
@@ -120,9 +120,12 @@ class LongitudeTally:
         `worst_prize_pounds` of the corrected clock since the last observation in port, and
         `worst_raw_…` of the dial.
 
-        A landfall has `at_s`; `ERROR_NAMES`; `prize_pounds` for the corrected distance, as the Act
-        was judged, and `raw_prize_pounds`; `unchecked_days` since the observation before it, and
-        `required_rate_s_per_day` for £20,000 after so long, both None where there was none.
+        A landfall has `at_s`; `latitude_deg`, None where unknown; `ERROR_NAMES`; `unchecked_days`
+        since the observation before it, or since the dial was set at the first reading;
+        `prize_pounds` for the corrected distance, as the Act was judged, `raw_prize_pounds`, and
+        `required_rate_s_per_day` for £20,000 after so long. These three, and the prizes of the
+        worst moments, are None where less than `LEAST_UNCHECKED_DAYS` were unchecked: no such
+        voyage is a trial.
         """
         if self._errors.last is None:
             return None
@@ -137,31 +140,36 @@ class LongitudeTally:
         raw, corrected = (
             self._worst.get(name, _Moment(abs(last[name]), stamp)) for name in _JUDGED
         )
+        judged = landfalls[-1] if landfalls else at_end
+        tried = judged['prize_pounds'] is not None
         return {
-            **(landfalls[-1] if landfalls else at_end),
+            **judged,
             'landfalls': landfalls,
             'worst_error_nmi': corrected.distance_nmi,
             'worst_at_s': self._time_s(corrected.stamp_ns),
-            'worst_prize_pounds': prize_pounds(corrected.distance_nmi),
+            'worst_prize_pounds': prize_pounds(corrected.distance_nmi) if tried else None,
             'worst_raw_error_nmi': raw.distance_nmi,
             'worst_raw_at_s': self._time_s(raw.stamp_ns),
-            'worst_raw_prize_pounds': prize_pounds(raw.distance_nmi),
+            'worst_raw_prize_pounds': prize_pounds(raw.distance_nmi) if tried else None,
         }
 
     def _verdict(self, row: Row, latitude: Row | None, checked_ns: int | None) -> dict[str, Any]:
         stamp, values = row
         errors = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
-        days = required = None
-        if checked_ns is not None and stamp > checked_ns:
-            days = (stamp - checked_ns) / NS_PER_S / SECONDS_PER_DAY
-            if latitude is not None:
-                required = required_rate_s_per_day(days, float(latitude[1][0]))
+        since = self._first_ns if checked_ns is None else checked_ns
+        days = max(stamp - since, 0) / NS_PER_S / SECONDS_PER_DAY
+        tried = days >= LEAST_UNCHECKED_DAYS
+        degrees = None if latitude is None else float(latitude[1][0])
+        required = None
+        if tried and degrees is not None:
+            required = required_rate_s_per_day(days, degrees)
         return {
             'at_s': self._time_s(stamp),
+            'latitude_deg': degrees,
             **errors,
-            'prize_pounds': prize_pounds(abs(errors['error_nmi'])),
-            'raw_prize_pounds': prize_pounds(abs(errors['raw_error_nmi'])),
             'unchecked_days': days,
+            'prize_pounds': prize_pounds(abs(errors['error_nmi'])) if tried else None,
+            'raw_prize_pounds': prize_pounds(abs(errors['raw_error_nmi'])) if tried else None,
             'required_rate_s_per_day': required,
         }
 

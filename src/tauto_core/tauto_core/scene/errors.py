@@ -164,3 +164,9 @@ class EstimationError(TautoError):
 
 class BagError(TautoError):
     """A bag that cannot be read or written: names the file, what is wrong, the remedy."""
+
+
+class BagPlaceError(BagError):
+    """No bag where one is to be read, or something where one is to be written; nothing began."""
+
+    exit_code = 2

@@ -94,9 +94,11 @@ def _found(value: object) -> str:
     if isinstance(value, bool):
         return ', not a truth value'
     if isinstance(value, str):
-        return (
-            ', not text (leave out quotes around numbers)' if _is_number(value) else ', not text'
-        )
+        if _is_number(value):
+            return ', not text (leave out quotes around numbers)'
+        if _is_number(value.replace(',', '.', 1)):
+            return f', and has a decimal comma: write {value.replace(",", ".", 1)}'
+        return ', not text'
     if value is None:
         return ', not empty'
     names: tuple[tuple[type, str], ...] = ((dict, 'mapping'), (list, 'list'))
@@ -134,7 +136,10 @@ def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
     models = models_of(field)
     tag, kinds = _tag(models[0]), [kind for model in models for kind in _kinds(model)]
     kinds += [] if field is None else [str(each) for each in field.examples or ()]
-    remedy = f'Use one of {", ".join(kinds)}.'
+    given = value.get(tag) if isinstance(value, dict) else None
+    near = difflib.get_close_matches(str(given), kinds, 1)
+    guess = f'Did you mean {near[0]}? ' if near else ''
+    remedy = f'{guess}Use one of {", ".join(kinds)}.'
     if not isinstance(value, dict) or tag not in value:
         return Problem(f'{key}.{tag}', ABSENT, 'is missing', remedy)
     return Problem(f'{key}.{tag}', value[tag], f'is no {tag} that is known', remedy)

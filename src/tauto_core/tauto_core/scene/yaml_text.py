@@ -125,14 +125,23 @@ def _value(node: yaml.Node) -> Any:
 
 def _mapping(node: yaml.MappingNode) -> dict[str, Any]:
     content: dict[str, Any] = {}
+    key = ''
     for key_node, value_node in node.value:
         if key_node.tag != f'{_TAG}str' or not isinstance(key_node, yaml.ScalarNode):
-            raise _RefusedError(key_node, 'a key must be a word', 'Use the names of the schema.')
+            before = content.get(key, '') if content else ''
+            raise _RefusedError(key_node, 'a key must be a word', _word_for(key_node, before))
         key = key_node.value
         if key in content:
             raise _RefusedError(key_node, f'the key {key!r} comes twice', 'Keep one of them.')
         content[key] = _value(value_node)
     return content
+
+
+def _word_for(key: yaml.Node, before: object) -> str:
+    """Return the remedy for a key that is no word; in `{mass: 0,322}` 322 is such a key."""
+    if key.tag == f'{_TAG}int' and isinstance(before, int) and not isinstance(before, bool):
+        return f'Write {before}.{key.value} with a decimal point if {before},{key.value} is meant.'
+    return 'Use the names of the scene reference.'
 
 
 def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:

@@ -1,0 +1,5 @@
+"""`python -m tauto_core …` is `tauto …`."""
+
+from tauto_core.cli import main
+
+main()

@@ -1,0 +1,100 @@
+"""What the page of a report needs to move the machine: outlines, and the motion by the second."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tauto_core.charts import motion
+from tauto_core.curves import Cam
+from tauto_core.machine_drawing import machine_lines
+from tauto_core.machines import compile_machine
+from tauto_core.record import Voyage
+from tauto_core.samples import FloatArray
+from tauto_core.scene import HoleThread, LeverThread, Scene, WeightPower
+from tauto_core.scene.errors import UsageError
+
+LONGEST_S = 600.0
+"""Length of what is played [s]: swings of a second are not to be seen in a voyage of weeks."""
+_ROLL_STEP_S = 0.2
+_TURNS_WITH_WHEEL = ('wheel', 'cheeks', 'axle', '')
+_MM = 1000.0
+
+
+def animation(voyage: Voyage) -> dict[str, Any]:
+    """Return outlines and motion, ready for JSON; `why` there is none.
+
+    The wheel stands at A cos φ: phase φ and amplitude A are interpolated between logged samples,
+    which may be a minute apart, where the angle itself swings once a second.
+
+    Returns:
+        `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, what it
+        moves with: `wheel`, `case` or `weight`; `time_s`, `phase_rad`, `amplitude_rad` at logged
+        samples, `roll_step_s` and `roll_rad`; of the thread `end`, and `winding` (`angle_rad`,
+        `x`, `y` of the contact in the wheel's frame, `rise`, all [mm]), null of a cam without.
+    """
+    scene = voyage.scene
+    try:
+        lines = machine_lines(scene)
+    except UsageError as error:
+        return {'why': str(error)}
+    if not len(voyage.angle_rad) or not len(voyage.phase_rad):
+        return {'why': 'The bag does not hold the motion of the wheel.'}
+    machine = compile_machine(scene)
+    shown = voyage.time_s <= LONGEST_S
+    size = np.hypot(voyage.angle_rad, voyage.angular_velocity_rad_s / machine.frequency)
+    time, roll, _, _ = motion(voyage)
+    length = min(LONGEST_S, float(voyage.time_s[shown][-1]))
+    grid = np.arange(0.0, length + _ROLL_STEP_S, _ROLL_STEP_S)
+    assert scene.trochlea is not None
+    weight = isinstance(scene.trochlea.power, WeightPower)
+    return {
+        'lines': [
+            {
+                'name': line.name,
+                'x': _short(line.x),
+                'y': _short(line.y),
+                'colour': line.colour,
+                'area': line.kind == 'area',
+                'with': 'weight'
+                if line.name == 'weight'
+                else 'wheel'
+                if line.name in _TURNS_WITH_WHEEL
+                else 'case',
+            }
+            for line in lines
+        ],
+        'time_s': _short(voyage.time_s[shown], 3),
+        'phase_rad': _short(voyage.phase_rad[shown], 4),
+        'amplitude_rad': _short(size[shown], 4),
+        'length_s': round(length, 3),
+        'roll_step_s': _ROLL_STEP_S,
+        'roll_rad': _short(np.interp(grid, time, roll), 5),
+        'hangs': weight and not isinstance(scene.trochlea.thread, LeverThread),
+        'fixed_end': isinstance(scene.trochlea.thread, HoleThread | LeverThread),
+        'winding': _winding(scene),
+    }
+
+
+def _winding(scene: Scene) -> dict[str, Any] | None:
+    """Return where the thread touches the cheek for positive angles of the wheel."""
+    assert scene.trochlea is not None
+    if scene.trochlea.cam.kind == 'lever_corrected':
+        return None
+    cam: Cam = scene.trochlea.made_cam(scene.gravity)
+    angle = np.linspace(0.0, cam.drawn_rad, 101)
+    x, y = cam.contact(angle)
+    arm = cam.lever_arm(angle)
+    rise = np.concatenate(([0.0], np.cumsum(0.5 * (arm[1:] + arm[:-1]) * np.diff(angle))))
+    return {
+        'angle_rad': _short(angle, 4),
+        'x': _short(_MM * x),
+        'y': _short(_MM * y),
+        'rise': _short(_MM * rise),
+    }
+
+
+def _short(values: FloatArray, digits: int = 3) -> list[float]:
+    rounded: list[float] = np.round(values, digits).tolist()
+    return rounded

@@ -1,0 +1,204 @@
+"""What a script or a notebook calls: the commands as functions.
+
+Errors are those of the command line, with options named as arguments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from tauto_core.call_words import in_words_of_calls
+from tauto_core.record import Voyage, replay_voyage, sail_voyage
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml, shipped_scenes
+from tauto_core.scene.errors import UsageError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tauto_core.comparison import Comparison
+    from tauto_core.samples import FloatArray
+
+MM_PER_M = 1000.0
+
+
+@dataclass(frozen=True)
+class CamOutline:
+    """The working edge of a cam's right cheek, in the frame of the wheel, origin at the axle.
+
+    Attributes:
+        angle_rad: of the wheel where the thread touches, (n,) [rad].
+        lever_arm_m: of the thread there [m].
+        x_m: of the point of contact, across the thread at rest [m].
+        y_m: along the thread at rest [m].
+    """
+
+    angle_rad: FloatArray
+    lever_arm_m: FloatArray
+    x_m: FloatArray
+    y_m: FloatArray
+
+
+def scenes() -> list[str]:
+    """Return the names of the scenes that ship."""
+    return shipped_scenes()
+
+
+def load(scene: str | Path | Scene, **overrides: object) -> Scene:
+    """Return a scene.
+
+    Args:
+        scene: a shipped name, a YAML file, or a scene already loaded.
+        overrides: top-level keys of the scene in place of its own, for example `duration=300.0`
+            or `drift={'observation_interval': 60.0}`; None leaves what is there.
+
+    Raises:
+        SceneError: all problems of the scene, with key, value and remedy.
+    """
+    with in_words_of_calls():
+        if not isinstance(scene, Scene):
+            return load_scene(scene, **overrides)
+        if not overrides:
+            return scene
+        from tauto_core.scene.yaml_text import read_mapping, write_mapping
+
+        content = read_mapping(scene_yaml(scene), scene.name)
+        given = {key: value for key, value in overrides.items() if value is not None}
+        return parse_scene(write_mapping({**content, **given}), scene.name)
+
+
+def sail(scene: str | Path | Scene, **overrides: object) -> Voyage:
+    """Return the voyage of a scene, sailed offline.
+
+    Args:
+        scene: as of `load`.
+        overrides: as of `load`.
+
+    Raises:
+        TautoError: bad scene, or an event that ends the motion.
+    """
+    with in_words_of_calls():
+        name = scene.name if isinstance(scene, Scene) else str(scene)
+        return sail_voyage(load(scene, **overrides), origin=name)
+
+
+def replay(bag: str | Path, *, scene: str | Path | Scene | None = None) -> Voyage:
+    """Return the voyage that a bag holds, its drift and longitude estimated anew.
+
+    Args:
+        bag: rosbag2 folder or MCAP file.
+        scene: in place of the bag's own, and needed where it has none.
+
+    Raises:
+        BagError: not a bag, no readings, or no scene.
+    """
+    with in_words_of_calls():
+        return replay_voyage(Path(bag), None if scene is None else load(scene))
+
+
+def cam(
+    scene: str | Path | Scene, *, points: int = 200, reach_rad: float | None = None
+) -> CamOutline:
+    """Return the outline of a scene's cam, from the middle to its end.
+
+    Args:
+        scene: as of `load`.
+        points: how many, >= 2.
+        reach_rad: angle of the last of them [rad]; None: all of the cam, at most one turn.
+
+    Raises:
+        UsageError: the scene has no cam of one shape for both sides, or arguments out of range.
+        SceneError: the cam cannot be built.
+    """
+    import numpy as np
+
+    loaded = load(scene)
+    if loaded.trochlea is None or loaded.trochlea.cam.kind == 'lever_corrected':
+        raise UsageError(
+            f'{loaded.name}: has no cam with two equal cheeks. Use `tauto cam`, which also draws '
+            'the cheeks of a lever and a curve in a fluid'
+        )
+    curve = loaded.trochlea.made_cam(loaded.gravity)
+    if points < 2:
+        raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
+    if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
+        raise UsageError(
+            f'reach_rad = {reach_rad!r}: must be > 0 and within the range of the cam, '
+            f'{curve.range_rad!r} rad. Give another, or leave it out'
+        )
+    angle = np.linspace(0.0, curve.drawn_rad if reach_rad is None else reach_rad, points)
+    return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
+
+
+def compare(
+    *clocks: str,
+    ship_of: str | None = None,
+    duration: float | None = None,
+    roll_deg: Sequence[float] = (),
+    suspension: Literal['both', 'with', 'without'] = 'both',
+    jobs: int = 2,
+) -> Comparison:
+    """Return what becomes of several clocks in the same sea.
+
+    Args:
+        clocks: files or shipped names; none: the shipped clocks.
+        ship_of: a scene whose ship and voyage all of them get.
+        duration: of the run [s].
+        roll_deg: significant amplitudes of the roll [degrees], a run each.
+        suspension: `both`, `with` or `without`: cases hung as in the scenes, or fixed.
+        jobs: processes at once.
+
+    Raises:
+        TautoError: clocks that cannot be compared, or arguments out of range.
+    """
+    from tauto_core import comparison
+
+    if suspension not in ('both', 'with', 'without'):
+        raise UsageError(
+            f"suspension = {suspension!r}: must be 'both', 'with' or 'without'. Choose one"
+        )
+    with in_words_of_calls():
+        entries = comparison.make_entries(
+            clocks,
+            ship_of=ship_of,
+            duration=duration,
+            rolls_deg=list(roll_deg),
+            cases=suspension,
+        )
+        return comparison.compare(entries, jobs=jobs)
+
+
+def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None = None) -> Figure:
+    """Return a picture as a Matplotlib figure, and write it where a file is named.
+
+    Args:
+        source: a voyage; or a bag, which is replayed; or a scene, which is sailed.
+        what: one of `tauto_core.charts.PICTURES`, for example `error`, `longitude` or `machine`.
+        file: ending in .svg, .png or .pdf; is replaced.
+
+    Raises:
+        UsageError: no such picture, or a file that a picture cannot become.
+        TautoError: whatever keeps the source from being read.
+    """
+    from tauto_core.pictures import check_picture, picture
+
+    with in_words_of_calls():
+        check_picture(what, file)
+        return picture(_voyage(source), what, file)
+
+
+def _voyage(source: str | Path | Scene | Voyage) -> Voyage:
+    if isinstance(source, Voyage):
+        return source
+    if not isinstance(source, Scene) and is_bag(source):
+        return replay(source)
+    return sail(source)
+
+
+def is_bag(source: str | Path) -> bool:
+    """Return whether a path is meant for a bag rather than a scene."""
+    return str(source) not in shipped_scenes() and (
+        Path(source).is_dir() or Path(source).suffix == '.mcap'
+    )

@@ -1,0 +1,76 @@
+"""A picture apart from how it is drawn: lines, bands and points on axes with units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tauto_core.samples import FloatArray
+
+Colour = Literal['blue', 'orange', 'green', 'grey']
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line, a band between two lines, points, or bars.
+
+    Attributes:
+        name: in the legend; empty for none.
+        x: (n,), in the unit of the axis.
+        y: (n,), of a band the lower edge.
+        colour: by its role: blue the dial or the machine, orange what is estimated, green the
+            ship, grey what is given.
+        kind: how it is drawn; an area is a closed line with its inside filled.
+        high: upper edge of a band or end of a bar, (n,).
+    """
+
+    name: str
+    x: FloatArray
+    y: FloatArray
+    colour: Colour = 'blue'
+    kind: Literal['line', 'band', 'points', 'bars', 'area'] = 'line'
+    high: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A picture with two axes.
+
+    Attributes:
+        title: what it shows.
+        x_label: with the unit.
+        y_label: with the unit.
+        lines: from the back to the front.
+        log_x, log_y: whether an axis is logarithmic.
+        equal: whether both axes have one scale.
+        note: what a reader must know besides; may be empty.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    lines: Sequence[Line]
+    log_x: bool = False
+    log_y: bool = False
+    equal: bool = False
+    note: str = ''
+
+    def y_limits(self) -> tuple[float, float] | None:
+        """Return the range that shows the lines, and of the bands what is left of them at the end.
+
+        None where the renderer may choose: on logarithmic and equal axes.
+        """
+        if self.log_y or self.equal or not any(line.kind == 'band' for line in self.lines):
+            return None
+        ends = [line.y for line in self.lines if line.kind != 'band' and len(line.y)]
+        ends += [
+            np.array([line.y[-1], line.high[-1]])
+            for line in self.lines
+            if line.kind == 'band' and line.high is not None and len(line.y)
+        ]
+        low, high = min(float(y.min()) for y in ends), max(float(y.max()) for y in ends)
+        margin = 0.05 * (high - low) or 1e-9
+        return low - margin, high + margin

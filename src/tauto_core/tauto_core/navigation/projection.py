@@ -1,0 +1,51 @@
+"""What the rate of a short run would come to on a voyage as long as the Act of 1714 meant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict
+from tauto_core.navigation.longitude import ARCMIN_PER_S
+from tauto_core.samples import SECONDS_PER_DAY
+
+PROJECTED_DAYS = (42.0, 81.0)
+"""Six weeks to the West Indies, which the Act meant, and H4's passage to Jamaica in 1761."""
+
+
+def projection(
+    rate_s_per_day: float,
+    estimate: Mapping[str, float],
+    model: ClockModel,
+    latitude_deg: float,
+) -> list[dict[str, Any]]:
+    """Return how far off a clock set right at departure is after `PROJECTED_DAYS`, unchecked.
+
+    The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west; allowing for the
+    estimated rate ŷ leaves (y − ŷ) T, with the standard deviation that the navigator's model has
+    of it (`kalman.predict`, from an exact offset).
+
+    Args:
+        rate_s_per_day: y, mean rate of the dial over the run [s/day, fast is positive].
+        estimate: with ŷ and its standard deviation, `rate_s_per_day`, `rate_sigma_s_per_day`.
+        model: of the clock, for the noise that it gathers under way.
+        latitude_deg: φ, where the longitude is judged [degrees].
+
+    Returns:
+        For each number of `days`: `raw_error_nmi` of the dial, `error_nmi` of the corrected
+        clock, both positive to the east, and `sigma_nmi` of the latter.
+    """
+    nmi_per_s = ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
+    left = rate_s_per_day - estimate['rate_s_per_day']
+    variance = (estimate['rate_sigma_s_per_day'] / SECONDS_PER_DAY) ** 2
+    known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, variance, 0.0, 0.0)
+    return [
+        {
+            'days': days,
+            'raw_error_nmi': -rate_s_per_day * days * nmi_per_s,
+            'error_nmi': -left * days * nmi_per_s,
+            'sigma_nmi': math.sqrt(predict(known, days * SECONDS_PER_DAY, model).xx) * nmi_per_s,
+        }
+        for days in PROJECTED_DAYS
+    ]

@@ -1,0 +1,314 @@
+"""A voyage as arrays: all that a run or a bag holds, each array named with its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
+
+import numpy as np
+
+from tauto_core import voyage
+from tauto_core.bags import BagWriter, check_folder, read_bag
+from tauto_core.call_words import in_words_of_calls
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
+    NS_PER_S,
+    OBSERVATION,
+    PHASE,
+    READING,
+    SCENE,
+    SHIP_FIX,
+    SHIP_IMU,
+    Batches,
+    FixSamples,
+    FloatArray,
+    ImuSamples,
+    JointSamples,
+    Samples,
+    TimeSamples,
+    join,
+    text,
+)
+from tauto_core.scene import Scene, scene_yaml
+from tauto_core.ship import bag_metadata
+from tauto_core.ship.imu import attitude
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
+Kind = TypeVar('Kind', bound=Samples)
+
+_NONE = np.empty(0)
+_STATED = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
+"""Topics that a replay does not make anew."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Voyage:
+    """What a clock did on a voyage.
+
+    Arrays are (n,) with one value a logged sample, at `time_s` from the start, in seconds and
+    radians; those that begin with `motion_` have the full rate of the ship's motion, and are
+    empty where the voyage keeps none (`log.motion`). What a bag does not hold is empty.
+
+    Attributes:
+        scene: that was sailed.
+        result: the figures, as `tauto sail --json` and `tauto replay --json` print them.
+        samples: by topic, field for field what the messages carry.
+    """
+
+    scene: Scene
+    result: Mapping[str, Any]
+    samples: Mapping[str, Samples]
+
+    def __repr__(self) -> str:
+        return f'<Voyage of {self.scene.name}: {self.answer}>'
+
+    @property
+    def answer(self) -> str:
+        """How far wrong the clock would put the ship, in a sentence."""
+        return str(self.result['answer'])
+
+    @cached_property
+    def start_ns(self) -> int:
+        """Stamp of the first reading [ns]."""
+        return int(self._of(READING, TimeSamples).stamp_ns[0])
+
+    @cached_property
+    def time_s(self) -> FloatArray:
+        """True time since the first reading [s]."""
+        return self._seconds(READING)
+
+    @cached_property
+    def clock_error_s(self) -> FloatArray:
+        """Reading of the dial less the true time [s], fast is positive."""
+        return self._error(READING)
+
+    @cached_property
+    def corrected_error_s(self) -> FloatArray:
+        """Reading less its estimated error, less the true time [s]."""
+        return self._error(CORRECTED)
+
+    @property
+    def offset_s(self) -> FloatArray:
+        """Estimated error of the dial [s]."""
+        return self._named(ESTIMATE, 'offset_s')
+
+    @property
+    def offset_sigma_s(self) -> FloatArray:
+        """Standard deviation of `offset_s` [s]."""
+        return self._named(ESTIMATE, 'offset_sigma_s')
+
+    @property
+    def rate_s_per_day(self) -> FloatArray:
+        """Estimated rate of the dial [s/day], fast is positive."""
+        return self._named(ESTIMATE, 'rate_s_per_day')
+
+    @property
+    def rate_sigma_s_per_day(self) -> FloatArray:
+        """Standard deviation of `rate_s_per_day` [s/day]."""
+        return self._named(ESTIMATE, 'rate_sigma_s_per_day')
+
+    @property
+    def angle_rad(self) -> FloatArray:
+        """Angle of the wheel in its case [rad]; of a body in a fluid its arc [m]."""
+        return self._joint('position')
+
+    @property
+    def angular_velocity_rad_s(self) -> FloatArray:
+        """Angular velocity of the wheel in its case [rad/s]; of a body its speed [m/s]."""
+        return self._joint('velocity')
+
+    @property
+    def phase_rad(self) -> FloatArray:
+        """Phase of the swing since the release [rad], 2π a period."""
+        return self._named(PHASE, 'phase')
+
+    @property
+    def raw_longitude_error_nmi(self) -> FloatArray:
+        """How far east of the truth the dial puts the ship [nautical miles]."""
+        return self._named(LONGITUDE_ERROR, 'raw_error_nmi')
+
+    @property
+    def longitude_error_nmi(self) -> FloatArray:
+        """How far east of the truth the corrected clock puts the ship [nautical miles]."""
+        return self._named(LONGITUDE_ERROR, 'error_nmi')
+
+    @property
+    def longitude_sigma_nmi(self) -> FloatArray:
+        """Standard deviation of `longitude_error_nmi` [nautical miles]."""
+        return self._named(LONGITUDE_ERROR, 'sigma_nmi')
+
+    @property
+    def latitude_deg(self) -> FloatArray:
+        """Where the ship truly is [degrees north]."""
+        return self._place(SHIP_FIX, 'latitude')
+
+    @property
+    def longitude_deg(self) -> FloatArray:
+        """Where the ship truly is [degrees east]."""
+        return self._place(SHIP_FIX, 'longitude')
+
+    @property
+    def clock_longitude_deg(self) -> FloatArray:
+        """Where the corrected clock puts the ship [degrees east]."""
+        return self._place(LONGITUDE_FIX, 'longitude')
+
+    @cached_property
+    def observation_time_s(self) -> FloatArray:
+        """When the clock was compared with the true time, from the first reading [s]."""
+        return self._seconds(OBSERVATION)
+
+    @cached_property
+    def observed_error_s(self) -> FloatArray:
+        """Reading at `observation_time_s`, less the true time as it was found [s]."""
+        if OBSERVATION not in self.samples:
+            return _NONE
+        found = self._of(OBSERVATION, TimeSamples)
+        noise = (found.time_ref_ns - found.stamp_ns) / NS_PER_S
+        return np.interp(self.observation_time_s, self.time_s, self.clock_error_s) - noise
+
+    @cached_property
+    def motion_time_s(self) -> FloatArray:
+        """Time of the motion's samples, from the first reading [s]."""
+        return self._seconds(SHIP_IMU)
+
+    @cached_property
+    def motion_roll_rad(self) -> FloatArray:
+        """Roll of the ship [rad], starboard side down is positive."""
+        if SHIP_IMU not in self.samples:
+            return _NONE
+        return attitude(self._of(SHIP_IMU, ImuSamples)).roll
+
+    @cached_property
+    def roll_rad(self) -> FloatArray:
+        """Roll of the ship at `time_s` [rad]; empty where the voyage keeps no motion."""
+        if not len(self.motion_time_s):
+            return _NONE
+        return np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad)
+
+    @cached_property
+    def motion_gravity_m_s2(self) -> FloatArray:
+        """Apparent gravity at the clock, the size of the specific force [m/s2]."""
+        if SHIP_IMU not in self.samples:
+            return _NONE
+        force = self._of(SHIP_IMU, ImuSamples).linear_acceleration
+        size: FloatArray = np.sqrt(np.square(force).sum(axis=1))
+        return size
+
+    def plot(self, what: str, file: str | Path | None = None) -> Figure:
+        """Draw a picture of the voyage; see `tauto_core.plot`."""
+        from tauto_core.pictures import picture
+
+        return picture(self, what, file)
+
+    def write(self, bag: str | Path, *, force: bool = False) -> None:
+        """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.
+
+        Args:
+            bag: the folder, which must not be there.
+            force: replace a bag that is there.
+
+        Raises:
+            BagError: the folder may not be written to.
+        """
+        folder = Path(bag)
+        with in_words_of_calls():
+            check_folder(folder, force=force)
+        with BagWriter(folder, force=force) as writer:
+            writer.describe(bag_metadata(self.scene))
+            kept = dict(self.samples)
+            kept.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
+            writer.write(kept)
+
+    def _of(self, topic: str, kind: type[Kind]) -> Kind:
+        samples = self.samples[topic]
+        assert isinstance(samples, kind)
+        return samples
+
+    def _seconds(self, topic: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        return (self.samples[topic].stamp_ns - self.start_ns) / NS_PER_S
+
+    def _error(self, topic: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        found = self._of(topic, TimeSamples)
+        return (found.time_ref_ns - found.stamp_ns) / NS_PER_S
+
+    def _named(self, topic: str, name: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        found = self._of(topic, JointSamples)
+        return found.position[:, found.name.index(name)]
+
+    def _joint(self, field: str) -> FloatArray:
+        if JOINT_STATES not in self.samples:
+            return _NONE
+        return cast(FloatArray, getattr(self._of(JOINT_STATES, JointSamples), field)[:, 0])
+
+    def _place(self, topic: str, field: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        return cast(FloatArray, getattr(self._of(topic, FixSamples), field))
+
+
+class _Gathered:
+    """Batches of all topics, joined at the end."""
+
+    def __init__(self, *, motion: bool) -> None:
+        self._motion = motion
+        self._parts: dict[str, list[Any]] = {}
+
+    def take(self, batches: Batches) -> None:
+        for topic, samples in batches.items():
+            if topic != SHIP_IMU or self._motion:
+                self._parts.setdefault(topic, []).append(samples)
+
+    def joined(self) -> Batches:
+        return {topic: join(parts) for topic, parts in self._parts.items()}
+
+
+def sail_voyage(
+    scene: Scene, *, origin: str | None = None, progress: Callable[[float], None] | None = None
+) -> Voyage:
+    """Return the voyage of a scene, sailed offline.
+
+    Args:
+        scene: what to simulate.
+        origin: what the user called it by, for errors.
+        progress: called with the fraction done, from 0 to 1.
+
+    Raises:
+        TautoError: see `voyage.sail`.
+    """
+    gathered = _Gathered(motion=scene.keeps_motion)
+    result = voyage.sail(scene, origin=origin, progress=progress, watch=gathered.take)
+    return Voyage(scene, result, gathered.joined())
+
+
+def replay_voyage(path: Path, scene: Scene | None = None) -> Voyage:
+    """Return the voyage that a bag holds, drift and longitude estimated anew.
+
+    Raises:
+        BagError: not a bag, no readings, or no scene.
+        SceneError: the bag's scene cannot be read.
+    """
+    bag = read_bag(path)
+    gathered = _Gathered(motion=True)
+    result = voyage.replay(path, scene=scene, watch=gathered.take)
+    found = gathered.joined()
+    for topic in _STATED:
+        if topic in bag and topic not in found:
+            found[topic] = bag.samples(topic)
+    return Voyage(voyage.bag_scene(bag, scene), result, found)

@@ -1,0 +1,212 @@
+"""A voyage as one HTML page: figures, pictures to zoom, and the machine in the rolling ship.
+
+The page holds all it needs, Bokeh's script included, and asks nothing of any network.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Sequence
+from html import escape
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tauto_core.animation import animation
+from tauto_core.chart import Chart, Line
+from tauto_core.charts import PICTURES, chart
+from tauto_core.pictures import COLOURS
+from tauto_core.record import Voyage
+from tauto_core.result_rows import SIGNS, groups
+from tauto_core.samples import FloatArray
+from tauto_core.scene import scene_yaml
+from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.wording import span
+
+if TYPE_CHECKING:
+    from bokeh.model import Model
+
+_TOOLS = 'pan,box_zoom,reset,save'
+_REMEDY = 'pip install -e "src/tauto_core[report]"'
+
+
+class ReportError(TautoError):
+    """A report that cannot be made."""
+
+
+def check_report(file: Path) -> None:
+    """Refuse, before anything runs, a file that cannot become a report.
+
+    Raises:
+        UsageError: a suffix other than .html, or a folder that is not there.
+        ReportError: Bokeh is not installed.
+    """
+    if file.suffix != '.html':
+        raise UsageError(f'--out {file}: must end in .html. Name another file')
+    if not file.parent.is_dir():
+        raise UsageError(f'--out {file}: there is no folder {file.parent}. Make it first')
+    try:
+        version('bokeh')
+    except ModuleNotFoundError:
+        raise ReportError(
+            f'`tauto report` needs bokeh, which is not installed. {_REMEDY}'
+        ) from None
+
+
+def write_report(voyage: Voyage, file: Path, command: str) -> None:
+    """Write the page of a voyage; replaces the file.
+
+    Args:
+        voyage: what it is of.
+        file: ending in .html.
+        command: that made it, to be shown.
+
+    Raises:
+        UsageError, ReportError: see `check_report`; or the file cannot be written.
+    """
+    check_report(file)
+    text = page(voyage, command)
+    try:
+        file.write_text(text, encoding='utf-8')
+    except OSError as error:
+        raise ReportError(
+            f'{file}: cannot be written: {error.strerror}. Name another file'
+        ) from None
+
+
+def page(voyage: Voyage, command: str) -> str:
+    """Return the page of a voyage.
+
+    Args:
+        voyage: what it is of.
+        command: that made it, to be shown.
+    """
+    from bokeh.embed import components
+    from bokeh.resources import Resources
+
+    charts, missing = _charts(voyage)
+    models: dict[str, Model] = {name: _bokeh(of) for name, of in charts.items()}
+    script, divs = components(models)
+    parts = [
+        f'<section id="{name}"><h2>{escape(of.title)}</h2>{divs[name]}{_note(of.note)}</section>'
+        for name, of in charts.items()
+    ]
+    parts += [f'<p class="note">{escape(why)}</p>' for why in missing]
+    seconds = voyage.result.get('duration_s')
+    template = Template((files('tauto_core') / 'report_page.html').read_text(encoding='utf-8'))
+    return template.substitute(
+        title=escape(voyage.scene.name),
+        length='' if seconds is None else escape(f': {span(seconds)}'),
+        answer=escape(voyage.answer),
+        signs=escape(SIGNS),
+        figures=_figures(voyage),
+        library=Resources(mode='inline', components=['bokeh']).render_js(),
+        charts='\n'.join(parts),
+        script=script,
+        animation=json.dumps(animation(voyage), separators=(',', ':'), allow_nan=False),
+        scene=escape(scene_yaml(voyage.scene)),
+        made=_made(command),
+    )
+
+
+def _charts(voyage: Voyage) -> tuple[dict[str, Chart], list[str]]:
+    """Return the pictures that the voyage has data for, and why others are left out."""
+    found, missing = {}, []
+    for name in PICTURES:
+        try:
+            found[name] = chart(voyage, name)
+        except UsageError as error:
+            missing.append(f'No {name}: {error}')
+    return found, missing
+
+
+def _bokeh(of: Chart) -> Any:
+    from bokeh.models import CrosshairTool, HoverTool, Range1d, WheelZoomTool
+    from bokeh.plotting import figure
+
+    axes: Any = figure(
+        height=440 if of.equal else 340,
+        sizing_mode='stretch_width',
+        tools=_TOOLS,
+        x_axis_type='log' if of.log_x else 'linear',
+        y_axis_type='log' if of.log_y else 'linear',
+        x_axis_label=of.x_label,
+        y_axis_label=of.y_label,
+        match_aspect=of.equal,
+        background_fill_color=None,
+        border_fill_color=None,
+        outline_line_color=None,
+    )
+    axes.toolbar.logo = None
+    axes.add_tools(WheelZoomTool(), CrosshairTool(line_color='#767676', line_alpha=0.6))
+    limits = of.y_limits()
+    if limits is not None:
+        axes.y_range = Range1d(start=limits[0], end=limits[1])
+    for line in of.lines:
+        drawn = _bokeh_line(axes, line)
+        if line.kind in ('line', 'points') and not of.equal:
+            tips = [(line.name or of.y_label, '@y'), (of.x_label, '@x')]
+            axes.add_tools(HoverTool(renderers=[drawn], tooltips=tips, mode='mouse'))
+    if any(line.name for line in of.lines):
+        axes.legend.click_policy = 'hide'
+        axes.legend.background_fill_alpha = 0.0
+        axes.legend.border_line_color = None
+        axes.legend.label_text_font_size = '11px'
+        axes.legend.orientation = 'vertical'
+        axes.add_layout(axes.legend[0], 'below')
+        axes.legend.ncols = 3
+    return axes
+
+
+def _bokeh_line(axes: Any, line: Line) -> Any:
+    """Draw a line; return what was drawn."""
+    colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
+    legend = {'legend_label': line.name} if line.name else {}
+    if line.kind in ('band', 'bars'):
+        assert line.high is not None
+        high = _short(line.high)
+        if line.kind == 'band':
+            return axes.varea(x, y, high, color=colour, alpha=0.2, **legend)
+        return axes.segment(x, y, x, high, color=colour, line_width=5, alpha=0.6, **legend)
+    if line.kind == 'points':
+        return axes.scatter(x, y, size=4 if len(x) > 100 else 7, color=colour, **legend)
+    if line.kind == 'area':
+        return axes.patch(x, y, color=colour, fill_alpha=0.5, **legend)
+    dash = 'dashed' if line.colour == 'orange' else 'solid'
+    return axes.line(x, y, color=colour, line_width=1.6, line_dash=dash, **legend)
+
+
+def _short(values: FloatArray) -> Any:
+    """Return numbers in single precision, which is finer than any screen."""
+    return np.asarray(values, np.float32)
+
+
+def _figures(voyage: Voyage) -> str:
+    rows = []
+    for name, content in groups(voyage.result):
+        rows.append(f'<tr><th colspan="3" scope="rowgroup">{escape(name)}</th></tr>')
+        rows += [_row(each) for each in content]
+    return '\n'.join(rows)
+
+
+def _row(cells: Sequence[str]) -> str:
+    label, value, unit = (escape(cell) for cell in cells)
+    return f'<tr><td>{label}</td><td class="value">{value}</td><td>{unit}</td></tr>'
+
+
+def _note(words: str) -> str:
+    return f'<p class="note">{escape(words)}</p>' if words else ''
+
+
+def _made(command: str) -> str:
+    programs = ('tauto_core', 'numpy', 'scipy', 'llvmlite', 'bokeh')
+    said = [
+        f'Python {platform.python_version()}',
+        *(f'{name} {version(name)}' for name in programs),
+    ]
+    return f'<code>{escape(command)}</code><br>{escape(", ".join(said))}'

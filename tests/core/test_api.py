@@ -1,0 +1,137 @@
+"""`import tauto_core as tauto`: the commands as functions, arrays with units, errors in words."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import tauto_core as tauto
+from tauto_core import voyage as core
+from tauto_core.bags import read_bag
+from tauto_core.cli.app import app
+
+BAGS = Path(__file__).parents[2] / 'bags'
+ARRAYS = [
+    name
+    for name, value in inspect.getmembers(tauto.Voyage)
+    if name.endswith(('_s', '_rad', '_s_per_day', '_nmi', '_deg', '_rad_s', '_m_s2'))
+    and hasattr(value, '__doc__')
+]
+
+
+@pytest.fixture(scope='module')
+def sailed() -> tauto.Voyage:
+    return tauto.sail('second_cam_at_sea', duration=120.0)
+
+
+def test_importing_it_imports_nothing_else() -> None:
+    program = (
+        'import sys; before = set(sys.modules); import tauto_core; '
+        'new = {name.partition(".")[0] for name in set(sys.modules) - before}; '
+        'print(sorted(new - set(sys.stdlib_module_names)))'
+    )
+    found = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True
+    )
+    assert found.stdout.strip() == "['tauto_core']"
+
+
+def test_every_public_name_is_there_and_explained() -> None:
+    assert tauto.__doc__
+    for name in tauto.__all__:
+        value = getattr(tauto, name)
+        assert isinstance(value, str) or value.__doc__, name
+    assert set(dir(tauto)) == set(tauto.__all__)
+    with pytest.raises(AttributeError, match='sale'):
+        tauto.sale  # noqa: B018
+
+
+def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Voyage) -> None:
+    words = ['sail', 'second_cam_at_sea', '--duration', '120', '--json']
+    printed = json.loads(CliRunner().invoke(app, words).stdout)
+    assert {**printed, 'wall_s': 0.0} == {**sailed.result, 'wall_s': 0.0}
+    assert sailed.answer in repr(sailed)
+    assert sailed.time_s[[0, -1]].tolist() == [0.0, 120.0]
+    assert sailed.clock_error_s[-1] == printed['clock']['error_s']
+    assert sailed.offset_s[-1] == printed['drift']['offset_s']
+    assert sailed.raw_longitude_error_nmi[-1] == printed['longitude']['raw_error_nmi']
+    assert sailed.angle_rad[0] == 1.0
+    assert np.abs(sailed.motion_roll_rad).max() < 0.3
+    assert sailed.motion_gravity_m_s2.mean() == pytest.approx(9.80665, abs=0.2)
+    for name in ARRAYS:
+        array = getattr(sailed, name)
+        assert array.ndim == 1, name
+        if not name.startswith(('motion_', 'obs')):
+            assert len(array) == len(sailed.time_s), name
+
+
+def test_a_bag_replays_to_the_same_voyage(sailed: tauto.Voyage, tmp_path: Path) -> None:
+    sailed.write(tmp_path / 'bag')
+    again = tauto.replay(tmp_path / 'bag')
+    assert len(ARRAYS) > 15
+    for name in ARRAYS:
+        # times of the observations count from the first reading, which the bag holds too
+        assert getattr(again, name).tobytes() == getattr(sailed, name).tobytes(), name
+    assert again.result['longitude'] == sailed.result['longitude']
+    assert again.scene == sailed.scene
+    with pytest.raises(tauto.TautoError, match='force= to replace'):
+        sailed.write(tmp_path / 'bag')
+    sailed.write(tmp_path / 'bag', force=True)
+
+
+def test_what_a_voyage_writes_is_what_sail_writes(sailed: tauto.Voyage, tmp_path: Path) -> None:
+    sailed.write(tmp_path / 'mine')
+    core.sail(sailed.scene, tmp_path / 'theirs')
+    mine, theirs = read_bag(tmp_path / 'mine'), read_bag(tmp_path / 'theirs')
+    assert mine.counts == theirs.counts
+    for topic in theirs.counts:
+        assert mine.payloads(topic)[1] == theirs.payloads(topic)[1], topic
+
+
+def test_a_scene_can_be_loaded_changed_and_sailed() -> None:
+    scene = tauto.load('ideal', duration=600.0)
+    assert tauto.load(scene) is scene
+    assert tauto.load(scene, duration=1200.0).duration == 1200.0
+    assert tauto.sail(scene).time_s[-1] == 600.0
+    assert 'ideal' in tauto.scenes()
+
+
+def test_the_cam_of_a_scene() -> None:
+    """Euler's involute: the lever arm is the base radius times the angle (theory A)."""
+    found = tauto.cam('measured', points=50)
+    np.testing.assert_allclose(found.lever_arm_m, 0.005 * found.angle_rad, rtol=1e-12)
+    assert len(found.x_m) == len(found.y_m) == 50
+
+
+def test_clocks_are_compared() -> None:
+    found = tauto.compare('second_cam_at_sea', duration=60.0, jobs=1)
+    assert [row.clock for row in found.rows] == ['second_cam_at_sea']
+
+
+@pytest.mark.parametrize(
+    ('call', 'words'),
+    [
+        (lambda: tauto.load('ideal', duration=0.0), r'\(given by duration=\)'),
+        (lambda: tauto.sail('nowhere'), 'no such file or shipped scene'),
+        (lambda: tauto.load('ideal', durations=1.0), 'Did you mean `duration`'),
+        (lambda: tauto.replay('no_bag'), 'no_bag does not exist'),
+        (lambda: tauto.cam('measured', reach_rad=-1.0), 'reach_rad = -1.0: must be > 0'),
+        (lambda: tauto.cam('globe_in_oil'), 'has no cam'),
+        (lambda: tauto.cam('measured', points=1), 'points = 1: must be at least 2'),
+        (lambda: tauto.compare('ideal', roll_deg=[-10.0]), 'roll=-10: must lie between'),
+        (lambda: tauto.compare('ideal', suspension='none'), "suspension = 'none'"),
+        (lambda: tauto.plot('ideal', 'sound'), "'sound': is no picture"),
+        (lambda: tauto.plot('ideal', 'error', 'x.jpg'), 'out=x.jpg: must end in .svg'),
+    ],
+)
+def test_wrong_arguments_get_the_errors_of_the_command_in_words_of_calls(call, words: str) -> None:
+    with pytest.raises(tauto.TautoError, match=words) as caught:
+        call()
+    assert '--' not in str(caught.value)

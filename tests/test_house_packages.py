@@ -1,0 +1,71 @@
+"""Both distributions build, and the core is complete in an environment of its own."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+def run(*words: str | Path) -> str:
+    done = subprocess.run(
+        [str(word) for word in words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope='module')
+def wheels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp('wheels')
+    for name in ('tauto_core', 'tauto_nodes'):
+        copy = folder / 'sources' / name  # a build leaves files beside its sources
+        shutil.copytree(ROOT / 'src' / name, copy, ignore=shutil.ignore_patterns('__pycache__'))
+        pip = ('-m', 'pip', 'wheel', '--quiet', '--no-deps', '--no-build-isolation')
+        run(sys.executable, *pip, '--wheel-dir', folder, copy)
+    return {wheel.name.partition('-')[0]: wheel for wheel in folder.glob('*.whl')}
+
+
+def test_the_wheels_hold_all_that_the_sources_hold(wheels: dict[str, Path]) -> None:
+    for name, wheel in wheels.items():
+        held = set(zipfile.ZipFile(wheel).namelist())
+        package = ROOT / 'src' / name / name
+        for file in package.rglob('*'):
+            if file.is_file() and '__pycache__' not in file.parts:
+                assert file.relative_to(package.parent).as_posix() in held, file
+
+
+def test_the_installed_wheel_sails_by_itself(wheels: dict[str, Path], tmp_path: Path) -> None:
+    """An empty environment that sees the libraries of this one, and none of this tree."""
+    venv.create(tmp_path / 'env', with_pip=False)
+    libraries = next(path for path in map(Path, sys.path) if path.name == 'site-packages')
+    python = tmp_path / 'env/bin/python'
+    [own] = (tmp_path / 'env/lib').glob('python*/site-packages')
+    pip = ('-m', 'pip', '--python', python, 'install', '--quiet', '--no-deps', '--no-index')
+    run(sys.executable, *pip, wheels['tauto_core'], wheels['tauto_nodes'])
+    # .pth files of the libraries, which lead to this tree, are not read there
+    (own / 'libraries.pth').write_text(f'{libraries}\n', encoding='utf-8')
+    said = run(
+        *(python, '-c'),
+        'import tauto_core as t; print(t.__file__); print(t.sail("ideal", duration=600.0))',
+    )
+    assert str(tmp_path) in said.splitlines()[0]
+    assert 'Voyage of ideal' in said
+    assert 'tauto 0' in run(tmp_path / 'env/bin/tauto', '--version')
+
+
+def test_the_extras_are_those_that_the_readme_names() -> None:
+    from importlib.metadata import metadata
+
+    extras = set(metadata('tauto_core').get_all('Provides-Extra') or ())
+    assert {'ros', 'report', 'spectra', 'bench'} <= extras
+    readme = (ROOT / 'README.md').read_text(encoding='utf-8')
+    for name in ('ros', 'report', 'spectra', 'bench'):
+        assert f'`{name}`' in readme
