@@ -60,8 +60,8 @@ def rows(result: dict[str, Any]) -> dict[tuple[str, str], list[str]]:
 
 def test_the_sentence_comes_first_and_names_the_sides() -> None:
     assert answer(RESULT) == (
-        'After 81.02 days unchecked the dial puts the ship 1.21 nmi east of where she is; rated '
-        'and corrected, 0.0238 nmi west.'
+        'After 81.02 days unchecked the dial puts the ship 1.213 nmi east of where she is; '
+        'rated and corrected, 0.02378 nmi west.'
     )
     title, first, *_ = said(RESULT, width=200).splitlines()
     assert title == 'h4: 81.02 days'
@@ -70,7 +70,7 @@ def test_the_sentence_comes_first_and_names_the_sides() -> None:
 
 def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
     same = {**RESULT['longitude'], 'error_nmi': 1234.0}
-    assert answer({'longitude': same}).endswith('rated and corrected, 1,230 nmi.')
+    assert answer({'longitude': same}).endswith('rated and corrected, 1,234 nmi.')
     none = {**RESULT['longitude'], 'raw_error_nmi': -0.0, 'error_nmi': 1e-9}
     assert 'puts the ship within 0.001 nmi of where she is' in answer({'longitude': none})
     assert answer({'longitude': none}).endswith('rated and corrected, within 0.001 nmi.')

@@ -48,7 +48,7 @@ def _place(east_nmi: float) -> str:
     """Return a distance and its side."""
     if abs(east_nmi) < _LEAST_NMI:
         return f'within {_LEAST_NMI:g} nmi'
-    return f'{significant(abs(east_nmi), 3)} nmi {"east" if east_nmi > 0.0 else "west"}'
+    return f'{significant(abs(east_nmi))} nmi {"east" if east_nmi > 0.0 else "west"}'
 
 
 def _shorter(east_nmi: float, raw_nmi: float) -> str:
