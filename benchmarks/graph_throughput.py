@@ -3,8 +3,8 @@
     .venv/bin/python benchmarks/graph_throughput.py
 
 Each row is a voyage flat out (`--speed max`), from the first message to the closed bag, without
-start-up and, since a first run fills numba's cache, without compilation. `messages_per_s` counts
-what the recorder wrote; each ship/imu also goes to the trochlea. Results:
+start-up and, since a first run has compiled the kernels, without compilation. `messages_per_s`
+counts what the recorder wrote; each ship/imu also goes to the trochlea. Results:
 benchmarks/graph_throughput.json.
 """
 

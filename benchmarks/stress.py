@@ -32,7 +32,7 @@ import stress_search
 from stress_cases import Row
 
 RESULTS = Path(__file__).with_suffix('.json')
-LIBRARIES = ('numpy', 'scipy', 'numba', 'llvmlite', 'hypothesis')
+LIBRARIES = ('numpy', 'scipy', 'llvmlite', 'hypothesis')
 
 SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
     'drift': (partial(stress_drift.weight_driven, 1e8), partial(stress_drift.isochronous, 1e5, 8)),

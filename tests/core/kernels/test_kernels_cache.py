@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tauto_core.kernels import KernelCacheWarning, store, used
+from tauto_core.kernels import KernelCacheWarning, source, store, used
 from tauto_core.kernels.progress import listening
 
 LAWS = """
@@ -44,7 +44,7 @@ class Program:
 
     def run(self, x: float = 1.0) -> tuple[float, int]:
         """What the kernel returns, and how many were compiled."""
-        used.digest.cache_clear()
+        forget_sources()
         for path in (self.laws, self.kernel):
             spec = importlib.util.spec_from_file_location(path.stem, path)
             module = importlib.util.module_from_spec(spec)
@@ -65,25 +65,19 @@ def program(tmp_path, monkeypatch):
     yield Program(tmp_path)
     for name in ('laws_of_a_test', 'kernel_of_a_test'):
         sys.modules.pop(name, None)
-    from tauto_core.kernels.source import _definitions, _plan_of
-
-    _definitions.cache_clear()
-    _plan_of.cache_clear()
-    used.digest.cache_clear()
+    forget_sources()
 
 
 def forget_sources():
-    from tauto_core.kernels.source import _definitions, _plan_of
-
-    _definitions.cache_clear()
-    _plan_of.cache_clear()
+    """Files are read once a process: a change is seen by the next."""
+    for known in (source._definitions, source._plan_of, used.contents, used.digest):
+        known.cache_clear()
 
 
 def edit(path: Path, before: str, after: str) -> None:
     text = path.read_text()
     assert before in text
     path.write_text(text.replace(before, after))
-    forget_sources()
 
 
 def test_a_second_run_loads_what_the_first_has_compiled(program):
@@ -182,3 +176,12 @@ def test_the_cache_has_a_place_where_nothing_says_so(monkeypatch):
     assert store.folder() == Path('/somewhere/tauto')
     monkeypatch.delenv('XDG_CACHE_HOME')
     assert store.folder() == Path.home() / '.cache' / 'tauto'
+
+
+def test_the_compiler_itself_is_a_source(program, monkeypatch):
+    program.run()
+    header, _ = store.read(next(path.name for path in store.folder().iterdir()))
+    own = {Path(path).name for path in header['files'] if '/kernels/' in path}
+    assert {'translation.py', 'operations.py', 'program.py', 'target.py'} <= own
+    other = dict.fromkeys(header['files'], 'another')
+    assert not used.is_as_it_was(other, header['names'])

@@ -30,11 +30,16 @@ _LOCK = threading.RLock()
 
 @cache
 def _stamp() -> str:
-    """Return what all compiled code depends on: this compiler, processor and versions."""
+    """Return what all compiled code depends on beside its sources: processor and versions."""
     from tauto_core.kernels.target import versions
 
-    files = sorted(Path(__file__).parent.glob('*.py'))
-    return '\n'.join([*versions(), *(digest(str(path)) for path in files)])
+    return '\n'.join(versions())
+
+
+@cache
+def _compiler() -> dict[str, str]:
+    """Return the files of this compiler with their hashes."""
+    return {str(path): digest(str(path)) for path in sorted(Path(__file__).parent.glob('*.py'))}
 
 
 class Entry:
@@ -126,7 +131,7 @@ class Entry:
             translated(text.count('\n'))
             code = object_code(text, processor())
         used = program.used
-        header = {'files': used.files, 'names': used.names, 'result': program.result}
+        header = {'files': _compiler() | used.files, 'names': used.names, 'result': program.result}
         store.write(file, header, code)
         return program.result, code, name
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ast
-import tokenize
 from functools import cache
 from types import CodeType, FunctionType
 from typing import Any
 
 from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.used import contents
 
 SIMPLE = 60
 """Nodes of a syntax tree up to which a function without loops is translated where it is called."""
@@ -19,11 +19,7 @@ _LOOPS = (ast.For, ast.While)
 @cache
 def _definitions(path: str) -> dict[tuple[str, int], list[Any]]:
     """Return the functions of a file by what they are and their first line."""
-    try:
-        with tokenize.open(path) as file:
-            tree = ast.parse(file.read())
-    except OSError as error:
-        raise KernelError(f'the source of a kernel cannot be read: {error}') from error
+    tree = ast.parse(contents(path))
     found: dict[tuple[str, int], list[Any]] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):

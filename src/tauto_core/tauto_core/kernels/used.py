@@ -11,12 +11,18 @@ from typing import Any
 
 
 @cache
-def digest(path: str) -> str:
-    """Return the hash of a file; '' if there is none."""
+def contents(path: str) -> bytes:
+    """Return a file as it is when first asked for: what is translated is what is hashed."""
     try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+        return Path(path).read_bytes()
     except OSError:
-        return ''
+        return b''
+
+
+@cache
+def digest(path: str) -> str:
+    """Return the hash of a file."""
+    return hashlib.sha256(contents(path)).hexdigest()
 
 
 def token(x: Any) -> str:
