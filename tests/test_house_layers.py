@@ -11,15 +11,13 @@ import pytest
 CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
     'allantools',
+    'bokeh',
     'ezdxf',
     'geographiclib',
-    'heyoka',
     'llvmlite',
     'lz4',
     'matplotlib',
     'mcap',
-    'mpmath',
-    'numba',
     'numpy',
     'pydantic',
     'pydantic_core',

@@ -44,7 +44,7 @@ def test_the_table_says_what_is_compared_and_what_is_needed() -> None:
     [
         (('--problem', 'z'), "problem 'z' is not known. Choose from a, b, c, d, e, f"),
         (('--peers', 'matlab'), "peer 'matlab' is not known. Choose from tauto, heyoka"),
-        (('--plot', 'figure.pdf'), 'must end in .svg or .png'),
+        (('--plot', 'figure.gif'), 'must end in .svg'),
         (('--plot', 'nowhere/figure.png'), 'there is no folder nowhere'),
     ],
 )

@@ -58,7 +58,7 @@ def test_three_numbers_give_the_fourth(inertia, pull, rate):
 @pytest.mark.parametrize(
     ('given', 'said'),
     [
-        ({}, 'left out: period, inertia, pull, lever_rate'),
+        ({}, 'left out: period, inertia, pull, base radius'),
         ({'period': 1.0, 'inertia': 1.0, 'pull': 1.0, 'lever_rate': 1.0}, 'left out: none'),
         ({'period': 0.0, 'inertia': 1.0, 'pull': 1.0}, 'period = 0.0'),
         ({'period': 1.0, 'inertia': math.inf, 'pull': 1.0}, 'inertia = inf'),
