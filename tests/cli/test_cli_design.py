@@ -92,7 +92,7 @@ def test_the_disc_that_is_the_base_circle_lacks_one_of_four():
 @pytest.mark.parametrize(
     ('arguments', 'said'),
     [
-        (['--period', '1'], 'left out: inertia, pull, lever_rate'),
+        (['--period', '1'], 'left out: inertia, pull, base radius'),
         (['--period', '1', '--pendulum', '1'], 'the same thing twice'),
         (['--inertia', '1', '--disc-weight', '1'], 'the same thing twice'),
         (['--period', '-1', '--inertia', '1', '--pull', '1'], '--period = -1.0'),
