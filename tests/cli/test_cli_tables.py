@@ -104,7 +104,15 @@ def test_figures_are_signed_and_have_their_units_apart() -> None:
     drift = 'drift, estimated ± its standard deviation'
     assert found[drift, 'offset'] == ['−5.000 ± 0.400', 's']
     assert found[drift, 'rate'] == ['+0.2500 ± 0.0100', 's/day']
+    assert (drift, 'error of offset, of rate') not in found
     assert said(RESULT).count('Signs: ') == 1
+
+
+def test_the_estimate_is_held_against_the_truth_in_one_row() -> None:
+    wrong = {'offset_error_sigmas': 0.25, 'rate_error_sigmas': -31.29}
+    found = rows({**RESULT, 'drift': {**RESULT['drift'], **wrong}})
+    drift = 'drift, estimated ± its standard deviation'
+    assert found[drift, 'error of offset, of rate'] == ['+0.250, −31.3', 'σ']
 
 
 def test_a_trial_is_paid_at_each_landfall() -> None:

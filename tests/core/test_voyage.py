@@ -10,9 +10,10 @@ import pytest
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.readiness import check_scene
-from tauto_core.samples import READING, SCENE, SHIP_FIX, SHIP_IMU, join
+from tauto_core.samples import ESTIMATE, READING, SCENE, SHIP_FIX, SHIP_IMU, join, take
 from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
+from tauto_core.summary import Summary
 from tauto_core.voyage import (
     Pipeline,
     ShipSource,
@@ -38,6 +39,29 @@ def test_bag_and_replay_give_the_figures_of_the_run(measured):
     figures = replay(out)
     for part in ('clock', 'drift', 'longitude'):
         assert figures[part] == report[part]
+
+
+def test_the_estimate_is_held_against_dial_and_mean_rate(measured):
+    _, report, _ = measured
+    clock, drift = report['clock'], report['drift']
+    # two minutes: the mean rate is what the dial, set right at first, gained since
+    assert drift['offset_s'] - drift['offset_error_sigmas'] * drift['offset_sigma_s'] == (
+        pytest.approx(clock['error_s'], rel=1e-12)
+    )
+    assert drift['rate_s_per_day'] - drift['rate_error_sigmas'] * drift[
+        'rate_sigma_s_per_day'
+    ] == (pytest.approx(clock['error_s'] * 86_400.0 / 120.0, rel=1e-9))
+
+
+def test_without_readings_or_with_one_there_is_no_truth_to_hold_the_rate_against(measured):
+    scene, _, out = measured
+    bag = read_bag(out)
+    alone = Summary(scene)
+    alone.feed({ESTIMATE: bag.samples(ESTIMATE)})
+    assert not any(key.endswith('_sigmas') for key in alone.drift())
+    alone.feed({READING: take(bag.samples(READING), slice(0, 1))})
+    assert 'rate_error_sigmas' not in alone.drift()
+    assert 'offset_error_sigmas' in alone.drift()
 
 
 def test_the_bag_explains_itself(measured):

@@ -52,10 +52,16 @@ def _clock_rows(clock: Section) -> list[Row]:
 
 
 def _drift_rows(drift: Section) -> list[Row]:
-    return [
+    """Return the estimate, and where both are known its errors in standard deviations."""
+    rows = [
         ('offset', _with_sigma(drift, 'offset_s', 'offset_sigma_s'), 's'),
         ('rate', _with_sigma(drift, 'rate_s_per_day', 'rate_sigma_s_per_day'), 's/day'),
     ]
+    wrong = [drift.get(f'{name}_error_sigmas') for name in ('offset', 'rate')]
+    if None not in wrong:
+        both = ', '.join(significant(value, 3, signed=True) for value in wrong)
+        rows.append(('error of offset, of rate', both, 'σ'))
+    return rows
 
 
 def _longitude_rows(longitude: Section) -> list[Row]:

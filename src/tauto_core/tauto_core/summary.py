@@ -120,9 +120,23 @@ class Summary:
         }
 
     def drift(self) -> dict[str, float]:
-        """Return the last estimate."""
-        estimate = self._last.get(ESTIMATE)
-        return _named(estimate) if estimate is not None else {}
+        """Return the last estimate, and its errors in its own standard deviations.
+
+        `offset_error_sigmas` holds the estimated offset against the error of the dial and
+        `rate_error_sigmas` the estimated rate against its mean since the start; the latter is left
+        out where there is but one instant.
+        """
+        last, clock = self._last.get(ESTIMATE), self.clock()
+        if last is None:
+            return {}
+        found = _named(last)
+        if clock:
+            wrong_s = found['offset_s'] - clock['error_s']
+            found['offset_error_sigmas'] = wrong_s / found['offset_sigma_s']
+        if self._first_reading != self._last_reading:
+            wrong = found['rate_s_per_day'] - clock['rate_s_per_day']
+            found['rate_error_sigmas'] = wrong / found['rate_sigma_s_per_day']
+        return found
 
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and what the Act of 1714 would have paid.

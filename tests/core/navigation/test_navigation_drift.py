@@ -31,7 +31,12 @@ trochlea:
   thread: {{kind: vertical}}
   power: {{kind: force, force: 2.0}}
   release_angle: 1.0
-drift: {{observation_interval: 7.0, observation_sigma: 0.5, states: {states}, gate: {gate}}}
+drift:
+  observation_interval: 7.0
+  observation_sigma: 0.5
+  prior_rate_sigma: 10.0
+  states: {states}
+  gate: {gate}
 """
 
 
@@ -120,15 +125,18 @@ def test_an_observation_counts_from_its_own_stamp_on():
         [{READING: times([100, 106, 107, 108], 2.0), OBSERVATION: times([100, 107])}],
     )
     offset, sigma = seen[ESTIMATE].position[:, :2].T
-    # prior and observation of equal weight: half the observed 2 s at once, more after the second
-    assert offset[0] == 1.0
-    assert sigma[0] == pytest.approx(0.5 / np.sqrt(2.0), rel=1e-15)
+    # a setting of 10 sigmas has 1/101 of the weight: 100/101 of the observed 2 s at once
+    assert offset[0] == pytest.approx(200.0 / 101.0, rel=1e-15)
+    assert sigma[0] == pytest.approx(0.5 * np.sqrt(100.0 / 101.0), rel=1e-15)
     assert offset[1] == offset[0]
     assert sigma[1] > sigma[0]
-    assert offset[2] > 1.3
+    assert offset[2] > offset[1]
     assert sigma[2] < sigma[1]
     assert seen[ESTIMATE].name == ESTIMATE_NAMES
-    assert list(seen[CORRECTED].time_ref_ns - seen[CORRECTED].stamp_ns)[:2] == [S, S]
+    assert (
+        list(seen[CORRECTED].time_ref_ns - seen[CORRECTED].stamp_ns)[:2]
+        == [round(2 * S / 101)] * 2
+    )
     assert set(seen[CORRECTED].source) == {'corrected'}
 
 
@@ -213,8 +221,8 @@ def test_foreign_observations_count_when_they_come():
     assert late == {}
     after = stage.feed({READING: times([start + 20], [8.0])})
     offset = after[ESTIMATE].position[0, 0]
-    # prior and observation of nearly equal weight: half of 2 s
-    assert offset == pytest.approx(1.0, rel=1e-4)
+    # a setting of 10 sigmas has 1/101 of the weight
+    assert offset == pytest.approx(200.0 / 101.0, rel=1e-4)
     # of the future: waits, and the reading at its own stamp uses it
     stage.feed({OBSERVATION: times([start + 30])})
     before = stage.feed({READING: times([start + 29], [12.0])})
@@ -233,7 +241,7 @@ def test_foreign_observations_older_than_the_history_are_refused(monkeypatch):
     assert stage.health()['observations_too_old'] == 2
     stage.feed({OBSERVATION: times([107.5], 1.0)})
     said = stage.feed({READING: times([110])})
-    assert said[ESTIMATE].position[0, 0] == pytest.approx(-0.5, rel=1e-4)
+    assert said[ESTIMATE].position[0, 0] == pytest.approx(-100.0 / 101.0, rel=1e-4)
     assert stage.health()['observations_too_old'] == 2
     assert len(stage.state()['stamp']) == 3
 

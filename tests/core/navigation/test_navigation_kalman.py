@@ -104,7 +104,7 @@ def test_without_noise_it_is_weighted_least_squares(states):
 def test_two_days_by_hand():
     # Prior N(0, 1), observation z = 3 with R = 1 at once: half way, half the variance
     model = ClockModel(1.0, 1.0 / DAY, 2, 0.0, 0.0)
-    half = update(prior(model), 3.0, 1.0)
+    half = update(prior(model)._replace(xx=1.0), 3.0, 1.0)
     assert half[:2] == (1.5, 0.0)
     assert half.xx == 0.5
     # a day later the rate's variance has come on top

@@ -81,11 +81,12 @@ class DriftStage:
     """Estimates offset and rate of the dial and takes the offset from its readings.
 
     One `drift/estimate` and one `clock/corrected` go out for each `clock/reading`, at its stamp.
-    The dial is taken as set right at the first reading, and anew where a reading says that it was
-    set since (`DialSetting`). Where one says that the dial has stood still, the offset moves by
-    that much, and the state is reopened on it. An observation is compared with the
-    reading at its stamp, or with the line between the readings on both sides of it. Outliers are
-    refused (`filtering`) and counted, and so is each time that the state was reopened.
+    The dial is taken as set right, within `kalman.SETTING_SIGMAS`, at the first reading, and
+    anew where a reading says that it was set since (`DialSetting`). Where one says that the dial
+    has stood still, the offset moves by that much, and the state is reopened on it. An
+    observation is compared with the reading at its stamp, or with the line between the readings
+    on both sides. Outliers are refused (`filtering`) and counted, and so is each time that the
+    state was reopened.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.

@@ -36,6 +36,11 @@ AGEING_TIME_S = 100.0 * SECONDS_PER_DAY
 """Time in which, one sigma, ageing may change the rate by the prior sigma of the rate [s]."""
 
 
+SETTING_SIGMAS = 10.0
+"""Sigma of the dial's offset when it is set, in sigmas of an observation: so wide that the first
+observation tells the offset, whether the dial was set exactly, roughly or to another's time."""
+
+
 class Estimate(NamedTuple, Generic[Number]):
     """Mean and covariance of the state, floats or arrays of one shape.
 
@@ -58,7 +63,7 @@ class ClockModel:
     """What the navigator assumes of the clock and of the observations.
 
     Args:
-        observation_sigma_s: sigma of one phase observation, and of the setting at the start [s].
+        observation_sigma_s: sigma of one phase observation [s].
         prior_rate_sigma: sigma of the rate before any observation [1].
         states: 2 (offset, rate) or 3 (and ageing).
         white_fm_s: q1 [s], >= 0.
@@ -112,10 +117,10 @@ def _check(name: str, value: float, *, above_zero: bool) -> None:
 
 
 def prior(model: ClockModel) -> Estimate[float]:
-    """Return the state when the dial has just been set: x = 0 within one observation's sigma."""
+    """Return the state when the dial has just been set: x = 0 ± `SETTING_SIGMAS` observations."""
     rate = model.prior_rate_sigma
     ageing = rate / AGEING_TIME_S if model.states == 3 else 0.0
-    sigma = model.observation_sigma_s
+    sigma = SETTING_SIGMAS * model.observation_sigma_s
     return Estimate(0.0, 0.0, 0.0, sigma * sigma, 0.0, 0.0, rate * rate, 0.0, ageing * ageing)
 
 

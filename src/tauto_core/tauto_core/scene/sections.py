@@ -63,8 +63,9 @@ class DriftSettings(Section):
     )
     states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
     prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
-        default=10.0,
-        description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]",
+        default=1000.0,
+        description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]; "
+        'the default covers a dial regulated for small swings (theory E7)',
     )
     gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
         default=5.0,
