@@ -42,7 +42,8 @@ def test_every_command_and_option_of_the_readme_exists() -> None:
     assert {*rows, 'scene'} == set(commands)
     for line in re.findall(r'^\| `(tauto [^`]*)`', README, re.MULTILINE):
         words = line.split()
-        help_text = CliRunner().invoke(app, [words[1], '--help']).stdout
+        command = words[1:3] if words[1] == 'scene' else words[1:2]
+        help_text = CliRunner().invoke(app, [*command, '--help']).stdout
         for option in re.findall(r'--[a-z-]+', line):
             assert option in help_text, line
 

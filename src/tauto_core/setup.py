@@ -10,6 +10,7 @@ TEST = [
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
     'hypothesis>=6.100',
+    'jsonschema>=4.20',
     'mpmath>=1.3',
     'numba>=0.60',  # the same kernels through another compiler, bit for bit
     'pytest>=8.0',
@@ -22,6 +23,7 @@ LINT = [
     'ruff>=0.17.5,<0.18',  # each minor release may format differently
     'scipy-stubs>=1.15',
     'types-PyYAML>=6.0.12',
+    'types-jsonschema>=4.20',
 ]
 # The files of buoys; a spectrum as a table needs nothing.
 SPECTRA = ['wavespectra>=4.9']
@@ -37,7 +39,13 @@ setup(
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
-        PACKAGE: ['py.typed', 'scene/shipped/*.yaml', 'scene/data/*/*', 'report_page.html'],
+        PACKAGE: [
+            'py.typed',
+            'scene/shipped/*.yaml',
+            'scene/data/*/*',
+            'scene/scene.schema.json',
+            'report_page.html',
+        ],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tauto_core.cli import compare, curve, design, euler, isochronism, plugins, show
+from tauto_core.cli import compare, curve, design, euler, isochronism, new_scene, plugins, show
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, SceneName
 from tauto_core.cli.voice import be_quiet, say
@@ -82,7 +82,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-scene_commands = typer.Typer(help='Look at one scene.', no_args_is_help=True)
+scene_commands = typer.Typer(help='Look at one scene, or begin one.', no_args_is_help=True)
 app.add_typer(scene_commands, name='scene')
 
 
@@ -258,6 +258,8 @@ def check(scene: SceneName, as_json: AsJson = False) -> None:
     _show(facts, None if as_json else facts_table(facts))
 
 
+scene_commands.command()(new_scene.new)
+scene_commands.command()(new_scene.schema)
 app.command()(curve.cam)
 app.command()(isochronism.isochronism)
 app.command()(design.design)

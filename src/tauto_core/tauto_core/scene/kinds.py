@@ -8,6 +8,7 @@ folder with its siblings and names its model `KIND`; nothing else lists it.
 from __future__ import annotations
 
 import pkgutil
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -24,9 +25,12 @@ class Kind(Section):
 
     Attributes:
         rank: its place among its siblings in lists, from the simplest on.
+        starter: values with which a new scene starts (`scene/template.py`): all keys without a
+            default, of a machine that swings about once a second.
     """
 
     rank: ClassVar[int] = 100
+    starter: ClassVar[Mapping[str, Any]] = {}
 
 
 @cache

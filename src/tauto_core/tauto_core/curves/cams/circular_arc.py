@@ -98,6 +98,7 @@ class CircularArcCam(CamKind):
 
     threads = ('vertical',)
     rank = 3
+    starter = {'radius': 0.006, 'root_depth': 0.003}
 
     kind: Literal['circular_arc'] = 'circular_arc'
     radius: Positive = Field(description='radius of the arc [m]')

@@ -62,6 +62,7 @@ class HoleCam(CamKind):
 
     threads = ('hole',)
     rank = 2
+    starter = {'lever_rate': 0.005}
 
     kind: Literal['hole'] = 'hole'
     lever_rate: Positive = Field(description='lever arm per angle of the wheel [m/rad]')

@@ -53,6 +53,7 @@ class InvoluteCam(CamKind):
 
     threads = ('vertical', 'lever', 'hanging')
     rank = 1
+    starter = {'base_radius': 0.005}
 
     kind: Literal['involute'] = 'involute'
     base_radius: Positive = Field(description='radius of the base circle [m]')

@@ -234,6 +234,7 @@ class LeverCorrectedCam(CamKind):
 
     threads = ('lever',)
     rank = 7
+    starter = {'period': 1.0}
 
     kind: Literal['lever_corrected'] = 'lever_corrected'
     period: Positive = Field(description='period of every swing on land [s]')

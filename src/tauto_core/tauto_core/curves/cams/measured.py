@@ -122,6 +122,7 @@ class MeasuredCam(CamKind):
 
     threads = ('vertical', 'hole')
     rank = 8
+    starter = {'path': 'shipped:lever_arms/measured.csv', 'tolerance': 2e-5}
 
     kind: Literal['measured'] = 'measured'
     path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')

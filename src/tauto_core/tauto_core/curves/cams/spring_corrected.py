@@ -118,6 +118,7 @@ class SpringCorrectedCam(CamKind):
     threads = ('vertical', 'hole')
     corrects = 'spring'
     rank = 6
+    starter = {'period': 1.0}
 
     kind: Literal['spring_corrected'] = 'spring_corrected'
     period: Positive = Field(description='period of every swing on land [s]')

@@ -27,6 +27,7 @@ class SynthesisedCam(CamKind):
 
     threads = ('vertical', 'hole')
     rank = 9
+    starter = {'period': 1.0, 'range': 2.0}
 
     kind: Literal['synthesised'] = 'synthesised'
     period: Positive = Field(description='period of every swing on land [s]')

@@ -310,6 +310,7 @@ class TableCam(CamKind):
 
     threads = ('vertical', 'hole')
     rank = 4
+    starter = {'path': 'shipped:lever_arms/involute.csv'}
 
     kind: Literal['table'] = 'table'
     path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')

@@ -190,6 +190,7 @@ class WeightCorrectedCam(CamKind):
     threads = ('vertical', 'hole')
     corrects = 'weight'
     rank = 5
+    starter = {'period': 1.0}
 
     kind: Literal['weight_corrected'] = 'weight_corrected'
     period: Positive = Field(description='period of every swing on land [s]')

@@ -13,6 +13,7 @@ class Escapement(EscapementKind):
     """Impulse once a beat, at angle · sgn θ̇ (positive: after the middle)."""
 
     rank = 1
+    starter = {'energy': 1.234e-4}
 
     kind: Literal['impulse'] = 'impulse'
     train: Train | None = Field(

@@ -50,6 +50,7 @@ class RemontoireEscapement(EscapementKind):
     """Impulse once a beat from a small spring that the train rewinds: whatever the train's."""
 
     rank = 2
+    starter = {'energy': 1.234e-4, 'remontoire': {'impulses': 15, 'fall': 0.02}}
 
     kind: Literal['remontoire'] = 'remontoire'
     remontoire: Remontoire = Field(description='mapping: impulses, fall')

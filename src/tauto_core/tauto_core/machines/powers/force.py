@@ -16,6 +16,7 @@ class ForcePower(PowerKind):
 
     words = 'a pull without inertia or stiffness'
     rank = 1
+    starter = {'force': 3.158}
 
     kind: Literal['force'] = 'force'
     force: Positive = Field(description='pull in the thread [N]')

@@ -16,6 +16,7 @@ class SpringPower(PowerKind):
 
     words = 'a spring'
     rank = 3
+    starter = {'force': 3.158, 'stiffness': 50.0}
 
     kind: Literal['spring'] = 'spring'
     force: Positive = Field(description='pull at zero draw [N]')

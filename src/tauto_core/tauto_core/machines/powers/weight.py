@@ -16,6 +16,7 @@ class WeightPower(PowerKind):
 
     words = 'a weight whose inertia counts'
     rank = 2
+    starter = {'mass': 0.322}
 
     kind: Literal['weight'] = 'weight'
     mass: Positive = Field(description='mass of the weight [kg]')

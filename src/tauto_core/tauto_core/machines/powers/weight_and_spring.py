@@ -16,6 +16,7 @@ class WeightAndSpringPower(PowerKind):
 
     words = 'a weight and a spring together'
     rank = 4
+    starter = {'mass': 0.322, 'stiffness': 50.0}
 
     kind: Literal['weight_and_spring'] = 'weight_and_spring'
     mass: Positive = Field(description='mass of the weight [kg]')

@@ -213,6 +213,7 @@ class HangingThread(ThreadKind):
 
     moves_the_weight = True
     rank = 4
+    starter = {'length': 1.0}
 
     kind: Literal['hanging'] = 'hanging'
     length: Positive = Field(description='free length of the thread at rest [m]')

@@ -14,6 +14,7 @@ class HoleThread(ThreadKind):
     """Thread drawn through a hole fixed in the case."""
 
     rank = 2
+    starter = {'distance': 0.08}
 
     kind: Literal['hole'] = 'hole'
     distance: Positive = Field(description='distance of the hole from the axle [m]')

@@ -231,6 +231,7 @@ class LeverThread(ThreadKind):
 
     moves_the_weight = True
     rank = 3
+    starter = {'arm': 0.1, 'weight_arm': 0.1, 'length': 0.3}
 
     kind: Literal['lever'] = 'lever'
     arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')

@@ -27,6 +27,13 @@ class ComponentsShip(ShipKind):
     """Roll, and heave where given, as sums of harmonics."""
 
     rank = 2
+    starter = {
+        'components': [
+            {'amplitude': 0.08, 'period': 11.0, 'phase': 0.3},
+            {'amplitude': 0.03, 'period': 8.1, 'phase': 1.9},
+        ],
+        'heave': [{'amplitude': 0.5, 'period': 9.0, 'phase': 0.0}],
+    }
 
     kind: Literal['components'] = 'components'
     components: tuple[Component, ...] = Field(

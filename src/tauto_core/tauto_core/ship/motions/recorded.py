@@ -17,6 +17,14 @@ class RecordedShip(ShipKind):
 
     is_computed = False
     rank = 4
+    starter = {
+        'recorded': {
+            'path': 'shipped:nbp1406_seapath/s330_motion.csv',
+            'time_column': 't_s',
+            'roll_column': 'roll_deg',
+            'heave_column': 'heave_m',
+        }
+    }
 
     kind: Literal['recorded'] = 'recorded'
     recorded: Recorded = Field(description='mapping: path, and CSV columns or a topic')

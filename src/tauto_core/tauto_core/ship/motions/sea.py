@@ -45,6 +45,15 @@ class SeaShip(ShipKind):
 
     reported_as = 'sea'
     rank = 3
+    starter = {
+        'sea': {
+            'spectrum': 'bretschneider',
+            'significant_wave_height': 2.5,
+            'peak_period': 9.0,
+        },
+        'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7},
+        'heave': True,
+    }
 
     kind: Literal['sea'] = 'sea'
     sea: Annotated[Sea | SpectrumTable, Field(discriminator='spectrum')] = Field(

@@ -1,0 +1,67 @@
+"""`tauto scene new`: a scene to start from. `tauto scene schema`: what editors check it with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tauto_core.cli.voice import say
+from tauto_core.scene.errors import UsageError
+
+Kind = str | None
+
+
+def new(
+    ship: Annotated[
+        Kind, typer.Option(metavar='KIND', help='still, components, sea or recorded.')
+    ] = None,
+    cam: Annotated[
+        Kind,
+        typer.Option(metavar='KIND', help='involute, hole, circular_arc, weight_corrected, …'),
+    ] = None,
+    thread: Annotated[
+        Kind, typer.Option(metavar='KIND', help='vertical, hole, lever or hanging.')
+    ] = None,
+    power: Annotated[
+        Kind, typer.Option(metavar='KIND', help='force, weight, spring or weight_and_spring.')
+    ] = None,
+    escapement: Annotated[
+        Kind, typer.Option(metavar='KIND', help='impulse or remontoire; without it there is none.')
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option('--out', '-o', metavar='FILE', help='The file; without it, standard output.'),
+    ] = None,
+) -> None:
+    """Write a scene that sails, with the unit and meaning of every key.
+
+    Kinds that are not asked for are chosen to go with those that are; with none asked for it is
+    Euler's involute under a weight, in a wind sea.
+    """
+    from tauto_core.scene.template import new_scene
+
+    if out is not None and out.exists():
+        raise UsageError(f'--out {out}: exists, and is not replaced. Name another file')
+    asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
+    name = 'new_scene' if out is None else out.stem
+    text = new_scene(name, {key: kind for key, kind in asked.items() if kind is not None})
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    try:
+        with out.open('x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise UsageError(
+            f'--out {out}: cannot be written: {error.strerror}. Name another file'
+        ) from None
+    say(f'wrote {out}. Sail it with: tauto sail {out}')
+
+
+def schema() -> None:
+    """Print the JSON schema of scenes, with which editors complete and check them."""
+    from tauto_core.scene.schema import FILE
+
+    typer.echo(FILE.read_text(encoding='utf-8'), nl=False)

@@ -1,0 +1,65 @@
+"""`tauto scene new` and `tauto scene schema` as a user meets them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from urllib.parse import urlparse
+from urllib.request import url2pathname
+
+from typer.testing import CliRunner, Result
+
+from tauto_core.cli.app import app
+from tauto_core.scene import load_scene
+from tauto_core.scene.schema import FILE
+
+
+def tauto(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_a_new_scene_is_written_named_and_sails(tmp_path: Path) -> None:
+    file = tmp_path / 'mine.yaml'
+    written = tauto('scene', 'new', '--thread', 'hole', '--escapement', 'impulse', '-o', file)
+    assert (written.exit_code, written.stdout) == (0, '')
+    assert str(file) in written.stderr
+    assert load_scene(file).name == 'mine'
+    assert load_scene(file).trochlea.thread.kind == 'hole'
+    assert tauto('sail', file, '--duration', '20').exit_code == 0
+
+
+def test_without_a_file_it_is_printed() -> None:
+    printed = tauto('scene', 'new')
+    assert printed.exit_code == 0
+    assert '\ntrochlea:\n' in printed.stdout
+
+
+def test_nothing_is_replaced(tmp_path: Path) -> None:
+    file = tmp_path / 'mine.yaml'
+    file.write_text('mine', encoding='utf-8')
+    refused = tauto('scene', 'new', '-o', file)
+    assert refused.exit_code == 2
+    assert f'--out {file}: exists' in refused.stderr
+    assert file.read_text(encoding='utf-8') == 'mine'
+    refused = tauto('scene', 'new', '-o', tmp_path / 'none' / 'a.yaml')
+    assert refused.exit_code == 2
+    assert 'No such file or directory' in refused.stderr
+
+
+def test_kinds_that_do_not_go_together_write_nothing(tmp_path: Path) -> None:
+    file = tmp_path / 'mine.yaml'
+    refused = tauto('scene', 'new', '--cam', 'involute', '--thread', 'hole', '-o', file)
+    assert refused.exit_code == 2
+    assert '--cam involute and --thread hole: do not go together. Use ' in refused.stderr
+    assert not file.exists()
+
+
+def test_the_first_line_leads_editors_to_the_schema() -> None:
+    first = tauto('scene', 'new').stdout.split('\n')[0]
+    comment, _, uri = first.partition('$schema=')
+    assert comment == '# yaml-language-server: '
+    assert Path(url2pathname(urlparse(uri).path)) == FILE
+
+
+def test_the_schema_is_printed() -> None:
+    assert json.loads(tauto('scene', 'schema').stdout)['title'] == 'Scene of Tauto'

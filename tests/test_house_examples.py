@@ -1,0 +1,43 @@
+"""The examples of the documentation run, each in a folder of its own, and are short."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[1] / 'docs'
+EXAMPLES = sorted((DOCS / 'examples').glob('*.py'))
+WRITTEN = {
+    'bag': ['voyage_bag'],
+    'cam': ['cam.csv'],
+    'compare': [],
+    'plot': ['error.png', 'machine.svg', 'own.png'],
+    'sail': [],
+}
+
+
+@pytest.mark.parametrize('example', EXAMPLES, ids=lambda file: file.stem)
+def test_it_runs_and_writes_what_it_says(example: Path, tmp_path: Path) -> None:
+    run = subprocess.run(
+        [sys.executable, '-W', 'error', str(example)],
+        cwd=tmp_path,
+        env={**os.environ, 'MPLBACKEND': 'agg'},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert sorted(file.name for file in tmp_path.iterdir()) == WRITTEN[example.stem]
+    assert run.stdout or WRITTEN[example.stem]
+
+
+def test_they_are_short_and_the_index_leads_to_each() -> None:
+    assert len(EXAMPLES) == len(WRITTEN)
+    index = (DOCS / 'index.md').read_text(encoding='utf-8')
+    for example in EXAMPLES:
+        assert len(example.read_text(encoding='utf-8').splitlines()) < 30
+        assert f'(examples/{example.name})' in index
