@@ -94,6 +94,11 @@ def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
         rows = list(reader.iter_messages())
         names = {metadata.name for metadata in reader.iter_metadata()}
     assert names == {'rosbag2'}
+    hashes = {c.topic: c.metadata['topic_type_hash'] for _, c, _ in rows}
+    assert hashes == {
+        t['topic_metadata']['name']: t['topic_metadata']['type_description_hash']
+        for t in read_metadata(folder)['topics_with_message_count']
+    }
     sequences = defaultdict(list)
     for _, channel, message in rows:
         assert message.publish_time == message.log_time

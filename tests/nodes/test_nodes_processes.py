@@ -117,6 +117,7 @@ def test_graph_refuses_before_it_starts_anything(tmp_path: Path) -> None:
         ('measured', '--speed', 'nan'): (2, '--speed nan: must be a number'),
         ('no_such_scene',): (2, 'no_such_scene'),
         ('measured', '--namespace', 'a b'): (2, '--namespace'),
+        ('measured', '--executor', 'multi'): (2, '--executor multi: must be events or single'),
         ('measured', '--out', str(tmp_path / 'bag')): (2, 'exists already'),
     }
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}

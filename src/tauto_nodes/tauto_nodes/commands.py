@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from tauto_nodes.graph import Outcome
 
 MAX_SPEED = 1e6
+EXECUTORS = ('events', 'single')
 
 
 def _speed(text: str) -> float:
@@ -74,6 +75,10 @@ def graph(
         bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
     ] = False,
     namespace: Annotated[str, typer.Option(help='Namespace of the graph.')] = '',
+    executor: Annotated[
+        str,
+        typer.Option(metavar='events|single', help='What spins the nodes; single is the slower.'),
+    ] = 'events',
     as_json: Annotated[
         bool,
         typer.Option('--json', help='Print one JSON object on stdout, nothing else there.'),
@@ -91,6 +96,8 @@ def graph(
 
     pace = _speed(speed)
     place = _namespace(namespace)
+    if executor not in EXECUTORS:
+        raise UsageError(f'--executor {executor}: must be {" or ".join(EXECUTORS)}')
     loaded = load_scene(scene, **({} if duration is None else {'duration': duration}))
     with naming(scene, loaded.name):
         check_scene(loaded)
@@ -98,7 +105,7 @@ def graph(
         typer.echo(f'tauto: {warning}', err=True)
     folder = out or Path('bags/out') / Path(scene).stem
     check_folder(folder, force=force)
-    plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place)
+    plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place, executor)
     began_s = time.monotonic()
     with progress_bar(loaded.name) as progress:
         compile_kernels(loaded)  # once, and not in each node

@@ -12,6 +12,7 @@ import numpy as np
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter
+from tauto_core.bags.writer import CUT_SHORT
 from tauto_core.samples import NS_PER_S, TextSamples
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
@@ -150,7 +151,7 @@ class Recorder(Member):
                 self._waits_for_scene = False
                 self.take(self._early)
             if not self._complete:
-                self._bag.describe({'cut_short': True})
+                self._bag.describe(CUT_SHORT)
         finally:
             failed = self.failure
             self._bag.__exit__(type(failed) if failed else None, failed, None)

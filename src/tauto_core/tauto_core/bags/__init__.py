@@ -2,6 +2,8 @@
 
 from tauto_core.bags.codec import decode, decode_as, encode, header_stamp_ns
 from tauto_core.bags.reader import Bag, Message, read_bag
+from tauto_core.bags.recovery import Recovered, recover_bag
+from tauto_core.bags.soundness import Soundness, check_bag
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.bags.writer import BagWriter, check_folder
 
@@ -10,7 +12,10 @@ __all__ = [
     'Bag',
     'BagWriter',
     'Message',
+    'Recovered',
+    'Soundness',
     'Topic',
+    'check_bag',
     'check_folder',
     'decode',
     'decode_as',
@@ -18,4 +23,5 @@ __all__ = [
     'header_stamp_ns',
     'offered_qos',
     'read_bag',
+    'recover_bag',
 ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -18,12 +18,15 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 from tauto_core.scene.errors import BagError
 
 if TYPE_CHECKING:
+    from mcap.records import Channel as ChannelRecord
+    from mcap.records import Schema
     from mcap.summary import Summary
 
 MAGIC = b'\x89MCAP0\r\n'
 SPAN_BYTES = 1 << 20
 
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END, _FOOTER = 0x03, 0x04, 0x05, 0x06, 0x0F, 0x02
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x03, 0x04, 0x05, 0x06
+_METADATA, _DATA_END, _FOOTER = 0x0C, 0x0F, 0x02
 _RECORD = struct.Struct('<BQ')
 _MESSAGE_HEAD = struct.Struct('<HIQQ')
 # both together, without sequence and publish time
@@ -38,6 +41,9 @@ class Channel(NamedTuple):
     topic: str
     ros_type: str
     encoding: str
+    definition: bytes
+    definition_encoding: str
+    metadata: Mapping[str, str]
 
 
 class Stored(NamedTuple):
@@ -45,6 +51,16 @@ class Stored(NamedTuple):
 
     stamp_ns: int
     channel: int
+    payload: bytes
+
+
+class Recorded(NamedTuple):
+    """A stored message with all that its record says."""
+
+    channel: int
+    sequence: int
+    stamp_ns: int
+    publish_ns: int
     payload: bytes
 
 
@@ -66,7 +82,10 @@ class Span(NamedTuple):
 class McapFile:
     """What a file holds.
 
-    `warnings` grows when damage is met later, while messages are read.
+    `warnings` grows when damage is met later, while messages are read. `indexed` tells whether
+    a sound and complete index said what the file holds, `ended` whether its writer closed the
+    data section; `description` is the rosbag2 metadata that the file repeats, YAML, if the file
+    was walked and has it.
     """
 
     path: Path
@@ -74,6 +93,9 @@ class McapFile:
     counts: dict[int, int] = field(default_factory=dict)
     spans: list[Span] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    indexed: bool = False
+    ended: bool = True
+    description: str = ''
 
     def messages(
         self, span: Span, stream: BinaryIO, channels: Collection[int] | None = None
@@ -85,15 +107,36 @@ class McapFile:
             stream: this file, open.
             channels: those wanted; absent: all.
         """
+        yield from _messages(self._octets(span, stream), channels)
+
+    def recorded(self, span: Span, stream: BinaryIO) -> Iterator[Recorded]:
+        """Yield the messages of a span as they were recorded, in the order of the file."""
+        octets = self._octets(span, stream)
+        for opcode, first, last in _records(octets):
+            if opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
+                head = _MESSAGE_HEAD.unpack_from(octets, first)
+                payload = octets[first + _MESSAGE_HEAD.size : last]
+                yield Recorded._make((*head, payload))
+
+    def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
+        """Return stamp [ns] and place of each message among the records of a span, by channel."""
+        octets = self._octets(span, stream)
+        found: dict[int, set[tuple[int, int]]] = {}
+        for opcode, first, last in _records(octets):
+            if opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
+                channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack_from(octets, first)
+                found.setdefault(channel, set()).add((stamp_ns, first - _RECORD.size))
+        return found
+
+    def _octets(self, span: Span, stream: BinaryIO) -> bytes:
+        """Return the records of a span; of a damaged chunk none, with a warning."""
         stream.seek(span.offset)
         try:
-            records = stream.read(span.length)
-            if span.chunk:
-                records = _unpack(records)
+            octets = stream.read(span.length)
+            return _unpack(octets) if span.chunk else octets
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
-            return
-        yield from _messages(records, channels)
+            return b''
 
     def warn(self, what: str) -> None:
         """Note damage once."""
@@ -102,8 +145,12 @@ class McapFile:
             self.warnings.append(warning)
 
 
-def open_mcap(path: Path) -> McapFile:
+def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
     """Return what an MCAP file holds, reading its index, or all of it where it has none.
+
+    Args:
+        path: the file.
+        walk: read all of it, whatever its index says.
 
     Raises:
         BagError: a file that cannot be opened or is not MCAP.
@@ -117,7 +164,8 @@ def open_mcap(path: Path) -> McapFile:
                     f'{path} is not an MCAP file: it begins with {magic.hex(" ") or "nothing"}, '
                     f'not {MAGIC.hex(" ")}; name a rosbag2 folder or an .mcap file'
                 )
-            if not _read_index(file, stream):
+            file.indexed = not walk and _read_index(file, stream)
+            if not file.indexed:
                 _walk(file, stream)
     except OSError as error:
         raise BagError(f'{path} cannot be read ({error.strerror}); check the path') from error
@@ -139,10 +187,7 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
     if summary is None or summary.statistics is None or not _is_complete(summary):
         return False
     for number, channel in summary.channels.items():
-        schema = summary.schemas.get(channel.schema_id)
-        file.channels[number] = Channel(
-            channel.topic, _full_name(schema.name if schema else ''), channel.message_encoding
-        )
+        file.channels[number] = _channel(channel, summary.schemas.get(channel.schema_id))
     file.counts.update(summary.statistics.channel_message_counts)
     file.spans += [
         Span(
@@ -194,7 +239,7 @@ def _has_summary(file: McapFile, stream: BinaryIO) -> bool:
 
 def _walk(file: McapFile, stream: BinaryIO) -> None:
     """Fill the file from all its records up to the first that is cut."""
-    schemas: dict[int, str] = {}
+    schemas: dict[int, Schema] = {}
     size = stream.seek(0, 2)
     at = len(MAGIC)
     complete = False
@@ -209,11 +254,14 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
             _walk_chunk(file, stream, schemas, at, min(end, size))
         elif end <= size and opcode in {_SCHEMA, _CHANNEL}:
             _register(file, schemas, opcode, stream.read(length))
+        elif end <= size and opcode == _METADATA:
+            _describe(file, stream.read(length))
         elif end <= size and opcode == _MESSAGE and length >= _MESSAGE_HEAD.size:
             channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
             _extend(file, Span(at, end - at, stamp_ns, stamp_ns, None, chunk=False), channel)
         at = end
     if not complete:
+        file.ended = False
         number = sum(file.counts.values())
         file.warn(
             f'it was cut at byte {size}: it has no end; the {number} messages before the cut can '
@@ -226,7 +274,7 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
 
 
 def _walk_chunk(
-    file: McapFile, stream: BinaryIO, schemas: dict[int, str], at: int, end: int
+    file: McapFile, stream: BinaryIO, schemas: dict[int, Schema], at: int, end: int
 ) -> None:
     stream.seek(at)
     try:
@@ -250,7 +298,7 @@ def _walk_chunk(
         )
 
 
-def _register(file: McapFile, schemas: dict[int, str], opcode: int, body: bytes) -> None:
+def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:
     from mcap import records
     from mcap.data_stream import ReadDataStream
     from mcap.exceptions import McapError
@@ -259,16 +307,40 @@ def _register(file: McapFile, schemas: dict[int, str], opcode: int, body: bytes)
     try:
         if opcode == _SCHEMA:
             schema = records.Schema.read(stream)
-            schemas[schema.id] = schema.name
+            schemas[schema.id] = schema
             return
         channel = records.Channel.read(stream)
     except (McapError, struct.error, ValueError) as error:
         file.warn(f'a schema or channel is damaged ({error}): its messages are left out')
         return
-    file.channels[channel.id] = Channel(
-        channel.topic, _full_name(schemas.get(channel.schema_id, '')), channel.message_encoding
-    )
+    file.channels[channel.id] = _channel(channel, schemas.get(channel.schema_id))
     file.counts.setdefault(channel.id, 0)
+
+
+def _channel(channel: ChannelRecord, schema: Schema | None) -> Channel:
+    return Channel(
+        channel.topic,
+        _full_name(schema.name if schema else ''),
+        channel.message_encoding,
+        schema.data if schema else b'',
+        schema.encoding if schema else '',
+        channel.metadata,
+    )
+
+
+def _describe(file: McapFile, body: bytes) -> None:
+    """Note the rosbag2 metadata; what is damaged of it is met again when the file is checked."""
+    from mcap.data_stream import ReadDataStream
+    from mcap.exceptions import McapError
+    from mcap.records import Metadata
+
+    try:
+        record = Metadata.read(ReadDataStream(BytesIO(body)))
+    except (McapError, struct.error, ValueError) as error:
+        file.warn(f'a metadata record is damaged ({error})')
+        return
+    if record.name == 'rosbag2':
+        file.description = record.metadata.get('serialized_metadata', '')
 
 
 def _extend(file: McapFile, span: Span, channel: int) -> None:

@@ -30,6 +30,18 @@ _MESSAGE_INDEX = struct.Struct('<BQHI')
 _FOOTER_BYTES = 20
 
 
+class DeclaredTopic(NamedTuple):
+    """What a bag says of a topic: full name, type and its definition, QoS as YAML, type hash."""
+
+    name: str
+    ros_type: str
+    definition: bytes
+    qos: str
+    type_hash: str
+    encoding: str = 'cdr'
+    definition_encoding: str = 'ros2msg'
+
+
 class _Pending(NamedTuple):
     """A record of the chunk to come; channel 0 where it is no message."""
 
@@ -106,18 +118,19 @@ class McapOut:
         index = self._chunks[-1][0]
         return index.chunk_start_offset + index.chunk_length + index.message_index_length
 
-    def add_channel(self, topic: str, ros_type: str, definition: str, qos: str) -> int:
+    def add_channel(self, declared: DeclaredTopic) -> int:
         """Register a topic; return its channel's number, from 1."""
         from mcap.records import Channel, Schema
 
+        ros_type = declared.ros_type
         if ros_type not in self._schemas:
             self._schemas[ros_type] = len(self._schemas) + 1
             self._define(
                 Schema(
                     id=self._schemas[ros_type],
                     name=ros_type,
-                    encoding='ros2msg',
-                    data=definition.encode(),
+                    encoding=declared.definition_encoding,
+                    data=declared.definition,
                 )
             )
         self._channels += 1
@@ -125,17 +138,28 @@ class McapOut:
             Channel(
                 id=self._channels,
                 schema_id=self._schemas[ros_type],
-                topic=topic,
-                message_encoding='cdr',
-                metadata={'offered_qos_profiles': qos},
+                topic=declared.name,
+                message_encoding=declared.encoding,
+                metadata={
+                    'offered_qos_profiles': declared.qos,
+                    'topic_type_hash': declared.type_hash,
+                },
             )
         )
         return self._channels
 
-    def add_message(self, channel: int, sequence: int, stamp_ns: int, payload: bytes) -> None:
-        """Add a message whose log and publish time are its stamp."""
+    def add_message(
+        self,
+        channel: int,
+        sequence: int,
+        stamp_ns: int,
+        payload: bytes,
+        publish_ns: int | None = None,
+    ) -> None:
+        """Add a message whose log time is its stamp, as is its publish time unless it is given."""
         size = _MESSAGE_BYTES + len(payload)
-        head = _MESSAGE.pack(0x05, size, channel, sequence, stamp_ns, stamp_ns)
+        published_ns = stamp_ns if publish_ns is None else publish_ns
+        head = _MESSAGE.pack(0x05, size, channel, sequence, stamp_ns, published_ns)
         self._collected().append(_Pending(channel, stamp_ns, head + payload))
         self._pending_bytes += size
         if self._pending_bytes > self._chunk_bytes:

@@ -251,7 +251,7 @@ def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
     """
     path = Path(path)
     notes: list[str] = []
-    files = tuple(open_mcap(file) for file in _find_files(path, notes))
+    files = tuple(open_mcap(file) for file in find_files(path, notes))
     bag = Bag(path, files, None, tuple(notes))
     places = sorted(
         {
@@ -269,13 +269,13 @@ def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
     return Bag(path, files, None if namespace is None else namespace.strip('/'), tuple(notes))
 
 
-def _find_files(path: Path, notes: list[str]) -> list[Path]:
+def find_files(path: Path, notes: list[str]) -> list[Path]:
     """Return the MCAP files of a bag in the order of recording; note what is missing."""
     if not path.exists():
         raise BagPlaceError(f'{path} does not exist; name a rosbag2 folder or an .mcap file')
     if not path.is_dir():
         return [path]
-    found = sorted(path.glob('*.mcap'), key=_by_number)
+    found = sorted(path.glob('*.mcap'), key=by_number)
     if (path / METADATA).exists():
         listed = _listed_files(path / METADATA)
         lost = [file.name for file in listed if not file.exists()]
@@ -313,7 +313,7 @@ def _listed_files(metadata: Path) -> list[Path]:
     return [metadata.parent / Path(name).name for name in names]
 
 
-def _by_number(file: Path) -> tuple[int, str]:
+def by_number(file: Path) -> tuple[int, str]:
     """Order `bag_2.mcap` before `bag_10.mcap`."""
     number = re.search(r'_(\d+)$', file.stem)
     return (int(number[1]) if number else -1, file.name)

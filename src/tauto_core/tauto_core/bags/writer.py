@@ -14,12 +14,15 @@ from typing import Any, Self
 import numpy as np
 
 from tauto_core.bags.codec import encode
-from tauto_core.bags.mcap_out import CHUNK_BYTES, McapOut, refused
+from tauto_core.bags.mcap_file import Recorded
+from tauto_core.bags.mcap_out import CHUNK_BYTES, DeclaredTopic, McapOut, refused
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.samples import Batches, count
 from tauto_core.scene.errors import BagError, BagPlaceError
 
 METADATA = 'metadata.yaml'
+CUT_SHORT = {'cut_short': True}
+"""What the metadata of a bag says if its recording ended before the voyage did."""
 
 _METADATA_VERSION = 9
 _EMPTY_START_NS = 2**63 - 1
@@ -88,6 +91,7 @@ class BagWriter:
         self._prefix = '/'.join(['', *namespace.strip('/').split('/')]).rstrip('/') + '/'
         self._replaces = folder.exists()
         self._channels: dict[str, int] = {}
+        self._declared: dict[str, DeclaredTopic] = {}
         self._custom: dict[str, str] = {}
         self.counts: dict[str, int] = {}
         """Messages written, by relative topic, in the order of their first message."""
@@ -143,6 +147,12 @@ class BagWriter:
             for name, fact in facts.items()
         }
 
+    def declare(self, key: str, declared: DeclaredTopic) -> None:
+        """Make room for a topic that need not be in the table, under a key for `copy`."""
+        self.counts[key] = 0
+        self._declared[key] = declared
+        self._channels[key] = self._file.add_channel(declared)
+
     def write_raw(self, topic: str, payload: bytes, stamp_ns: int) -> None:
         """Write one serialised message.
 
@@ -151,14 +161,20 @@ class BagWriter:
             payload: CDR of the topic's type.
             stamp_ns: of its header, or of the start where it has none; >= 0.
         """
-        channel = self._channels.get(topic)
-        if channel is None:
-            channel = self._open_channel(_topic(topic))
+        if topic not in self._channels:
+            self.declare(topic, _declared(self._prefix, _topic(topic)))
         if stamp_ns < 0:
             raise BagError(f'{topic}: stamp {stamp_ns} ns lies before 0; choose a later starts_at')
         number = self.counts[topic] + 1
+        channel = self._channels[topic]
         self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload)
         self.counts[topic] = number
+
+    def copy(self, key: str, message: Recorded) -> None:
+        """Write a message of another bag as it stands there, on a topic that was declared."""
+        _, sequence, stamp_ns, publish_ns, payload = message
+        self._file.add_message(self._channels[key], sequence, stamp_ns, payload, publish_ns)
+        self.counts[key] += 1
 
     def flush(self) -> None:
         """Write what is still in memory: a killed process loses nothing that came before."""
@@ -171,9 +187,12 @@ class BagWriter:
         trace: TracebackType | None,
     ) -> None:
         failure = error
+        if error is not None:
+            self.describe(CUT_SHORT)
         try:
             self._finish()
         except BagError as full:
+            self.describe(CUT_SHORT)
             failure = error or full
             self._file.give_up()
             with suppress(BagError):
@@ -186,16 +205,6 @@ class BagWriter:
             raise failure
         if error is None and self._replaces:
             self._swap()
-
-    def _open_channel(self, topic: Topic) -> int:
-        import yaml
-
-        text, _ = _definition(topic.ros_type)
-        qos = yaml.safe_dump(offered_qos(topic), sort_keys=False).strip()
-        channel = self._file.add_channel(self._prefix + topic.name, topic.ros_type, text, qos)
-        self.counts[topic.name] = 0
-        self._channels[topic.name] = channel
-        return channel
 
     def _finish(self) -> None:
         """Complete the MCAP file, then write the metadata, whole or not at all."""
@@ -217,6 +226,8 @@ class BagWriter:
             raise refused(temporary, error) from error
 
     def _metadata(self) -> dict[str, Any]:
+        import yaml
+
         return {
             'version': _METADATA_VERSION,
             'storage_identifier': 'mcap',
@@ -224,15 +235,15 @@ class BagWriter:
             'topics_with_message_count': [
                 {
                     'topic_metadata': {
-                        'name': self._prefix + name,
-                        'type': TOPICS[name].ros_type,
-                        'serialization_format': 'cdr',
-                        'offered_qos_profiles': offered_qos(TOPICS[name]),
-                        'type_description_hash': _definition(TOPICS[name].ros_type)[1],
+                        'name': declared.name,
+                        'type': declared.ros_type,
+                        'serialization_format': declared.encoding,
+                        'offered_qos_profiles': yaml.safe_load(declared.qos) or [],
+                        'type_description_hash': declared.type_hash,
                     },
-                    'message_count': number,
+                    'message_count': self.counts[key],
                 }
-                for name, number in self.counts.items()
+                for key, declared in self._declared.items()
             ],
             'compression_format': '',
             'compression_mode': '',
@@ -281,8 +292,16 @@ def _topic(name: str) -> Topic:
     return TOPICS[name]
 
 
+def _declared(prefix: str, topic: Topic) -> DeclaredTopic:
+    import yaml
+
+    text, type_hash = definition_of(topic.ros_type)
+    qos = yaml.safe_dump(offered_qos(topic), sort_keys=False).strip()
+    return DeclaredTopic(prefix + topic.name, topic.ros_type, text.encode(), qos, type_hash)
+
+
 @cache
-def _definition(ros_type: str) -> tuple[str, str]:
+def definition_of(ros_type: str) -> tuple[str, str]:
     """Return the text of a message definition with its dependencies, and its RIHS01 hash."""
     from rosbags.typesys import Stores, get_typestore
 

@@ -22,7 +22,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from tauto_core.cli import compare, curve, design, euler, isochronism, new_scene, plugins, show
+from tauto_core.cli import (
+    bag,
+    compare,
+    curve,
+    design,
+    euler,
+    isochronism,
+    new_scene,
+    plugins,
+    show,
+)
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, SceneName
 from tauto_core.cli.voice import be_quiet, say
@@ -84,6 +94,7 @@ app = typer.Typer(
 )
 scene_commands = typer.Typer(help='Look at one scene, or begin one.', no_args_is_help=True)
 app.add_typer(scene_commands, name='scene')
+app.add_typer(bag.commands, name='bag')
 
 
 def _print_version(wanted: bool) -> None:

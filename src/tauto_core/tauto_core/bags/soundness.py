@@ -1,0 +1,277 @@
+"""Whether a bag is whole: its files from end to end, its metadata, and what its messages hold."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from tauto_core.bags.mcap_file import McapFile, open_mcap
+from tauto_core.bags.reader import Bag, by_number, find_files
+from tauto_core.bags.table import MESSAGE_TYPES
+from tauto_core.bags.writer import METADATA
+from tauto_core.samples import SCENE
+from tauto_core.scene.errors import BagError, BagPlaceError
+
+_INDEX = struct.Struct('<BQHI')
+_ENTRY = struct.Struct('<QQ')
+
+
+@dataclass
+class Soundness:
+    """What was found in a bag.
+
+    `damage` is what `recover` mends: ends, chunks, indices, metadata. `faults` are in what was
+    recorded: messages that do not decode, stamps that go back. `notes` take nothing from it.
+    """
+
+    bag: Bag
+    damage: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    custom: dict[str, Any] = field(default_factory=dict)
+    """The metadata's `custom_data`, from metadata.yaml or, without it, from the MCAP file."""
+    counted: int = 0
+    """Messages that sound indices say there are; files without one count none."""
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether the bag says that its recording ended before the voyage did."""
+        return str(self.custom.get('cut_short', '')).lower() == 'true'
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing is missing or wrong."""
+        return not (self.damage or self.faults or self.cut_short)
+
+
+def check_bag(path: Path) -> Soundness:
+    """Read all of a bag and return what is wrong with it.
+
+    Raises:
+        BagPlaceError: nothing is there.
+        BagError: no file of it is MCAP.
+    """
+    found = survey(path)
+    for file in found.bag.files:
+        _check_file(found, file)
+    _check_metadata(found)
+    if found.bag.files:
+        _check_content(found)
+    return found
+
+
+def survey(path: Path) -> Soundness:
+    """Walk the files of a bag, whatever its indices and metadata say; note damage on the way.
+
+    Raises:
+        BagPlaceError, BagError: as `check_bag`.
+    """
+    damage: list[str] = []
+    refusals: list[BagError] = []
+    files: list[McapFile] = []
+    for file in _files(path, damage):
+        try:
+            files.append(open_mcap(file, walk=True))
+        except BagError as error:
+            refusals.append(error)
+    if not files:
+        raise refusals[0]
+    found = Soundness(Bag(path, tuple(files), None))
+    found.damage = [*damage, *map(str, refusals)]
+    for walked in files:
+        found.damage += walked.warnings
+    found.custom = _custom(path, files)
+    return found
+
+
+def _files(path: Path, damage: list[str]) -> list[Path]:
+    try:
+        return find_files(path, damage)
+    except BagPlaceError:
+        raise
+    except BagError as error:
+        found = sorted(path.glob('*.mcap'), key=by_number)
+        if not found:
+            raise
+        damage.append(str(error))
+        return found
+
+
+def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
+    texts = [file.description for file in files]
+    information: dict[str, Any] = {}
+    for text in texts:
+        information |= _information(text, nested=False)
+    beside = path / METADATA
+    if beside.is_file():
+        information |= _information(beside.read_text('utf-8', 'replace'))
+    custom = information.get('custom_data')
+    return dict(custom) if isinstance(custom, Mapping) else {}
+
+
+def _information(text: str, *, nested: bool = True) -> dict[str, Any]:
+    """Return rosbag2's metadata from YAML; nothing where it is not that."""
+    import yaml
+
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return {}
+    if nested and isinstance(content, Mapping):
+        content = content.get('rosbag2_bagfile_information')
+    return dict(content) if isinstance(content, Mapping) else {}
+
+
+def _check_file(found: Soundness, walked: McapFile) -> None:
+    """Compare a file's index with what it holds, and let the mcap library read it."""
+    from mcap.exceptions import McapError
+    from mcap.stream_reader import StreamReader
+
+    opened = open_mcap(walked.path)
+    found.damage += [each for each in opened.warnings if each not in found.damage]
+    if not opened.indexed:
+        if not (walked.warnings or opened.warnings):
+            found.damage.append(f'{walked.path}: it has no complete index')
+        return
+    found.counted += sum(opened.counts.values())
+    for what, said, held in (
+        ('counts', _nonzero(opened.counts), _nonzero(walked.counts)),
+        ('topics', opened.channels, walked.channels),
+        ('chunks', _places(opened), _places(walked)),
+    ):
+        if said != held:
+            found.damage.append(f'{walked.path}: the {what} of its index are not those it holds')
+    with walked.path.open('rb') as stream:
+        wrong = sum(_wrong_entries(stream, walked))
+        if wrong:
+            found.damage.append(
+                f'{walked.path}: {wrong} entries of its message indices point at no such message'
+            )
+        stream.seek(0)
+        try:
+            for _ in StreamReader(stream, validate_crcs=True).records:
+                pass
+        except (McapError, ValueError, struct.error, EOFError) as error:
+            if not walked.warnings:
+                found.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
+
+
+def _nonzero(counts: Mapping[int, int]) -> dict[int, int]:
+    return {channel: number for channel, number in counts.items() if number}
+
+
+def _places(file: McapFile) -> set[tuple[int, int, int, int]]:
+    return {span[:4] for span in file.spans if span.chunk}
+
+
+def _wrong_entries(stream: BinaryIO, walked: McapFile) -> Iterator[int]:
+    """Yield the number of wrong entries of each message index of the file."""
+    from mcap.reader import SeekingReader
+
+    summary = SeekingReader(stream).get_summary()
+    spans = {span.offset: span for span in walked.spans}
+    for index in summary.chunk_indexes if summary else []:
+        span = spans.get(index.chunk_start_offset)
+        if span is None:
+            continue
+        held = walked.places(span, stream)
+        for channel, at in index.message_index_offsets.items():
+            stream.seek(at)
+            head = stream.read(_INDEX.size)
+            if len(head) < _INDEX.size:
+                yield 1
+                continue
+            opcode, _, owner, size = _INDEX.unpack(head)
+            body = stream.read(min(size, span.length + (1 << 20)))
+            if (opcode, owner) != (0x07, channel) or len(body) != size or size % _ENTRY.size:
+                yield 1
+                continue
+            said = {(stamp_ns, place) for stamp_ns, place in _ENTRY.iter_unpack(body)}
+            yield len(said ^ held.get(channel, set()))
+
+
+def _check_metadata(found: Soundness) -> None:
+    """Compare metadata.yaml with the files."""
+    path = found.bag.path / METADATA
+    if not path.is_file():
+        return
+    said = _information(path.read_text('utf-8', 'replace'))
+    start_ns, end_ns = found.bag.start_ns, found.bag.end_ns
+    held: dict[str, Any] = {'message_count': sum(found.bag.counts.values())}
+    if start_ns is not None and end_ns is not None:
+        held['starting_time'] = {'nanoseconds_since_epoch': start_ns}
+        held['duration'] = {'nanoseconds': end_ns - start_ns}
+    for what, value in held.items():
+        if said.get(what) != value:
+            found.damage.append(f'{path}: {what} = {said.get(what)}, but the files hold {value}')
+    try:
+        topics = {
+            each['topic_metadata']['name']: (each['topic_metadata']['type'], each['message_count'])
+            for each in said['topics_with_message_count']
+        }
+    except (KeyError, TypeError):
+        found.damage.append(f'{path}: its topics cannot be understood')
+        return
+    counts = found.bag.counts
+    for topic, ros_type in found.bag.topics.items():
+        told = topics.pop(topic, ('nothing', 0))
+        if told != (ros_type, counts[topic]):
+            found.damage.append(
+                f'{path}: {topic} is {told[0]} with {told[1]} messages, but the files hold '
+                f'{ros_type} with {counts[topic]}'
+            )
+    found.damage += [
+        f'{path}: {topic} with {number} messages is not in the files'
+        for topic, (_, number) in topics.items()
+        if number
+    ]
+
+
+def _check_content(found: Soundness) -> None:
+    bag = found.bag
+    for topic, ros_type in bag.topics.items():
+        try:
+            if ros_type not in MESSAGE_TYPES:
+                found.notes.append(f'{topic}: {ros_type or "no type"} is not decoded here')
+            else:
+                for _ in bag.parts(topic):
+                    pass
+        except BagError as error:
+            found.faults.append(str(error))
+    found.faults += [
+        f'{bag.path}: {topic}: {times} times a log time lies before the one before it'
+        for topic, times in _steps_back(bag).items()
+    ]
+    _check_scene(found)
+
+
+def _steps_back(bag: Bag) -> dict[str, int]:
+    newest_ns: dict[str, int] = {}
+    back: dict[str, int] = {}
+    for file in bag.files:
+        with file.path.open('rb') as stream:
+            for span in file.spans:
+                for message in file.messages(span, stream):
+                    topic = file.channels[message.channel].topic
+                    if message.stamp_ns < newest_ns.get(topic, 0):
+                        back[topic] = back.get(topic, 0) + 1
+                    newest_ns[topic] = message.stamp_ns
+    return back
+
+
+def _check_scene(found: Soundness) -> None:
+    topics = [topic for topic in found.bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
+    if not topics:
+        found.notes.append(f'there is no {SCENE}: a replay needs --scene')
+        return
+    file = found.bag.files[0]
+    for span in file.spans[:1]:
+        with file.path.open('rb') as stream:
+            for message in file.recorded(span, stream):
+                first = file.channels[message.channel].topic
+                if first not in topics:
+                    found.notes.append(f'the first message is of {first}, not of {topics[0]}')
+                return

@@ -1,0 +1,308 @@
+"""`check_bag` and `recover_bag`: what is wrong is said, what can be read comes back as it was."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import struct
+import subprocess
+import sys
+import textwrap
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from bags_examples import START_NS, example
+from mcap.reader import make_reader
+from mcap.writer import Writer as McapWriter
+from rosbags.rosbag2 import Reader
+
+from tauto_core import samples as s
+from tauto_core import voyage
+from tauto_core.bags import BagWriter, Message, check_bag, encode, read_bag, recover_bag
+from tauto_core.scene.errors import BagError, BagPlaceError
+
+GOLDEN = Path(__file__).resolve().parents[2] / 'bags' / 'measured_2min'
+FILE = 'measured_2min_0.mcap'
+SIZE = (GOLDEN / FILE).stat().st_size
+
+
+def killed(folder: Path, cut: int) -> Path:
+    """The golden bag as SIGKILL leaves one: no metadata, and the file ends anywhere."""
+    folder.mkdir()
+    (folder / FILE).write_bytes((GOLDEN / FILE).read_bytes()[:cut])
+    return folder
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
+
+
+@cache
+def golden_messages() -> list[Message]:
+    return list(read_bag(GOLDEN).messages())
+
+
+def flip(path: Path, at: int) -> None:
+    octets = bytearray(path.read_bytes())
+    octets[at] ^= 0x5A
+    path.write_bytes(octets)
+
+
+def chunk_places() -> list[tuple[int, int]]:
+    with (GOLDEN / FILE).open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    return [(index.chunk_start_offset, index.chunk_length) for index in summary.chunk_indexes]
+
+
+@pytest.mark.parametrize('name', ['cheek_1min', 'ideal_6h', 'measured_2min'])
+def test_a_golden_bag_is_whole(name: str) -> None:
+    found = check_bag(GOLDEN.parent / name)
+    assert (found.damage, found.faults, found.notes) == ([], [], [])
+    assert found.whole
+
+
+@pytest.mark.parametrize('cut', [*range(9_000, SIZE, 24_001), SIZE - 3000, SIZE - 20, SIZE - 1])
+def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: int) -> None:
+    torn = killed(tmp_path / 'torn', cut)
+    before = digests(torn)
+    left = list(read_bag(torn).messages())
+    whole_chunks = [at for at, length in chunk_places() if at + length <= cut]
+    found = check_bag(torn)
+    assert any('no metadata.yaml' in each for each in found.damage)
+    assert any('was cut' in each for each in found.damage)
+    if not whole_chunks:
+        assert left == []
+        with pytest.raises(BagError, match='no message can be read'):
+            recover_bag(torn)
+        assert not (tmp_path / 'torn_recovered').exists()
+        return
+    made = recover_bag(torn)
+    assert digests(torn) == before, 'the original is only read'
+    assert made.path == tmp_path / 'torn_recovered'
+    assert set(found.damage) == set(made.lost)
+    # our own reader: a prefix of the golden bag's messages
+    again = list(read_bag(made.path).messages())
+    assert read_bag(made.path).warnings == ()
+    assert again == left == golden_messages()[: len(left)]
+    # the rosbags library, which goes by metadata.yaml as rosbag2 does
+    with Reader(made.path) as reader:
+        assert reader.message_count == len(left)
+        stored = [
+            (connection.topic, connection.msgtype, stamp_ns, bytes(payload))
+            for connection, stamp_ns, payload in reader.messages()
+        ]
+        assert all(connection.ext.offered_qos_profiles for connection in reader.connections)
+    assert stored == [tuple(message) for message in left]
+    # the mcap library: checksums, sequence numbers and publish times as they were
+    [file] = made.path.glob('*.mcap')
+    with file.open('rb') as one, (GOLDEN / FILE).open('rb') as other:
+        ours = make_reader(one, validate_crcs=True).iter_messages(log_time_order=False)
+        theirs = make_reader(other, validate_crcs=True).iter_messages(log_time_order=False)
+        for (schema, channel, message), (schema_0, channel_0, message_0) in zip(
+            ours, theirs, strict=False
+        ):
+            assert schema is not None
+            assert schema_0 is not None
+            assert (schema.name, schema.data) == (schema_0.name, schema_0.data)
+            assert channel.topic == channel_0.topic
+            assert message == message_0
+    checked = check_bag(made.path)
+    assert (checked.damage, checked.faults) == ([], [])
+    ended = cut > chunk_places()[-1][0] + 20_000
+    assert ended or checked.cut_short
+    assert checked.whole == (not checked.cut_short)
+
+
+def test_a_recovered_bag_replays(tmp_path: Path) -> None:
+    made = recover_bag(killed(tmp_path / 'torn', SIZE * 2 // 3))
+    result = voyage.replay(made.path)
+    assert result['scene'] == voyage.replay(GOLDEN)['scene']
+    with Reader(made.path) as reader:
+        span_s = reader.duration * 1e-9
+    assert 60 < span_s < 100, 'of 120 s'
+    assert result['drift'] != voyage.replay(GOLDEN)['drift']
+
+
+FULL = """
+    import resource, sys
+    from pathlib import Path
+    from tauto_core import voyage
+    from tauto_core.scene import load_scene
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+    voyage.sail(load_scene('measured', duration=120.0), Path(sys.argv[1]))
+"""
+
+
+def test_a_bag_that_filled_the_disk_replays_and_is_recovered(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, '-c', textwrap.dedent(FULL), tmp_path / 'bag'],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert 'bag_0.mcap cannot be written' in done.stderr
+    assert voyage.replay(tmp_path / 'bag')['scene'] == 'measured'
+    found = check_bag(tmp_path / 'bag')
+    assert not found.whole
+    assert (found.faults, found.notes) == ([], []), 'the scene is the first message'
+    # there was no room for the index either: it needs some 10 kB
+    assert any('it has no end' in each for each in found.damage)
+    again = check_bag(recover_bag(tmp_path / 'bag').path)
+    assert (again.damage, again.faults, again.notes) == ([], [], [])
+    assert again.cut_short
+
+
+@pytest.mark.parametrize('what', ['chunk', 'index', 'metadata'])
+def test_damage_elsewhere_costs_no_more_than_it_hit(tmp_path: Path, what: str) -> None:
+    bag = tmp_path / 'bag'
+    shutil.copytree(GOLDEN, bag)
+    whole = golden_messages()
+    at, length = chunk_places()[1]
+    if what == 'chunk':
+        flip(bag / FILE, at + length // 2)
+    elif what == 'index':
+        flip(bag / FILE, SIZE - 200)
+    else:
+        (bag / 'metadata.yaml').write_text('rosbag2_bagfile_information: [', 'utf-8')
+    assert not check_bag(bag).whole
+    made = recover_bag(bag, tmp_path / 'new' / 'bag')
+    kept = list(read_bag(made.path).messages())
+    lost = len(whole) - len(kept)
+    assert made.missing == lost
+    assert (lost > 0) == (what == 'chunk')
+    assert set(kept) <= set(whole)
+    assert check_bag(made.path).whole
+
+
+def rewrite(bag: Path, change: Any) -> None:
+    file = bag / 'metadata.yaml'
+    content = yaml.safe_load(file.read_text('utf-8'))
+    change(content['rosbag2_bagfile_information'])
+    file.write_text(yaml.safe_dump(content), 'utf-8')
+
+
+@pytest.mark.parametrize(
+    ('change', 'words'),
+    [
+        (lambda m: m.update(message_count=3), 'message_count = 3, but the files hold 3377'),
+        (lambda m: m['duration'].update(nanoseconds=1), 'duration'),
+        (lambda m: m['topics_with_message_count'][1].update(message_count=1), '/ship/imu is'),
+        (lambda m: m['topics_with_message_count'].pop(1), '/ship/imu is nothing'),
+        (lambda m: m['relative_file_paths'].append('b_1.mcap'), 'b_1.mcap, named by'),
+        (lambda m: m.update(custom_data={'cut_short': 'true'}), ''),
+    ],
+)
+def test_metadata_that_says_otherwise_is_noticed(tmp_path: Path, change: Any, words: str) -> None:
+    bag = tmp_path / 'bag'
+    shutil.copytree(GOLDEN, bag)
+    rewrite(bag, change)
+    found = check_bag(bag)
+    assert not found.whole
+    assert found.cut_short == (not words)
+    assert words in ' '.join(found.damage)
+
+
+def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    shutil.copytree(GOLDEN, bag)
+    with (bag / FILE).open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    [at, *_] = summary.chunk_indexes[0].message_index_offsets.values()
+    octets = bytearray((bag / FILE).read_bytes())
+    struct.pack_into('<Q', octets, at + 15 + 8, 12345)
+    (bag / FILE).write_bytes(octets)
+    found = check_bag(bag)
+    assert '2 entries of its message indices' in ' '.join(found.damage)
+    assert check_bag(recover_bag(bag).path).whole
+
+
+def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: Path) -> None:
+    payloads = encode(s.SHIP_IMU, example(s.ImuSamples, 3))
+    path = tmp_path / 'x.mcap'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream)
+        writer.start('ros2')
+        schema = writer.register_schema('sensor_msgs/msg/Imu', 'ros2msg', b'')
+        imu = writer.register_channel('/ship/imu', 'cdr', schema)
+        bad = writer.register_channel('/bad', 'cdr', schema)
+        for k, payload in enumerate(payloads):
+            writer.add_message(imu, START_NS - k, payload, START_NS)
+        writer.add_message(bad, START_NS, b'\0\1\0\0', START_NS)
+        writer.finish()
+    found = check_bag(path)
+    assert found.damage == []
+    assert len(found.faults) == 2
+    assert 'ends within' in found.faults[0]
+    assert '/ship/imu: 2 times a log time lies before' in found.faults[1]
+    assert 'there is no scene' in found.notes[0]
+    with pytest.raises(BagError, match='nothing to recover'):
+        recover_bag(path)
+
+
+def test_a_foreign_topic_is_recovered_with_its_definition(tmp_path: Path) -> None:
+    path = tmp_path / 'x.mcap'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, chunk_size=200)
+        writer.start('ros2')
+        schema = writer.register_schema('a_msgs/msg/Depth', 'ros2msg', b'float64 metres\n')
+        depth = writer.register_channel('/depth', 'cdr', schema)
+        for k in range(20):
+            writer.add_message(depth, k, bytes(12), k + 7, sequence=5 * k)
+        writer.finish()
+    octets = path.read_bytes()
+    path.write_bytes(octets[: len(octets) // 2])
+    made = recover_bag(path)
+    assert made.path == tmp_path / 'x_recovered'
+    with next(made.path.glob('*.mcap')).open('rb') as stream:
+        rows = list(make_reader(stream, validate_crcs=True).iter_messages())
+    assert 3 < len(rows) < 20
+    for k, (found, channel, message) in enumerate(rows):
+        assert found is not None
+        assert (found.name, found.data) == ('a_msgs/msg/Depth', b'float64 metres\n')
+        assert channel.topic == '/depth'
+        assert (message.sequence, message.log_time, message.publish_time) == (5 * k, k, k + 7)
+
+
+def test_a_split_bag_is_recovered_as_one(tmp_path: Path) -> None:
+    whole = golden_messages()
+    torn = killed(tmp_path / 'torn', SIZE)
+    (torn / FILE).rename(torn / 'torn_0.mcap')
+    (torn / 'torn_1.mcap').write_bytes((GOLDEN / FILE).read_bytes()[: SIZE // 2])
+    (torn / 'torn_2.mcap').write_bytes(b'')
+    made = recover_bag(torn)
+    assert sum(made.counts.values()) > 1.3 * len(whole)
+    assert any('torn_2.mcap is not an MCAP file' in lost for lost in made.lost)
+    assert len(list(made.path.glob('*.mcap'))) == 1
+    with Reader(made.path) as reader:
+        assert reader.message_count == sum(made.counts.values())
+
+
+def test_nothing_is_overwritten(tmp_path: Path) -> None:
+    torn = killed(tmp_path / 'torn', SIZE // 2)
+    with pytest.raises(BagPlaceError, match='lies in the bag'):
+        recover_bag(torn, torn / 'new')
+    (tmp_path / 'torn_recovered').mkdir()
+    with pytest.raises(BagPlaceError, match='exists already'):
+        recover_bag(torn)
+    with pytest.raises(BagPlaceError, match='does not exist'):
+        check_bag(tmp_path / 'nowhere')
+    with pytest.raises(BagError, match='nothing to recover'):
+        recover_bag(GOLDEN, tmp_path / 'x')
+
+
+def test_a_bag_that_an_error_ended_says_so(tmp_path: Path) -> None:
+    with suppress(KeyboardInterrupt), BagWriter(tmp_path / 'bag') as writer:
+        writer.write({s.SHIP_IMU: example(s.ImuSamples, 3)})
+        raise KeyboardInterrupt
+    found = check_bag(tmp_path / 'bag')
+    assert found.damage == []
+    assert found.cut_short
+    assert not found.whole
