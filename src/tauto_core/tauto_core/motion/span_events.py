@@ -82,18 +82,24 @@ class Watch(NamedTuple):
     scratch: Any
 
 
+@compiled
+def _state_within(watch: Any, xi: float) -> Any:
+    """Fill `scratch` with the state at a fraction of the step; return what the ship does there."""
+    length, terms, x0, hx = watch.place
+    for p in range(len(watch.omega)):
+        x, y = between(watch.omega, p, hx * length, xi, watch.floats, watch.memory.work)
+        watch.scratch[4 * p], watch.scratch[4 * p + 2] = x, y
+    return outside_at(terms, x0 + xi * hx, watch.memory.work)
+
+
 @overload(value_of)
 def _value_within(watch: Any, xi: Any) -> Any:
     if getattr(watch, 'instance_class', None) is not Watch:
         return None
 
     def within(watch: Any, xi: Any) -> Any:
-        kind, angle, system, mode, omega, place, floats, memory, scratch = watch
-        length, terms, x0, hx = place
-        for p in range(len(omega)):
-            x, y = between(omega, p, hx * length, xi, floats, memory.work)
-            scratch[4 * p], scratch[4 * p + 2] = x, y
-        at = outside_at(terms, x0 + xi * hx, memory.work)
+        kind, angle, system, mode, omega, _, _, _, scratch = watch
+        at = _state_within(watch, xi)
         if kind == AT_IMPULSE:
             return angle - mode[0] * wheel_angle(system, scratch, at)
         now = instant(system, mode, omega, scratch, at)
@@ -108,13 +114,8 @@ def _angles_within(watch: Any, xi: Any) -> Any:
         return None
 
     def within(watch: Any, xi: Any) -> Any:
-        _, _, system, mode, omega, place, floats, memory, scratch = watch
-        length, terms, x0, hx = place
-        for p in range(len(omega)):
-            x, y = between(omega, p, hx * length, xi, floats, memory.work)
-            scratch[4 * p], scratch[4 * p + 2] = x, y
-        at = outside_at(terms, x0 + xi * hx, memory.work)
-        now = instant(system, mode, omega, scratch, at)
+        at = _state_within(watch, xi)
+        now = instant(watch.system, watch.mode, watch.omega, watch.scratch, at)
         return now[COORDINATE], now[SPEED], now[ANGLE], now[RATE]
 
     return within
