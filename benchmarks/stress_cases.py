@@ -24,7 +24,8 @@ INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 class Row:
     """A line of the table: what was measured, and between which limits it must lie.
 
-    NaN lies between none.
+    NaN lies between none. A limit that is known to break has a reason; it is then out of order
+    if it holds, so that the reason does not outlive the fault.
     """
 
     name: str
@@ -32,11 +33,19 @@ class Row:
     measured: float
     high: float
     low: float = -math.inf
+    known_fault: str = ''
 
     @property
     def holds(self) -> bool:
         """Whether the figure is within its limits."""
         return bool(self.low <= self.measured <= self.high)
+
+    @property
+    def verdict(self) -> str:
+        """What is to be said of the row beside its figures."""
+        if self.known_fault:
+            return 'HOLDS, NO FAULT ANY MORE' if self.holds else f'known: {self.known_fault}'
+        return '' if self.holds else 'BROKEN'
 
     @property
     def limit(self) -> str:
