@@ -15,20 +15,20 @@ from tauto_core.cli.app import app
 from tauto_core.scene import shipped_scenes
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs').glob('*.md'))]
+PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 
 
-@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r'\]\(([^)#]+)', page.read_text(encoding='utf-8')):
         assert target.startswith('https://') or (page.parent / target).exists(), target
 
 
-def test_the_index_leads_to_every_page() -> None:
-    index = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
+def test_the_index_of_each_folder_leads_to_every_page() -> None:
     for page in PAGES[1:]:
-        assert page.name == 'index.md' or f'({page.name})' in index
+        index = page.parent / 'index.md'
+        assert page == index or f'({page.name})' in index.read_text(encoding='utf-8')
 
 
 def test_the_table_of_scenes_is_complete() -> None:
