@@ -9,10 +9,12 @@ TEST = [
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
+    'distributed>=2024.8',
     'hypothesis>=6.100',
     'jsonschema>=4.20',
     'mpmath>=1.3',
     'numba>=0.60',  # the same kernels through another compiler, bit for bit
+    'pyarrow>=16.0',
     'pytest>=8.0',
     'pytest-xdist>=3.5',
     'wheel>=0.40',
@@ -29,6 +31,8 @@ LINT = [
 SPECTRA = ['wavespectra>=4.9']
 # The charts of `tauto report`, in a script that the page holds.
 REPORT = ['bokeh>=3.4']
+# Voyages on many processes, their rows in Parquet files.
+FLEET = ['distributed>=2024.8', 'pyarrow>=16.0']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = ['tauto_nodes[ros]']
 
@@ -72,6 +76,7 @@ setup(
     extras_require={
         'test': TEST,
         'dev': TEST + LINT,
+        'fleet': FLEET,
         'report': REPORT,
         'ros': ROS,
         'spectra': SPECTRA,
