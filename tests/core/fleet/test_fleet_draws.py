@@ -20,8 +20,7 @@ def plan(ships=50, **draws):
 
 def drawn(key, ships, **draw):
     fleet = Plan(SCENE, 'x', ships, as_draws({key: draw}, 'vary.yaml'))
-    content = fleet.content()
-    return np.array([fleet.ship(k, content).drawn[key] for k in range(ships)])
+    return np.array([fleet.ship(k).drawn[key] for k in range(ships)])
 
 
 @pytest.mark.parametrize(
@@ -65,8 +64,7 @@ def test_more_ships_and_more_keys_change_nothing_of_the_others():
 
 def test_every_ship_has_a_seed_and_a_sea_of_her_own():
     fleet = plan(200)
-    content = fleet.content()
-    seeds = {fleet.ship(number, content).scene.seed for number in range(200)}
+    seeds = {fleet.ship(number).scene.seed for number in range(200)}
     assert len(seeds) == 200
     assert fleet.ship(0).scene == SCENE.model_copy(update={'seed': fleet.ship(0).scene.seed})
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -63,21 +64,18 @@ class Plan:
                 f'--ships {self.ships}: must lie between 1 and {MOST_SHIPS:,}. Use for example 200'
             )
 
+    @cached_property
     def content(self) -> dict[str, Any]:
-        """Return the scene's mapping, with all defaults."""
+        """The scene's mapping, with all defaults."""
         return read_mapping(scene_yaml(self.scene), self.origin)
 
-    def ship(self, number: int, content: Mapping[str, Any] | None = None) -> Ship:
-        """Return a ship.
-
-        Args:
-            number: 0 to ships - 1.
-            content: of the scene, where it is at hand.
+    def ship(self, number: int) -> Ship:
+        """Return a ship, 0 to ships - 1.
 
         Raises:
             SceneError: a key or value that a scene cannot have.
         """
-        given = copy.deepcopy(dict(self.content() if content is None else content))
+        given = copy.deepcopy(self.content)
         drawn: dict[str, Value] = {}
         for key, draw in self.draws.items():
             random = np.random.default_rng(_stream(self.scene.seed, number, *key.encode()))
@@ -101,9 +99,8 @@ class Plan:
         Raises:
             SceneError: naming the ship, the key, the value that was drawn and the limit.
         """
-        content = self.content()
         for number in range(self.ships):
-            self.ship(number, content)
+            self.ship(number)
 
     def _put(self, content: dict[str, Any], key: str, value: Value, number: int) -> None:
         *path, last = key.split('.')

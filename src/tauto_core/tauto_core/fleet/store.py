@@ -103,7 +103,7 @@ class Store:
     def _identity(self) -> dict[str, Any]:
         """Return what the rows of this folder depend on: all but how many there are."""
         return {
-            'scene': self._plan.content(),
+            'scene': self._plan.content,
             'vary': {
                 key: draw.model_dump(exclude_none=True) for key, draw in self._plan.draws.items()
             },
