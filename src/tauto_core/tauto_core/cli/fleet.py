@@ -17,7 +17,7 @@ from tauto_core.wording import counted, significant
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from tauto_core.fleet import Answers, Fleet
+    from tauto_core.fleets import Answers, Fleet
 
 _CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
 
@@ -57,7 +57,7 @@ def fleet(
     from tauto_core.cli.ending import ended_by_sigterm
     from tauto_core.cli.progress import counting_bar
     from tauto_core.figure_file import check_plot
-    from tauto_core.fleet import Plan, draw, read_draws, sail_fleet
+    from tauto_core.fleets import Plan, draw, read_draws, sail_fleet
     from tauto_core.scene import load_scene
     from tauto_core.workers import Crew
 
@@ -138,7 +138,7 @@ def _shares(result: Answers) -> Table:
 
 
 def _quantiles(result: Answers) -> Table:
-    from tauto_core.fleet.answers import QUANTILES
+    from tauto_core.fleets.answers import QUANTILES
 
     table = _table(
         'error of the longitude [nmi]', 'clock', *(f'{_percent(each)} below' for each in QUANTILES)

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from tauto_core import voyage, workers
-from tauto_core.fleet import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
-from tauto_core.fleet.member import FIGURES, sail_ship
+from tauto_core.fleets import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
+from tauto_core.fleets.member import FIGURES, sail_ship
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.workers import Crew, WorkerError

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tauto_core.figure_file import write_figure
-from tauto_core.fleet.answers import distances
-from tauto_core.fleet.sailing import Fleet
+from tauto_core.fleets.answers import distances
+from tauto_core.fleets.sailing import Fleet
 from tauto_core.navigation.prize import AWARDS
 
 if TYPE_CHECKING:

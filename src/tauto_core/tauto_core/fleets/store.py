@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tauto_core.fleet.draws import Normal, OneOf, Uniform
-from tauto_core.fleet.member import FIGURES
-from tauto_core.fleet.plan import Plan
+from tauto_core.fleets.draws import Normal, OneOf, Uniform
+from tauto_core.fleets.member import FIGURES
+from tauto_core.fleets.plan import Plan
 from tauto_core.scene.errors import TautoError, UsageError
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
 from tauto_core.workers import versions

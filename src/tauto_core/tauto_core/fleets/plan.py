@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.fleet.draws import Normal, OneOf, Uniform, Value
+from tauto_core.fleets.draws import Normal, OneOf, Uniform, Value
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Problem, SceneError, UsageError
 from tauto_core.scene.loader import checked_scene

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from tauto_core import voyage
-from tauto_core.fleet.plan import Plan
+from tauto_core.fleets.plan import Plan
 
 FIGURES: dict[str, tuple[str, str]] = {
     'clock_error_s': ('clock', 'error_s'),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.fleet.plan import Plan
+from tauto_core.fleets.plan import Plan
 from tauto_core.navigation.prize import AWARDS
 from tauto_core.samples import FloatArray
 

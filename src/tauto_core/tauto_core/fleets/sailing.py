@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tauto_core.fleet.answers import Answers, answers
-from tauto_core.fleet.member import FIGURES, sail_ship
-from tauto_core.fleet.plan import Plan
-from tauto_core.fleet.store import Store
+from tauto_core.fleets.answers import Answers, answers
+from tauto_core.fleets.member import FIGURES, sail_ship
+from tauto_core.fleets.plan import Plan
+from tauto_core.fleets.store import Store
 from tauto_core.readiness import check_scene
 from tauto_core.scene.errors import naming
 from tauto_core.workers import Crew, Ended, run_each
