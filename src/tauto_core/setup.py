@@ -9,7 +9,6 @@ TEST = [
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
-    'distributed>=2024.8',
     'hypothesis>=6.100',
     'jsonschema>=4.20',
     'mpmath>=1.3',
@@ -31,8 +30,8 @@ LINT = [
 SPECTRA = ['wavespectra>=4.9']
 # The charts of `tauto report`, in a script that the page holds.
 REPORT = ['bokeh>=3.4']
-# Voyages on many processes, their rows in Parquet files.
-FLEET = ['distributed>=2024.8', 'pyarrow>=16.0']
+# The rows of `tauto fleet --out`.
+FLEET = ['pyarrow>=16.0']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = ['tauto_nodes[ros]']
 
@@ -58,6 +57,7 @@ setup(
     python_requires='>=3.11',
     install_requires=[
         'allantools>=2024.6',
+        'distributed>=2024.8',
         'ezdxf>=1.1',
         'geographiclib>=2.0',
         'llvmlite>=0.43',

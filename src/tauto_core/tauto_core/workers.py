@@ -1,7 +1,7 @@
 """Many independent runs on several processes, here or on other machines, by dask.distributed.
 
 The mechanics hold one core each, so a run takes a process of one thread. Whoever asks for one job
-and names no scheduler runs in this process and needs no dask.
+and names no scheduler runs in this process and loads no dask.
 """
 
 from __future__ import annotations
@@ -95,7 +95,6 @@ def run_each(
         progress: called with the share of all that is done, rising from 0 to 1.
 
     Raises:
-        UsageError: dask.distributed is not installed.
         WorkerError: the scheduler cannot be reached, or its workers are not of these versions.
     """
     if crew.jobs == 1 and crew.scheduler is None:
@@ -199,13 +198,8 @@ def _run(task: Task[Item, Result], placed: tuple[int, Item]) -> Result:
 @contextmanager
 def _client(crew: Crew) -> Iterator[Client]:
     """Yield a client of the crew's processes; leave none of this machine's running."""
-    try:
-        import distributed
-    except ImportError:
-        raise UsageError(
-            f'--jobs {crew.jobs}: several processes need dask.distributed, which is not '
-            "installed. Install it (pip install 'tauto_core[fleet]'), or use --jobs 1"
-        ) from None
+    import distributed
+
     if crew.scheduler is not None:
         with _joined(crew.scheduler) as client:
             yield client
