@@ -12,6 +12,7 @@ CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
     'allantools',
     'bokeh',
+    'distributed',
     'ezdxf',
     'geographiclib',
     'llvmlite',
@@ -19,6 +20,7 @@ WELCOME = {
     'matplotlib',
     'mcap',
     'numpy',
+    'pyarrow',
     'pydantic',
     'pydantic_core',
     'rich',

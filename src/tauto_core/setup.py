@@ -13,6 +13,7 @@ TEST = [
     'jsonschema>=4.20',
     'mpmath>=1.3',
     'numba>=0.60',  # the same kernels through another compiler, bit for bit
+    'pyarrow>=16.0',
     'pytest>=8.0',
     'pytest-xdist>=3.5',
     'wheel>=0.40',
@@ -29,6 +30,8 @@ LINT = [
 SPECTRA = ['wavespectra>=4.9']
 # The charts of `tauto report`, in a script that the page holds.
 REPORT = ['bokeh>=3.4']
+# The rows of `tauto fleet --out`.
+FLEET = ['pyarrow>=16.0']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = ['tauto_nodes[ros]']
 
@@ -54,6 +57,7 @@ setup(
     python_requires='>=3.11',
     install_requires=[
         'allantools>=2024.6',
+        'distributed>=2024.8',
         'ezdxf>=1.1',
         'geographiclib>=2.0',
         'llvmlite>=0.43',
@@ -72,6 +76,7 @@ setup(
     extras_require={
         'test': TEST,
         'dev': TEST + LINT,
+        'fleet': FLEET,
         'report': REPORT,
         'ros': ROS,
         'spectra': SPECTRA,

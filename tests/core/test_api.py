@@ -53,6 +53,22 @@ def test_every_public_name_is_there_and_explained() -> None:
         tauto.sale  # noqa: B018
 
 
+def test_a_fleet_is_that_of_the_command(tmp_path: Path) -> None:
+    key = 'trochlea.release_angle'
+    file = tmp_path / 'vary.yaml'
+    file.write_text(f'{key}: {{kind: uniform, low: 0.9, high: 1.1}}')
+    vary = {key: {'kind': 'uniform', 'low': 0.9, 'high': 1.1}}
+    found = tauto.fleet('second_cam_at_sea', ships=3, vary=vary, jobs=1, duration=60.0)
+    words = ['fleet', 'second_cam_at_sea', '--ships', '3', '--vary', str(file)]
+    printed = CliRunner().invoke(app, [*words, '--jobs', '1', '--duration', '60', '--json'])
+    assert json.loads(printed.stdout)['within'] == json.loads(
+        json.dumps({k: [vars(each) for each in v] for k, v in found.answers.within.items()})
+    )
+    assert all(0.9 <= row[key] <= 1.1 for row in found.rows)
+    with pytest.raises(tauto.TautoError, match=r'^ships=0: must lie between'):
+        tauto.fleet('second_cam_at_sea', ships=0)
+
+
 def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Voyage) -> None:
     words = ['sail', 'second_cam_at_sea', '--duration', '120', '--json']
     printed = json.loads(CliRunner().invoke(app, words).stdout)

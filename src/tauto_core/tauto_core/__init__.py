@@ -7,15 +7,16 @@
     voyage.plot('error', 'error.png')
 
 `load` reads a scene, `sail` sails it, `replay` reads a bag, `cam` gives a curve, `compare` sends
-several clocks through one sea, `plot` draws. Errors derive from `TautoError`. Other modules may
-change from version to version. Every name is loaded at its first use.
+several clocks through one sea, `fleet` many ships on one voyage, `plot` draws. Errors derive from
+`TautoError`. Other modules may change from version to version. Every name is loaded at its first
+use.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tauto_core.api import cam, compare, load, plot, replay, sail, scenes
+    from tauto_core.api import cam, compare, fleet, load, plot, replay, sail, scenes
     from tauto_core.record import Voyage
     from tauto_core.scene.errors import TautoError
 
@@ -27,6 +28,7 @@ __all__ = [
     '__version__',
     'cam',
     'compare',
+    'fleet',
     'load',
     'plot',
     'replay',

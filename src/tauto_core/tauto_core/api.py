@@ -5,7 +5,7 @@ Errors are those of the command line, with options named as arguments.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tauto_core.comparison import Comparison
+    from tauto_core.fleets import Fleet
     from tauto_core.samples import FloatArray
 
 MM_PER_M = 1000.0
@@ -168,6 +169,52 @@ def compare(
             cases=suspension,
         )
         return comparison.compare(entries, jobs=jobs)
+
+
+def fleet(
+    scene: str | Path | Scene,
+    *,
+    ships: int = 100,
+    vary: str | Path | Mapping[str, Mapping[str, object]] | None = None,
+    jobs: int = 2,
+    scheduler: str | None = None,
+    out: str | Path | None = None,
+    **overrides: object,
+) -> Fleet:
+    """Return what becomes of many ships on the voyage of one scene, each with its own seed.
+
+    Called from a script with `jobs` above 1, it must stand under `if __name__ == '__main__':`, as
+    every program that starts Python processes.
+
+    Args:
+        scene: as of `load`.
+        ships: how many.
+        vary: keys of the scene that are drawn for each ship, for example
+            `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`, or a YAML file of
+            that.
+        jobs: processes at once.
+        scheduler: address of a dask scheduler whose workers sail instead.
+        out: folder for the rows in Parquet; ships whose rows it has do not sail again.
+        overrides: as of `load`.
+
+    Returns:
+        `rows`, a mapping for each ship, and `answers`, what they tell.
+
+    Raises:
+        TautoError: a ship that no scene allows, arguments out of range, or no processes.
+    """
+    from tauto_core import fleets
+    from tauto_core.workers import Crew
+
+    with in_words_of_calls():
+        origin = scene.name if isinstance(scene, Scene) else str(scene)
+        if isinstance(vary, str | Path):
+            draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
+        else:
+            draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary'), 'vary'
+        plan = fleets.Plan(load(scene, **overrides), origin, ships, draws, drawn_by)
+        where = None if out is None else Path(out)
+        return fleets.sail_fleet(plan, Crew(jobs, scheduler), where)
 
 
 def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None = None) -> Figure:

@@ -56,12 +56,15 @@ class ShipSource:
     Args:
         scene: what to simulate.
         motion: of its ship from the start, where it is built already.
+        says_scene: whether the scene's text comes first.
     """
 
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
 
-    def __init__(self, scene: Scene, motion: ShipMotion | None = None) -> None:
-        self._scene = scene
+    def __init__(
+        self, scene: Scene, motion: ShipMotion | None = None, *, says_scene: bool = True
+    ) -> None:
+        self._scene, self._says_scene = scene, says_scene
         self._starts_at_ns, self._duration_ns = scene.starts_at_ns, scene.duration_ns
         self._step_ns, self._log_ns = scene.step_ns, scene.log_interval_ns
         self._motion = ShipMotion(scene) if motion is None else motion
@@ -93,7 +96,7 @@ class ShipSource:
         first, last = self._produced, self._produced + len(imu.stamp_ns)
         self._produced = last
         batches: Batches = {SHIP_IMU: imu}
-        if first == 0:
+        if first == 0 and self._says_scene:
             batches[SCENE] = text(starts_at, scene_yaml(self._scene))
         begin, end = first * self._step_ns, min(last * self._step_ns, self._duration_ns + 1)
         logs = np.arange(-(-begin // interval), -(-end // interval))
@@ -204,7 +207,9 @@ def sail(
     started = time.perf_counter()
     with naming(origin or scene.name, scene.name):
         machine, motion = check_scene(scene)
-    source, stages = ShipSource(scene, motion), pipeline(scene, machine)
+    heard = out is not None or watch is not None
+    source = ShipSource(scene, motion, says_scene=heard)
+    stages = pipeline(scene, machine)
     summary = Summary(scene, machine)
     with ExitStack() as stack:
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None

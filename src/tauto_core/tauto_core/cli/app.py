@@ -28,6 +28,7 @@ from tauto_core.cli import (
     curve,
     design,
     euler,
+    fleet,
     isochronism,
     new_scene,
     plugins,
@@ -275,6 +276,7 @@ app.command()(curve.cam)
 app.command()(isochronism.isochronism)
 app.command()(design.design)
 app.command()(compare.compare)
+app.command()(fleet.fleet)
 app.command()(show.plot)
 app.command()(show.report)
 app.command()(euler.euler)

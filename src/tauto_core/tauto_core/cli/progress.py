@@ -40,6 +40,41 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
             yield lambda share: bar.update(task, completed=share)
 
 
+@contextmanager
+def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
+    """Show a bar on stderr, as `progress_bar` does, with the rate and the time left.
+
+    Args:
+        things: what is counted, in the plural.
+        total: how many there will be.
+
+    Yields:
+        A function to call with the number done so far, parts included.
+    """
+    if not sys.stderr.isatty() or is_quiet():
+        yield lambda _done: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    said = f'{{task.completed:,.0f}} of {{task.total:,.0f}} {things}'
+    columns = (
+        TextColumn(said),
+        BarColumn(),
+        TextColumn('{task.fields[rate]}'),
+        TimeRemainingColumn(),
+        TextColumn('left'),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(things, total=total, rate='')
+
+        def tell(done: float) -> None:
+            speed = bar.tasks[task].speed
+            bar.update(task, completed=done, rate=f'{speed:.3g} a second' if speed else '')
+
+        yield tell
+
+
 def _compiling(kernel: str, left_s: float) -> str:
     """Return what is said while a kernel compiles; seconds where they are known."""
     name = kernel.removeprefix('tauto_core.')

@@ -1,37 +1,26 @@
 """All clocks of a comparison sailed, several at once, each by itself.
 
-A clock takes a process of its own, since the kernels let go of Python's lock only in part. The
-motion of ship and case is made anew for each, so that processes have nothing to hand on.
+The motion of ship and case is made anew for each, so that processes have nothing to hand on.
 """
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from tauto_core import voyage
 from tauto_core.comparison.entries import Entry
 from tauto_core.comparison.trace import ErrorTrace
 from tauto_core.scene import Scene
-from tauto_core.scene.errors import PropagationError, TautoError, UsageError
+from tauto_core.scene.errors import PropagationError
 from tauto_core.summary import Summary
 from tauto_core.voyage_cost import step_ns
+from tauto_core.workers import Crew, only_results, run_each
 
 Progress: TypeAlias = Callable[[float], None]
-
-_LOOK_S = 0.2
-"""How often the processes are asked how far they are."""
-
-
-class ComparisonError(TautoError):
-    """A comparison that could not be carried through."""
 
 
 @dataclass(frozen=True)
@@ -118,14 +107,16 @@ def compare(
         UsageError: jobs below 1.
         TautoError: whatever but an event in the motion ends a clock ends all.
     """
-    if jobs < 1:
-        raise UsageError(f'--jobs {jobs}: must be at least 1. Use for example 2')
-    began, jobs = time.perf_counter(), min(jobs, len(entries))
-    sail = _one_by_one if jobs == 1 else _side_by_side
-    rows = sail(entries, jobs, progress)
+    crew = Crew(min(jobs, len(entries)))
+    began, order = time.perf_counter(), _dearest_first(entries)
+    rows: dict[int, Row] = {}
+    with closing(run_each(sail_entry, [entries[k] for k in order], crew, progress)) as ended:
+        for place, row in only_results(ended):
+            rows[order[place]] = row
     scene = entries[0].scene
     wall_s = time.perf_counter() - began
-    return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, rows)
+    in_order = [rows[k] for k in range(len(entries))]
+    return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, in_order)
 
 
 def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
@@ -171,83 +162,6 @@ def _release(scene: Scene) -> float:
         return scene.trochlea.release_angle
     assert scene.regulator is not None
     return scene.regulator.release_arc
-
-
-def _one_by_one(entries: Sequence[Entry], _jobs: int, progress: Progress | None) -> list[Row]:
-    rows = []
-    for index, entry in enumerate(entries):
-        rows.append(sail_entry(entry, _part(progress, index, len(entries))))
-    return rows
-
-
-def _part(progress: Progress | None, index: int, total: int) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda share: progress((index + share) / total)
-
-
-class _Left(Exception):  # noqa: N818
-    """Nobody waits for this clock any more."""
-
-
-# What a process of a pool inherits from its parent has no other place.
-_shares: Any = None
-_abandoned: Any = None
-
-
-def _share(shares: Any, abandoned: Any) -> None:
-    """Set up a process of the pool: Ctrl-C is the parent's to hear."""
-    global _shares, _abandoned
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _shares, _abandoned = shares, abandoned
-
-
-def _sail_in_pool(index: int, entry: Entry) -> Row:
-    def progress(share: float) -> None:
-        if _abandoned.is_set():
-            raise _Left
-        _shares[index] = share
-
-    row = sail_entry(entry, progress)
-    _shares[index] = 1.0
-    return row
-
-
-@contextmanager
-def _pool(jobs: int, entries: int) -> Iterator[tuple[ProcessPoolExecutor, Any]]:
-    """Yield a pool and the shares done; leave nothing running, however the context ends."""
-    context = multiprocessing.get_context('spawn')  # the parent may have threads
-    shares, abandoned = context.Array('d', entries, lock=False), context.Event()
-    pool = ProcessPoolExecutor(jobs, context, _share, (shares, abandoned))
-    try:
-        yield pool, shares
-    except BaseException:
-        abandoned.set()
-        raise
-    finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _side_by_side(entries: Sequence[Entry], jobs: int, progress: Progress | None) -> list[Row]:
-    with _pool(jobs, len(entries)) as (pool, shares):
-        futures: dict[int, Future[Row]] = {
-            index: pool.submit(_sail_in_pool, index, entries[index])
-            for index in _dearest_first(entries)
-        }
-        left = set(futures.values())
-        try:
-            while left:
-                done, left = wait(left, _LOOK_S)
-                for future in done:
-                    future.result()
-                if progress is not None:
-                    progress(sum(shares) / len(entries))
-        except BrokenProcessPool:
-            raise ComparisonError(
-                f'one of {jobs} processes died, for want of memory perhaps. Use fewer: --jobs '
-                f'{max(jobs // 2, 1)}'
-            ) from None
-    return [futures[index].result() for index in range(len(entries))]
 
 
 def _dearest_first(entries: Sequence[Entry]) -> list[int]:

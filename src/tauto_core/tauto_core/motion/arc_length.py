@@ -14,6 +14,7 @@ is half that in ϑ and smoother: at five steps a swing the error falls thirteenf
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -92,7 +93,11 @@ def arc_shape(machine: Machine) -> ArcShape | None:
         return None
     k = rate * math.sqrt(machine.carried_mass / machine.inertia)
     reach = min(machine.cam.range_rad, MARGIN * abs(machine.release_angle) + 0.1)
-    limit = arc_of(reach, k) ** 2
+    return _fitted(k, arc_of(reach, k) ** 2, rate)
+
+
+@lru_cache(maxsize=64)  # the machines of a fleet are often alike
+def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
     for terms in range(2, MAX_TERMS + 1):
         nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
         rows = [_polynomial(nodes, values) for values in _functions(nodes, limit, k, rate)]

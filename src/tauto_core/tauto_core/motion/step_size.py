@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 
 import numpy as np
 
@@ -129,16 +130,16 @@ def longest_step(
     if shape is not None:
         amplitude = arc_of(amplitude, shape.k)
     stages = stages_of(machine, shape)
-    constants, angle = gauss(stages), MAX_ANGLE[stages]
-    while angle > MIN_ANGLE:
-        last = max(
-            _last_coefficient(machine, shape, constants, omega, amplitude, angle, phase)
-            for phase in np.arange(_PHASES) * (math.tau / _PHASES)
-        )
-        if (factor * last * last if factor else last) <= MARGIN * tolerance:
-            break
-        angle *= 0.97
-    return angle / omega
+    constants, angles = gauss(stages), [MAX_ANGLE[stages]]
+    while angles[-1] > MIN_ANGLE:
+        angles.append(0.97 * angles[-1])
+
+    def is_within(angle: float) -> bool:
+        last = _last_coefficient(machine, shape, constants, omega, amplitude, angle)
+        return (factor * last * last if factor else last) <= MARGIN * tolerance
+
+    # the shorter the step, the smaller the coefficient; the shortest is taken whatever it costs
+    return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
 
 
 def _last_coefficient(
@@ -148,19 +149,23 @@ def _last_coefficient(
     omega: float,
     amplitude: float,
     angle: float,
-    phase: float,
 ) -> float:
-    """Return the last Legendre coefficient of a step of ωh = angle, relative to the state."""
+    """Return the largest last Legendre coefficient of steps of ωh = angle, relative to the state.
+
+    Of steps that begin at `_PHASES` phases; none goes over a kink.
+    """
+    if amplitude == 0.0:
+        return 0.0
+    phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
     turned = constants.nodes * angle
     x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
-    if machine.cam.kinked and np.min(x) * np.max(x) < 0.0:
-        # no step goes over the kink
-        return 0.0
+    if machine.cam.kinked:
+        within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
+        x, y = x[within], y[within]
     d1, d2 = _disturbance(machine, shape, omega, x, y)
     slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
-    tails = [abs(float(constants.projection[-1] @ slope)) for slope in slopes]
-    size = abs(amplitude)
-    return angle / omega * max(tails) / size if size > 0.0 else 0.0
+    tails = [np.max(np.abs(slope @ constants.projection[-1]), initial=0.0) for slope in slopes]
+    return angle / omega * float(max(tails)) / abs(amplitude)
 
 
 def _disturbance(
@@ -175,7 +180,7 @@ def _disturbance(
     mass = machine.mass(q) / machine.inertia
     force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
     if along:
-        return np.zeros(len(x)), omega * x - force / np.sqrt(mass) / omega
+        return np.zeros(x.shape), omega * x - force / np.sqrt(mass) / omega
     w = omega * y
     ride = machine.carried_mass / machine.inertia * t * t1 * (w / mass) ** 2
     viscous = machine.drag.viscous / machine.inertia if machine.drag else 0.0

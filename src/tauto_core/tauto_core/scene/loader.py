@@ -5,7 +5,9 @@ from __future__ import annotations
 import copy
 import difflib
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, cast
 
 from pydantic import ValidationError
@@ -59,7 +61,7 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
     given = {key: value for key, value in overrides.items() if value is not None}
     content = {'name': file.stem} | content | copy.deepcopy(given)
     _resolve_paths(content, file.parent)
-    scene = _validated(content, origin, given)
+    scene = checked_scene(content, origin, given)
     missing = _missing_files(scene)
     if 'duration' not in given:  # a voyage may be cut short
         missing += _never_sails(scene)
@@ -81,7 +83,7 @@ def parse_scene(text: str, origin: str) -> Scene:
     Raises:
         SceneError: all problems of the scene, with origin, key, value and remedy.
     """
-    return _validated(read_mapping(text, origin), origin, {})
+    return checked_scene(read_mapping(text, origin), origin)
 
 
 def scene_yaml(scene: Scene) -> str:
@@ -89,7 +91,19 @@ def scene_yaml(scene: Scene) -> str:
     return write_mapping(scene.model_dump(mode='json', exclude_none=True))
 
 
-def _validated(content: dict[str, Any], origin: str, given: dict[str, object]) -> Scene:
+def checked_scene(
+    content: dict[str, Any], origin: str, given: Mapping[str, object] = MappingProxyType({})
+) -> Scene:
+    """Return the scene of a mapping as it stands in a YAML file.
+
+    Args:
+        content: of the file.
+        origin: where it is from, for errors.
+        given: keys of it that options of the command line gave, for errors.
+
+    Raises:
+        SceneError: as of `parse_scene`.
+    """
     ship = content.get('ship')
     if isinstance(ship, dict):
         models = cast(tuple[type[ShipKind], ...], kinds_in(SHIPS))
@@ -103,7 +117,7 @@ def _validated(content: dict[str, Any], origin: str, given: dict[str, object]) -
     raise _scene_error(origin, tuple(_name_option(each, given) for each in found)) from None
 
 
-def _name_option(problem: Problem, given: dict[str, object]) -> Problem:
+def _name_option(problem: Problem, given: Mapping[str, object]) -> Problem:
     if problem.key not in given:
         return problem
     option = '--' + problem.key.replace('_', '-')

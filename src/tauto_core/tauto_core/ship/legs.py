@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -86,6 +87,7 @@ class GeodesicLeg:
         return np.array(latitude), wrap_degrees(np.array(longitude))
 
 
+@lru_cache(maxsize=64)  # a scene asks for its legs several times, a fleet for each ship
 def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> GeodesicLeg:
     """Return the geodesic between two places [degrees]."""
     from geographiclib.geodesic import Geodesic

@@ -63,16 +63,21 @@ class SampledHarmonics:
     def __init__(self, harmonics: Harmonics, step_ns: int, orders: tuple[int, ...]) -> None:
         self._mean = harmonics.mean
         self._orders = orders
-        steps = [Fraction(step_ns, NS_PER_S) / Fraction(float(T)) for T in harmonics.period]
-        phases = [Fraction(float(eps)) / _TWO_PI for eps in harmonics.phase]
+        steps = [_steps_in_turns(step_ns, float(T)) for T in harmonics.period]
+        phases = [_turns(float(eps)) for eps in harmonics.phase]
         # from the middle of a block, between two samples, to those after it
-        within = _units([x / 2 for x in steps])[:, None] * np.arange(1, BLOCK, 2, dtype=np.uint64)
+        within = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
+            1, BLOCK, 2, dtype=np.uint64
+        )
         angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
         angle = angle.reshape(len(steps), BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
-        middle = Fraction(BLOCK - 1, 2)
+        middles = [
+            (2 * e * d + (BLOCK - 1) * n * b, 2 * b * d)
+            for (e, b), (n, d) in zip(phases, steps, strict=True)
+        ]
         self._arguments = (
-            _units([eps + middle * x for eps, x in zip(phases, steps, strict=True)]),
-            _units([BLOCK * x for x in steps]),
+            _units(middles),
+            _units([(BLOCK * n, d) for n, d in steps]),
             np.array(harmonics.amplitude),
             np.array(harmonics.angular_frequency),
             _table(np.asarray(angle, np.float64)),
@@ -119,6 +124,25 @@ def _table(angle: FloatArray) -> FloatArray:
     return table.reshape(-1, TOGETHER)
 
 
-def _units(turns: Sequence[Fraction]) -> NDArray[np.uint64]:
-    """Return the fractional parts of exact turns, rounded to 2^-64 turns."""
-    return np.array([round(x * _UNITS_PER_TURN) % _UNITS_PER_TURN for x in turns], np.uint64)
+# Fractions as pairs of whole numbers: in lowest terms they would cost ten times as much.
+def _steps_in_turns(step_ns: int, period_s: float) -> tuple[int, int]:
+    """Return the exact turns of a step."""
+    numerator, denominator = period_s.as_integer_ratio()
+    return step_ns * denominator, NS_PER_S * numerator
+
+
+def _turns(angle: float) -> tuple[int, int]:
+    """Return the exact turns of an angle [rad]."""
+    numerator, denominator = angle.as_integer_ratio()
+    return numerator * _TWO_PI.denominator, denominator * _TWO_PI.numerator
+
+
+def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
+    """Return the fractional parts of exact turns, rounded to 2^-64 turns, halves to even."""
+    return np.array([_unit(*each) for each in turns], np.uint64)
+
+
+def _unit(numerator: int, denominator: int) -> int:
+    whole, rest = divmod(numerator * _UNITS_PER_TURN, denominator)
+    up = 2 * rest > denominator or (2 * rest == denominator and whole % 2 == 1)
+    return (whole + up) % _UNITS_PER_TURN

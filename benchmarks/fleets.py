@@ -1,0 +1,201 @@
+"""Fleets: two workers against one and against two plain processes, overhead, memory, long fleets.
+
+    .venv/bin/python benchmarks/fleets.py [--ships N] [--long] [--out FILE]
+
+Everything is measured in one run and written to benchmarks/fleets.json. `--long` adds the two
+fleets of a thousand ships. Ratios of two workers are compared with what the machine gives to two
+plain processes that sail the same ships and share nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import multiprocessing
+import os
+import platform
+import time
+from contextlib import closing
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from tauto_core.fleets import Plan, as_draws, sail_fleet
+from tauto_core.fleets.member import sail_ship
+from tauto_core.scene import load_scene
+from tauto_core.scene.models import Scene
+from tauto_core.workers import Crew, run_each
+
+DAY_S = 86_400.0
+PASSAGE_S = 81.0 * DAY_S
+DRAWN = {'trochlea.release_angle': {'kind': 'uniform', 'low': 0.9, 'high': 1.1}}
+TOUCH_S = 60.0
+"""So short a voyage that its set-up is most of it."""
+
+
+def second_cam(duration: float) -> Scene:
+    """Return Euler's second cam under a force, its waves sampled twice a second."""
+    scene = load_scene(
+        'second_cam_at_sea',
+        duration=duration,
+        log={'interval': 60.0, 'motion': False},
+        drift={'observation_interval': min(DAY_S, duration)},
+    )
+    return scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': 2.0})})
+
+
+def escapement(duration: float) -> Scene:
+    """Return the weight with drag and escapement that sails to Jamaica."""
+    return load_scene('portsmouth_jamaica', duration=duration, voyage=None)
+
+
+def plan(scene: Scene, ships: int, drawn: dict[str, Any] | None = None) -> Plan:
+    return Plan(scene, scene.name, ships, as_draws(DRAWN if drawn is None else drawn, 'vary'))
+
+
+def _nothing(_share: float) -> None:
+    pass
+
+
+def _sail_part(fleet: Plan, numbers: range, begin: Any, ready: Any) -> None:
+    sail_ship(fleet, 0, _nothing)
+    ready.release()
+    begin.wait()
+    for number in numbers:
+        sail_ship(fleet, number, _nothing)
+
+
+def plain_s(fleet: Plan, processes: int) -> float:
+    """Return how long plain processes take for a fleet, once each has sailed a ship."""
+    context = multiprocessing.get_context('spawn')
+    begin, ready = context.Event(), context.Semaphore(0)
+    parts = [range(k, fleet.ships, processes) for k in range(processes)]
+    crew = [context.Process(target=_sail_part, args=(fleet, part, begin, ready)) for part in parts]
+    for each in crew:
+        each.start()
+    for _ in crew:
+        ready.acquire()
+    began = time.perf_counter()
+    begin.set()
+    for each in crew:
+        each.join()
+    return time.perf_counter() - began
+
+
+def workers_s(fleet: Plan, jobs: int) -> float:
+    """Return how long workers take for a fleet, from the first ship that comes in to the last.
+
+    One ship a worker comes before, so that all have loaded what they need.
+    """
+    first = 2 * jobs
+    warm = plan(fleet.scene, fleet.ships + first)
+    began = 0.0
+    with closing(run_each(partial(sail_ship, warm), range(warm.ships), Crew(jobs))) as ended:
+        for count, _ in enumerate(ended, 1):
+            if count == first:
+                began = time.perf_counter()
+    return time.perf_counter() - began
+
+
+def overhead_s(make: Any, ships: int) -> dict[str, float]:
+    """Return processor time a ship beyond her motion, her machine drawn or not.
+
+    A voyage of a minute, less what the same minute costs within a voyage of an hour.
+    """
+    found = {}
+    for name, drawn in (('same machine', {}), ('machine drawn', DRAWN)):
+        times = []
+        for duration in (TOUCH_S, 60.0 * TOUCH_S):
+            fleet = plan(make(duration), ships, drawn)
+            sail_ship(fleet, 0, _nothing)
+            took = []
+            for number in range(ships):
+                began = time.thread_time()
+                sail_ship(fleet, number, _nothing)
+                took.append(time.thread_time() - began)
+            times.append(min(took))
+        a_minute = (times[1] - times[0]) / 59.0
+        found[name] = times[0] - a_minute
+    return found
+
+
+def memory_mb(ships: int) -> list[float]:
+    """Return the memory of a worker after each of its ships [MB], in the order they came in."""
+    found: dict[int, list[float]] = {}
+    task = partial(_sail_and_weigh, plan(second_cam(DAY_S), ships))
+    with closing(run_each(task, range(ships), Crew(2))) as ended:
+        for each in ended:
+            assert each.result is not None, each.error
+            pid, size = each.result
+            found.setdefault(pid, []).append(size)
+    return max(found.values(), key=len)
+
+
+def _sail_and_weigh(fleet: Plan, number: int, tell: Any) -> tuple[int, float]:
+    sail_ship(fleet, number, tell)
+    pages = int(Path('/proc/self/statm').read_text('ascii').split()[1])
+    return os.getpid(), pages * os.sysconf('SC_PAGE_SIZE') / 1e6
+
+
+def efficiency(make: Any, duration: float, ships: int) -> dict[str, float]:
+    """Return how much faster two are than one: workers, and plain processes in the same run."""
+    fleet = plan(make(duration), ships)
+    times = {
+        'one plain process': plain_s(fleet, 1),
+        'two plain processes': plain_s(fleet, 2),
+        'one worker': workers_s(fleet, 1),
+        'two workers': workers_s(fleet, 2),
+    }
+    plain = times['one plain process'] / times['two plain processes']
+    return {
+        **times,
+        'plain gain': plain,
+        'gain of the workers': times['one plain process'] / times['two workers'],
+        'of what the machine gives': times['two plain processes'] / times['two workers'],
+    }
+
+
+def whole_s(fleet: Plan) -> dict[str, float]:
+    """Return how long a fleet takes from the command to the answer."""
+    began = time.perf_counter()
+    found = sail_fleet(fleet, Crew(2))
+    failed = sum(found.answers.failures.values())
+    return {'ships': fleet.ships, 'failed': failed, 'wall_s': time.perf_counter() - began}
+
+
+def main() -> None:
+    """Measure, print and write down."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--ships', type=int, default=24)
+    parser.add_argument('--long', action='store_true')
+    parser.add_argument('--out', type=Path, default=Path(__file__).with_suffix('.json'))
+    asked = parser.parse_args()
+    sizes = memory_mb(10 * asked.ships)
+    found: dict[str, Any] = {
+        'machine': {
+            'cpus': os.cpu_count(),
+            'python': platform.python_version(),
+            **{name: version(name) for name in ('distributed', 'numpy', 'llvmlite')},
+        },
+        'second cam, ten days': efficiency(second_cam, 10.0 * DAY_S, asked.ships),
+        'weight and escapement, a day': efficiency(escapement, DAY_S, asked.ships),
+        'overhead a ship [s]': {
+            'second cam': overhead_s(second_cam, 10),
+            'weight and escapement': overhead_s(escapement, 10),
+        },
+        'memory of a worker [MB]': {
+            'ships': len(sizes),
+            'after a tenth': sizes[len(sizes) // 10],
+            'at the end': sizes[-1],
+        },
+    }
+    if asked.long:
+        found['1000 ships of the second cam, 81 days'] = whole_s(plan(second_cam(PASSAGE_S), 1000))
+        found['1000 ships with an escapement, a day'] = whole_s(plan(escapement(DAY_S), 1000))
+    asked.out.write_text(json.dumps(found, indent=2) + '\n', 'utf-8')
+    print(json.dumps(found, indent=2))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,164 @@
+"""`tauto fleet`: many voyages of one scene; how often is the longitude found?"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tauto_core.cli.options import AsJson, Plots, SceneName
+from tauto_core.cli.voice import say
+from tauto_core.wording import counted, significant
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from tauto_core.fleets import Answers, Fleet
+
+_CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
+
+
+def fleet(
+    scene: SceneName,
+    ships: Annotated[int, typer.Option(metavar='N', help='How many ships.')] = 100,
+    vary: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='FILE', help='YAML: keys of the scene, and how each is drawn for every ship.'
+        ),
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
+    ] = None,
+    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once on this machine.')] = 2,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar='ADDRESS', help='Sail on the workers of this dask scheduler.'),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR',
+            help='Write a row a ship to ships.parquet there; go on with what it has.',
+        ),
+    ] = None,
+    plot: Plots = None,
+    as_json: AsJson = False,
+) -> None:
+    """Send many ships on the voyage of a scene: how often is the longitude found?
+
+    Each has her own seed, so her own waves, observations and noise of the clock, and what --vary
+    draws.
+    """
+    from tauto_core.cli.ending import ended_by_sigterm
+    from tauto_core.cli.progress import counting_bar
+    from tauto_core.figure_file import check_plot
+    from tauto_core.fleets import Plan, draw, read_draws, sail_fleet
+    from tauto_core.scene import load_scene
+    from tauto_core.workers import Crew
+
+    for path in plot or ():
+        check_plot(path)
+    crew = Crew(jobs, scheduler)
+    draws = read_draws(vary) if vary is not None else {}
+    plan = Plan(load_scene(scene, duration=duration), scene, ships, draws, str(vary or scene))
+    with ended_by_sigterm(), counting_bar('ships', ships) as progress:
+        result = sail_fleet(plan, crew, out, progress)
+    for path in plot or ():
+        draw(result, path)
+        say(f'wrote {path}')
+    if out is not None:
+        say(f'wrote {out / "ships.parquet"}')
+    if as_json:
+        typer.echo(json.dumps(_as_object(result), allow_nan=False))
+    else:
+        _print(result)
+
+
+def _as_object(result: Fleet) -> dict[str, object]:
+    return {'scene': result.plan.scene.name, **asdict(result.answers)}
+
+
+def answer(result: Answers) -> str:
+    """Return in a sentence how often the longitude was found within the Act's first limit."""
+    rated, dial = (result.within[name][0] for name in ('corrected', 'raw'))
+    return (
+        f'Of {counted(result.ships, "ship")} {_percent(rated.share)} ({_percent(rated.low)} to '
+        f'{_percent(rated.high)} with 95 % confidence) found their longitude within '
+        f'{rated.limit_nmi:g} nautical miles by the rated clock, {_percent(dial.share)} by the '
+        'dial alone.'
+    )
+
+
+def _print(result: Fleet) -> None:
+    from rich.console import Console
+
+    console = Console()
+    console.print(answer(result.answers), highlight=False)
+    for table in tables(result.answers):
+        console.print(table)
+    for why, number in result.answers.failures.items():
+        console.print(f'{counted(number, "ship")} failed: {why}', highlight=False)
+
+
+def tables(result: Answers) -> list[Table]:
+    """Return shares within the Act's limits, quantiles of the error, and influences."""
+    found = [_shares(result), _quantiles(result)]
+    return found + [_influences(result)] * bool(result.influences)
+
+
+def _table(title: str, *columns: str) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title=title, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
+    first, *others = columns
+    table.add_column(first, no_wrap=True)
+    for name in others:
+        table.add_column(name, justify='right', no_wrap=True)
+    return table
+
+
+def _shares(result: Answers) -> Table:
+    limits = (f'{each.limit_nmi:g} nmi' for each in result.within['raw'])
+    table = _table('ships within', 'clock', *limits)
+    for clock, said in _CLOCKS.items():
+        table.add_row(
+            said,
+            *(
+                f'{_percent(each.share)} ({_percent(each.low)}–{_percent(each.high)})'
+                for each in result.within[clock]
+            ),
+        )
+    return table
+
+
+def _quantiles(result: Answers) -> Table:
+    from tauto_core.fleets.answers import QUANTILES
+
+    table = _table(
+        'error of the longitude [nmi]', 'clock', *(f'{_percent(each)} below' for each in QUANTILES)
+    )
+    for clock, said in _CLOCKS.items():
+        sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)
+        table.add_row(said, *(significant(size, 3) for size in sizes))
+    return table
+
+
+def _influences(result: Answers) -> Table:
+    table = _table('rank correlation with the size of the error', 'key', *_CLOCKS.values())
+    for each in result.influences:
+        table.add_row(each.key, *(_signed(value) for value in (each.raw, each.corrected)))
+    return table
+
+
+def _signed(value: float | None) -> str:
+    return '–' if value is None else f'{value:+.2f}'.replace('-', '−')
+
+
+def _percent(share: float) -> str:
+    return f'{100.0 * share:.3g} %'

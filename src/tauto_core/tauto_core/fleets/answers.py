@@ -1,0 +1,136 @@
+"""What a fleet tells: how often the longitude was found, how far off ships were, and from what."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from tauto_core.fleets.plan import Plan
+from tauto_core.navigation.prize import AWARDS
+from tauto_core.samples import FloatArray
+
+CONFIDENCE = 0.95
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+LEAST_RANKED = 10
+"""Voyages below which no correlation is told."""
+
+ERRORS = {'raw': 'raw_error_nmi', 'corrected': 'error_nmi'}
+"""Which clock is judged, and its column: the dial, or the dial less the estimated drift."""
+
+
+@dataclass(frozen=True)
+class Within:
+    """Share of all ships that put themselves within a limit; one that failed did not.
+
+    Attributes:
+        limit_nmi: of the Act of 1714.
+        ships: how many.
+        share: of all.
+        low, high: Wilson's interval for the share of such voyages, at CONFIDENCE.
+    """
+
+    limit_nmi: float
+    ships: int
+    share: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Influence:
+    """How a key that was drawn goes with the size of the error.
+
+    Attributes:
+        key: path in the scene.
+        raw, corrected: Spearman's rank correlation, −1 to 1, with the size of the dial's error
+            and of the corrected clock's; None where either does not vary.
+    """
+
+    key: str
+    raw: float | None
+    corrected: float | None
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What a fleet tells.
+
+    Attributes:
+        ships: how many sailed.
+        failures: reasons for which voyages ended, with how many.
+        within: by clock (`ERRORS`), a line a limit.
+        quantiles_nmi: by clock, of the size of the error, at QUANTILES; None where none arrived.
+        influences: of keys that are numbers, the strongest on the corrected clock first.
+    """
+
+    ships: int
+    failures: dict[str, int]
+    within: dict[str, list[Within]]
+    quantiles_nmi: dict[str, list[float] | None]
+    influences: list[Influence]
+
+
+def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
+    """Return what the rows of a fleet tell.
+
+    Args:
+        plan: of the fleet.
+        rows: at least one.
+    """
+    arrived = [row for row in rows if row['failure'] is None]
+    failures: dict[str, int] = {}
+    for row in rows:
+        if row['failure'] is not None:
+            failures[row['failure']] = failures.get(row['failure'], 0) + 1
+    sizes = {name: distances(arrived, name) for name in ERRORS}
+    return Answers(
+        ships=len(rows),
+        failures=dict(sorted(failures.items(), key=lambda each: -each[1])),
+        within={
+            name: [_within(limit, size, len(rows)) for limit, _ in AWARDS]
+            for name, size in sizes.items()
+        },
+        quantiles_nmi={
+            name: np.quantile(size, QUANTILES).tolist() if len(size) else None
+            for name, size in sizes.items()
+        },
+        influences=_influences(plan, arrived, sizes),
+    )
+
+
+def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
+    """Return how far from the truth ships were put by a clock of ERRORS [nautical miles]."""
+    return np.abs(np.array([row[ERRORS[clock]] for row in rows], np.float64))
+
+
+def _within(limit_nmi: float, sizes: FloatArray, ships: int) -> Within:
+    from scipy.stats import binomtest
+
+    count = int(np.count_nonzero(sizes <= limit_nmi))
+    interval = binomtest(count, ships).proportion_ci(CONFIDENCE, method='wilson')
+    return Within(limit_nmi, count, count / ships, float(interval.low), float(interval.high))
+
+
+def _influences(
+    plan: Plan, rows: Sequence[dict[str, Any]], sizes: dict[str, FloatArray]
+) -> list[Influence]:
+    if len(rows) < LEAST_RANKED:
+        return []
+    found = []
+    for key in plan.draws:
+        values = [row[key] for row in rows]
+        if all(isinstance(value, int | float) for value in values):
+            ranks = {name: _spearman(values, size) for name, size in sizes.items()}
+            found.append(Influence(key, ranks['raw'], ranks['corrected']))
+    return sorted(found, key=lambda each: -abs(each.corrected or 0.0))
+
+
+def _spearman(values: Sequence[float], sizes: FloatArray) -> float | None:
+    from scipy.stats import spearmanr
+
+    if len(set(values)) < 2 or len(np.unique(sizes)) < 2:
+        return None
+    return float(spearmanr(values, sizes).statistic)

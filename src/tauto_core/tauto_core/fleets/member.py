@@ -1,0 +1,58 @@
+"""One ship of a fleet sailed: a row of figures, or the reason why there are none."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from tauto_core import voyage
+from tauto_core.fleets.plan import Plan
+
+FIGURES: dict[str, tuple[str, str]] = {
+    'clock_error_s': ('clock', 'error_s'),
+    'rate_s_per_day': ('clock', 'rate_s_per_day'),
+    'estimated_rate_s_per_day': ('drift', 'rate_s_per_day'),
+    'estimated_rate_sigma_s_per_day': ('drift', 'rate_sigma_s_per_day'),
+    'raw_error_nmi': ('longitude', 'raw_error_nmi'),
+    'error_nmi': ('longitude', 'error_nmi'),
+    'sigma_nmi': ('longitude', 'sigma_nmi'),
+    'judged_at_s': ('longitude', 'at_s'),
+    'unchecked_days': ('longitude', 'unchecked_days'),
+    'raw_prize_pounds': ('longitude', 'raw_prize_pounds'),
+    'prize_pounds': ('longitude', 'prize_pounds'),
+    'worst_raw_error_nmi': ('longitude', 'worst_raw_error_nmi'),
+    'worst_raw_at_s': ('longitude', 'worst_raw_at_s'),
+    'worst_error_nmi': ('longitude', 'worst_error_nmi'),
+    'worst_at_s': ('longitude', 'worst_at_s'),
+    'stopped_s': ('trochlea', 'stopped_s'),
+}
+"""Columns of a row, and where `voyage.sail` says them: of the sample by which a voyage is judged,
+the last one before the landfall or the end (`navigation.tally`), positive to the east."""
+
+
+def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dict[str, Any]:
+    """Return the row of a ship: her number and seed, what was drawn, FIGURES, and what it took.
+
+    `failure` is None, or the words of what ended the voyage, with no figures then. `run_s` is the
+    processor time of the thread, the only column that another run changes.
+
+    Args:
+        plan: of the fleet.
+        number: of the ship.
+        progress: called with the fraction done, from 0 to 1.
+    """
+    ship, began, failure = plan.ship(number), time.thread_time(), None
+    report: dict[str, Any] = {}
+    try:
+        report = voyage.sail(ship.scene, origin=plan.origin, progress=progress)
+    except Exception as error:  # a ship that founders is a row, whatever the reason
+        failure = str(error) or type(error).__name__
+    return {
+        'ship': number,
+        'seed': ship.scene.seed,
+        **ship.drawn,
+        **{column: report.get(section, {}).get(key) for column, (section, key) in FIGURES.items()},
+        'failure': failure,
+        'run_s': time.thread_time() - began,
+    }

@@ -1,0 +1,156 @@
+"""What a fleet is: a scene, the keys that are drawn anew for each ship, and how many ships."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from tauto_core.fleets.draws import Normal, OneOf, Uniform, Value
+from tauto_core.scene import Scene, scene_yaml
+from tauto_core.scene.errors import Problem, SceneError, UsageError
+from tauto_core.scene.loader import checked_scene
+from tauto_core.scene.yaml_text import read_mapping
+
+MOST_SHIPS = 1_000_000
+
+_STREAM = 3
+"""Which of the streams of the scene's seed ships and draws are of."""
+
+
+@dataclass(frozen=True)
+class Ship:
+    """One ship of a fleet.
+
+    Attributes:
+        number: from 0.
+        drawn: value of each key that is drawn, by its path.
+        scene: that she sails.
+    """
+
+    number: int
+    drawn: dict[str, Value]
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A fleet: every ship has a seed of her own, and her own value of each key that is drawn.
+
+    What a ship is depends on the scene, its seed, her number and the draws alone: more ships, or
+    more keys drawn, change nothing of what is drawn for her of the others.
+
+    Attributes:
+        scene: that they vary.
+        origin: what the user called it by.
+        ships: how many.
+        draws: how keys are drawn, by their paths.
+        drawn_by: the file that says so, for errors.
+    """
+
+    scene: Scene
+    origin: str
+    ships: int
+    draws: Mapping[str, Normal | Uniform | OneOf] = field(default_factory=dict)
+    drawn_by: str = 'vary'
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.ships <= MOST_SHIPS:
+            raise UsageError(
+                f'--ships {self.ships}: must lie between 1 and {MOST_SHIPS:,}. Use for example 200'
+            )
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """The scene's mapping, with all defaults."""
+        return read_mapping(scene_yaml(self.scene), self.origin)
+
+    def ship(self, number: int) -> Ship:
+        """Return a ship, 0 to ships - 1.
+
+        Raises:
+            SceneError: a key or value that a scene cannot have.
+        """
+        given = copy.deepcopy(self.content)
+        drawn: dict[str, Value] = {}
+        for key, draw in self.draws.items():
+            random = np.random.default_rng(_stream(self.scene.seed, number, *key.encode()))
+            try:
+                drawn[key] = draw.draw(random, _found(given, key))
+            except ValueError as error:
+                raise self._refused(number, Problem(key, None, str(error), _CENTRE)) from None
+        words = _stream(self.scene.seed, number).generate_state(1, np.uint64)
+        given['seed'] = int(words[0] >> np.uint64(1))
+        for key, value in drawn.items():
+            self._put(given, key, value, number)
+        try:
+            return Ship(number, drawn, checked_scene(given, self.origin))
+        except SceneError as error:
+            first, *further = error.problems
+            raise self._refused(number, first, *further) from None
+
+    def check(self) -> None:
+        """Refuse a fleet of which any ship's scene is none, before any of them sails.
+
+        Raises:
+            SceneError: naming the ship, the key, the value that was drawn and the limit.
+        """
+        for number in range(self.ships):
+            self.ship(number)
+
+    def _put(self, content: dict[str, Any], key: str, value: Value, number: int) -> None:
+        *path, last = key.split('.')
+        here: Any = content
+        for name in path:
+            here = _entered(here, name)
+        if isinstance(here, list) and last.isdecimal() and int(last) < len(here):
+            here[int(last)] = value
+        elif isinstance(here, dict):
+            here[last] = value
+        else:
+            said = 'there is no such key in the scene'
+            raise self._refused(number, Problem(key, value, said, 'Name a key of the scene.'))
+
+    def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
+        said = f'ship {number}, as drawn: {first.problem}'
+        remedy = f'{first.remedy} Narrow what is drawn, or cut it off with low and high.'
+        return SceneError(
+            self.drawn_by,
+            first.key,
+            first.value,
+            said,
+            remedy if self.draws else first.remedy,
+            further=further,
+        )
+
+
+_CENTRE = 'Give the mean, or low and high.'
+
+
+def _found(content: Any, key: str) -> Any:
+    """Return the value of a key, None where there is none."""
+    for name in key.split('.'):
+        if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
+            content = content[int(name)]
+        elif isinstance(content, dict):
+            content = content.get(name)
+        else:
+            return None
+    return content
+
+
+def _entered(content: Any, name: str) -> Any:
+    """Return what lies in a mapping or list under a name; a mapping gets one where it is empty."""
+    if isinstance(content, dict):
+        if content.get(name) is None:
+            content[name] = {}
+        return content[name]
+    return _found(content, name)
+
+
+def _stream(seed: int, *which: int) -> np.random.SeedSequence:
+    return np.random.SeedSequence(seed, spawn_key=(_STREAM, *which))

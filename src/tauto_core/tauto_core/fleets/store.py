@@ -1,0 +1,219 @@
+"""The rows of a fleet on disk: Parquet, written as ships come in, and gone on with.
+
+The folder holds `fleet.yaml`, which says what fleet it is, and `ships.parquet`. While the fleet
+sails, its rows lie in small files in `ships/`, each written whole or not at all; at the end they
+become one, in the order of the ships. A fleet that was killed loses the rows of its last second.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tauto_core.fleets.draws import Normal, OneOf, Uniform
+from tauto_core.fleets.member import FIGURES
+from tauto_core.fleets.plan import Plan
+from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.yaml_text import read_mapping, write_mapping
+from tauto_core.workers import versions
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+EVERY_S = 1.0
+"""How often rows are written while ships come in."""
+
+_SAYS, _ALL, _PARTS = 'fleet.yaml', 'ships.parquet', 'ships'
+
+
+class FleetError(TautoError):
+    """A fleet whose rows cannot be read or written."""
+
+
+def need_parquet() -> None:
+    """Refuse what needs Parquet files where they cannot be written.
+
+    Raises:
+        UsageError: pyarrow is not installed.
+    """
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise UsageError(
+            '--out: needs pyarrow, which is not installed. Install it '
+            "(pip install 'tauto_core[fleet]'), or leave --out out"
+        ) from None
+
+
+class Store:
+    """The rows of one fleet in its folder.
+
+    Args:
+        folder: is made where it is not there.
+        plan: of the fleet.
+
+    Raises:
+        UsageError: the folder holds something else, or another fleet.
+        FleetError: what it holds cannot be read.
+    """
+
+    def __init__(self, folder: Path, plan: Plan) -> None:
+        need_parquet()
+        self._folder, self._plan = folder, plan
+        self._waiting: list[dict[str, Any]] = []
+        self._written_s = time.monotonic()
+        self._check_folder()
+        self.rows = sorted(self._read(), key=lambda row: int(row['ship']))
+
+    def open(self) -> None:
+        """Make the folder, and say in it what fleet it is."""
+        with _saying(self._folder):
+            (self._folder / _PARTS).mkdir(parents=True, exist_ok=True)
+            _write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
+
+    def add(self, row: dict[str, Any]) -> None:
+        """Take the row of a ship that came in; write it now or within `EVERY_S` of the next."""
+        self._waiting.append(row)
+        if time.monotonic() >= self._written_s + EVERY_S:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the rows that wait."""
+        if not self._waiting:
+            return
+        first = int(self._waiting[0]['ship'])
+        self._write(self._waiting, self._folder / _PARTS / f'{first:07d}.parquet')
+        self.rows += self._waiting
+        self._waiting, self._written_s = [], time.monotonic()
+
+    def close(self) -> None:
+        """Make one file of all rows, in the order of the ships."""
+        self.flush()
+        self.rows.sort(key=lambda row: int(row['ship']))
+        self._write(self.rows, self._folder / _ALL)
+        with _saying(self._folder):
+            for part in self._parts():
+                part.unlink()
+            (self._folder / _PARTS).rmdir()
+
+    def _identity(self) -> dict[str, Any]:
+        """Return what the rows of this folder depend on: all but how many there are."""
+        return {
+            'scene': self._plan.content,
+            'vary': {
+                key: draw.model_dump(exclude_none=True) for key, draw in self._plan.draws.items()
+            },
+            'versions': versions(),
+        }
+
+    def _check_folder(self) -> None:
+        folder, says = self._folder, self._folder / _SAYS
+        if not folder.exists():
+            return
+        if not folder.is_dir():
+            raise UsageError(f'--out {folder}: is a file. Name a folder')
+        if not says.exists():
+            if any(folder.iterdir()):
+                raise UsageError(f'--out {folder}: holds something else. Name a new folder')
+            return
+        with _saying(folder):
+            found = read_mapping(says.read_text('utf-8'), str(says))
+        ours = read_mapping(write_mapping(self._identity()), 'ours')
+        apart = [key for key in ours if found.get(key) != ours[key]]
+        if apart:
+            raise UsageError(
+                f'--out {folder}: holds another fleet; {", ".join(apart)} differ. Name a new '
+                'folder, or give the same scene and draws, in the same versions, to go on'
+            )
+
+    def _parts(self) -> list[Path]:
+        return sorted((self._folder / _PARTS).glob('*.parquet'))
+
+    def _read(self) -> Iterable[dict[str, Any]]:
+        """Yield the rows that are there, each ship's once."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        seen: set[int] = set()
+        for file in (self._folder / _ALL, *self._parts()):
+            if not file.exists():
+                continue
+            try:
+                rows = pq.read_table(file).to_pylist()
+            except (OSError, pa.ArrowException) as error:
+                raise FleetError(
+                    f'{file}: cannot be read ({error}). Remove it to sail its ships again'
+                ) from None
+            for row in rows:
+                if row['ship'] not in seen:
+                    seen.add(row['ship'])
+                    yield row
+
+    def _write(self, rows: Sequence[Mapping[str, Any]], file: Path) -> None:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        table = pa.Table.from_pylist(list(rows), schema=schema(self._plan))
+        buffer = pa.BufferOutputStream()
+        pq.write_table(table, buffer)
+        with _saying(self._folder):
+            _write_whole(file, buffer.getvalue())
+
+
+def schema(plan: Plan) -> pa.Schema:
+    """Return the columns of a fleet's rows, with their types."""
+    import pyarrow as pa
+
+    pounds = {'raw_prize_pounds', 'prize_pounds'}
+    return pa.schema(
+        [
+            ('ship', pa.int64()),
+            ('seed', pa.int64()),
+            *((key, _type_of(draw)) for key, draw in plan.draws.items()),
+            *((name, pa.int64() if name in pounds else pa.float64()) for name in FIGURES),
+            ('failure', pa.string()),
+            ('run_s', pa.float64()),
+        ]
+    )
+
+
+def _type_of(draw: Normal | Uniform | OneOf) -> pa.DataType:
+    import pyarrow as pa
+
+    values = draw.values if isinstance(draw, OneOf) else (0.5,)
+    if all(isinstance(value, bool) for value in values):
+        return pa.bool_()
+    if all(isinstance(value, str) for value in values):
+        return pa.string()
+    whole = all(isinstance(value, int) for value in values)
+    return pa.int64() if whole else pa.float64()
+
+
+@contextmanager
+def _saying(folder: Path) -> Iterator[None]:
+    """Turn what keeps a folder from being used into words."""
+    try:
+        yield
+    except OSError as error:
+        raise FleetError(
+            f'--out {folder}: {error.strerror or error}. Make room, or name another folder; the '
+            'ships that came in before are kept, and the same command goes on'
+        ) from None
+
+
+def _write_whole(file: Path, content: Any) -> None:
+    """Write a file that is there whole or not at all, also after a crash."""
+    draft = file.with_name(f'.{file.name}.{os.getpid()}')
+    try:
+        with draft.open('wb') as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        draft.replace(file)
+    except OSError:
+        draft.unlink(missing_ok=True)
+        raise

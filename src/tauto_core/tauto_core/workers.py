@@ -1,0 +1,276 @@
+"""Many independent runs on several processes, here or on other machines, by dask.distributed.
+
+The mechanics hold one core each, so a run takes a process of one thread. Whoever asks for one job
+and names no scheduler runs in this process and loads no dask.
+"""
+
+from __future__ import annotations
+
+import logging
+import platform
+import queue
+import time
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+
+from tauto_core.scene.errors import TautoError, UsageError
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+Item = TypeVar('Item')
+Result = TypeVar('Result')
+Share: TypeAlias = Callable[[float], None]
+Task: TypeAlias = Callable[[Item, Share], Result]
+
+REACHED_WITHIN_S = 10.0
+"""How long a scheduler is waited for."""
+
+_TELL_S = 0.2
+"""How often a process says how far it is."""
+
+_ALIKE = ('tauto_core', 'numpy', 'scipy', 'llvmlite', 'pydantic')
+"""Packages whose versions results may depend on."""
+
+_TOPIC = 'tauto-share'
+
+
+class WorkerError(TautoError):
+    """Processes that cannot be had, or that died."""
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Where runs are made.
+
+    Attributes:
+        jobs: processes at once on this machine, >= 1; 1: in this process.
+        scheduler: address of a dask scheduler, for example `tcp://ship:8786`; then `jobs` is not
+            used.
+    """
+
+    jobs: int = 2
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise UsageError(f'--jobs {self.jobs}: must be at least 1. Use for example 2')
+
+
+@dataclass(frozen=True)
+class Ended(Generic[Result]):
+    """A run that has ended.
+
+    Attributes:
+        place: of its item.
+        result: what the task returned; None where it failed.
+        error: what it raised, or why it has no result; None where it has one.
+    """
+
+    place: int
+    result: Result | None
+    error: Exception | None = None
+
+
+def run_each(
+    task: Task[Item, Result],
+    items: Sequence[Item],
+    crew: Crew,
+    progress: Share | None = None,
+) -> Generator[Ended[Result]]:
+    """Yield what becomes of each item, as runs end; they begin in the order of the items.
+
+    A run whose process dies is made again on another one, up to three times. When the iterator is
+    closed, runs that have not begun are dropped, and processes on this machine end.
+
+    Args:
+        task: called with an item and a function to tell the share done; both, and the result, go
+            from process to process.
+        items: at least one.
+        crew: where to run.
+        progress: called with the share of all that is done, rising from 0 to 1.
+
+    Raises:
+        WorkerError: the scheduler cannot be reached, or its workers are not of these versions.
+    """
+    if crew.jobs == 1 and crew.scheduler is None:
+        yield from _here(task, items, progress)
+        return
+    with _client(crew) as client:
+        yield from _on(client, task, items, progress)
+
+
+def _here(
+    task: Task[Item, Result], items: Sequence[Item], progress: Share | None
+) -> Iterator[Ended[Result]]:
+    shares = _Shares(len(items), progress)
+    for place, item in enumerate(items):
+        try:
+            ended = Ended(place, task(item, partial(shares.tell, place)))
+        except Exception as error:
+            ended = Ended(place, None, error)
+        shares.tell(place, 1.0)
+        yield ended
+
+
+class _Shares:
+    """What share of all runs is done."""
+
+    def __init__(self, count: int, progress: Share | None) -> None:
+        self._shares = [0.0] * count
+        self._done = 0.0
+        self._progress = progress
+
+    def tell(self, place: int, share: float) -> None:
+        """Take the share of one run; a run that is made again does not take it back."""
+        gained = share - self._shares[place]
+        if gained <= 0.0:
+            return
+        self._shares[place] = share
+        self._done += gained
+        if self._progress is not None:
+            self._progress(min(self._done / len(self._shares), 1.0))
+
+
+def _on(
+    client: Client, task: Task[Item, Result], items: Sequence[Item], progress: Share | None
+) -> Iterator[Ended[Result]]:
+    news: queue.SimpleQueue[tuple[int, float] | Future[Result]] = queue.SimpleQueue()
+    client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
+    futures: list[Future[Result]] = client.map(
+        partial(_run, task), list(enumerate(items)), pure=False, retries=0
+    )
+    places = {future.key: place for place, future in enumerate(futures)}
+    for future in futures:
+        future.add_done_callback(news.put)
+    shares = _Shares(len(items), progress)
+    try:
+        while places:
+            new = news.get()
+            if isinstance(new, tuple):
+                shares.tell(*new)
+                continue
+            place = places.pop(new.key)
+            futures[place] = None  # type: ignore[call-overload]  # lets go of the result
+            shares.tell(place, 1.0)
+            yield _ended(place, new)
+    finally:
+        client.unsubscribe_topic(_TOPIC)
+        client.cancel([future for future in futures if future is not None])
+
+
+def _ended(place: int, future: Future[Result]) -> Ended[Result]:
+    from distributed import CancelledError
+    from distributed.scheduler import KilledWorker
+
+    try:
+        return Ended(place, future.result())
+    except KilledWorker:
+        died = 'its process died four times, for want of memory perhaps. Use fewer: --jobs 1'
+        return Ended(place, None, WorkerError(died))
+    except CancelledError:
+        lost = 'the scheduler let go of it. See what its own log says'
+        return Ended(place, None, WorkerError(lost))
+    except Exception as error:
+        return Ended(place, None, error)
+
+
+def _run(task: Task[Item, Result], placed: tuple[int, Item]) -> Result:
+    """Run one item in a worker."""
+    from distributed import get_worker
+
+    place, item = placed
+    worker, told = get_worker(), time.monotonic()
+
+    def tell(share: float) -> None:
+        nonlocal told
+        if time.monotonic() >= told + _TELL_S:
+            told = time.monotonic()
+            worker.log_event(_TOPIC, (place, share))
+
+    return task(item, tell)
+
+
+@contextmanager
+def _client(crew: Crew) -> Iterator[Client]:
+    """Yield a client of the crew's processes; leave none of this machine's running."""
+    import distributed
+
+    if crew.scheduler is not None:
+        with _joined(crew.scheduler) as client:
+            yield client
+        return
+    cluster = distributed.LocalCluster(
+        n_workers=crew.jobs,
+        threads_per_worker=1,
+        processes=True,
+        host='127.0.0.1',
+        dashboard_address=None,
+        silence_logs=logging.CRITICAL,
+    )
+    with cluster, distributed.Client(cluster, set_as_default=False) as client:
+        yield client
+
+
+@contextmanager
+def _joined(address: str) -> Iterator[Client]:
+    import distributed
+
+    began = time.monotonic()
+    try:
+        client = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        waited = time.monotonic() - began
+        raise WorkerError(
+            f'--scheduler {address}: cannot be reached, after {waited:.1f} s ({error}). Start it '
+            '(dask scheduler), check the address, or leave --scheduler out'
+        ) from None
+    with client:
+        _check_alike(client, address)
+        yield client
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that results may depend on."""
+    return {'python': platform.python_version(), **{name: version(name) for name in _ALIKE}}
+
+
+def _check_alike(client: Client, address: str) -> None:
+    """Refuse workers that could give other bits than this machine."""
+    with suppress(TimeoutError):
+        client.wait_for_workers(1, timeout=REACHED_WITHIN_S)
+    ours = versions()
+    theirs = client.run(versions, on_error='return')
+    if not theirs:
+        raise WorkerError(
+            f'--scheduler {address}: has no workers, after {REACHED_WITHIN_S:g} s. Start some '
+            f'(dask worker {address} --nthreads 1)'
+        )
+    for worker, found in theirs.items():
+        if not isinstance(found, dict):
+            raise WorkerError(
+                f'--scheduler {address}: worker {worker} cannot run tauto_core ({found}). Install '
+                f'tauto_core {ours["tauto_core"]} there'
+            )
+        apart = [
+            f'{name} {found[name]} against {ours[name]}'
+            for name in ours
+            if found[name] != ours[name]
+        ]
+        if apart:
+            raise WorkerError(
+                f'--scheduler {address}: worker {worker} has other versions than this machine: '
+                f'{", ".join(apart)}. Install the same on both'
+            )
+
+
+def only_results(ended: Iterator[Ended[Any]]) -> Iterator[tuple[int, Any]]:
+    """Yield places and results; raise the first error there is."""
+    for each in ended:
+        if each.error is not None:
+            raise each.error
+        yield each.place, each.result

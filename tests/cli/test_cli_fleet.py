@@ -1,0 +1,71 @@
+"""`tauto fleet`: the answer first, shares, quantiles, influences; all of it as JSON."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+
+SCENE = 'second_cam_at_sea'
+VARY = """\
+trochlea.cam.lever_rate: {kind: normal, sigma: 1.0e-6}
+clock.nominal_period: {kind: uniform, low: 0.99, high: 1.01}
+"""
+
+
+@pytest.fixture
+def vary(tmp_path):
+    path = tmp_path / 'vary.yaml'
+    path.write_text(VARY)
+    return path
+
+
+def fleet(*words):
+    return CliRunner().invoke(app, ['fleet', SCENE, '--duration', '60', '--jobs', '1', *words])
+
+
+def test_the_answer_comes_first_and_no_row_wraps(vary, tmp_path):
+    out = tmp_path / 'rows'
+    said = fleet('--ships', '12', '--vary', str(vary), '--out', str(out))
+    assert said.exit_code == 0, said.stderr
+    assert said.stdout.startswith('Of 12 ships 100 % (75.8 % to 100 % with 95 % confidence)')
+    assert all(len(line) <= 80 for line in said.stdout.splitlines())
+    assert 'clock.nominal_period' in said.stdout
+    assert 'ships.parquet' in said.stderr
+    assert (out / 'ships.parquet').exists()
+
+
+def test_json_has_the_same_numbers(vary):
+    said = fleet('--ships', '10', '--vary', str(vary), '--json')
+    found = json.loads(said.stdout)
+    assert found['ships'] == 10
+    assert [each['limit_nmi'] for each in found['within']['corrected']] == [30.0, 40.0, 60.0]
+    # the dial's period decides how far it is off after a minute
+    ranks = {each['key']: each['raw'] for each in found['influences']}
+    assert set(ranks) == {'clock.nominal_period', 'trochlea.cam.lever_rate'}
+    assert found['failures'] == {}
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (('--ships', '0'), '--ships 0: must lie between 1'),
+        (('--jobs', '0'), '--jobs 0: must be at least 1'),
+        (('--vary', 'none.yaml'), 'none.yaml: '),
+        (('--plot', 'fleet.gif'), '--plot fleet.gif: must end in'),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_anything_starts(words, said, tmp_path):
+    ended = fleet(*words, '--out', str(tmp_path / 'rows'))
+    assert ended.exit_code == 2
+    assert said in ended.stderr
+    assert not (tmp_path / 'rows').exists()
+
+
+def test_a_fleet_is_drawn_and_the_file_named(tmp_path):
+    path = tmp_path / 'fleet.png'
+    said = fleet('--ships', '2', '--plot', str(path))
+    assert said.exit_code == 0
+    assert f'wrote {path}' in said.stderr
+    assert path.read_bytes().startswith(b'\x89PNG')

@@ -1,0 +1,261 @@
+"""A fleet sails as its ships would alone; killed or spread, its rows are the same."""
+
+import math
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from tauto_core import voyage, workers
+from tauto_core.fleets import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
+from tauto_core.fleets.member import FIGURES, sail_ship
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.workers import Crew, WorkerError
+
+NAME = 'second_cam_at_sea'
+VARY = {
+    'trochlea.cam.lever_rate': {'kind': 'normal', 'sigma': 1e-6},
+    'trochlea.release_angle': {'kind': 'uniform', 'low': 0.8, 'high': 1.2},
+}
+DEADLINE_S = 60.0
+
+
+def plan(ships=6, vary=VARY, duration=120.0):
+    return Plan(load_scene(NAME, duration=duration), NAME, ships, as_draws(vary, 'vary.yaml'))
+
+
+def lasting(rows):
+    """Return the rows less what another run changes."""
+    return [{key: value for key, value in row.items() if key != 'run_s'} for row in rows]
+
+
+@pytest.fixture(scope='module')
+def alone():
+    return sail_fleet(plan(), Crew(1))
+
+
+def test_a_row_is_the_voyage_of_its_ship(alone):
+    for number in (0, 5):
+        ship, row = plan().ship(number), alone.rows[number]
+        report = voyage.sail(ship.scene)
+        assert row['ship'] == number
+        assert row['trochlea.release_angle'] == ship.scene.trochlea.release_angle
+        assert row['failure'] is None
+        for column, (section, key) in FIGURES.items():
+            assert row[column] == report[section][key], column
+    assert len({row['clock_error_s'] for row in alone.rows}) == 6
+
+
+def test_processes_give_the_rows_of_one(alone, tmp_path):
+    told = []
+    beside = sail_fleet(plan(), Crew(2), tmp_path / 'fleet', told.append)
+    assert lasting(beside.rows) == lasting(alone.rows)
+    assert told == sorted(told)
+    assert told[-1] == pytest.approx(6.0)
+    table = pq.read_table(tmp_path / 'fleet' / 'ships.parquet')
+    assert lasting(table.to_pylist()) == lasting(alone.rows)
+    assert sorted(file.name for file in (tmp_path / 'fleet').iterdir()) == [
+        'fleet.yaml',
+        'ships.parquet',
+    ]
+
+
+def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
+    folder = tmp_path / 'fleet'
+    sail_fleet(plan(2), Crew(1), folder)
+    sailed = []
+
+    def counted(plan, number, progress):
+        sailed.append(number)
+        if number == 4:
+            raise KeyboardInterrupt
+        return sail_ship(plan, number, progress)
+
+    monkeypatch.setattr(sailing, 'sail_ship', counted)
+    with pytest.raises(KeyboardInterrupt):
+        sail_fleet(plan(), Crew(1), folder)
+    assert sailed == [2, 3, 4]
+    monkeypatch.setattr(sailing, 'sail_ship', sail_ship)
+    whole = sail_fleet(plan(), Crew(1), folder)
+    assert lasting(whole.rows) == lasting(alone.rows)
+    again = sail_fleet(plan(4), Crew(1), folder)  # nothing is left to sail, nothing is lost
+    assert lasting(again.rows) == lasting(alone.rows[:4])
+    assert pq.read_table(folder / 'ships.parquet').num_rows == 6
+
+
+def killed_once(folder, plan, number, progress):
+    """Sail a ship; of number 3 the process is killed halfway, once."""
+
+    def tell(share):
+        if number == 3 and list(Path(folder).iterdir()):
+            for file in Path(folder).iterdir():
+                file.unlink()
+            os.kill(os.getpid(), signal.SIGKILL)
+        progress(share)
+
+    return sail_ship(plan, number, tell)
+
+
+def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
+    (tmp_path / 'bullet').mkdir()
+    (tmp_path / 'bullet' / 'one').touch()
+    monkeypatch.setattr(sailing, 'sail_ship', partial(killed_once, tmp_path / 'bullet'))
+    sail_fleet(plan(), Crew(2), tmp_path / 'fleet')
+    assert not list((tmp_path / 'bullet').iterdir())
+    rows = pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()
+    assert lasting(rows) == lasting(alone.rows)
+
+
+def test_a_ship_that_fails_is_a_row(tmp_path):
+    """A roll of the wheel's own period carries it beyond the end of its cam."""
+    key = 'ship.components.0.period'
+    scene = load_scene(
+        NAME,
+        duration=600.0,
+        ship={'kind': 'components', 'rate': 10.0, 'components': [{'amplitude': 0.1, 'period': 5}]},
+    )
+    vary = as_draws({key: {'kind': 'list', 'values': [1.0, 9.0]}}, 'vary.yaml')
+    fleet = sail_fleet(Plan(scene, NAME, 6, vary), Crew(1), tmp_path / 'fleet')
+    failed = [row for row in fleet.rows if row['failure'] is not None]
+    assert 0 < len(failed) < 6
+    for row in fleet.rows:
+        assert (row['failure'] is None) == (row[key] == 9.0) == (row['error_nmi'] is not None)
+    assert all('cam' in row['failure'] for row in failed)
+    assert fleet.answers.ships == 6
+    assert sum(fleet.answers.failures.values()) == len(failed)
+    assert lasting(pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()) == lasting(
+        fleet.rows
+    )
+
+
+def test_nothing_starts_where_a_draw_is_no_scene(tmp_path):
+    bad = plan(50, {'trochlea.release_angle': {'kind': 'normal', 'mean': 1.0, 'sigma': 1e9}})
+    far = plan(3, {'trochlea.inertia': {'kind': 'normal', 'mean': 0.0, 'sigma': 1e-4}})
+    for refused in (bad, far):
+        with pytest.raises(SceneError):
+            sail_fleet(refused, Crew(1), tmp_path / 'fleet')
+        assert not (tmp_path / 'fleet').exists()
+
+
+def test_another_fleet_or_something_else_in_the_folder_is_refused(tmp_path):
+    sail_fleet(plan(1), Crew(1), tmp_path / 'fleet')
+    with pytest.raises(UsageError, match='another fleet; vary differ'):
+        sail_fleet(plan(1, {}), Crew(1), tmp_path / 'fleet')
+    with pytest.raises(UsageError, match='another fleet; scene differ'):
+        sail_fleet(plan(1, duration=60.0), Crew(1), tmp_path / 'fleet')
+    (tmp_path / 'other').mkdir()
+    (tmp_path / 'other' / 'letter.txt').write_text('dear')
+    with pytest.raises(UsageError, match='holds something else'):
+        sail_fleet(plan(1), Crew(1), tmp_path / 'other')
+    with pytest.raises(UsageError, match='is a file'):
+        sail_fleet(plan(1), Crew(1), tmp_path / 'other' / 'letter.txt')
+    (tmp_path / 'fleet' / 'ships.parquet').write_bytes(b'not parquet')
+    with pytest.raises(FleetError, match=r'ships\.parquet: cannot be read'):
+        sail_fleet(plan(1), Crew(1), tmp_path / 'fleet')
+
+
+def test_a_full_disk_is_named_and_keeps_what_came_in(alone, tmp_path, monkeypatch):
+    folder = tmp_path / 'fleet'
+    sail_fleet(plan(3), Crew(1), folder)
+    written = (folder / 'ships.parquet').read_bytes()
+
+    def full(_file):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(os, 'fsync', full)
+    with pytest.raises(FleetError, match=r'No space left on device.*Make room'):
+        sail_fleet(plan(), Crew(1), folder)
+    monkeypatch.undo()
+    assert (folder / 'ships.parquet').read_bytes() == written
+    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
+
+
+@contextmanager
+def _process(*words):
+    """Yield a dask process of its own, and the address of a scheduler that it names."""
+    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get('PYTHONPATH', '')])
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'distributed.cli.' + words[0], *words[1:]],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, 'PYTHONPATH': paths},
+    )
+    try:
+        deadline = time.monotonic() + DEADLINE_S
+        for line in process.stderr:
+            found = re.search(r'(?:Scheduler at|Registered to):\s+(tcp://\S+)', line)
+            if found:
+                break
+            assert time.monotonic() < deadline, line
+        else:
+            pytest.fail(f'{words} ended with {process.wait()}')
+        yield found[1]
+    finally:
+        process.terminate()
+        process.communicate(timeout=DEADLINE_S)
+
+
+def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
+    alone_rows = lasting(alone.rows)
+    here = ('--host', '127.0.0.1', '--port', '0')
+    with _process('dask_scheduler', *here, '--no-dashboard') as address:
+        bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1')
+        monkeypatch.setattr(workers, 'REACHED_WITHIN_S', 2.0)
+        with pytest.raises(WorkerError, match='has no workers'):
+            sail_fleet(plan(), Crew(2, address))
+        with _process('dask_worker', address, *bare), _process('dask_worker', address, *bare):
+            assert lasting(sail_fleet(plan(), Crew(2, address)).rows) == alone_rows
+            monkeypatch.setattr(workers, 'version', lambda _name: '0.0.1')
+            with pytest.raises(WorkerError, match=r'numpy \S+ against 0\.0\.1'):
+                sail_fleet(plan(), Crew(2, address))
+
+
+def row(number, error, **values):
+    return {
+        'ship': number,
+        'raw_error_nmi': 2.0 * error,
+        'error_nmi': error,
+        'failure': None,
+    } | values
+
+
+def test_shares_have_wilsons_interval():
+    """By its formula: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
+    rows = [row(k, -float(k)) for k in range(100)] + [row(100, 0.0, failure='lost')]
+    found = answers(plan(vary={}), rows).within['corrected'][0]
+    n, k, z = 101, 31, 1.959963984540054
+    p = k / n
+    middle = (p + z * z / (2 * n)) / (1 + z * z / n)
+    half = z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
+    assert (found.limit_nmi, found.ships, found.share) == (30.0, k, p)
+    assert found.low == pytest.approx(middle - half, rel=1e-12)
+    assert found.high == pytest.approx(middle + half, rel=1e-12)
+
+
+def test_quantiles_and_influences_are_of_those_that_arrived():
+    key = 'trochlea.release_angle'
+    rows = [row(k, (-1) ** k * float(k), **{key: math.exp(-k)}) for k in range(101)]
+    rows.append(row(101, 0.0, failure='lost', **{key: 5.0}))
+    found = answers(plan(vary={key: VARY[key]}), rows)
+    assert found.quantiles_nmi['corrected'] == pytest.approx([5.0, 25.0, 50.0, 75.0, 95.0])
+    assert found.quantiles_nmi['raw'] == pytest.approx([10.0, 50.0, 100.0, 150.0, 190.0])
+    assert [each.key for each in found.influences] == [key]
+    assert found.influences[0].corrected == pytest.approx(-1.0, abs=1e-12)
+    assert found.failures == {'lost': 1}
+
+
+def test_a_fleet_is_drawn(alone, tmp_path):
+    for name in ('fleet.svg', 'fleet.png'):
+        draw(alone, tmp_path / name)
+        assert (tmp_path / name).stat().st_size > 5000
+    words = (tmp_path / 'fleet.svg').read_text()
+    assert words.startswith('<?xml')

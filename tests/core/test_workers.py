@@ -1,0 +1,105 @@
+"""Runs on several processes: the same as in one, and none is lost when a process dies."""
+
+import os
+import signal
+import socket
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from tauto_core import workers
+from tauto_core.scene.errors import EstimationError, UsageError
+from tauto_core.workers import Crew, WorkerError, only_results, run_each
+
+
+def half(number, tell):
+    tell(0.5)
+    return number / 2, os.getpid()
+
+
+def odd_only(number, tell):
+    del tell
+    if number % 2 == 0:
+        raise EstimationError(f'{number} is even')
+    return number
+
+
+def dies(folder, number, tell):
+    """Kill the process that runs number 1, as often as `folder` has files to spend."""
+    del tell
+    if number == 1:
+        for file in Path(folder).iterdir():
+            file.unlink()
+            os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def test_processes_return_what_this_one_does():
+    alone = dict(only_results(run_each(half, [4, 5, 6], Crew(1))))
+    shares = []
+    beside = dict(only_results(run_each(half, [4, 5, 6], Crew(2), shares.append)))
+    assert [alone[k][0] for k in range(3)] == [2.0, 2.5, 3.0]
+    assert {k: found[0] for k, found in beside.items()} == {
+        k: found[0] for k, found in alone.items()
+    }
+    assert {pid for _, pid in alone.values()} == {os.getpid()}
+    assert os.getpid() not in {pid for _, pid in beside.values()}
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+@pytest.mark.parametrize('jobs', [1, 2])
+def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
+    ended = {each.place: each for each in run_each(odd_only, [1, 2, 3], Crew(jobs))}
+    assert (ended[0].result, ended[2].result) == (1, 3)
+    assert isinstance(ended[1].error, EstimationError)
+    assert str(ended[1].error) == '2 is even'
+
+
+def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
+    (tmp_path / 'once').touch()
+    found = dict(only_results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], Crew(2))))
+    assert found == {0: 0, 1: 1, 2: 2, 3: 3}
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_run_that_kills_every_process_is_given_up(tmp_path):
+    for k in range(20):
+        (tmp_path / str(k)).touch()
+    ended = {each.place: each for each in run_each(partial(dies, str(tmp_path)), [0, 1], Crew(2))}
+    assert ended[0].result == 0
+    assert isinstance(ended[1].error, WorkerError)
+    assert 'died' in str(ended[1].error)
+
+
+def test_leaving_early_leaves_no_process_behind():
+    runs = run_each(half, list(range(50)), Crew(2))
+    pid = next(runs).result[1]
+    runs.close()
+    deadline = time.monotonic() + 20.0
+    while time.monotonic() < deadline:
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    pytest.fail(f'process {pid} still runs')
+
+
+def test_no_process_at_all_is_refused():
+    with pytest.raises(UsageError, match='--jobs 0: must be at least 1'):
+        Crew(0)
+
+
+def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
+    monkeypatch.setattr(workers, 'REACHED_WITHIN_S', 1.0)
+    with socket.socket() as taken:
+        taken.bind(('127.0.0.1', 0))  # bound and not listening: nobody answers
+        address = f'tcp://127.0.0.1:{taken.getsockname()[1]}'
+        with pytest.raises(WorkerError) as caught:
+            next(run_each(half, [1], Crew(2, address)))
+    assert address in str(caught.value)
+    assert 'after 1' in str(caught.value)
+    assert 'leave --scheduler out' in str(caught.value)
