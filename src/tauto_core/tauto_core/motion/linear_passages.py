@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from tauto_core.kernels import compiled, entry
-from tauto_core.motion.lanes import lane
-from tauto_core.motion.linear import STATE, Oscillator, Path, Spans, applied, turned_back
+from tauto_core.kernels import compiled, entry, inlined
+from tauto_core.motion.lanes import SIZE, lane, larger, largest, load, splat
+from tauto_core.motion.linear import STATE, Given, Oscillator, Path, Spans, applied, turned_back
 from tauto_core.samples import IntArray
 
 WHEEL = [*STATE, ('angle', 'f8'), ('rate', 'f8'), ('turns', 'i8'), ('beats', 'i8')]
@@ -74,11 +74,11 @@ def count_passages(
 
     Returns a code (OK, EDGE), the span and the fraction of it.
     """
-    y, n, written = path.y, len(logged), 0
+    y, n, written, bound = path.y, len(logged), 0, _largest(well.omega0, spans.given)
     # a run of calm spans, over which the swing turns by less than 75° in its frame
     begun, place = 0, Place(wheel.angle, wheel.rate)
     for k in range(n):
-        calm = _is_calm(well, spans, path, k)
+        calm = _is_calm(well, spans, path, k, bound)
         if not calm and begun < k:
             after = _at_end(well, path, k - 1)
             _wind(well, spans, begun, k - 1, place, after, wheel)
@@ -122,15 +122,43 @@ def _at_end(well: Well, path: Path, k: int) -> Place:
 
 
 @compiled
-def _is_calm(well: Well, spans: Spans, path: Path, k: int) -> bool:
-    """Return whether over a span the swing outweighs roll and forcing, and no edge is near."""
-    of, omega0 = well.of, well.omega0
-    re, im, square = path.span[k, 0], path.span[k, 1], _square(path.y, k)
-    if of.delta > 0.1 * omega0 or not re * re + im * im < 0.25 * square:
+def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float) -> bool:
+    """Return whether over a span the swing outweighs roll and forcing, and no edge is near.
+
+    Args:
+        bound: of the size of (u, u̇/ω₀) over all spans that are given by samples.
+    """
+    re, im, before = path.span[k, 0], path.span[k, 1], _square(path.y, k)
+    if well.of.delta > 0.1 * well.omega0 or not re * re + im * im < 0.25 * before:
         return False
-    most, least = math.sqrt(square) / of.omega, math.sqrt(_square(path.y, k + 1)) / of.omega
-    reach = _reach(omega0, spans, k)
-    return reach <= 0.7 * min(most, least) and 1.5 * most + reach < well.edge
+    by_samples = spans.given is not None and spans.given.first[k] >= 0
+    if by_samples and _outweighs(well, before, _square(path.y, k + 1), bound):
+        return True
+    return _outweighs(well, before, _square(path.y, k + 1), _reach(well.omega0, spans, k))
+
+
+@inlined
+def _outweighs(well: Well, before: float, after: float, reach: float) -> bool:
+    """Return whether swings of |Y|² outweigh a roll of some reach, and stay within the edge."""
+    squared, room = well.of.omega * well.of.omega, well.edge - reach
+    if not reach * reach * squared <= 0.49 * min(before, after):
+        return False
+    return room > 0.0 and 2.25 * max(before, after) < room * room * squared
+
+
+@compiled
+def _largest(omega0: float, given: Given | None) -> float:
+    """Return a bound of the size of (u, u̇/ω₀) over all spans that are given by samples."""
+    if given is None:
+        return 0.0
+    values, rates = given.values, given.rates
+    value, rate, whole = splat(0.0), splat(0.0), len(values) // SIZE
+    for i in range(whole):
+        value, rate = larger(value, load(values, i)), larger(rate, load(rates, i))
+    most, fastest = largest(value), largest(rate)
+    for i in range(whole * SIZE, len(values)):
+        most, fastest = max(most, abs(values[i])), max(fastest, abs(rates[i]))
+    return BEYOND_SAMPLES * math.hypot(most, fastest / omega0)
 
 
 @compiled
