@@ -54,7 +54,6 @@ def sampled_spans(stride, step_s, cuts):
             line(t, 1),
             np.zeros(n, int),
             np.empty((0, 2 * len(t))),
-            np.zeros((n, 1)),
         ),
     )
 

@@ -27,7 +27,6 @@ class Window:
         first: place in these at which the window of a span's piece begins, ≥ 0; of a piece that
             is not regular −1 less the row of `fitted`; (n,).
         fitted: coefficients of x^j over the pieces that are not regular, (k, 2p).
-        logged: the same over the pieces of the logged spans, (logged, 2p).
     """
 
     nodes: tuple[float, ...]
@@ -35,7 +34,6 @@ class Window:
     rates: FloatArray
     first: IntArray
     fitted: FloatArray
-    logged: FloatArray
 
 
 @dataclass(frozen=True)

@@ -212,7 +212,7 @@ class MotionBuffer:
         else:
             spans, piece = _cut(starts, stops, log_ns, end)
         if not self._still:
-            spans = replace(spans, **self._polynomials(pieces, piece, spans))
+            spans = replace(spans, **self._polynomials(pieces, piece))
         self._next = self._first + int(pieces.end[-1])
         self._forget()
         return spans
@@ -253,12 +253,10 @@ class MotionBuffer:
         self.bridged += bridged
         return Pieces(first, last, regular)
 
-    def _polynomials(
-        self, pieces: Pieces, piece: IntArray | None, spans: Forcing
-    ) -> dict[str, Any]:
+    def _polynomials(self, pieces: Pieces, piece: IntArray | None) -> dict[str, Any]:
         """Return what makes the motion over each span."""
         if self._by_samples:
-            return {'window': self._window(pieces, piece, spans)}
+            return {'window': self._window(pieces, piece)}
         found = {'neutral': self._channel('line', self._data.get('line_rate'), pieces)}
         if self._apparent_vertical:
             found['tilt'] = self._channel('tilt', None, pieces)
@@ -268,17 +266,15 @@ class MotionBuffer:
             found = {name: coefficients[piece] for name, coefficients in found.items()}
         return found
 
-    def _window(self, pieces: Pieces, piece: IntArray | None, spans: Forcing) -> Window:
+    def _window(self, pieces: Pieces, piece: IntArray | None) -> Window:
         """Return the samples that make the neutral line over each span."""
         values, rates = self._data['line'], self._data['line_rate']
         first, fitted = windows(
             self._times, values, rates, pieces, stride=self._stride, offset=self._first
         )
-        logged = np.flatnonzero(spans.logged)
         if piece is not None:
-            first, logged = first[piece], piece[logged]
-        at_logs = self._channel('line', rates, pieces.part(logged))
-        return Window(window_nodes(self._stride), values, rates, first, fitted, at_logs)
+            first = first[piece]
+        return Window(window_nodes(self._stride), values, rates, first, fitted)
 
     def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
         return polynomials(

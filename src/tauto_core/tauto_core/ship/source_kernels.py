@@ -10,12 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
+from tauto_core.motion.exact_turns import cosine_sine, short_cosine_sine
 from tauto_core.motion.lanes import SIZE, fma, lane, largest, load, splat, store, with_lane
 from tauto_core.samples import FloatArray
-
-RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
-INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(18))
-"""Signed as in the series of sine (odd) and cosine (even)."""
 
 
 @entry
@@ -58,50 +55,13 @@ def sum_blocks(
     for block in range(some.shape[0]):  # type: ignore[union-attr]
         for i in range(n):
             turns[i] = phase[i] + np.uint64(first_block + block) * increment[i]
-        _of_turns(turns, sine, cosine)
+        cosine_sine(turns, cosine, sine)
         for i in range(n):
             w, p, q = omega[i], amplitude[i] * cosine[i], amplitude[i] * sine[i]
             factors[i, 0], factors[i, 1] = p, -q
             factors[i, 2], factors[i, 3] = -w * q, -w * p
             factors[i, 4], factors[i, 5] = -w * w * p, w * w * q
         _accumulate(mean, factors, table, block * strips, strips // 2, value, rate, acceleration)
-
-
-@compiled
-def _of_turns(turns: NDArray[np.uint64], sine: FloatArray, cosine: FloatArray) -> None:
-    """Fill sine and cosine of angles in 2^-64 turns, reduced exactly to half a right angle."""
-    eighth, bits = np.uint64(2**61), np.uint64(62)
-    rest = np.empty(len(turns))
-    for i in range(len(turns)):
-        quarters = (turns[i] + eighth) >> bits
-        rest[i] = np.int64(turns[i] - (quarters << bits)) * RADIANS_PER_UNIT
-    for i in range(len(turns)):
-        sine[i], cosine[i] = _sine_cosine(rest[i])
-    for i in range(len(turns)):
-        quarters = np.int64((turns[i] + eighth) >> bits) & 3
-        s, c = sine[i], cosine[i]
-        if quarters & 1:
-            s, c = c, -s
-        back = 1.0 - (quarters & 2)
-        sine[i], cosine[i] = back * s, back * c
-
-
-@inlined
-def _sine_cosine(x: Any) -> Any:
-    """Return sine and cosine of an angle, or lanes of them, up to half a right angle.
-
-    There the Taylor series to x^17 and x^16 are exact to rounding (the next terms are below
-    2e-19 and 3e-18); several fit one instruction, which the library's functions do not.
-    """
-    f, z = INVERSE_FACTORIALS, x * x
-    odd, even = f[17] * z + f[15], f[16] * z + f[14]
-    odd, even = odd * z + f[13], even * z + f[12]
-    odd, even = odd * z + f[11], even * z + f[10]
-    odd, even = odd * z + f[9], even * z + f[8]
-    odd, even = odd * z + f[7], even * z + f[6]
-    odd, even = odd * z + f[5], even * z + f[4]
-    odd, even = odd * z + f[3], even * z + f[2]
-    return x + x * (z * odd), 1.0 + z * even
 
 
 @compiled
@@ -215,7 +175,7 @@ def _eight(channel: FloatArray, i: int) -> Any:
 @inlined
 def _half_angles(half: Any) -> Any:
     """Return sine and cosine of lanes of half the angle."""
-    s, c = _sine_cosine(half)
+    c, s = short_cosine_sine(half)
     if largest(half) > 0.25 * math.pi:
         for r in range(SIZE):
             x = lane(half, r)
