@@ -1,0 +1,285 @@
+"""What holds of all that moves by steps, whatever it is: a table of systems by properties.
+
+Each system has an integrator of its own beside this: the wheel in test_motion_reference, lever and
+swinging thread in test_motion_real_threads, the case in test_motion_axle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+
+from tauto_core.machines import compile_machine
+from tauto_core.motion import Forcing, axle_swing, make_collocation
+from tauto_core.motion.axle_modes import AxleModes
+from tauto_core.motion.axle_swing import AxleSwing
+from tauto_core.motion.bearing import BearingMotion
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.buffer import MotionBuffer
+
+SEA = {
+    'kind': 'components',
+    'components': [
+        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
+        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
+    ],
+    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
+    'height': 2.5,
+}
+WHEEL = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+TROCHLEAS: dict[str, dict[str, Any]] = {
+    'wheel': WHEEL,
+    'cheek': {**WHEEL, 'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.02}},
+    'lever': {
+        **WHEEL,
+        'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+    },
+    'thread': {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.6}},
+}
+KEPT_GOING = {
+    'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
+}
+RECOILING = {
+    'drag': {'viscous': 2e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.01, 'rest': {'recoil': 4e-4}},
+}
+SWINGS: dict[str, tuple[str, dict[str, Any]]] = {
+    **{name: (name, {}) for name in TROCHLEAS},
+    **{f'{name}, kept going': (name, KEPT_GOING) for name in TROCHLEAS},
+    'wheel, recoil': ('wheel', RECOILING),
+    'thread, recoil': ('thread', RECOILING),
+}
+CASE = 0.015, 0.1, 0.05, 9.80665
+"""e, c, k [m] of a suspended case, and gravity."""
+
+
+def machine(name: str, release: float = 1.0, **more: Any) -> Any:
+    trochlea, sections = SWINGS[name]
+    return compile_machine(
+        scene_of(
+            trochlea={**TROCHLEAS[trochlea], 'release_angle': release}, **{**sections, **more}
+        )
+    )
+
+
+def at_sea(moved: Any, duration_s: float, interval_s: float, rate: float = 20.0) -> Forcing:
+    """The ship's motion as a machine feels it."""
+    scene = scene_of(ship={**SEA, 'rate': rate}, duration=duration_s, log={'interval': interval_s})
+    ship = ShipMotion(scene)
+    buffer = MotionBuffer(
+        apparent_vertical=moved.follows_apparent_vertical,
+        apparent_gravity=moved.feels_gravity,
+        still=False,
+        step_ns=scene.step_ns,
+        max_gap_s=1.0,
+        stride=2,
+    )
+    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
+    return buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
+
+
+def part(whole: Any, begin: int, end: int) -> Any:
+    """Spans, or pieces, from one to another."""
+    given = {field.name: getattr(whole, field.name) for field in fields(whole)}
+    cut = {name: None if each is None else each[begin:end] for name, each in given.items()}
+    return type(whole)(**cut)
+
+
+def on_land(count: int, step_s: float) -> Forcing:
+    """Spans of one length, all logged."""
+    return Forcing(
+        length_s=np.full(count, step_s),
+        begin=np.zeros(count),
+        end=np.ones(count),
+        end_ns=np.round(np.arange(1, count + 1) * step_s * 1e9).astype(np.int64),
+        logged=np.ones(count, np.bool_),
+    )
+
+
+def columns(motion: Any) -> np.ndarray:
+    return np.array([np.asarray(each, float) for each in vars(motion).values()])
+
+
+def bearing(count: int, step_ns: int, parts: int = 1, sway: float = 0.0) -> BearingMotion:
+    """Pieces that sway to and fro, in rough jumps."""
+    rng = np.random.default_rng(1780)
+    return BearingMotion(
+        np.arange(count) * step_ns,
+        np.full(count, step_ns),
+        np.full(count, parts),
+        sway * rng.normal(size=(count, 4)),
+        np.full((count, 1), CASE[3]),
+    )
+
+
+# Restart and chunks
+
+
+@pytest.mark.parametrize('name', SWINGS)
+@pytest.mark.parametrize('release', [1.0, 0.02])
+def test_a_run_in_chunks_each_restored_anew_has_the_same_bits(name, release):
+    """At 0.02 rad the sea moves the wheel more than its own swing."""
+    moved = machine(name, release)
+    forcing = at_sea(moved, 12.0, 0.5)
+    whole = make_collocation(moved)
+    started = columns(whole.release(forcing))
+    swung = columns(whole.advance(forcing))
+    first = make_collocation(moved)
+    assert columns(first.release(forcing)).tobytes() == started.tobytes()
+    state, found = first.state(), []
+    for begin, end in pairwise([0, 1, 2, 9, 10, 61, len(forcing.end)]):
+        later = make_collocation(moved)
+        later.restore(state)
+        found.append(columns(later.advance(part(forcing, begin, end))))
+        state = later.state()
+    assert np.concatenate(found, axis=1).tobytes() == swung.tobytes()
+
+
+@pytest.mark.parametrize('swing', [AxleModes, AxleSwing])
+def test_a_case_in_chunks_each_restored_anew_has_the_same_bits(swing):
+    pieces = bearing(40, 50_000_000, parts=3, sway=0.3)
+    whole = swing(*CASE)
+    whole.release(0.0, CASE[3])
+    swung = columns(whole.advance(pieces))
+    first = swing(*CASE)
+    first.release(0.0, CASE[3])
+    state, found = first.state(), []
+    for begin, end in pairwise([0, 1, 17, 40]):
+        later = swing(*CASE)
+        later.restore(state)
+        found.append(columns(later.advance(part(pieces, begin, end))))
+        state = later.state()
+    assert np.concatenate(found, axis=1).tobytes() == swung.tobytes()
+
+
+# Reversal: all of these keep their energy, so that the way back is the way there
+
+
+@dataclass(frozen=True)
+class Reversible:
+    """A conservative system on land: its state X, Y of each plane, and steps of a length."""
+
+    engine: Any
+    omega: float
+
+    @property
+    def state(self) -> np.ndarray:
+        """X and Y of each plane, two doubles each, (P, 2, 2): a view."""
+        return vectors(self.engine).reshape(-1, 2, 2)
+
+    def step(self, count: int, angle: float) -> None:
+        """Go on by so many steps, together an angle [rad] of the swing."""
+        step_s = angle / count / self.omega
+        if isinstance(self.engine, AxleSwing):
+            self.engine.advance(bearing(count, round(step_s * 1e9)))
+        else:
+            self.engine.advance(on_land(count, step_s))
+
+
+def vectors(engine: Any) -> np.ndarray:
+    return engine._state if isinstance(engine, AxleSwing) else engine._floats[: _size(engine)]
+
+
+def _size(engine: Any) -> int:
+    return 4 * (len(engine._memory.end) // 4)
+
+
+def conservative(name: str) -> Reversible:
+    if name == 'case':
+        engine = AxleSwing(*CASE)
+        engine.release(-CASE[3] * math.tan(0.4), CASE[3])
+        return Reversible(engine, max(engine._omega))
+    moved = machine(name)
+    engine = make_collocation(moved)
+    engine.release(on_land(1, 0.1))
+    return Reversible(engine, moved.frequency)
+
+
+@pytest.mark.parametrize('name', [*TROCHLEAS, 'case'])
+def test_swings_forward_and_back_end_where_they_began(name):
+    """A thousand steps: rounding leaves a few 1e-13 rad of the amplitude."""
+    swing = conservative(name)
+    began = swing.state.copy()
+    swing.step(1000, 500.0)
+    assert np.max(np.abs(swing.state - began)) > 0.1
+    swing.state[:, 1] *= -1.0
+    swing.step(1000, 500.0)
+    swing.state[:, 1] *= -1.0
+    np.testing.assert_allclose(swing.state[..., 0], began[..., 0], rtol=0, atol=5e-12)
+
+
+# Order: eight stages of Gauss make sixteen, whatever they are the stages of
+
+HEAVY = {**WHEEL, 'power': {'kind': 'weight', 'mass': 2.0}}
+"""A weight that triples the inertia on its way: less would leave rounding only."""
+
+
+def swung(name: str, angle: float, count: int, monkeypatch: Any) -> np.ndarray:
+    """X and Y after an angle of the swing [rad] in so many steps, none of which is halved."""
+    if name == 'case':
+        monkeypatch.setattr(axle_swing, 'TOLERANCE', 1.0)
+        swing = conservative(name)
+        # whole nanoseconds that all counts divide
+        whole_ns = round(angle / swing.omega * 1e9 / 960) * 960
+        swing.engine.advance(bearing(count, whole_ns // count))
+    else:
+        trochlea = HEAVY if name == 'heavy wheel' else TROCHLEAS[name]
+        moved = compile_machine(scene_of(trochlea=trochlea))
+        engine: Any = make_collocation(moved, 1.0)
+        engine._settled, engine.longest_step_s = 2.0**-55, math.inf
+        engine.release(on_land(1, 0.1))
+        swing = Reversible(engine, moved.frequency)
+        # away from the release, about which the error would be symmetric
+        swing.step(1, 0.3)
+        swing.step(count, angle)
+    return swing.state[..., 0].copy()
+
+
+@pytest.mark.parametrize(
+    ('name', 'angle', 'count'),
+    [('heavy wheel', 8.0, 12), ('lever', 8.0, 5), ('thread', 8.0, 5), ('case', 24.0, 12)],
+)
+def test_half_the_step_errs_by_two_to_the_minus_sixteen(name, angle, count, monkeypatch):
+    """Over a few steps the leading term does not rule alone: within two of the order."""
+    exact = swung(name, angle, 96, monkeypatch)
+    coarse, fine = (
+        np.max(np.abs(swung(name, angle, n, monkeypatch) - exact)) for n in (count, 2 * count)
+    )
+    assert fine > 1e-15
+    assert math.log2(coarse / fine) == pytest.approx(16.0, abs=2.0)
+
+
+# Counts: beats and turns that are found at the nodes of long steps
+
+
+@pytest.mark.parametrize('name', SWINGS)
+@pytest.mark.parametrize('release', [1.0, -0.05, 0.005])
+def test_long_steps_count_the_signs_of_a_fine_log(name, release):
+    """From swings that outweigh the sea to ones that it outweighs thirtyfold."""
+    moved = machine(name, release)
+    runs = {}
+    for interval_s in (0.02, 2.0):
+        forcing = at_sea(moved, 20.0, interval_s, rate=50.0)
+        engine = make_collocation(moved)
+        begun = engine.release(forcing)
+        runs[interval_s] = begun, engine.advance(forcing)
+    (begun, fine), (_, coarse) = runs.values()
+    every = slice(99, None, 100)
+    below = np.concatenate([begun.angle, fine.angle]) < 0.0
+    np.testing.assert_array_equal(coarse.beats, np.cumsum(below[1:] != below[:-1])[every])
+    turned = np.concatenate([[0.0], fine.half_turns + fine.fraction])
+    assert np.max(np.abs(np.diff(turned))) < 1.0
+    np.testing.assert_allclose(
+        coarse.half_turns + coarse.fraction, turned[1:][every], rtol=0, atol=1e-6
+    )
