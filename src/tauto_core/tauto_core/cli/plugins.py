@@ -6,7 +6,6 @@ the remedy.
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
 from typing import Any
 
 import typer
@@ -58,6 +57,8 @@ def _run(ctx: typer.Context) -> None:
 
 
 def _load(name: str) -> Any:
+    from importlib.metadata import entry_points
+
     for entry in entry_points(group=GROUP, name=name):
         return entry.load()
     raise MissingCommandError(
