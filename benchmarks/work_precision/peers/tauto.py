@@ -123,7 +123,7 @@ def _at_sea(scene: Scene) -> Outcome:
     ready = time.perf_counter()
     said: Batches = {}
     for _ in range(0, ship.total, CHUNK):
-        said = stage.feed({SHIP_IMU: ship.produce(CHUNK)}) or said
+        said = stage.feed({SHIP_IMU: ship.sense(CHUNK)}) or said
     said = stage.finish() or said
     run_s = time.perf_counter() - ready
     wheel = said[JOINT_STATES]

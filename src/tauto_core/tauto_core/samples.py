@@ -7,7 +7,7 @@ the ROS message itself says otherwise (`NavSatFix` latitude and longitude are de
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar
 
@@ -60,6 +60,28 @@ class ImuSamples:
 
 
 @dataclass(frozen=True)
+class PlanarImu:
+    """What an IMU reads of a ship that rolls and heaves alone, before it is an `ImuSamples`.
+
+    A clock needs two or four of the ten numbers of such a sample; `ship.planar` reads them with
+    the bits that it would read from the ten. None of these would be refused
+    (`ship.imu.screen`), and stamps go on from those before. Arrays are (n,).
+    """
+
+    stamp_ns: IntArray
+    roll: FloatArray
+    """ρ [rad]."""
+    roll_rate: FloatArray
+    """ρ̇ [rad/s]."""
+    accelerations: Callable[[], tuple[FloatArray | None, FloatArray | None]]
+    """Returns ρ̈ [rad/s2], None where the height is 0, and that of the heave [m/s2] or None."""
+    height: float
+    """Of the clock above the roll axis [m]."""
+    gravity: float
+    """g [m/s2]."""
+
+
+@dataclass(frozen=True)
 class JointSamples:
     """sensor_msgs/JointState, also used as stamped named scalars.
 
@@ -99,7 +121,7 @@ class FixSamples:
     position_covariance_type: NDArray[np.uint8]
 
 
-Samples: TypeAlias = TextSamples | ImuSamples | JointSamples | TimeSamples | FixSamples
+Samples: TypeAlias = TextSamples | ImuSamples | PlanarImu | JointSamples | TimeSamples | FixSamples
 Batches: TypeAlias = dict[str, Samples]
 State: TypeAlias = dict[str, Any]
 S = TypeVar('S', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)

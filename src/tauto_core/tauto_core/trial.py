@@ -137,7 +137,7 @@ def _sailed(scene: Scene) -> FloatArray:
         if PHASE in batches:
             said.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
 
-    while len((imu := motion.produce(CHUNK)).stamp_ns):
+    while len((imu := motion.sense(CHUNK)).stamp_ns):
         take(stage.feed({SHIP_IMU: imu}))
     take(stage.finish())
     return np.concatenate(said)

@@ -57,12 +57,18 @@ class ShipSource:
         scene: what to simulate.
         motion: of its ship from the start, where it is built already.
         says_scene: whether the scene's text comes first.
+        as_messages: whether somebody wants the motion as messages, beside the clock.
     """
 
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
 
     def __init__(
-        self, scene: Scene, motion: ShipMotion | None = None, *, says_scene: bool = True
+        self,
+        scene: Scene,
+        motion: ShipMotion | None = None,
+        *,
+        says_scene: bool = True,
+        as_messages: bool = True,
     ) -> None:
         self._scene, self._says_scene = scene, says_scene
         self._starts_at_ns, self._duration_ns = scene.starts_at_ns, scene.duration_ns
@@ -70,7 +76,7 @@ class ShipSource:
         self._motion = ShipMotion(scene) if motion is None else motion
         self._observations = Observations(scene)
         self._route = Route(scene)
-        self._produced = 0
+        self._produced, self._as_messages = 0, as_messages
 
     @property
     def total(self) -> int:
@@ -90,7 +96,7 @@ class ShipSource:
     def produce(self, count: int) -> Batches:
         """Return the next `count` motion samples and what else falls on their stamps."""
         starts_at, interval = self._starts_at_ns, self._log_ns
-        imu = self._motion.produce(count)
+        imu = self._motion.produce(count) if self._as_messages else self._motion.sense(count)
         if not len(imu.stamp_ns):
             return {}
         first, last = self._produced, self._produced + len(imu.stamp_ns)
@@ -208,7 +214,8 @@ def sail(
     with naming(origin or scene.name, scene.name):
         machine, motion = check_scene(scene)
     heard = out is not None or watch is not None
-    source = ShipSource(scene, motion, says_scene=heard)
+    kept = watch is not None or (out is not None and scene.keeps_motion)
+    source = ShipSource(scene, motion, says_scene=heard, as_messages=kept)
     stages = pipeline(scene, machine)
     summary = Summary(scene, machine)
     with ExitStack() as stack:

@@ -81,7 +81,7 @@ class Intake:
 
     def _fault(self, samples: Samples) -> tuple[str, str]:
         """Return what is wrong with samples, in a word and in full; empty where nothing is."""
-        if isinstance(samples, TextSamples):
+        if isinstance(samples, TextSamples | s.PlanarImu):
             return '', ''
         return next(self._faults(samples), ('', ''))
 

@@ -78,7 +78,7 @@ def test_a_long_record_has_height_and_peak_of_the_spectrum():
     """Twelve hours of elevation at 2 Hz. The beats of neighbours, 0.001 Hz and more apart, leave
     about 1 % of the energy; the windows of the estimate resolve 0.002 Hz, the table 0.01 Hz."""
     waves = elevation(measured(200), 11)
-    record = SampledHarmonics(waves, 500_000_000, (0,)).between(0, 86_400)[0]
+    record = SampledHarmonics(waves, 500_000_000).between(0, 86_400, 0)[0]
     height, period = height_and_period(measured())
     assert 4.0 * record.std() == pytest.approx(height, rel=0.01)
     frequency, density = welch(record, 2.0, nperseg=1024)

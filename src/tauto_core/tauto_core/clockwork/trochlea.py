@@ -21,6 +21,7 @@ from tauto_core.samples import (
     ImuSamples,
     IntArray,
     JointSamples,
+    PlanarImu,
     Samples,
     State,
     TimeSamples,
@@ -112,11 +113,10 @@ class TrochleaStage:
                 gap in the motion, a start that is not the scene's.
         """
         imu = batches.get(SHIP_IMU)
-        if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
+        if not isinstance(imu, ImuSamples | PlanarImu) or not len(imu.stamp_ns):
             return {}
-        imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
-        for name, number in refused.items():
-            self._refused[name] = self._refused.get(name, 0) + number
+        if isinstance(imu, ImuSamples):
+            imu = self._screened(imu)
         if not len(imu.stamp_ns):
             return {}
         if self._origin_ns is None:
@@ -128,6 +128,13 @@ class TrochleaStage:
         else:
             self._feel(self._suspension.feed(imu, origin_ns))
         return self._advance(final=False)
+
+    def _screened(self, imu: ImuSamples) -> ImuSamples:
+        """Return the samples that can be integrated; count the others."""
+        imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
+        for name, number in refused.items():
+            self._refused[name] = self._refused.get(name, 0) + number
+        return imu
 
     def finish(self) -> Batches:
         """Use one-sided neighbours for what is left, up to the last sample."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Window
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, State, take
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.felt_step import felt_step_ns
@@ -31,6 +31,7 @@ from tauto_core.ship.interpolation import (
     window_nodes,
     windows,
 )
+from tauto_core.ship.planar import read_force, read_roll
 
 BRIDGED_STEPS = 1.5
 CROWDED_PART = 4
@@ -120,13 +121,14 @@ class MotionBuffer:
         self.bridged = 0
         self.crowded = 0
 
-    def add(self, imu: ImuSamples, origin_ns: int) -> None:
+    def add(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> None:
         """Take screened samples; times count from the origin."""
         times = imu.stamp_ns - origin_ns
-        kept = self._spaced(times)
-        if kept is not None:
-            self.crowded += len(kept) - int(np.count_nonzero(kept))
-            imu, times = take(imu, kept), times[kept]
+        if isinstance(imu, ImuSamples):
+            kept = self._spaced(times)
+            if kept is not None:
+                self.crowded += len(kept) - int(np.count_nonzero(kept))
+                imu, times = take(imu, kept), times[kept]
         if not len(times):
             return
         known, n = len(self._times), len(self._times) + len(times)
@@ -149,19 +151,23 @@ class MotionBuffer:
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
         return (*line, 'gravity') if self._apparent_gravity else line
 
-    def _fill(self, imu: ImuSamples, new: dict[str, FloatArray]) -> None:
+    def _fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # kernels
 
-        orientation, velocity = plain(imu.orientation), None
         roll, rate = new['line'], new.get('line_rate')
-        if rate is not None:
-            velocity = plain(imu.angular_velocity)
-        kernels.roll_of(orientation, velocity, roll, rate)
-        self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         tilt, gravity = new.get('tilt'), new.get('gravity')
-        if tilt is not None or gravity is not None:
-            kernels.force_of(plain(imu.linear_acceleration), tilt, gravity)
+        force = tilt is not None or gravity is not None
+        if isinstance(imu, PlanarImu):
+            read_roll(imu, roll, rate)
+            if force:
+                read_force(imu, tilt, gravity)
+        else:
+            velocity = None if rate is None else plain(imu.angular_velocity)
+            kernels.roll_of(plain(imu.orientation), velocity, roll, rate)
+            if force:
+                kernels.force_of(plain(imu.linear_acceleration), tilt, gravity)
+        self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
 

@@ -23,6 +23,7 @@ from tauto_core.motion.lanes import (
     with_lane,
 )
 from tauto_core.samples import FloatArray, IntArray
+from tauto_core.ship.source_kernels import eight, half_angles, specific_force
 
 LARGEST = 1e150
 """What is larger, and does not overflow by itself, is looked at more closely."""
@@ -162,23 +163,74 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
     rows = len(force) // SIZE
     for i in range(rows):
         _, y, z = _vectors(force, i)
-        if tilt is not None:
-            _store_directions(-y, z, i, tilt)
-        if size is not None:
-            store(size, i, root(y * y + z * z))
-        if least(z) < 0.0:
-            for k in range(SIZE * i, SIZE * i + SIZE):
-                _store_upwards(force, k, tilt, size)
+        _store_forces(y, z, i, tilt, size)
     for i in range(SIZE * rows, len(force)):
-        _store_upwards(force, i, tilt, size)
+        _store_upwards(force[i, 1], force[i, 2], i, tilt, size)
+
+
+@entry
+def planar_roll(angle: FloatArray, roll: FloatArray) -> None:
+    """Fill the roll as the quaternion of a ship that only rolls has it.
+
+    Bits are those of `roll_of` on what `source_kernels.encode` writes.
+
+    Args:
+        angle: rho [rad], shape (n,).
+        roll: output, in [-pi, pi], shape (n,).
+    """
+    rows = len(angle) // SIZE
+    for i in range(rows):
+        s, c = half_angles(0.5 * load(angle, i))
+        # the sums with the quaternion's other terms, which are 0
+        _store_directions(2.0 * (c * s + 0.0), (c * c - s * s) + 0.0, i, roll)
+    s, c = half_angles(0.5 * eight(angle, rows))
+    for r in range(len(angle) - SIZE * rows):
+        x, w = lane(s, r), lane(c, r)
+        roll[SIZE * rows + r] = _direction(2.0 * (w * x + 0.0), (w * w - x * x) + 0.0)
+
+
+@entry
+def planar_force(
+    angle: FloatArray,
+    rate: FloatArray,
+    acceleration: FloatArray | None,
+    heave: FloatArray | None,
+    height: float,
+    gravity: float,
+    tilt: FloatArray | None,
+    size: FloatArray | None,
+) -> None:
+    """Fill what `force_of` makes of the force that `source_kernels.encode` writes."""
+    rows = len(angle) // SIZE
+    for i in range(rows + 1):
+        s, c = half_angles(0.5 * eight(angle, i))
+        y, z = specific_force(s, c, i, eight(rate, i), acceleration, heave, height, gravity)
+        if i < rows:
+            _store_forces(y, z, i, tilt, size)
+        else:
+            for r in range(len(angle) - SIZE * rows):
+                _store_upwards(lane(y, r), lane(z, r), SIZE * rows + r, tilt, size)
+
+
+@inlined
+def _store_forces(
+    y: Any, z: Any, i: int, tilt: FloatArray | None, size: FloatArray | None
+) -> None:
+    """Write what `force_of` makes of lanes to row i."""
+    if tilt is not None:
+        _store_directions(-y, z, i, tilt)
+    if size is not None:
+        store(size, i, root(y * y + z * z))
+    if least(z) < 0.0:
+        for r in range(SIZE):
+            _store_upwards(lane(y, r), lane(z, r), SIZE * i + r, tilt, size)
 
 
 @inlined
 def _store_upwards(
-    force: FloatArray, i: int, tilt: FloatArray | None, size: FloatArray | None
+    y: float, z: float, i: int, tilt: FloatArray | None, size: FloatArray | None
 ) -> None:
     """Write what `force_of` makes of one sample."""
-    y, z = force[i, 1], force[i, 2]
     up = -1.0 if z < 0.0 else 1.0
     if tilt is not None:
         tilt[i] = _direction(-up * y, abs(z))

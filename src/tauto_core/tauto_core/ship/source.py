@@ -6,10 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.samples import ImuSamples, State
+from tauto_core.samples import FloatArray, ImuSamples, PlanarImu, State
 from tauto_core.scene import Scene
-from tauto_core.ship.imu import imu_from_roll, imu_samples
+from tauto_core.ship.imu import imu_from_roll
+from tauto_core.ship.planar import message
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
+
+LARGEST = 1e150
+"""What is larger may overflow when it is squared."""
 
 KEPT_BYTES = 2**24
 """Twice what the arrays of a chunk take (`voyage.CHUNK`)."""
@@ -42,12 +46,11 @@ class ShipMotion:
         self.total = scene.samples + scene.samples_beyond_end
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
         self.warnings = channels.warnings
-        measured = channels.force_y is not None
-        turned = measured or scene.ship.height == 0.0
-        self._roll = _sampled(channels.roll, scene, (0, 1) if turned else (0, 1, 2))
-        self._heave = _sampled(channels.heave, scene, (2,))
-        self._force_y = _sampled(channels.force_y, scene, (0,))
-        self._force_z = _sampled(channels.force_z, scene, (0,))
+        self._roll = _sampled(channels.roll, scene)
+        self._heave = _sampled(channels.heave, scene)
+        self._force_y = _sampled(channels.force_y, scene)
+        self._force_z = _sampled(channels.force_z, scene)
+        self._is_planar = _stays_finite(channels.roll, channels.heave, scene)
 
     def produce(self, count: int) -> ImuSamples:
         """Return the next samples, at most `count`; an empty batch at the end.
@@ -55,6 +58,11 @@ class ShipMotion:
         Args:
             count: >= 0.
         """
+        imu = self.sense(count)
+        return message(imu) if isinstance(imu, PlanarImu) else imu
+
+    def sense(self, count: int) -> ImuSamples | PlanarImu:
+        """Return the same as `produce` for who need not have all of the message."""
         first = self._next
         last = min(first + count, self.total)
         self._next = last
@@ -64,7 +72,7 @@ class ShipMotion:
         """Return the roll of the first sample [rad]."""
         if self._roll is None:
             return 0.0
-        return float(self._roll.between(0, 1)[0][0])
+        return float(self._roll.between(0, 1, 0)[0][0])
 
     def state(self) -> State:
         """Return all that the next output depends on."""
@@ -74,22 +82,25 @@ class ShipMotion:
         """Go on from a state."""
         self._next = int(state['next'])
 
-    def _samples(self, first: int, last: int) -> ImuSamples:
+    def _samples(self, first: int, last: int) -> ImuSamples | PlanarImu:
         scene = self._scene
         begin, end = (self._starts_at_ns + self._step_ns * k for k in (first, last))
         stamps = np.arange(begin, end, self._step_ns, dtype=np.int64)
         if self._roll is None or first == last:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, zero + scene.gravity)
-        roll = self._roll.between(first, last)
+        roll, rate = self._roll.between(first, last, 0, 1)
         if self._force_y is not None and self._force_z is not None:
-            force_y, force_z = (f.between(first, last)[0] for f in (self._force_y, self._force_z))
-            return imu_from_roll(stamps, roll[0], roll[1], force_y, force_z)
-        heave = None if self._heave is None else self._heave.between(first, last)[0]
-        acceleration = roll[2] if len(roll) > 2 else None
-        return imu_samples(
-            stamps, roll[0], roll[1], acceleration, heave, scene.ship.height, scene.gravity
-        )
+            y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
+            return imu_from_roll(stamps, roll, rate, y, z)
+        turning, heave = self._roll if scene.ship.height else None, self._heave
+
+        def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
+            bend = None if turning is None else turning.between(first, last, 2)[0]
+            return bend, None if heave is None else heave.between(first, last, 2)[0]
+
+        imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.gravity)
+        return imu if self._is_planar else message(imu)
 
 
 def _keep_freed_memory() -> None:
@@ -108,7 +119,15 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
     return {f'{ship.reported_as}.{key}': value for key, value in ship.metadata(scene).items()}
 
 
-def _sampled(
-    harmonics: Harmonics | None, scene: Scene, orders: tuple[int, ...]
-) -> SampledHarmonics | None:
-    return None if harmonics is None else SampledHarmonics(harmonics, scene.step_ns, orders)
+def _stays_finite(roll: Harmonics | None, heave: Harmonics | None, scene: Scene) -> bool:
+    """Return whether no sample can be refused: nothing in it comes near what a float holds."""
+    if roll is None:
+        return True
+    angle, rate, bend = (roll.most(order) for order in range(3))
+    force = scene.gravity + (0.0 if heave is None else heave.most(2))
+    force += abs(scene.ship.height) * (bend + rate * rate)
+    return max(angle, rate, force) < LARGEST
+
+
+def _sampled(harmonics: Harmonics | None, scene: Scene) -> SampledHarmonics | None:
+    return None if harmonics is None else SampledHarmonics(harmonics, scene.step_ns)

@@ -144,15 +144,9 @@ def encode(
     """
     zero = splat(0.0)
     for i in range(len(orientation) // SIZE):
-        s, c = _half_angles(0.5 * _eight(angle, i))
-        turning = _eight(rate, i)
-        weight = splat(gravity)
-        if heave is not None:
-            weight = weight + _eight(heave, i)
-        y, z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
-        if acceleration is not None:
-            y = y - height * _eight(acceleration, i)
-            z = z - height * (turning * turning)
+        s, c = half_angles(0.5 * eight(angle, i))
+        turning = eight(rate, i)
+        y, z = specific_force(s, c, i, turning, acceleration, heave, height, gravity)
         store(orientation, 4 * i, _fours(s, c, 0))
         store(orientation, 4 * i + 1, _fours(s, c, 2))
         store(orientation, 4 * i + 2, _fours(s, c, 4))
@@ -162,7 +156,29 @@ def encode(
 
 
 @inlined
-def _eight(channel: FloatArray, i: int) -> Any:
+def specific_force(
+    s: Any,
+    c: Any,
+    i: int,
+    turning: Any,
+    acceleration: FloatArray | None,
+    heave: FloatArray | None,
+    height: float,
+    gravity: float,
+) -> tuple[Any, Any]:
+    """Return f'_y and f'_z of the eight samples from 8 i on, from half angles and roll rate."""
+    weight = splat(gravity)
+    if heave is not None:
+        weight = weight + eight(heave, i)
+    y, z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
+    if acceleration is not None:
+        y = y - height * eight(acceleration, i)
+        z = z - height * (turning * turning)
+    return y, z
+
+
+@inlined
+def eight(channel: FloatArray, i: int) -> Any:
     """Return the eight samples from 8 i on, zeros beyond the last."""
     begin, x = SIZE * i, splat(0.0)
     if begin + SIZE <= len(channel):
@@ -173,7 +189,7 @@ def _eight(channel: FloatArray, i: int) -> Any:
 
 
 @inlined
-def _half_angles(half: Any) -> Any:
+def half_angles(half: Any) -> Any:
     """Return sine and cosine of lanes of half the angle."""
     c, s = short_cosine_sine(half)
     if largest(half) > 0.25 * math.pi:

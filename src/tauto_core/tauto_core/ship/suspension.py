@@ -16,12 +16,13 @@ import numpy as np
 
 from tauto_core.motion.bearing import BearingMotion, CaseMotion, CaseSwing
 from tauto_core.motion.limits import beyond_small_angles, lifted_off
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, State
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer
 from tauto_core.ship.contact import Case, lost_at, pressing
 from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import attitude, imu_from_roll
+from tauto_core.ship.planar import message
 
 SMALL_ANGLE = 0.5
 """Largest tilt [rad] that the equations of small angles are taken for: sin differs by 4 %."""
@@ -43,9 +44,9 @@ class _BearingBuffer(MotionBuffer):
     def _channels(self) -> tuple[str, ...]:
         return ('sway', 'lift')
 
-    def _fill(self, imu: ImuSamples, new: dict[str, FloatArray]) -> None:
+    def _fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
         """Fill in ÿ and g + z̈: the specific force turned by the roll (theory E1)."""
-        read = attitude(imu)
+        read = attitude(message(imu) if isinstance(imu, PlanarImu) else imu)
         c, s = np.cos(read.roll), np.sin(read.roll)
         new['sway'][:] = read.force_y * c - read.force_z * s
         new['lift'][:] = read.force_y * s + read.force_z * c
@@ -110,7 +111,7 @@ class Suspension:
         """Samples of the ship that were left out because they crowd."""
         return self._buffer.crowded
 
-    def feed(self, imu: ImuSamples, origin_ns: int) -> ImuSamples | None:
+    def feed(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> ImuSamples | None:
         """Take screened samples; return those of the case that are known by now, if any.
 
         Raises:

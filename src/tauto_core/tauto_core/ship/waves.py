@@ -45,6 +45,11 @@ class Harmonics:
         """2 pi/T [rad/s], shape (n,)."""
         return 2.0 * np.pi / self.period
 
+    def most(self, order: int) -> float:
+        """Return a bound of the size of the sum's derivative of some order."""
+        size = float(np.sum(np.abs(self.amplitude) * self.angular_frequency**order))
+        return size + (0.0 if order else abs(self.mean))
+
 
 class SampledHarmonics:
     """Values and derivatives of harmonics at sample indices k, t = k step.
@@ -57,12 +62,10 @@ class SampledHarmonics:
     Args:
         harmonics: the sum.
         step_ns: time between samples [ns], > 0.
-        orders: of the derivatives to compute, rising: 0 (the value), 1, 2; with 0 or 2 among them.
     """
 
-    def __init__(self, harmonics: Harmonics, step_ns: int, orders: tuple[int, ...]) -> None:
+    def __init__(self, harmonics: Harmonics, step_ns: int) -> None:
         self._mean = harmonics.mean
-        self._orders = orders
         steps = [_steps_in_turns(step_ns, float(T)) for T in harmonics.period]
         phases = [_turns(float(eps)) for eps in harmonics.phase]
         # from the middle of a block, between two samples, to those after it
@@ -82,29 +85,28 @@ class SampledHarmonics:
             np.array(harmonics.angular_frequency),
             _table(np.asarray(angle, np.float64)),
         )
-        self._kept_from = 0
-        self._kept = [np.empty(0) for _ in orders]
+        self._kept: dict[tuple[int, ...], tuple[int, list[FloatArray]]] = {}
 
-    def between(self, first: int, last: int) -> list[FloatArray]:
+    def between(self, first: int, last: int, *orders: int) -> list[FloatArray]:
         """Return samples k = first ... last - 1 of each order asked for, shape (last - first,).
 
         Args:
             first: >= 0.
             last: > first.
+            orders: of the derivatives, rising: 0 (the value), 1, 2; with 0 or 2 among them.
         """
-        if self._kept_from <= first and last <= self._kept_from + len(self._kept[0]):
-            begin, blocks = self._kept_from, self._kept
-        else:
+        begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
+        if first < begin or last > begin + len(blocks[0]):
             begin, end = first // BLOCK * BLOCK, -(-last // BLOCK) * BLOCK
-            blocks = self._blocks(begin // BLOCK, end // BLOCK)
-            self._kept_from, self._kept = end - BLOCK, [x[-BLOCK:].copy() for x in blocks]
+            blocks = self._blocks(begin // BLOCK, end // BLOCK, orders)
+            self._kept[orders] = end - BLOCK, [x[-BLOCK:].copy() for x in blocks]
         return [x[first - begin : last - begin] for x in blocks]
 
-    def _blocks(self, first: int, last: int) -> list[FloatArray]:
+    def _blocks(self, first: int, last: int, orders: tuple[int, ...]) -> list[FloatArray]:
         from tauto_core.ship.source_kernels import sum_blocks  # only when needed
 
         outputs: list[FloatArray | None] = [None, None, None]
-        for order in self._orders:
+        for order in orders:
             outputs[order] = np.empty((last - first, BLOCK))
         sum_blocks(first, self._mean, *self._arguments, *outputs)
         return [out.reshape(-1) for out in outputs if out is not None]
