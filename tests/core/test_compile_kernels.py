@@ -15,7 +15,7 @@ scene, compiled = load_scene({scene!r}, duration=600.0), []
 with listening(lambda kernel, _left: compiled.append(kernel)):
     compile_kernels(scene)
     before = compiled.count(None)
-    sail(scene)
+    sail(scene, watch=lambda _: None)
 print(before, compiled.count(None))
 """
 

@@ -241,7 +241,7 @@ def sail(
 
 
 def compile_kernels(scene: Scene) -> None:
-    """Compile what a scene's ship and clock run, or see that it is compiled.
+    """Compile what a scene's ship and clock run with messages between them, or see that it is.
 
     The first seconds are sailed, and what they say is dropped. An error of theirs is left to the
     voyage, which says when it happens.
