@@ -123,21 +123,23 @@ class MotionBuffer:
 
     def add(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> None:
         """Take screened samples; times count from the origin."""
-        times = imu.stamp_ns - origin_ns
         if isinstance(imu, ImuSamples):
-            kept = self._spaced(times)
+            kept = self._spaced(imu.stamp_ns - origin_ns)
             if kept is not None:
                 self.crowded += len(kept) - int(np.count_nonzero(kept))
-                imu, times = take(imu, kept), times[kept]
-        if not len(times):
+                imu = take(imu, kept)
+        if not len(imu.stamp_ns):
             return
-        known, n = len(self._times), len(self._times) + len(times)
+        known, n = len(self._times), len(self._times) + len(imu.stamp_ns)
+        times = np.empty(n, np.int64)
+        times[:known] = self._times
+        np.subtract(imu.stamp_ns, origin_ns, out=times[known:])
         joined = {name: np.empty(n) for name in self._data}
         for name, values in self._data.items():
             joined[name][:known] = values
         if joined:
             self._fill(imu, {name: values[known:] for name, values in joined.items()})
-        self._times, self._data = np.concatenate([self._times, times]), joined
+        self._times, self._data = times, joined
 
     @property
     def has_samples(self) -> bool:

@@ -169,24 +169,32 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
 
 
 @entry
-def planar_roll(angle: FloatArray, roll: FloatArray) -> None:
+def planar_roll(
+    angle: FloatArray, turning: FloatArray, roll: FloatArray, rate: FloatArray | None
+) -> None:
     """Fill the roll as the quaternion of a ship that only rolls has it.
 
     Bits are those of `roll_of` on what `source_kernels.encode` writes.
 
     Args:
         angle: rho [rad], shape (n,).
+        turning: rho' [rad/s], shape (n,).
         roll: output, in [-pi, pi], shape (n,).
+        rate: output [rad/s], shape (n,), or None.
     """
     rows = len(angle) // SIZE
     for i in range(rows):
         s, c = half_angles(0.5 * load(angle, i))
-        # the sums with the quaternion's other terms, which are 0
+        # 0.0 is what the quaternion's and the angular velocity's other terms add
         _store_directions(2.0 * (c * s + 0.0), (c * c - s * s) + 0.0, i, roll)
+        if rate is not None:
+            store(rate, i, load(turning, i) + 0.0)
     s, c = half_angles(0.5 * eight(angle, rows))
     for r in range(len(angle) - SIZE * rows):
         x, w = lane(s, r), lane(c, r)
         roll[SIZE * rows + r] = _direction(2.0 * (w * x + 0.0), (w * w - x * x) + 0.0)
+        if rate is not None:
+            rate[SIZE * rows + r] = turning[SIZE * rows + r] + 0.0
 
 
 @entry

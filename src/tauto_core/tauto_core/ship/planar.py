@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from tauto_core.samples import FloatArray, ImuSamples, PlanarImu
 from tauto_core.ship.imu import imu_samples, plain
 
@@ -20,10 +18,7 @@ def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None
     """Fill in the roll as the quaternion would have it, and the roll rate."""
     from tauto_core.ship.kernels import planar_roll  # imports kernels
 
-    planar_roll(plain(imu.roll), roll)
-    if rate is not None:
-        # the IMU's other rates add 0.0
-        np.add(imu.roll_rate, 0.0, out=rate)
+    planar_roll(plain(imu.roll), plain(imu.roll_rate), roll, rate)
 
 
 def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None) -> None:
