@@ -15,9 +15,10 @@ The wheel (`forced_harmonic`) and the modes of a suspended case (`axle_modes`) a
 from __future__ import annotations
 
 from decimal import Decimal, localcontext
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry
 from tauto_core.motion.exact_turns import cosine_sine, turns_at
@@ -27,7 +28,15 @@ from tauto_core.motion.responses import Responses
 from tauto_core.samples import FloatArray, IntArray
 
 STATE = [('re', 'f8'), ('im', 'f8'), ('lost_re', 'f8'), ('lost_im', 'f8')]
-"""Fields of the running state: Y, and what rounding took from its sum (Kahan)."""
+
+
+class Swing(Protocol):
+    """The running state in kernels, a record: Y, and what rounding took from its sum (Kahan)."""
+
+    re: float
+    im: float
+    lost_re: float
+    lost_im: float
 
 
 class Oscillator(NamedTuple):
@@ -109,7 +118,7 @@ def oscillator(exact_omega: Decimal, delta: float = 0.0) -> Oscillator:
     return Oscillator(float(exact_omega), delta, turns, fine)
 
 
-def propagate(of: Oscillator, spans: Spans, state: Any) -> Path:
+def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
     """Return the motion over spans, and advance the state.
 
     Args:
@@ -124,7 +133,7 @@ def propagate(of: Oscillator, spans: Spans, state: Any) -> Path:
 
 
 @entry
-def _propagate(of: Oscillator, spans: Spans, state: Any, path: Path) -> None:
+def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
     """Fill in the path. Each span's b and frame by itself, then one addition after the other."""
     _fill_frames(of, spans.begin_ns, spans.end_ns, path.frame)
     for k in range(len(spans.end_ns)):
@@ -161,7 +170,7 @@ def applied(spans: Spans, place: int, k: int) -> Any:
 
 
 @compiled
-def _add(spans: Spans, state: Any, path: Path) -> None:
+def _add(spans: Spans, state: Swing, path: Path) -> None:
     """Fill in Y; the sum is compensated (Kahan)."""
     y, frame, decay = path.y, path.frame, spans.responses.decay
     re, im, lost_re, lost_im = state.re, state.im, state.lost_re, state.lost_im

@@ -9,17 +9,38 @@ An angle of exactly zero counts as positive.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol, TypeAlias
 
+import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.lanes import SIZE, lane, larger, largest, load, splat
-from tauto_core.motion.linear import STATE, Given, Oscillator, Path, Spans, applied, turned_back
-from tauto_core.samples import IntArray
+from tauto_core.motion.linear import (
+    STATE,
+    Given,
+    Oscillator,
+    Path,
+    Spans,
+    Swing,
+    applied,
+    turned_back,
+)
+from tauto_core.samples import FloatArray, IntArray
 
 WHEEL = [*STATE, ('angle', 'f8'), ('rate', 'f8'), ('turns', 'i8'), ('beats', 'i8')]
-"""Fields of the running state: `linear.STATE`, θ, θ̇, upward passages and passages of zero."""
+
+
+class Wheel(Swing, Protocol):
+    """The running state, a record: Y, θ, θ̇, and how often zero was passed upwards, and at all."""
+
+    angle: float
+    rate: float
+    turns: int
+    beats: int
+
+
+Pair: TypeAlias = tuple[float, float]
 
 OK, EDGE = 0, 1
 
@@ -60,7 +81,7 @@ class Place(NamedTuple):
 
 @entry
 def count_passages(
-    well: Well, spans: Spans, path: Path, logged: NDArray[Any], wheel: Any, counts: IntArray
+    well: Well, spans: Spans, path: Path, logged: NDArray[np.bool_], wheel: Wheel, counts: IntArray
 ) -> tuple[int, int, float]:
     """Count what is passed over spans; set θ, θ̇ and the counters to those at the end.
 
@@ -102,12 +123,12 @@ def count_passages(
 
 
 @compiled
-def _square(y: Any, k: int) -> float:
+def _square(y: FloatArray, k: int) -> float:
     return y[0, k] * y[0, k] + y[1, k] * y[1, k]
 
 
 @compiled
-def _placed(of: Oscillator, y: Any, frame: Any, line: Any) -> Place:
+def _placed(of: Oscillator, y: Pair, frame: Pair, line: Pair) -> Place:
     """Return θ and θ̇ from Y, its frame, and u and u̇."""
     psi = (frame[0] * y[1] + frame[1] * y[0]) / of.omega
     rate = frame[0] * y[0] - frame[1] * y[1] - of.delta * psi - line[1]
@@ -184,7 +205,7 @@ def _reach(omega0: float, spans: Spans, k: int) -> float:
 
 @compiled
 def _wind(
-    well: Well, spans: Spans, first: int, last: int, before: Place, after: Place, wheel: Any
+    well: Well, spans: Spans, first: int, last: int, before: Place, after: Place, wheel: Wheel
 ) -> None:
     """Count what calm spans have passed.
 
@@ -201,7 +222,7 @@ def _wind(
 
 @compiled
 def _follow(
-    well: Well, spans: Spans, path: Path, k: int, before: Place, after: Place, wheel: Any
+    well: Well, spans: Spans, path: Path, k: int, before: Place, after: Place, wheel: Wheel
 ) -> float:
     """Count what a span passes part by part; return its fraction at the cam's edge, or 2."""
     of, shape, (y, frame, _) = well.of, spans.shape[k], path
@@ -231,7 +252,7 @@ def _follow(
 
 
 @compiled
-def _cross(well: Well, step: float, then: Place, now: Place, wheel: Any) -> None:
+def _cross(well: Well, step: float, then: Place, now: Place, wheel: Wheel) -> None:
     """Count what θ passes in a part; a wheel that rests at zero leaves it uncounted."""
     below, after = then.angle < 0.0, now.angle < 0.0
     if below != after:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -86,7 +87,7 @@ def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]
 
 
 def responses(
-    law: Law, shapes: tuple[Shape, ...], nodes: tuple[float, ...], width: int
+    law: Law, shapes: Sequence[Shape], nodes: tuple[float, ...], width: int
 ) -> Responses:
     """Return what spans of some shapes have in common.
 
@@ -96,14 +97,6 @@ def responses(
         nodes: x of the samples of a window.
         width: w, how many numbers give u: twice the nodes, or coefficients; 0: u = 0.
     """
-    # a table of many shapes is large, and seldom wanted again
-    make = _responses if len(shapes) > 1 else _kept_responses
-    return make(law, shapes, nodes, width)
-
-
-def _responses(
-    law: Law, shapes: tuple[Shape, ...], nodes: tuple[float, ...], width: int
-) -> Responses:
     found = [_rows(law, each, nodes if each.sampled else None, width) for each in shapes]
     parts = np.array([len(each) - 1 for each in found])
     time_s = np.array([each.time_s for each in shapes])
@@ -115,9 +108,6 @@ def _responses(
         decay=np.exp(-law.delta * time_s),
         per_slope=np.array([1.0 if each.sampled else 1.0 / each.length_s for each in shapes]),
     )
-
-
-_kept_responses = lru_cache(maxsize=8)(_responses)
 
 
 @lru_cache(maxsize=1024)
