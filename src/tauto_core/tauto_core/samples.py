@@ -1,5 +1,7 @@
 """Samples: what flows between the stages, field for field what the messages carry.
 
+`PlanarImu` alone is no message: it stands for an `ImuSamples` where nobody wants that.
+
 A batch holds n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
 nanoseconds, strictly increasing within a topic. Angles are radians, lengths metres, except where
 the ROS message itself says otherwise (`NavSatFix` latitude and longitude are degrees).

@@ -24,7 +24,7 @@ from tauto_core.motion.linear import Given, Path, Spans, oscillator, propagate
 from tauto_core.motion.linear_passages import OK, WHEEL, Well, count_passages
 from tauto_core.motion.phase import DIGITS, phase_rate, within_turn
 from tauto_core.motion.responses import Law, Shape, responses, sorted_out
-from tauto_core.samples import FloatArray, State
+from tauto_core.samples import FloatArray, IntArray, State
 
 NAME = 'forced_harmonic'
 
@@ -92,15 +92,14 @@ class ForcedHarmonic:
     def _spans(self, forcing: Forcing) -> Spans:
         window, neutral = forcing.window, forcing.neutral
         sampled = np.zeros(len(forcing.end), np.bool_) if window is None else window.first >= 0
-        columns = forcing.length_s, forcing.begin, forcing.end, sampled
-        shape, kinds = sorted_out(*columns)
+        shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
         nodes = () if window is None else window.nodes
         width = 2 * len(nodes) if window else 0 if neutral is None else neutral.shape[1]
-        shapes = tuple(Shape(long, x0, x1, bool(y)) for long, x0, x1, y in kinds)
+        shapes = [Shape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
         made = responses(self._law, shapes, nodes, width)
         return Spans(self._time_ns, forcing.end_ns, shape, made, _given(forcing))
 
-    def _swing(self, path: Path, which: np.ndarray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _swing(self, path: Path, which: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return θ, θ̇ and the case's α̈_c at the ends of some spans."""
         of, (re, im), line = self._well.of, path.z(which), path.span[which, 2:5]
         psi = im / of.omega
@@ -111,7 +110,7 @@ class ForcedHarmonic:
         angle: FloatArray,
         rate: FloatArray,
         tilt_acceleration: FloatArray,
-        counts: np.ndarray,
+        counts: IntArray,
     ) -> Motion:
         """Return the motion from θ, θ̇, α̈_c, turns and beats."""
         machine, delta = self._machine, self._well.of.delta
