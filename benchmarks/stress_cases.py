@@ -162,7 +162,7 @@ def states(engine: Collocation, step_s: float, logs: int, every: int) -> FloatAr
     found = np.empty((logs, 4))
     for k in range(logs):
         engine.advance(spans)
-        found[k] = engine._floats[:4]
+        found[k] = engine._state['planes']
     wide = found.astype(np.longdouble)
     omega = np.longdouble(engine._omega)
     return np.stack([wide[:, 0] + wide[:, 1], omega * (wide[:, 2] + wide[:, 3])], axis=1)

@@ -21,7 +21,7 @@ from stress_cases import (
 )
 
 from tauto_core.machines import Machine
-from tauto_core.motion import events, layout
+from tauto_core.motion import layout
 from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.step_size import TOLERANCE
@@ -35,7 +35,8 @@ CRITICAL = 2.0 * INERTIA * OMEGA
 
 
 def _state(engine: Collocation) -> FloatArray:
-    return engine._floats[[0, 2]] + engine._floats[[1, 3]]
+    planes = engine._state['planes']
+    return planes[[0, 2]] + planes[[1, 3]]
 
 
 KINKED_REVERSAL = 3e-11
@@ -51,12 +52,12 @@ def reversal(swings: int = 1000) -> list[Row]:
         engine = Collocation(machine)
         step = engine.longest_step_s
         # the method is symmetric, the choice of smaller steps is not
-        engine._tolerance = math.inf
+        engine._tolerance = engine._tolerance._replace(step=math.inf)
         spans = land(step, round(swings * machine.period(1.0) / step), 1)
         engine.release(spans)
         start = _state(engine)
         engine.advance(spans)
-        engine._floats[2:4] *= -1.0
+        engine._state['planes'][2:] *= -1.0
         engine.advance(spans)
         away = float(np.max(np.abs(_state(engine) - start * [1.0, -1.0])))
         rows.append(
@@ -97,7 +98,7 @@ def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float
         float(found.angle[0] - exact.angle[0]),
         float(found.rate[0] - exact.rate[0]) / machine.frequency,
     )
-    steps = count << int(engine._ints[events.LEVEL])
+    steps = count << int(engine._state['level'])
     return away / abs(machine.release_angle), steps, _laid_out(machine, engine, steps)
 
 
@@ -136,7 +137,7 @@ def _late(machine: Machine, swings: int = SWINGS) -> tuple[float, float]:
     rate = float(engine.advance(spans).rate[0])
     torque = machine.pull(machine.cam.lift(amplitude)) * machine.cam.lever_arm(amplitude)
     late = abs(rate / float(torque / machine.mass(amplitude))) / (swings * period)
-    steps = count << int(engine._ints[events.LEVEL])
+    steps = count << int(engine._state['level'])
     return late, steps * TOLERANCE / (swings * math.tau)
 
 
@@ -217,7 +218,7 @@ def drag() -> list[Row]:
                 Row('beats of an overdamped wheel', setting, float(found.beats[-1]), 0.0, 0.0)
             )
         if ratio >= 1e2:
-            solved = float(engine._ints[events.NEWTON])
+            solved = float(engine._state['newton'])
             rows.append(Row("steps by Newton's method", setting, solved, math.inf, 1.0))
     return rows + _standing()
 

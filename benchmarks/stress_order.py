@@ -118,7 +118,8 @@ def _order(method: Method) -> list[Row]:
     machine = machine_of({**WELLS['spring'], 'release_angle': 1.3})
     engine = Collocation(machine)
     engine._memory = make_memory(1, ROWS, method.stages)
-    engine._tolerance, engine.longest_step_s = math.inf, math.inf
+    engine._tolerance = engine._tolerance._replace(step=math.inf)
+    engine.longest_step_s = math.inf
     with mp.workdps(method.digits):
         step = SpringStep(machine, engine._omega, method.stages)
         start = mp.mpf(1.3) * mp.cos(PHASE), -mp.mpf(1.3) * mp.sin(PHASE)
@@ -148,8 +149,8 @@ def _engine_away(engine: Collocation, step: SpringStep, angle: float) -> float:
     spans = land(h, 1)
     engine.release(spans)
     start = [mp.mpf(0.9), mp.mpf(-0.6)]
-    engine._floats[:4] = float(start[0]), 0.0, float(start[1]), 0.0
+    engine._state['planes'] = float(start[0]), 0.0, float(start[1]), 0.0
     engine.advance(spans)
     x, y = step(start[0], start[1], mp.mpf(h))
-    f = [mp.mpf(float(value)) for value in engine._floats[:4]]
+    f = [mp.mpf(float(value)) for value in engine._state['planes']]
     return float(mp.hypot(f[0] + f[1] - x, f[2] + f[3] - y) / mp.hypot(*start))

@@ -346,6 +346,27 @@ def test_records_are_read_and_written_by_their_fields():
     assert states[0].tolist() == (1.0, 2)
 
 
+def test_a_record_of_its_own_has_fields_of_one_number_and_of_several():
+    def moved(state: Any) -> Any:
+        places = state.places
+        places[1] += state.speed
+        state.places[2] = places[0]
+        state.late = state.places[1] > 2.0
+        return state.places[1]
+
+    kind = np.dtype([('late', '?'), ('places', 'f8', (3,)), ('speed', 'f8')], align=True)
+    state = np.array((False, (1.0, 2.0, 3.0), 0.5), kind)
+    assert entry(moved)(state) == 2.5
+    assert state['places'].tolist() == [1.0, 2.5, 1.0]
+    assert state['late']
+    with pytest.raises(KernelError, match='only its fields and their items'):
+        entry(replaces_a_field)(state)
+
+
+def replaces_a_field(state: Any) -> None:
+    state.places = 1.0
+
+
 def test_division_by_zero_is_as_in_numpy():
     def divided(a: float, i: int, j: int) -> Any:
         return a / j, i / j, i // j, i % j

@@ -142,12 +142,12 @@ def test_the_swinging_thread_is_that_of_forty_digits():
     engine.release(spans)
     state, system = engine.state(), engine._model.system
     for place, back in ((0, system.to_first), (4, system.to_second)):
-        state['floats'][place] = back[0] * p['theta0'] + back[1] * p['delta0']
+        state['planes'][place] = back[0] * p['theta0'] + back[1] * p['delta0']
     engine.restore(state)
     found = engine.advance(spans)
-    floats, omega = engine.state()['floats'], engine._model.omega
-    delta = system.thread[0] * floats[0] + system.thread[1] * floats[4]
-    rates = omega[0] * floats[2], omega[1] * floats[6]
+    planes, omega = engine.state()['planes'], engine._model.omega
+    delta = system.thread[0] * planes[0] + system.thread[1] * planes[4]
+    rates = omega[0] * planes[2], omega[1] * planes[6]
     values = {
         'theta': found.angle[0],
         'delta': delta,
@@ -196,8 +196,8 @@ def test_energy_is_kept_on_land(trochlea):
     spans = on_land(25_000, 0.2, every=5_000)
 
     def energy():
-        system, omega, floats = engine._model.system, engine._model.omega, engine.state()['floats']
-        places, rates = floats[[0, 4]], np.array(omega) * floats[[2, 6]]
+        system, omega, planes = engine._model.system, engine._model.omega, engine.state()['planes']
+        places, rates = planes[[0, 4]], np.array(omega) * planes[[2, 6]]
         state = [
             np.dot(row, each) for each in (places, rates) for row in (system.wheel, system.thread)
         ]

@@ -298,7 +298,8 @@ def state_after(machine, engine, span_s, level):
     )
     engine.release(spans)
     # whatever the error
-    engine._tolerance, engine.longest_step_s = math.inf, span_s / 2**level
+    engine._tolerance = engine._tolerance._replace(step=math.inf)
+    engine.longest_step_s = span_s / 2**level
     end = engine.advance(spans)
     return np.array([end.angle[0], end.rate[0] / machine.frequency])
 

@@ -11,7 +11,7 @@ import pytest
 from motion_cases import at_rest_at_sea, scene_of
 
 from tauto_core.machines import compile_machine
-from tauto_core.motion import Forcing, events
+from tauto_core.motion import Forcing
 from tauto_core.motion.arc_length import arc_shape
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.rotation import MAX_ANGLE
@@ -102,9 +102,10 @@ def span(length_s):
 def stepped(engine, state, length_s, level):
     """X and Y after 2^level equal steps from a state, whatever their error."""
     engine.restore(state)
-    engine._tolerance, engine.longest_step_s = math.inf, length_s / 2**level
+    engine._tolerance = engine._tolerance._replace(step=math.inf)
+    engine.longest_step_s = length_s / 2**level
     engine.advance(at_rest_at_sea(span(length_s), engine._machine))
-    return engine.state()['floats'][[events.STATE, events.STATE + 2]]
+    return engine.state()['planes'][[0, 2]]
 
 
 @pytest.mark.parametrize('name', MACHINES)
@@ -118,7 +119,7 @@ def test_a_longest_step_errs_by_less_than_its_tolerance_at_every_phase(name):
     machine = machine_of(name)
     engine = Collocation(machine)
     engine.release(at_rest_at_sea(span(1.0), machine))
-    size = abs(engine.state()['floats'][events.STATE])
+    size = abs(engine.state()['planes'][0])
     period, states = machine.period(machine.release_angle), []
     for _ in range(24):
         stepped(engine, engine.state(), period / 24, 4)

@@ -20,6 +20,7 @@ from tauto_core.motion import Forcing, axle_swing, make_collocation
 from tauto_core.motion.axle_modes import AxleModes
 from tauto_core.motion.axle_swing import AxleSwing
 from tauto_core.motion.bearing import BearingMotion
+from tauto_core.motion.turning import SETTLED
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
 
@@ -188,11 +189,7 @@ class Reversible:
 
 
 def vectors(engine: Any) -> np.ndarray:
-    return engine._state if isinstance(engine, AxleSwing) else engine._floats[: _size(engine)]
-
-
-def _size(engine: Any) -> int:
-    return 4 * (len(engine._memory.end) // 4)
+    return engine._state if isinstance(engine, AxleSwing) else engine._state['planes']
 
 
 def conservative(name: str) -> Reversible:
@@ -237,7 +234,8 @@ def swung(name: str, angle: float, count: int, monkeypatch: Any) -> np.ndarray:
         trochlea = HEAVY if name == 'heavy wheel' else TROCHLEAS[name]
         moved = compile_machine(scene_of(trochlea=trochlea))
         engine: Any = make_collocation(moved, 1.0)
-        engine._settled, engine.longest_step_s = 2.0**-55, math.inf
+        engine._tolerance = engine._tolerance._replace(settled=SETTLED)
+        engine.longest_step_s = math.inf
         engine.release(on_land(1, 0.1))
         swing = Reversible(engine, moved.frequency)
         # away from the release, about which the error would be symmetric

@@ -36,6 +36,9 @@ from tauto_core.kernels.values import (
     pointer_to,
 )
 
+FIELD_ROW = 8
+"""Numbers in a row of lanes behind a field that holds several, as of any array."""
+
 
 class BeginAnewError(Exception):
     """A variable of a loop is of another kind at its end than at its beginning: begin anew."""
@@ -222,9 +225,11 @@ class Emission:
     # memory
 
     def load(self, address: ir.Value, kind: Any) -> Any:
-        """Return what an address holds."""
+        """Return what an address holds; of a field with several numbers, where they are."""
         if isinstance(kind, Fields):
             return Record(kind, address)
+        if isinstance(kind, Pointer):
+            return Value(kind, address)
         found = self.b.load(address)
         if kind is BOOL:
             found = self.b.icmp_unsigned('!=', found, ir.Constant(BYTE, 0))
@@ -232,8 +237,8 @@ class Emission:
 
     def save(self, address: ir.Value, kind: Any, x: Any) -> None:
         """Write a number where it is kept."""
-        if isinstance(kind, Fields):
-            raise KernelError('a whole record cannot be set, only its fields')
+        if isinstance(kind, Fields | Pointer):
+            raise KernelError('a whole record cannot be set, only its fields and their items')
         value = self.convert(x, kind).ir
         self.b.store(self.b.zext(value, BYTE) if kind is BOOL else value, address)
 
@@ -243,9 +248,10 @@ class Emission:
         if name not in fields:
             raise KernelError(f'the record has no field {name}; it has {", ".join(fields)}')
         dtype, offset = fields[name][:2]
-        kind = element(dtype)
+        kind = element(dtype.base)
         place = self.b.gep(record.data, [ir.Constant(WORD, offset)])
-        return self.b.bitcast(place, kind.stored.as_pointer()), kind
+        address = self.b.bitcast(place, kind.stored.as_pointer())
+        return address, kind if dtype.subdtype is None else pointer_to(kind, FIELD_ROW)
 
     # ways that meet
 

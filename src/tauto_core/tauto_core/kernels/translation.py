@@ -359,7 +359,10 @@ class Frame:
         raise KernelError(f'{name} is not set')
 
     def on_Tuple(self, e: Any) -> Any:
-        items = [self.eval(each) for each in e.elts]
+        items: list[Any] = []
+        for each in e.elts:
+            starred = isinstance(each, ast.Starred)
+            items += self.eval(each.value) if starred else [self.eval(each)]
         return tuple(items) if all(is_static(x) for x in items) else Group(items)
 
     def on_Attribute(self, e: Any) -> Any:

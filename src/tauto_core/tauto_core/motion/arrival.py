@@ -1,122 +1,103 @@
-"""Steps of the trochlea to an event, from the nearer end of the step that it lies in.
-
-`system` is the trochlea as `turning` takes it; `well`, `mode`, `place`, `limits` and `floats` are
-those of events.
-"""
+"""Steps to an event, from the nearer end of the step that it lies in."""
 
 from __future__ import annotations
 
-from typing import Any
-
-from tauto_core.kernels import compiled
-from tauto_core.motion.events import (
-    feels_case,
-    feels_drag,
-    slope,
-    value_of_state,
-)
-from tauto_core.motion.outside import (
-    forcing_at,
-    forcing_at_nodes,
-)
+from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.events import event_slope, event_value
+from tauto_core.motion.outside import Place, outside_at
+from tauto_core.motion.system import Mode, Omega, Plane, Run, planes_of
 from tauto_core.motion.turning import (
     PART_STEP,
     collocate,
     copy_state,
     finish,
 )
-from tauto_core.motion.wells import (
-    acceleration,
-    drift,
-)
+from tauto_core.samples import FloatArray
+
+MOST_HOPS, MOST_CARRIES = 4, 8
+
+
+@inlined
+def _moved(
+    end: FloatArray, omega: Omega, drift: tuple[Plane, ...], time: float
+) -> tuple[Plane, ...]:
+    """Return X and Y of each plane a little later, at their present rates."""
+    found: tuple[Plane, ...] = ()
+    for p in range(len(omega)):
+        x, y = end[4 * p] + time * drift[p].x, end[4 * p + 2] + time * drift[p].y / omega[p]
+        found = (*found, Plane(x, y))
+    return found
 
 
 @compiled
-def _carry(
-    kind: int,
-    xi: float,
-    limits: Any,
-    tolerance: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    place: Any,
-    end: Any,
-    work: Any,
-) -> tuple[float, float]:
-    """Carry a state that is near an event to it; return where it is, and where the event is.
+def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[float, float]:
+    """Carry `memory.end`, which is near an event, to it; return where it is, and the event.
 
     Both as fractions of the step. The midpoint rule errs by the cube of what it spans, and tells
     how the slope changes on the way; a wheel that has just been released may lie so near its
     event that this takes repetition.
     """
-    length, terms, x0, hx = place
-    whole = hx * length
-    for _ in range(8):
-        at = forcing_at(terms, x0 + xi * hx, work)
-        state = acceleration(well, mode, end[0], omega[0] * end[2], at)
-        value, fall = value_of_state(kind, limits, mode, state), slope(kind, mode, state, at)
+    system, omega, end, work = run.system, run.omega, run.memory.end, run.memory.work
+    length = place.size * place.length
+    for _ in range(MOST_CARRIES):
+        at = outside_at(place.terms, place.begin + xi * place.size, work)
+        now = system.instant(mode, omega, planes_of(omega, end), at)
+        value, fall = event_value(kind, system, mode, now), event_slope(kind, mode, now)
         if not fall < 0.0:
             return xi, xi
         late = -value / fall
-        reached = xi + late / whole
+        reached = xi + late / length
         if not 0.0 < reached <= 1.0:
             return xi, xi
-        if not omega[0] * abs(late) < tolerance[3]:
+        if not omega[0] * abs(late) < run.tolerance.near:
             return xi, reached
-        along, more = drift(well, mode, state, at)
-        x, w = end[0] + 0.5 * late * along, omega[0] * end[2] + 0.5 * late * more
-        at = forcing_at(terms, x0 + 0.5 * (xi + reached) * hx, work)
-        state = acceleration(well, mode, x, w, at)
-        along, more = drift(well, mode, state, at)
-        mean = slope(kind, mode, state, at)
+        halfway = _moved(end, omega, system.drift(mode, omega, at, now), 0.5 * late)
+        at = outside_at(place.terms, place.begin + 0.5 * (xi + reached) * place.size, work)
+        now = system.instant(mode, omega, halfway, at)
+        mean = event_slope(kind, mode, now)
         late *= fall / mean if mean < 0.0 else 1.0
-        end[0] += late * along
-        end[2] += late * more / omega[0]
-        xi += late / whole
+        there = _moved(end, omega, system.drift(mode, omega, at, now), late)
+        for p in range(len(omega)):
+            end[4 * p], end[4 * p + 2] = there[p].x, there[p].y
+        xi += late / length
         change = mean / fall - 1.0
-        if omega[0] * abs(late) * change * change <= tolerance[2]:
+        if omega[0] * abs(late) * change * change <= run.tolerance.settled:
             break
     return xi, xi
 
 
 @compiled
-def step_to_event(
-    kind: int,
-    xi: float,
-    limits: Any,
-    tolerance: Any,
-    system: Any,
-    mode: Any,
-    omega: Any,
-    place: Any,
-    floats: Any,
-    memory: Any,
-) -> float:
+def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> float:
     """Step to an event from the nearer end of the step; return the fraction where it is.
 
     From the beginning where nothing drags or pushes: forth and back again is not symmetric in
     time, and what it errs in the energy of a lasting swing would add up.
+
+    Args:
+        kind: of the event.
+        xi: about where it is, as a fraction of the step.
+        run: the run; `memory.end` is the state at the end of the step, then at the event.
+        mode: of the step.
+        place: of the step.
     """
-    machine, lever, shape, felt = system
-    length, terms, x0, hx = place
-    work, end = memory.work, memory.end
-    well = machine, lever, shape
-    part = PART_STEP
+    system, omega, memory = run.system, run.omega, run.memory
+    planes, end = len(omega), memory.end
     there = 1.0
-    if xi <= 0.5 or not feels_case(machine):
-        copy_state(1, floats, end)
+    if xi <= 0.5 or not system.feels_tilt:
+        copy_state(planes, run.state.planes, end)
         there = 0.0
-    for _ in range(4):
+    for _ in range(MOST_HOPS):
         if xi <= 0.0:
-            copy_state(1, floats, end)
+            copy_state(planes, run.state.planes, end)
             return 0.0
-        hop = length, terms, x0 + there * hx, (xi - there) * hx
-        forcing_at_nodes(felt, feels_drag(machine), hop, work)
-        h = hop[3] * length
-        collocate(system, mode, omega, h, part, tolerance[2], end, memory)
-        finish(omega, h, part, end, memory)
-        there, xi = _carry(kind, xi, limits, tolerance, well, mode, omega, place, end, work)
+        hop = Place(
+            place.length, place.terms, place.begin + there * place.size, (xi - there) * place.size
+        )
+        system.at_nodes(hop, memory.work)
+        h = hop.size * hop.length
+        collocate(system, mode, omega, h, PART_STEP, run.tolerance.settled, end, memory)
+        finish(omega, h, PART_STEP, end, memory)
+        there, xi = _carry(kind, xi, run, mode, place)
         if there == xi:
             break
     return there

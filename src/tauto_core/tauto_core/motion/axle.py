@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from tauto_core.kernels import compiled, entry, inlined, overload
+from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion import turning
 from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, store, width
 from tauto_core.motion.rotation import sine_versine
@@ -56,6 +56,29 @@ class SuspendedCase(NamedTuple):
     tilt: float
     tilt_prime: float
 
+    @inlined
+    def disturb(self, mode: Any, omega: Any, work: Any) -> None:
+        """Fill what disturbs the planes, contact force and angles."""
+        e, c, k, tilt, tilt_prime = self
+        q, other = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
+        rate, other_rate = load(work, row(Y, PLANES, 0)), load(work, row(Y, PLANES, 1))
+        theta, phi = _angles(self, q, other)
+        rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
+        sway, lift = load(work, OUTSIDE_ROW + SWAY), load(work, OUTSIDE_ROW + LIFT)
+        contact, sine, cosine, across, along = _pressed(self, theta, phi, rates, sway, lift)
+        bend = contact * across * (-c / (k * k))
+        turned = c * (across * (rates[1] * rates[1]) - along * bend) - lift * sine - sway * cosine
+        turned = turned * (1.0 / e)
+        per = 1.0 / (c * (tilt - tilt_prime))
+        first, second = per * (c * bend - tilt_prime * turned), per * (tilt * turned - c * bend)
+        store(work, row(D1, PLANES, 0), filled(work, 0.0))
+        store(work, row(D1, PLANES, 1), filled(work, 0.0))
+        store(work, row(D2, PLANES, 0), fma(q, omega[0], first * (1.0 / omega[0])))
+        store(work, row(D2, PLANES, 1), fma(other, omega[1], second * (1.0 / omega[1])))
+        store(work, OUTSIDE_ROW + CONTACT, contact)
+        store(work, OUTSIDE_ROW + THETA, theta)
+        store(work, OUTSIDE_ROW + DELTA, phi - theta)
+
 
 @inlined
 def _angles(system: Any, q: Any, other: Any) -> Any:
@@ -74,35 +97,6 @@ def _pressed(system: Any, theta: Any, phi: Any, rates: Any, sway: Any, lift: Any
     pressed = lift * cosine - sway * sine
     pressed = pressed + (e * (rates[0] * rates[0]) + (c * along) * (rates[1] * rates[1]))
     return pressed / (1.0 + wide * wide), sine, cosine, across, along
-
-
-@overload(turning.disturb)
-def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if getattr(system, 'instance_class', None) is not SuspendedCase:
-        return None
-    return _disturbed
-
-
-def _disturbed(system: Any, mode: Any, omega: Any, work: Any) -> None:
-    e, c, k, tilt, tilt_prime = system
-    q, other = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
-    rate, other_rate = load(work, row(Y, PLANES, 0)), load(work, row(Y, PLANES, 1))
-    theta, phi = _angles(system, q, other)
-    rates = _angles(system, omega[0] * rate, omega[1] * other_rate)
-    sway, lift = load(work, OUTSIDE_ROW + SWAY), load(work, OUTSIDE_ROW + LIFT)
-    contact, sine, cosine, across, along = _pressed(system, theta, phi, rates, sway, lift)
-    bend = contact * across * (-c / (k * k))
-    turned = c * (across * (rates[1] * rates[1]) - along * bend) - lift * sine - sway * cosine
-    turned = turned * (1.0 / e)
-    per = 1.0 / (c * (tilt - tilt_prime))
-    first, second = per * (c * bend - tilt_prime * turned), per * (tilt * turned - c * bend)
-    store(work, row(D1, PLANES, 0), filled(work, 0.0))
-    store(work, row(D1, PLANES, 1), filled(work, 0.0))
-    store(work, row(D2, PLANES, 0), fma(q, omega[0], first * (1.0 / omega[0])))
-    store(work, row(D2, PLANES, 1), fma(other, omega[1], second * (1.0 / omega[1])))
-    store(work, OUTSIDE_ROW + CONTACT, contact)
-    store(work, OUTSIDE_ROW + THETA, theta)
-    store(work, OUTSIDE_ROW + DELTA, phi - theta)
 
 
 @inlined

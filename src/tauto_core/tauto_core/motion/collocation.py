@@ -11,15 +11,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.machines import Machine
-from tauto_core.motion import events, stepping
+from tauto_core.motion import stepping
 from tauto_core.motion.arc_length import arc_shape
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.layout import SPARE
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
-from tauto_core.motion.outside import ROWS
+from tauto_core.motion.outside import ROWS, Felt
 from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.step_size import (
     TOLERANCE,
@@ -30,8 +31,11 @@ from tauto_core.motion.step_size import (
     settled_at,
     stages_of,
 )
+from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
 from tauto_core.motion.turning import TERMS, make_memory
-from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.motion.wells import Impulse, Terms
+from tauto_core.motion.wheel_plane import Wheel
+from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
 
 NAME = 'collocation'
@@ -54,17 +58,21 @@ class Collocation:
         stages = stages_of(machine, self._shape)
         self.order = 2 * stages
         self._factor = error_factor(machine, self._shape)
-        self._tolerance = TOLERANCE if tolerance is None else tolerance
-        self._settled = settled_at(self._tolerance)
-        self._near = carried_within(self._tolerance)
+        tolerance = TOLERANCE if tolerance is None else tolerance
         # steps double below this: the error of smooth ones grows by 2^2S, else by 2^8
-        self._coarsen = self._tolerance * 2.0 ** -((self.order if self._factor else 8) + 1)
-        self._floats = np.zeros(events.FLOATS)
-        self._ints = np.zeros(events.INTS, np.int64)
+        coarsen = 2.0 ** -((self.order if self._factor else 8) + 1)
+        self._tolerance = Tolerance(
+            tolerance,
+            self._factor,
+            settled_at(tolerance),
+            carried_within(tolerance),
+            tolerance * coarsen,
+        )
+        self._state = np.zeros((), state_type(1))
         self._memory = make_memory(1, ROWS, stages)
         self._start_angle = 0.0
         self.longest_step_s = longest_step(
-            machine, self._shape, self._omega, factor=self._factor, tolerance=self._tolerance
+            machine, self._shape, self._omega, factor=self._factor, tolerance=tolerance
         )
 
     def steps_in(self, length_s: float) -> int:
@@ -73,32 +81,38 @@ class Collocation:
             return 1
         return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 
-    def _terms(self, moving_gravity: bool) -> tuple[object, ...]:
+    def _system(self, forcing: Forcing) -> Wheel:
         """Return the machine's numbers per inertia, absent ones as None."""
         machine = self._machine
         inertia = machine.inertia
         force, weight = machine.force, machine.pulling_mass
-        if not moving_gravity:
+        if forcing.gravity is None:
             force, weight = force + weight * machine.gravity, 0.0
         drag, escapement = machine.drag, machine.escapement
-        return (
-            _or_none(machine.carried_mass, inertia),
-            _or_none(force, inertia),
-            _or_none(machine.stiffness, inertia),
-            _or_none(weight, inertia),
-            _or_none(drag.viscous, inertia) if drag else None,
-            _or_none(drag.quadratic, inertia) if drag else None,
-            _or_none(drag.coulomb, inertia) if drag else None,
-            (2.0 * escapement.energy / inertia, escapement.angle, escapement.ebb)
+        terms = Terms(
+            carried=_or_none(machine.carried_mass, inertia),
+            force=_or_none(force, inertia),
+            stiffness=_or_none(machine.stiffness, inertia),
+            weight=_or_none(weight, inertia),
+            viscous=_or_none(drag.viscous, inertia) if drag else None,
+            quadratic=_or_none(drag.quadratic, inertia) if drag else None,
+            coulomb=_or_none(drag.coulomb, inertia) if drag else None,
+            impulse=Impulse(2.0 * escapement.energy / inertia, escapement.ebb)
             if escapement
             else None,
-            _or_none(escapement.recoil, inertia) if escapement else None,
+            recoil=_or_none(escapement.recoil, inertia) if escapement else None,
         )
-
-    def _limits(self) -> tuple[float, float, float]:
-        machine = self._machine
-        impulse = machine.escapement.angle if machine.escapement else math.inf
-        return impulse, machine.cam.range_rad, machine.gravity
+        channels = forcing.neutral, forcing.tilt, forcing.gravity
+        return Wheel(
+            terms,
+            self._lever,
+            self._shape,
+            Felt(*(None if channel is None else True for channel in channels)),
+            impulse=escapement.angle if escapement else math.inf,
+            pace=self._omega,
+            range=machine.cam.range_rad,
+            gravity=machine.gravity,
+        )
 
     @staticmethod
     def _outside(forcing: Forcing) -> tuple[object, ...]:
@@ -111,23 +125,21 @@ class Collocation:
         Raises:
             PropagationError: the roll at the start puts the cam angle beyond the cam.
         """
-        row = np.empty((1, stepping.ROW))
+        row = np.empty(1, stepping.ROW)
         stepping.release(
-            self._machine.release_angle,
+            self._system(forcing),
             (self._omega,),
-            self._limits(),
-            (self._terms(forcing.gravity is not None), self._lever, self._shape),
+            self._machine.release_angle,
             self._outside(forcing),
             float(forcing.begin[0]),
-            self._floats,
-            self._ints,
+            self._state,
             self._memory,
-            row[0],
+            row.reshape(()),
         )
-        felt = float(row[0, 2])
+        felt = float(row['coordinate'][0])
         if not abs(felt) <= self._machine.cam.range_rad:
             raise released_beyond(self._machine, felt)
-        self._start_angle = float(within_turn(self._machine, row[:, 2], row[:, 3])[0])
+        self._start_angle = float(within_turn(self._machine, row['coordinate'], row['speed'])[0])
         return self._motion(row)
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -136,17 +148,15 @@ class Collocation:
         Raises:
             PropagationError: slack thread, edge of the cam, or no convergence.
         """
-        rows = np.empty((int(np.count_nonzero(forcing.logged)), stepping.ROW))
+        rows = np.empty(int(np.count_nonzero(forcing.logged)), stepping.ROW)
         code, span, x = stepping.advance(
-            (self._tolerance, self._factor, self._settled, self._near, self._coarsen),
-            self.longest_step_s,
+            self._system(forcing),
             (self._omega,),
-            self._limits(),
-            (self._terms(forcing.gravity is not None), self._lever, self._shape),
+            self._tolerance,
+            self.longest_step_s,
             self._outside(forcing),
-            (forcing.begin, forcing.end, forcing.logged),
-            self._floats,
-            self._ints,
+            stepping.Spans(forcing.begin, forcing.end, forcing.logged),
+            self._state,
             self._memory,
             rows,
         )
@@ -161,37 +171,31 @@ class Collocation:
         if code == stepping.SLACK:
             return thread_slack(time_s)
         return PropagationError(
-            f'no convergence to the tolerance {self._tolerance:g} with steps of 2^-'
+            f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
             f'{stepping.MAX_LEVEL} of a sample interval (cam angle '
-            f'{self._floats[events.STATE]:.6g} rad). Raise ship.rate, or check drag and cam',
+            f'{self._state["planes"][0]:.6g} rad). Raise ship.rate, or check drag and cam',
             time_s,
         )
 
-    def _motion(self, rows: FloatArray) -> Motion:
-        felt = within_turn(self._machine, rows[:, 2], rows[:, 3])
-        half = (felt - self._start_angle) / math.pi
+    def _motion(self, rows: NDArray[np.void]) -> Motion:
+        machine, felt, speed = self._machine, rows['coordinate'], rows['speed']
+        half = (within_turn(machine, felt, speed) - self._start_angle) / math.pi
         whole = np.floor(half)
-        turns: IntArray = rows[:, 6].astype(np.int64)
         return Motion(
-            angle=rows[:, 0],
-            rate=rows[:, 1],
-            torque=self._machine.inertia * rows[:, 5],
-            half_turns=2 * turns + whole.astype(np.int64),
+            angle=rows['angle'],
+            rate=rows['rate'],
+            torque=machine.inertia * rows['torque'],
+            half_turns=2 * rows['turns'] + whole.astype(np.int64),
             fraction=half - whole,
-            phase_rate=phase_rate(self._machine, rows[:, 2], rows[:, 3], rows[:, 4]),
-            beats=rows[:, 7].astype(np.int64),
+            phase_rate=phase_rate(machine, felt, speed, rows['acceleration']),
+            beats=rows['beats'].copy(),
         )
 
     def state(self) -> State:
-        """Return the state vector, the discrete state and the phase at the start."""
-        return {
-            'floats': self._floats.copy(),
-            'ints': self._ints.copy(),
-            'start_angle': self._start_angle,
-        }
+        """Return the running state by its names, and the phase at the start."""
+        return {**state_of(self._state), 'start_angle': self._start_angle}
 
     def restore(self, state: State) -> None:
         """Go on from a state."""
-        self._floats = np.array(state['floats'])
-        self._ints = np.array(state['ints'])
+        restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])

@@ -1,62 +1,39 @@
-"""When, within a step of the trochlea, an event happens first.
+"""When, within a step, an event happens first.
 
-Told by the end of the step where that is enough, else found on the stage polynomials. What travels
-together is that of events.
+Told by the end of the step where that is enough, else found on the stage polynomials.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from tauto_core.curves.levers import LinearLever
-from tauto_core.kernels import compiled, overload
+from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import (
-    ARMED,
     AT_EDGE,
     AT_SLACK,
-    DIRECTION,
     IMPULSE,
     KINK,
     NO_EVENT,
-    SIDE,
-    STATE,
     TURNING,
     UNSURE,
-    feels_impulse,
-    has_weight,
-    slope,
-    turns_abruptly,
-    value_of_state,
+    event_slope,
+    event_value,
 )
-from tauto_core.motion.lanes import lane, largest, least, load, width
+from tauto_core.motion.lanes import largest, least
 from tauto_core.motion.layout import back_to
-from tauto_core.motion.outside import (
-    GRAVITY,
-    LINE_BEND,
-    LINE_RATE,
-    OUTSIDE_ROW,
-    TILT_RATE,
-    X_ROW,
-    Y_ROW,
-    forcing_at,
-    node_row,
-    outside_at,
+from tauto_core.motion.outside import Place, outside_at
+from tauto_core.motion.roots import locate
+from tauto_core.motion.system import (
+    NOWHERE,
+    Beyond,
+    Instant,
+    Mode,
+    Run,
+    Watch,
+    mode_of,
+    planes_of,
 )
-from tauto_core.motion.roots import locate, value_of
-from tauto_core.motion.turning import FRACTIONS, between, expand
-from tauto_core.motion.wells import (
-    acceleration,
-    angle_at,
-    kinked,
-    lever_arm,
-    mass_of,
-    pull_of,
-    rate_of,
-    resistance,
-    ride,
-    shape_at,
-    term,
-)
+from tauto_core.motion.turning import expand
 
 DISCERNED = 1e-7
 """Part of the slope at a step's end that its beginning must fall with to count as falling."""
@@ -64,251 +41,176 @@ DISCERNED = 1e-7
 CLEAR = 0.05
 """Part of a step's largest angle that its nodes keep from a kink that is surely not passed."""
 
-WELL_WITHIN = 0.97
-"""Part of the range within which all nodes of a step must lie, that all of it surely does."""
-
 BENT = 0.25
 """Part of its slope by which an event's value may bend between there and the end of the step."""
 
 
-class Watch(NamedTuple):
-    """What tells an event's value within a step; of a negative kind, its time derivative less."""
+class WatchEvent(NamedTuple):
+    """What has an event's value within a step; of a negative kind, its time derivative less."""
 
     kind: int
-    limits: Any
-    well: Any
-    mode: Any
-    omega: Any
-    floats: Any
-    place: Any
-    work: Any
+    step: Watch
 
-
-@overload(value_of)
-def _value_within(watch: Any, xi: Any) -> Any:
-    if getattr(watch, 'instance_class', None) is not Watch:
-        return None
-
-    def within(watch: Any, xi: Any) -> Any:
-        kind, limits, well, mode, omega, floats, place, work = watch
-        length, terms, x0, hx = place
-        x, y = between(omega, 0, hx * length, xi, floats, work)
-        if kind == KINK:
-            return mode[0] * angle_at(well, x)
+    def value(self, xi: float) -> float:
+        """Return the value at a fraction of the step."""
+        kind, step = self.kind, self.step
+        system, mode = step.run.system, step.mode
+        if system.kinked and kind == KINK:
+            return mode.side * system.coordinate(step.planes(xi))
         if kind == IMPULSE:
-            tilt = outside_at(terms, x0 + xi * hx, work)[1][0]
-            return limits[0] - mode[1] * (angle_at(well, x) + tilt)
-        at = forcing_at(terms, x0 + xi * hx, work)
-        state = acceleration(well, mode, x, omega[0] * y, at)
+            angle = system.wheel_angle(step.planes(xi), step.outside(xi))
+            return system.impulse - mode.direction * angle
+        now = step.instant(xi)
         if kind < 0:
-            return -slope(-kind, mode, state, at)
-        return value_of_state(kind, limits, mode, state)
-
-    return within
-
-
-def _node_state(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
-    """Return q and q̇ at the stages."""
-    raise TypeError('_node_state runs in compiled code only')
-
-
-@overload(_node_state)
-def _node_state_of(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
-    if well[2] is None:
-
-        def angle(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
-            q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-            t = lever_arm(well[1], mode[0], q)[0]
-            line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-            return q, rate_of(well[0][0], t, w, line_rate)
-
-        return angle
-
-    def arc(well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
-        n, _, _, q = shape_at(well[2], well[1].rate, load(work, X_ROW))
-        line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-        return q, n * (omega[0] * load(work, Y_ROW) - line_rate * n)
-
-    return arc
+            return -event_slope(-kind, mode, now)
+        return event_value(kind, system, mode, now)
 
 
 @compiled
-def _node_tension(well: Any, mode: Any, q: Any, rate: Any, felt: Any, work: Any) -> Any:
-    """Return the thread's tension over I at the stages."""
-    machine, lever, _ = well
-    mu = machine[0]
-    t, t1, lift = lever_arm(lever, mode[0], q)
-    v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
-    pushed = pull * t + resistance(machine, v, mode) + ride(mu, t, t1, rate)
-    bend = -(pushed + node_row(felt[0], work, OUTSIDE_ROW + LINE_BEND)) / mass_of(mu, t)
-    # lanes, whatever the terms are
-    return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
+def first_event(
+    run: Run, stalled: bool, place: Place, after: Instant, beyond: Beyond
+) -> tuple[int, float]:
+    """Return the first event within a step that must be stepped to, and its fraction.
 
-
-def _surely_within(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> bool:
-    """Return whether rough bounds show that no node is past the edge, and no thread slack."""
-    raise TypeError('_surely_within runs in compiled code only')
-
-
-@overload(_surely_within)
-def _surely_within_of(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> Any:
-    if getattr(well[1], 'instance_class', None) is not LinearLever:
-        return lambda limits, well, omega, felt, work: False
-
-    def linear(limits: Any, well: Any, omega: Any, felt: Any, work: Any) -> Any:
-        # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + resistance), in either coordinate
-        machine, lever, _ = well
-        x = load(work, X_ROW)
-        none = 0.0 * x
-        reach = largest(x)
-        line_rate = largest(none + node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE))
-        line_bend = largest(none + node_row(felt[0], work, OUTSIDE_ROW + LINE_BEND))
-        tilt_rate = largest(none + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE))
-        speed = omega[0] * largest(load(work, Y_ROW)) + line_rate + tilt_rate
-        pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
-        pushed = line_bend + resistance(machine, speed, (1.0, 1.0, 1.0))
-        against = term(machine[0], lever.rate * reach * pushed)
-        return reach <= limits[1] and least(none + pull) > against
-
-    return linear
-
-
-@compiled
-def limit_passed(limits: Any, well: Any, mode: Any, omega: Any, felt: Any, work: Any) -> Any:
-    """Return (the first node past the cam's edge, the first with a slack thread); 2: none."""
-    edge = slack = 2.0
-    if _surely_within(limits, well, omega, felt, work):
-        return edge, slack
-    nodes = load(work, FRACTIONS)
-    q, rate = _node_state(well, mode, omega, felt, work)
-    if largest(q) > limits[1]:
-        for i in range(width(q) - 1, -1, -1):
-            edge = lane(nodes, i) if abs(lane(q, i)) > limits[1] else edge
-    if has_weight(well[0]):
-        tension = _node_tension(well, mode, q, rate, felt, work)
-        if least(tension) <= 0.0:
-            for i in range(width(q) - 1, -1, -1):
-                slack = lane(nodes, i) if lane(tension, i) <= 0.0 else slack
-    return edge, slack
-
-
-@compiled
-def _dip(
-    kind: int,
-    rises: float,
-    limits: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    floats: Any,
-    place: Any,
-    work: Any,
-) -> tuple[float, float]:
-    """Return where in the step an event's value is lowest between two passages, and the value.
-
-    (2, 0) where it is not: only a value that falls at first and rises at last passes zero twice.
-    What breaks loose from friction falls by a rounding at most.
+    Turning points at which nothing happens are none; they are taken note of.
 
     Args:
-        rises: time derivative of the value at the end of the step.
+        run: the run; its state is that at the beginning.
+        stalled: whether turning points and kinks are passed over, since time stands still.
+        place: of the step.
+        after: the system at its end.
+        beyond: whether it leaves the range.
     """
-    falling = Watch(-kind, limits, well, mode, omega, floats, place, work)
-    if not (rises > 0.0 and value_of(falling, 0.0) > DISCERNED * rises):
-        return 2.0, 0.0
-    xi = locate(falling, 1.0, -rises, 1e-3)
-    value = value_of(Watch(kind, limits, well, mode, omega, floats, place, work), xi)
-    return (xi, value) if value < 0.0 else (2.0, 0.0)
+    system, state = run.system, run.state
+    d = float(state.direction)
+    turned = not stalled and _turns_quietly(run, place, after, beyond)
+    if turned and -d * after.angle < system.impulse:
+        return NO_EVENT, 1.0
+    mode = mode_of(state)
+    event, xi = _by_the_end(run, mode, place, after, beyond)
+    if event == UNSURE:
+        event, xi = _on_polynomials(run, mode, stalled, place, after, beyond)
+    if event == TURNING and _turns_smoothly(xi, run, mode, place, after, beyond):
+        return NO_EVENT, 1.0
+    return event, xi
+
+
+@inlined
+def _inside(beyond: Beyond) -> bool:
+    return min(beyond.edge, beyond.slack) > 1.0
+
+
+@inlined
+def _watches_turning(run: Run) -> bool:
+    return run.system.turns_abruptly or run.system.feels_impulse
 
 
 @compiled
-def _may_dip(kind: int, mode: Any, machine: Any, work: Any) -> bool:
-    """Return whether an event's value may pass zero twice within the step.
-
-    Not the angle, where no node is near the kink: between two nodes it is no more bent than that.
-    """
-    if kind == KINK:
-        q = load(work, X_ROW)
-        return least(mode[0] * q) < CLEAR * largest(q)
-    return kind == TURNING and turns_abruptly(machine)
-
-
-@compiled
-def turns_quietly(
-    limits: Any, passed: Any, well: Any, place: Any, after: Any, floats: Any, ints: Any, work: Any
-) -> bool:
-    """Turn where a turning point lies within the step, and at most an impulse after it.
-
-    Args:
-        passed: as `limit_passed` returns.
-        after: `acceleration` at the end of the step.
-    """
-    d, side = float(ints[DIRECTION]), float(ints[SIDE])
-    if turns_abruptly(well[0]) or min(passed[0], passed[1]) <= 1.0 or not d * after[1] < 0.0:
+def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bool:
+    """Turn where a turning point lies within the step, and at most an impulse after it."""
+    system, state, work = run.system, run.state, run.memory.work
+    d, side = float(state.direction), float(state.side)
+    if not system.feels_impulse or system.turns_abruptly:
         return False
-    if ints[ARMED] == 1:
+    if state.armed or not _inside(beyond) or not d * after.rate < 0.0:
         return False
-    q = load(work, X_ROW)
-    size = largest(q)
     # the turning point lies farther out than the end, and than the beginning, which may be where
     # the last impulse was
-    if not -d * after[0] < limits[0]:
-        tilt = outside_at(place[1], place[2], work)[1][0]
-        if not -d * (angle_at(well, floats[STATE]) + tilt) < limits[0] + DISCERNED * size:
+    if not -d * after.angle < system.impulse:
+        at = outside_at(place.terms, place.begin, work)
+        angle = system.wheel_angle(planes_of(run.omega, state.planes), at)
+        if not -d * angle < system.impulse + DISCERNED * beyond.reach:
             return False
-    if not size <= WELL_WITHIN * limits[1]:
+    if not beyond.within:
         return False
-    if kinked(well[1]) and not (side * after[4] > 0.0 and least(side * q) >= CLEAR * size):
-        return False
-    ints[DIRECTION] = -ints[DIRECTION]
-    ints[ARMED] = 1
+    if system.kinked:
+        nearest = least(side * system.coordinates(work))
+        if not (side * after.coordinate > 0.0 and nearest >= CLEAR * beyond.reach):
+            return False
+    state.direction = -state.direction
+    state.armed = True
     return True
 
 
 @compiled
-def by_the_end(
-    limits: Any,
-    passed: Any,
-    well: Any,
-    mode: Any,
-    armed: bool,
-    omega: Any,
-    h: float,
-    w: float,
-    at: Any,
-    after: Any,
-    felt: Any,
-    work: Any,
-) -> tuple[int, float]:
-    """Return the only event within a step of h and about its fraction, by the step's end alone.
+def _turns_smoothly(
+    xi: float, run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
+) -> bool:
+    """Turn without a step to the turning point, where nothing happens there or after it."""
+    system, state = run.system, run.state
+    if system.turns_abruptly or system.kinked or not _inside(beyond):
+        return False
+    if not (after.margin > 0.0 and after.tension > 0.0):
+        return False
+    there, back = Watch(run, mode, place).instant(xi), -mode.direction
+    armed = back * there.angle < system.impulse
+    if not back * after.rate > 0.0 or (armed and not back * after.angle < system.impulse):
+        return False
+    state.direction = -state.direction
+    state.armed = armed
+    return True
 
-    UNSURE where more may have happened than one passage in the second half of the step.
+
+@compiled
+def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
+    """Return whether an event's value may pass zero twice within the step.
+
+    Not the angle, where no node is near the kink: between two nodes it is no more bent than that.
+    """
+    system = run.system
+    if system.kinked and kind == KINK:
+        felt = system.coordinates(run.memory.work)
+        return least(mode.side * felt) < CLEAR * largest(felt)
+    return system.turns_abruptly and kind == TURNING
+
+
+@compiled
+def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
+    """Return where in the step an event's value is lowest between two passages, and the value.
+
+    (NOWHERE, 0) where it is not: only a value that falls at first and rises at last passes zero
+    twice. What breaks loose from friction falls by a rounding at most.
 
     Args:
-        passed: as `limit_passed` returns.
-        armed: whether an impulse is due in this swing.
-        w: ωY at the beginning.
-        at: `forcing_at` the end of the step.
-        after: `acceleration` there.
+        kind: of the event.
+        rises: time derivative of the value at the end of the step.
+        step: the step.
     """
-    machine, lever, _ = well
-    side, d, _ = mode
-    inside = min(passed[0], passed[1]) > 1.0 and abs(after[4]) < limits[1]
-    if not inside or (has_weight(machine) and not after[5] > 0.0):
+    falling = WatchEvent(-kind, step)
+    if not (rises > 0.0 and falling.value(0.0) > DISCERNED * rises):
+        return NOWHERE, 0.0
+    xi = locate(falling, 1.0, -rises, 1e-3)
+    value = WatchEvent(kind, step).value(xi)
+    return (xi, value) if value < 0.0 else (NOWHERE, 0.0)
+
+
+@compiled
+def _by_the_end(
+    run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
+) -> tuple[int, float]:
+    """Return the only event within a step and about its fraction, by the step's end alone.
+
+    UNSURE where more may have happened than one passage in the second half of the step.
+    """
+    system, state, work = run.system, run.state, run.memory.work
+    side, d = mode.side, mode.direction
+    inside = _inside(beyond) and after.margin > 0.0
+    if system.turns_abruptly or not inside or (system.has_weight and not after.tension > 0.0):
         return UNSURE, 1.0
-    if turns_abruptly(machine) or (feels_impulse(machine) and not d * after[1] > 0.0):
+    if system.feels_impulse and not d * after.rate > 0.0:
         return UNSURE, 1.0
-    if kinked(lever) and side * after[4] > 0.0 and side * after[2] > 0.0:
+    if system.kinked and side * after.coordinate > 0.0 and side * after.speed > 0.0:
         # where it leaves the kink from the beginning on, it passed none
-        line_rate = 0.0 * load(work, X_ROW) + node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-        if not side * w > largest(line_rate) and _may_dip(KINK, mode, machine, work):
+        leaves = system.leaves_kink(mode, run.omega, state.planes, work)
+        if not leaves and _may_dip(KINK, run, mode):
             return UNSURE, 1.0
-    kick = armed and not d * after[0] < limits[0]
-    kink = kinked(lever) and not side * after[4] > 0.0
+    kick = state.armed and not d * after.angle < system.impulse
+    kink = system.kinked and not side * after.coordinate > 0.0
     if not kick and not kink:
         return NO_EVENT, 1.0
-    kicked = _back_to(IMPULSE, limits, mode, omega, h, at, after) if kick else 2.0
-    crossed = _back_to(KINK, limits, mode, omega, h, at, after) if kink else 2.0
+    length = place.size * place.length
+    kicked = _back_to(IMPULSE, run, mode, length, after) if kick else NOWHERE
+    crossed = _back_to(KINK, run, mode, length, after) if kink else NOWHERE
     first, apart = min(kicked, crossed), abs(kicked - crossed)
     if not first > 0.5 or (kick and kink and not apart > 0.5 * (1.0 - first)):
         return UNSURE, 1.0
@@ -316,80 +218,63 @@ def by_the_end(
 
 
 @compiled
-def _back_to(
-    kind: int, limits: Any, mode: Any, omega: Any, h: float, at: Any, after: Any
-) -> float:
-    """Return the fraction of a step at which a value was zero, by its slope at the end.
+def _back_to(kind: int, run: Run, mode: Mode, length: float, after: Instant) -> float:
+    """Return the fraction of a step of that length [s] at which a value was zero, by its end.
 
     0 where the slope changes so much since then that this would be far off.
     """
-    fall = slope(kind, mode, after, at)
-    late = value_of_state(kind, limits, mode, after) / fall
-    bend = after[3] / after[2] if kind == KINK else (after[3] + at[1][2]) / after[1]
+    fall = event_slope(kind, mode, after)
+    late = event_value(kind, run.system, mode, after) / fall
+    bend = after.acceleration / after.speed if kind == KINK else after.bend / after.rate
     if not (fall < 0.0 and abs(bend * late) < BENT):
         return 0.0
-    return 1.0 - back_to(late, bend, omega[0]) / h
+    return 1.0 - back_to(late, bend, run.omega[0]) / length
 
 
 @compiled
-def first_event(
-    limits: Any,
-    passed: Any,
-    well: Any,
-    mode: Any,
-    omega: Any,
-    armed: bool,
-    stalled: bool,
-    floats: Any,
-    at: Any,
-    after: Any,
-    place: Any,
-    work: Any,
+def _is_watched(kind: int, run: Run) -> bool:
+    """Return whether events of a kind can happen now."""
+    if kind == TURNING:
+        return _watches_turning(run)
+    if kind == KINK:
+        return run.system.kinked
+    if kind == IMPULSE:
+        return run.state.armed
+    return run.system.has_weight if kind == AT_SLACK else True
+
+
+@compiled
+def _on_polynomials(
+    run: Run, mode: Mode, stalled: bool, place: Place, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
     What is reached before a turning point and left again after it is looked for at that point.
-
-    Args:
-        passed: as `limit_passed` returns.
-        armed: whether an impulse is due in this swing.
-        stalled: whether turning points and kinks are passed over, since time stands still.
-        at: `forcing_at` the end of the step.
-        after: `acceleration` there.
     """
-    machine, lever, _ = well
-    length, terms, x0, hx = place
-    expand(1, work)
-    first, xi, reach = NO_EVENT, 2.0, 1.0
-    state = after
+    system, step = run.system, Watch(run, mode, place)
+    expand(len(run.omega), run.memory.work)
+    first, xi, reach = NO_EVENT, NOWHERE, 1.0
+    there = after
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
-        at_last = value_of_state(kind, limits, mode, state)
-        last = reach if at_last <= 0.0 else 2.0
-        if kind == TURNING and not (turns_abruptly(machine) or feels_impulse(machine)):
+        if not _is_watched(kind, run):
             continue
-        if kind == KINK and not kinked(lever):
-            continue
-        if kind == IMPULSE and not armed:
-            continue
-        if kind == AT_SLACK and not has_weight(machine):
-            continue
-        watch = Watch(kind, limits, well, mode, omega, floats, place, work)
-        if last > 1.0 and _may_dip(kind, mode, machine, work):
-            rises = slope(kind, mode, after, at)
-            last, at_last = _dip(kind, rises, limits, well, mode, omega, floats, place, work)
-        if kind >= AT_EDGE and passed[kind - AT_EDGE] < last:
-            last = passed[kind - AT_EDGE]
-            at_last = value_of(watch, last)
+        at_last = event_value(kind, system, mode, there)
+        last = reach if at_last <= 0.0 else NOWHERE
+        watch = WatchEvent(kind, step)
+        if last > 1.0 and _may_dip(kind, run, mode):
+            last, at_last = _dip(kind, event_slope(kind, mode, after), step)
+        limit = beyond.edge if kind == AT_EDGE else beyond.slack
+        if kind >= AT_EDGE and limit < last:
+            last = limit
+            at_last = watch.value(last)
         if last <= 1.0:
-            # a smooth turning point need not be stepped to; a slack thread's value has no slope
-            rough = kind == TURNING and not turns_abruptly(machine)
+            # a smooth turning point need not be stepped to; where a run ends it is not carried
+            rough = kind == TURNING and not system.turns_abruptly
             precision = 1e-2 if rough else (1e-6 if kind < AT_EDGE else 1e-13)
             located = locate(watch, last, at_last, precision)
             if located < xi:
                 first, xi = kind, located
             if kind == TURNING:
                 reach = located
-                q, y = between(omega, 0, hx * length, located, floats, work)
-                there = forcing_at(terms, x0 + located * hx, work)
-                state = acceleration(well, mode, q, omega[0] * y, there)
-    return first, xi
+                there = step.instant(located)
+    return (first, xi) if first != NO_EVENT else (NO_EVENT, 1.0)

@@ -10,21 +10,30 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from tauto_core.kernels import inlined, overload
-from tauto_core.motion import mechanism, turning
-from tauto_core.motion.lanes import filled, load, store
-from tauto_core.motion.mechanism import resistance
+from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.lanes import filled, largest, least, load, store
 from tauto_core.motion.outside import (
     GRAVITY,
     LINE,
     LINE_RATE,
     TILT_RATE,
+    Outside,
+    Place,
     column,
     difference,
     nodes_of,
 )
 from tauto_core.motion.rotation import sine_versine
+from tauto_core.motion.system import Beyond, Instant, Lanes, Mode, Omega, Plane, State
+from tauto_core.motion.threads import (
+    beyond_by,
+    case_bounds,
+    goes_off,
+    impulse_ahead_s,
+    resistance,
+)
 from tauto_core.motion.turning import D1, D2, FIRST, OUTSIDE, X, Y, row
+from tauto_core.samples import FloatArray
 
 PLANES = 2
 FIRST_ROW = FIRST + OUTSIDE * PLANES
@@ -33,9 +42,12 @@ VERTICAL_ROW, GRAVITY_ROW, TURN_ROW = range(FIRST_ROW, FIRST_ROW + 3)
 
 ROWS = 3
 
+CLEAR = 2.0
+"""Factor by which the square of the swing exceeds what would just keep it clear of the tilt."""
+
 
 class Hanging(NamedTuple):
-    """The swinging thread as `turning` and `spans` take it.
+    """The swinging thread as `system.System`.
 
     Attributes:
         radius: r [m].
@@ -50,6 +62,8 @@ class Hanging(NamedTuple):
         quadratic: c₂/I.
         energy: twice the impulse's over I.
         recoil: R/I, or None.
+        impulse, pace: as in `System`.
+        gravity: at rest [m/s2].
     """
 
     radius: float
@@ -64,10 +78,129 @@ class Hanging(NamedTuple):
     quadratic: float
     energy: float
     recoil: float | None
+    impulse: float
+    pace: float
+    gravity: float
 
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.impulse < math.inf
 
-def _is_hanging(system: Any) -> bool:
-    return getattr(system, 'instance_class', None) is Hanging
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.quadratic > 0.0
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the law has a kink."""
+        return False
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel."""
+        return False
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether the thread may go slack."""
+        return True
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether the place in the case matters within a span."""
+        return True
+
+    def at_nodes(self, place: Place, work: FloatArray) -> None:
+        """Fill β, g_eff and α̇."""
+        x = nodes_of(place, work)
+        store(work, VERTICAL_ROW, column(LINE, place.terms, x, work))
+        store(work, GRAVITY_ROW, column(GRAVITY, place.terms, x, work))
+        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+
+    @inlined
+    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
+        """Fill what disturbs the planes."""
+        psi, delta, _, _ = _at_stages(self, mode, omega, work)
+        bends = _modes(self, psi, delta)
+        for p in range(PLANES):
+            x = load(work, row(X, PLANES, p))
+            store(work, row(D1, PLANES, p), filled(work, 0.0))
+            store(work, row(D2, PLANES, p), omega[p] * x + bends[p] * (1.0 / omega[p]))
+
+    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+        """Return whether the step winds up the whole thread, or the thread goes slack."""
+        _, _, tension, free = _at_stages(self, mode, omega, work)
+        return beyond_by(tension, free - self.least, self.coordinates(work), work)
+
+    def coordinates(self, work: FloatArray) -> Lanes:
+        """Return u = ψ − δ at the nodes."""
+        first, second = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
+        psi, delta = _angles(self, first, second)
+        return psi - delta
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return u."""
+        psi, delta = _angles(self, planes[0].x, planes[1].x)
+        return psi - delta
+
+    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+        """Return the square of what the case's motion parts θ from u, over piece k, at most."""
+        value, rate = case_bounds(forcing, k)
+        rate = rate / self.pace
+        return value * value + rate * rate
+
+    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
+        """Return whether u swings wider at all nodes than what parts θ from u: δ − α."""
+        (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
+        u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
+        swung = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
+        apart = math.sqrt(swung) + math.sqrt(square)
+        return least(u * u + u_rate * u_rate) > CLEAR * (apart * apart)
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return wheel and thread at an instant."""
+        return _instant(self, mode, omega, planes, at)
+
+    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+        """Return the rates of the modes and of their rates."""
+        psi_rate = now.rate + (at.line.rate - at.tilt.rate)
+        psi_bend = now.bend + (at.line.bend - at.tilt.bend)
+        rates = _modes(self, psi_rate, psi_rate - now.speed)
+        bends = _modes(self, psi_bend, psi_bend - now.acceleration)
+        return Plane(rates[0], bends[0]), Plane(rates[1], bends[1])
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+        """Decide at θ̇ = 0 which way the wheel goes."""
+        goes_off(self, omega, angle, at, state)
+
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
+        """Return that there is none."""
+        return True
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ = ψ − α."""
+        psi, _ = _angles(self, planes[0].x, planes[1].x)
+        return psi - (at.line.value - at.tilt.value)
+
+    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+        """Let an impulse change both rates: the thread stays taut, and takes up what is wound."""
+        radius, u, planes = self.radius, now.coordinate, state.planes
+        mass = 1.0 + self.ratio * radius * u * u
+        struck = mode.direction * math.sqrt(now.rate * now.rate + self.energy / mass)
+        kick = struck - now.rate
+        swung = -radius / (self.length - 0.5 * radius * u * u) * kick
+        first, second = _modes(self, kick, swung)
+        planes[2] += first / omega[0]
+        planes[6] += second / omega[1]
+        planes[3] = planes[7] = 0.0
+
+    def ahead_s(
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
+    ) -> float:
+        """Return the time to a little after the next impulse to expect [s], or inf."""
+        return impulse_ahead_s(self, omega, length, terms, x, state, work)
 
 
 @inlined
@@ -108,22 +241,16 @@ def _pushed(
     return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
 
 
-@overload(mechanism.at_nodes)
-def _at_nodes(system: Any, place: Any, work: Any) -> Any:
-    if not _is_hanging(system):
-        return None
-
-    def fill(system: Any, place: Any, work: Any) -> None:
-        terms, x = place[1], nodes_of(place, work)
-        store(work, VERTICAL_ROW, column(LINE, terms, x, work))
-        store(work, GRAVITY_ROW, column(GRAVITY, terms, x, work))
-        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, terms, x, work))
-
-    return fill
+@inlined
+def _modes(system: Hanging, psi: Any, delta: Any) -> Any:
+    """Return of ψ and δ, or their rates, what the modes have."""
+    first, second = system.to_first, system.to_second
+    return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
 
 
 @inlined
-def _at_stages(system: Any, mode: Any, omega: Any, work: Any) -> Any:
+def _at_stages(system: Hanging, mode: Mode, omega: Omega, work: FloatArray) -> Any:
+    """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
     sine, versine = sine_versine(delta - load(work, VERTICAL_ROW))
     drag = resistance(system, mode, rates[0] - load(work, TURN_ROW))
@@ -131,94 +258,27 @@ def _at_stages(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
 
 
-@overload(turning.disturb)
-def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if not _is_hanging(system):
-        return None
-
-    def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:
-        psi, delta, _, _ = _at_stages(system, mode, omega, work)
-        first, second = system.to_first, system.to_second
-        bends = first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
-        for p in range(PLANES):
-            bend = bends[0] if p == 0 else bends[1]
-            x = load(work, row(X, PLANES, p))
-            store(work, row(D1, PLANES, p), filled(work, 0.0))
-            store(work, row(D2, PLANES, p), omega[p] * x + bend * (1.0 / omega[p]))
-
-    return disturb
-
-
-@overload(mechanism.margins)
-def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if not _is_hanging(system):
-        return None
-
-    def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-        _, _, tension, free = _at_stages(system, mode, omega, work)
-        return tension, free - system.least
-
-    return margins
-
-
-@overload(mechanism.instant)
-def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
-    if not _is_hanging(system):
-        return None
-
-    def instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
-        line, tilt, g_eff = at
-        psi, delta = _angles(system, state[0], state[4])
-        rates = _angles(system, omega[0] * state[2], omega[1] * state[6])
-        rate = rates[0] - (line[1] - tilt[1])
-        drag = resistance(system, mode, rate)
-        lean = delta - line[0]
-        psi_bend, delta_bend, tension, free = _pushed(
-            system, psi, delta, rates, math.cos(lean), math.sin(lean), g_eff, drag
-        )
-        return (
-            psi - (line[0] - tilt[0]),
-            rate,
-            psi_bend - (line[2] - tilt[2]),
-            tension,
-            free - system.least,
-            psi_bend + drag,
-            psi - delta,
-            rates[0] - rates[1],
-            psi_bend - delta_bend,
-        )
-
-    return instant
-
-
-@overload(mechanism.wheel_angle)
-def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
-    if not _is_hanging(system):
-        return None
-
-    def wheel_angle(system: Any, state: Any, at: Any) -> Any:
-        return _angles(system, state[0], state[4])[0] - (at[0][0] - at[1][0])
-
-    return wheel_angle
-
-
-@overload(mechanism.strike)
-def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
-    if not _is_hanging(system):
-        return None
-
-    def strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> None:
-        psi, delta = _angles(system, state[0], state[4])
-        psi_rate, _ = _angles(system, omega[0] * state[2], omega[1] * state[6])
-        radius, u = system.radius, psi - delta
-        mass = 1.0 + system.ratio * radius * u * u
-        rate = psi_rate - (at[0][1] - at[1][1])
-        kick = mode[0] * math.sqrt(rate * rate + system.energy / mass) - rate
-        # the thread stays taut: it takes up what the wheel winds
-        swung = -radius / (system.length - 0.5 * radius * u * u) * kick
-        first, second = system.to_first, system.to_second
-        state[2] += (first[0] * kick + first[1] * swung) / omega[0]
-        state[6] += (second[0] * kick + second[1] * swung) / omega[1]
-        state[3] = state[7] = 0.0
-
-    return strike
+@compiled
+def _instant(
+    system: Hanging, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
+) -> Instant:
+    line, tilt = at.line, at.tilt
+    psi, delta = _angles(system, planes[0].x, planes[1].x)
+    rates = _angles(system, omega[0] * planes[0].y, omega[1] * planes[1].y)
+    rate = rates[0] - (line.rate - tilt.rate)
+    drag = resistance(system, mode, rate)
+    lean = delta - line.value
+    psi_bend, delta_bend, tension, free = _pushed(
+        system, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
+    )
+    return Instant(
+        psi - (line.value - tilt.value),
+        rate,
+        psi_bend - (line.bend - tilt.bend),
+        tension,
+        free - system.least,
+        psi_bend + drag,
+        psi - delta,
+        rates[0] - rates[1],
+        psi_bend - delta_bend,
+    )

@@ -15,9 +15,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from tauto_core.kernels import compiled, inlined, overload
-from tauto_core.motion import mechanism, turning
-from tauto_core.motion.lanes import filled, fma, largest, load, store
+from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.lanes import filled, fma, largest, least, load, store
 from tauto_core.motion.lever_shape import (
     ANGLE,
     BEND,
@@ -27,8 +26,8 @@ from tauto_core.motion.lever_shape import (
     SINE,
     LeverShape,
     Powers,
+    Series,
 )
-from tauto_core.motion.mechanism import resistance
 from tauto_core.motion.outside import (
     D1_ROW,
     D2_ROW,
@@ -41,20 +40,34 @@ from tauto_core.motion.outside import (
     TILT_RATE,
     X_ROW,
     Y_ROW,
+    Outside,
+    Place,
     column,
     difference,
     nodes_of,
 )
 from tauto_core.motion.rotation import sine_versine
+from tauto_core.motion.system import Beyond, Instant, Lanes, Mode, Omega, Plane, State
+from tauto_core.motion.threads import (
+    beyond_by,
+    case_bounds,
+    goes_off,
+    impulse_ahead_s,
+    resistance,
+)
+from tauto_core.samples import FloatArray
 
 TURN_ROW, TURN_BEND_ROW, UP_ROW, ACROSS_ROW = range(OUTSIDE_ROW, OUTSIDE_ROW + 4)
 """Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
 
 ROWS = 4
 
+CLEAR = 2.0
+"""Factor by which the square of the swing exceeds what would just keep it clear."""
+
 
 class Lever(NamedTuple):
-    """Sully's lever machine as `turning` and `spans` take it.
+    """Sully's lever machine as `system.System`.
 
     Attributes:
         shape: the functions of the arc.
@@ -64,6 +77,8 @@ class Lever(NamedTuple):
         quadratic: c₂/I.
         energy: twice the impulse's over I.
         recoil: R/I, or None.
+        impulse, pace: as in `System`.
+        gravity: at rest [m/s2].
     """
 
     shape: LeverShape
@@ -73,10 +88,136 @@ class Lever(NamedTuple):
     quadratic: float
     energy: float
     recoil: float | None
+    impulse: float
+    pace: float
+    gravity: float
 
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.impulse < math.inf
 
-def _is_lever(system: Any) -> bool:
-    return getattr(system, 'instance_class', None) is Lever
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.quadratic > 0.0
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the law has a kink."""
+        return False
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel."""
+        return False
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether the thread may go slack."""
+        return True
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether the place in the case matters within a span."""
+        return True
+
+    def at_nodes(self, place: Place, work: FloatArray) -> None:
+        """Fill α̇, α̈ and the apparent gravity along and across the case."""
+        x = nodes_of(place, work)
+        sine, versine = sine_versine(column(TILT, place.terms, x, work))
+        g_eff = column(GRAVITY, place.terms, x, work)
+        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+        store(work, TURN_BEND_ROW, difference(LINE_BEND, TILT_BEND, place.terms, x, work))
+        store(work, UP_ROW, g_eff - g_eff * versine)
+        store(work, ACROSS_ROW, g_eff * sine)
+
+    @inlined
+    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
+        """Fill what disturbs the plane."""
+        s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+        n, w, bend, cosine, sine = _shape_at(self.shape, s)
+        turn = load(work, TURN_ROW)
+        dragged = turn * fma(self.carried, w, n)
+        rate = p - dragged
+        pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
+        pushed = (omega[0] * omega[0]) * s - (self.weight * w) * pull
+        ride = rate * turn * bend * (self.carried * n - w)
+        more = pushed + ride - n * resistance(self, mode, n * rate)
+        store(work, D1_ROW, -dragged)
+        store(work, D2_ROW, more * (1.0 / omega[0]))
+
+    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+        """Return whether the step leaves the geometry, or the thread goes slack."""
+        s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+        n, w, bend, cosine, sine = _shape_at(self.shape, s)
+        dragged = fma(self.carried, w, n)
+        rate = p - load(work, TURN_ROW) * dragged
+        pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
+        turned = load(work, TURN_BEND_ROW)
+        push = (self.weight * w) * pull + n * resistance(self, mode, n * rate)
+        bent = -(push + dragged * turned)
+        tension = w * bent + n * bend * (rate * rate) + self.carried * turned
+        whole = self.shape.whole
+        x = (s - whole.middle) * (1.0 / whole.half)
+        return beyond_by(tension + self.weight * pull, 1.0 - x * x, s, work)
+
+    def coordinates(self, work: FloatArray) -> Lanes:
+        """Return s at the nodes."""
+        return load(work, X_ROW)
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return s."""
+        return planes[0].x
+
+    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+        """Return what y² exceeds where ṡ has its sign: A α̇/ω, |A| ≤ √(1 + j), squared.
+
+        θ is zero where s is, so that no tilt comes between them.
+        """
+        dragged = case_bounds(forcing, k)[1] / omega[0]
+        return CLEAR * (1.0 + self.carried * self.carried) * (dragged * dragged)
+
+    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
+        """Return whether s² + y² exceeds that at all nodes."""
+        x, y = load(work, X_ROW), load(work, Y_ROW)
+        return least(x * x + y * y) > square
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return the lever at an instant."""
+        return _instant(self, mode, planes[0].x, omega[0] * planes[0].y, at)
+
+    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+        """Return ṡ and ṗ = s̈ + A α̈ + ṡ α̇ dA/ds."""
+        n, w, bend, _, _, _ = _values(self.shape, now.coordinate)
+        turn, turned = at.line.rate - at.tilt.rate, at.line.bend - at.tilt.bend
+        ride = now.speed * turn * bend * (self.carried * n - w)
+        return (Plane(now.speed, now.acceleration + (n + self.carried * w) * turned + ride),)
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+        """Decide at θ̇ = 0 which way the wheel goes."""
+        goes_off(self, omega, angle, at, state)
+
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
+        """Return that there is none."""
+        return True
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ."""
+        return _values(self.shape, planes[0].x)[5]
+
+    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+        """Let an impulse change the momentum: ½ M θ̇² = ½ I ṡ²."""
+        rate = now.speed
+        struck = mode.direction * math.sqrt(rate * rate + self.energy)
+        state.planes[2] += (struck - rate) / omega[0]
+        state.planes[3] = 0.0
+
+    def ahead_s(
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
+    ) -> float:
+        """Return the time to a little after the next impulse to expect [s], or inf."""
+        return impulse_ahead_s(self, omega, length, terms, x, state, work)
 
 
 @inlined
@@ -116,19 +257,13 @@ def _horner(terms: Any, x: Any, zero: Any) -> Any:
     return n, w, bend, cosine, sine, angle
 
 
-def _series_at(series: Any, s: Any, zero: Any) -> Any:
+@inlined
+def _series_at(series: Series | Powers, s: Any, zero: Any) -> Any:
     """Return n, w, χ', cos β, sin β and θ of lanes of s or a float; `zero` is one of that kind."""
-    raise TypeError('_series_at runs in compiled code only')
-
-
-@overload(_series_at)
-def _series_of(series: Any, s: Any, zero: Any) -> Any:
-    scheme = _horner if series.instance_class is Powers else _clenshaw
-
-    def at(series: Any, s: Any, zero: Any) -> Any:
-        return scheme(series.terms, (s - series.middle) * (1.0 / series.half), zero)
-
-    return at
+    x = (s - series.middle) * (1.0 / series.half)
+    if isinstance(series, Powers):
+        return _horner(series.terms, x, zero)
+    return _clenshaw(series.terms, x, zero)
 
 
 @compiled
@@ -147,116 +282,27 @@ def _values(shape: Any, s: float) -> Any:
     return _series_at(shape.whole, s, 0.0)
 
 
-@overload(mechanism.at_nodes)
-def _at_nodes(system: Any, place: Any, work: Any) -> Any:
-    if not _is_lever(system):
-        return None
-
-    def fill(system: Any, place: Any, work: Any) -> None:
-        terms, x = place[1], nodes_of(place, work)
-        sine, versine = sine_versine(column(TILT, terms, x, work))
-        g_eff = column(GRAVITY, terms, x, work)
-        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, terms, x, work))
-        store(work, TURN_BEND_ROW, difference(LINE_BEND, TILT_BEND, terms, x, work))
-        store(work, UP_ROW, g_eff - g_eff * versine)
-        store(work, ACROSS_ROW, g_eff * sine)
-
-    return fill
-
-
-@overload(turning.disturb)
-def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if not _is_lever(system):
-        return None
-
-    def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:
-        s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-        n, w, bend, cosine, sine = _shape_at(system.shape, s)
-        turn = load(work, TURN_ROW)
-        dragged = turn * fma(system.carried, w, n)
-        rate = p - dragged
-        pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
-        pushed = (omega[0] * omega[0]) * s - (system.weight * w) * pull
-        ride = rate * turn * bend * (system.carried * n - w)
-        more = pushed + ride - n * resistance(system, mode, n * rate)
-        store(work, D1_ROW, -dragged)
-        store(work, D2_ROW, more * (1.0 / omega[0]))
-
-    return disturb
-
-
-@overload(mechanism.margins)
-def _margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if not _is_lever(system):
-        return None
-
-    def margins(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-        s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-        n, w, bend, cosine, sine = _shape_at(system.shape, s)
-        dragged = fma(system.carried, w, n)
-        rate = p - load(work, TURN_ROW) * dragged
-        pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
-        turned = load(work, TURN_BEND_ROW)
-        push = (system.weight * w) * pull + n * resistance(system, mode, n * rate)
-        bent = -(push + dragged * turned)
-        tension = w * bent + n * bend * (rate * rate) + system.carried * turned
-        whole = system.shape.whole
-        x = (s - whole.middle) * (1.0 / whole.half)
-        return tension + system.weight * pull, 1.0 - x * x
-
-    return margins
-
-
-@overload(mechanism.instant)
-def _instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
-    if not _is_lever(system):
-        return None
-
-    def instant(system: Any, mode: Any, omega: Any, state: Any, at: Any) -> Any:
-        line, tilt, g_eff = at
-        shape, s = system.shape, state[0]
-        n, w, bend, cosine, sine, angle = _values(shape, s)
-        dragged = n + system.carried * w
-        turned = line[2] - tilt[2]
-        rate = omega[0] * state[2] - dragged * (line[1] - tilt[1])
-        pull = g_eff * (cosine * math.cos(tilt[0]) + sine * math.sin(tilt[0]))
-        drag = resistance(system, mode, n * rate)
-        bent = -(system.weight * w * pull + n * drag + dragged * turned)
-        tension = w * bent + n * bend * rate * rate + system.carried * turned
-        wheel_bend = n * bent - w * bend * rate * rate
-        x = (s - shape.whole.middle) / shape.whole.half
-        return (
-            angle,
-            n * rate,
-            wheel_bend,
-            tension + system.weight * pull,
-            1.0 - x * x,
-            wheel_bend + turned + drag,
-            s,
-            rate,
-            bent,
-        )
-
-    return instant
-
-
-@overload(mechanism.wheel_angle)
-def _wheel_angle(system: Any, state: Any, at: Any) -> Any:
-    if not _is_lever(system):
-        return None
-    return lambda system, state, at: _values(system.shape, state[0])[5]
-
-
-@overload(mechanism.strike)
-def _strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> Any:
-    if not _is_lever(system):
-        return None
-
-    def strike(system: Any, mode: Any, omega: Any, at: Any, state: Any) -> None:
-        # ½ M θ̇² = ½ I ṡ²
-        n, w, _, _, _, _ = _values(system.shape, state[0])
-        rate = omega[0] * state[2] - (n + system.carried * w) * (at[0][1] - at[1][1])
-        state[2] += (mode[0] * math.sqrt(rate * rate + system.energy) - rate) / omega[0]
-        state[3] = 0.0
-
-    return strike
+@compiled
+def _instant(lever: Lever, mode: Mode, s: float, p: float, at: Outside) -> Instant:
+    line, tilt, shape = at.line, at.tilt, lever.shape
+    n, w, bend, cosine, sine, angle = _values(shape, s)
+    dragged = n + lever.carried * w
+    turned = line.bend - tilt.bend
+    rate = p - dragged * (line.rate - tilt.rate)
+    pull = at.gravity * (cosine * math.cos(tilt.value) + sine * math.sin(tilt.value))
+    drag = resistance(lever, mode, n * rate)
+    bent = -(lever.weight * w * pull + n * drag + dragged * turned)
+    tension = w * bent + n * bend * rate * rate + lever.carried * turned
+    wheel_bend = n * bent - w * bend * rate * rate
+    x = (s - shape.whole.middle) / shape.whole.half
+    return Instant(
+        angle,
+        n * rate,
+        wheel_bend,
+        tension + lever.weight * pull,
+        1.0 - x * x,
+        wheel_bend + turned + drag,
+        s,
+        rate,
+        bent,
+    )

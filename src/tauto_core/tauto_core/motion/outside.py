@@ -2,13 +2,12 @@
 
 Of the piece of forcing that a span lies in, `set_piece` lays the polynomials of all channels and
 of their time derivatives side by side, a power of x in each row from PIECE on: so all of them
-are evaluated at once. `place` tells where a step is: the piece's length [s], the powers in use,
-where the step begins in the piece and its length, both in x.
+are evaluated at once.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from tauto_core.kernels import compiled, inlined, overload
 from tauto_core.motion.lanes import filled, fma, lane, load, store, width
@@ -21,6 +20,52 @@ ROWS = 7
 X_ROW, Y_ROW, D1_ROW, D2_ROW = FIRST + X, FIRST + Y, FIRST + D1, FIRST + D2
 OUTSIDE_ROW = FIRST + OUTSIDE
 """Rows of `work` in the one plane of the wheel (turning.row)."""
+
+
+class Place(NamedTuple):
+    """Where a step is.
+
+    Attributes:
+        length: of its piece of forcing [s].
+        terms: powers in use.
+        begin: of the step, in x of the piece.
+        size: of the step, in x.
+    """
+
+    length: float
+    terms: int
+    begin: float
+    size: float
+
+
+class Channel(NamedTuple):
+    """A channel at an instant, and its first two time derivatives."""
+
+    value: float
+    rate: float
+    bend: float
+
+
+class Outside(NamedTuple):
+    """What the ship does at an instant; zeros where a channel is absent.
+
+    Attributes:
+        line: γ, the neutral line: the apparent vertical for what follows it.
+        tilt: τ of that line in the case.
+        gravity: the apparent one [m/s2].
+    """
+
+    line: Channel
+    tilt: Channel
+    gravity: float
+
+
+class Felt(NamedTuple):
+    """Which channels there are: True or None, so that compiled code knows."""
+
+    line: bool | None
+    tilt: bool | None
+    gravity: bool | None
 
 
 @compiled
@@ -72,29 +117,24 @@ def set_piece(forcing: Any, k: int, tilted: bool, work: Any) -> tuple[float, int
 
 
 @compiled
-def outside_at(terms: int, x: float, work: Any) -> Any:
-    """Return (γ, γ̇, γ̈), (τ, τ̇, τ̈) and the apparent gravity at x; zeros where absent."""
+def outside_at(terms: int, x: float, work: Any) -> Outside:
+    """Return what the ship does at x of the piece laid out."""
     even, odd, square = filled(work, 0.0), filled(work, 0.0), x * x
     for j in range(terms - 2, -1, -2):
         odd = fma(odd, square, load(work, PIECE + j + 1))
         even = fma(even, square, load(work, PIECE + j))
     all_ = fma(odd, x, even)
-    line = lane(all_, LINE), lane(all_, LINE_RATE), lane(all_, LINE_BEND)
-    tilt = lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)
-    return line, tilt, lane(all_, GRAVITY)
+    return Outside(
+        Channel(lane(all_, LINE), lane(all_, LINE_RATE), lane(all_, LINE_BEND)),
+        Channel(lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)),
+        lane(all_, GRAVITY),
+    )
 
 
 @inlined
-def forcing_at(terms: int, x: float, work: Any) -> Any:
-    """Return (γ̇, γ̈), (τ, τ̇, τ̈) and the apparent gravity at x."""
-    line, tilt, gravity = outside_at(terms, x, work)
-    return (line[1], line[2]), tilt, gravity
-
-
-@inlined
-def nodes_of(place: Any, work: Any) -> Any:
+def nodes_of(place: Place, work: Any) -> Any:
     """Return x at the nodes of a step."""
-    return load(work, FRACTIONS) * place[3] + place[2]
+    return load(work, FRACTIONS) * place.size + place.begin
 
 
 @inlined
@@ -127,22 +167,24 @@ def _columns(first: int, terms: int, x: Any, work: Any) -> Any:
 
 
 @compiled
-def forcing_at_nodes(felt: Any, drag: bool, place: Any, work: Any) -> None:
+def forcing_at_nodes(felt: Felt, drag: bool, place: Place, work: Any) -> None:
     """Fill the rows from OUTSIDE_ROW on with γ̇, γ̈, τ̇ and g at the nodes of a step.
 
     Args:
-        felt: what there is of γ, τ and g, as `presence` tells.
+        felt: what there is.
         drag: whether τ̇ is felt.
+        place: the step's.
+        work: of turning.
     """
-    terms, x = place[1], nodes_of(place, work)
-    if felt[0] is not None:
-        rate, bend = _columns(LINE_RATE, terms, x, work)
+    x = nodes_of(place, work)
+    if felt.line is not None:
+        rate, bend = _columns(LINE_RATE, place.terms, x, work)
         store(work, OUTSIDE_ROW + LINE_RATE, rate)
         store(work, OUTSIDE_ROW + LINE_BEND, bend)
-    if drag and felt[1] is not None:
-        store(work, OUTSIDE_ROW + TILT_RATE, column(TILT_RATE, terms, x, work))
-    if felt[2] is not None:
-        store(work, OUTSIDE_ROW + GRAVITY, column(GRAVITY, terms, x, work))
+    if drag and felt.tilt is not None:
+        store(work, OUTSIDE_ROW + TILT_RATE, column(TILT_RATE, place.terms, x, work))
+    if felt.gravity is not None:
+        store(work, OUTSIDE_ROW + GRAVITY, column(GRAVITY, place.terms, x, work))
 
 
 def node_row(channel: Any, work: Any, row: int) -> Any:
@@ -155,15 +197,3 @@ def _node_row(channel: Any, work: Any, row: Any) -> Any:
     if channel is None:
         return lambda channel, work, row: 0.0
     return lambda channel, work, row: load(work, row)
-
-
-def presence(channel: Any) -> Any:
-    """Return None where a channel is absent, else 0: a tuple of them costs nothing to hand on."""
-    raise TypeError('presence runs in compiled code only')
-
-
-@overload(presence)
-def _presence(channel: Any) -> Any:
-    if channel is None:
-        return lambda channel: None
-    return lambda channel: 0

@@ -1,21 +1,25 @@
 """What a clock counts: upward passages of ϑ, each a turn of the phase, and passages of θ, beats.
 
 The felt angle ϑ and the wheel's angle θ in its case differ by the tilt of the neutral line in the
-case (theory E2). Both pass zero once each half swing where the swing is large beside that tilt
-(`Clear`): then the signs at the nodes of a step are enough. Elsewhere an angle may reach zero and
-turn back between two nodes, and is followed on the polynomials of the step.
+case (theory E2). Both pass zero once each half swing where the swing is large beside that tilt,
+clear of it: then the signs at the nodes of a step are enough. Elsewhere an angle may reach zero
+and turn back between two nodes, and is followed on the polynomials of the step. What stands for ϑ
+is the coordinate of the system.
 
-An angle of exactly zero counts as positive. `ints[BEATS]` of the engines holds the passages of θ
-less `ahead`, so that nothing needs θ while the swing is large.
+An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less `ahead`, so
+that nothing needs θ while the swing is large.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
 from tauto_core.motion.lanes import lane, load, negative, ones, width
-from tauto_core.motion.turning import FRACTIONS
+from tauto_core.motion.outside import Place, outside_at, set_piece
+from tauto_core.motion.system import Lanes, Mode, Run, Watch, mode_of, planes_of
+from tauto_core.motion.turning import FRACTIONS, expand
+from tauto_core.samples import FloatArray
 
 APART = 0.1
 """Part of the step that nodes must lie before an event to be counted: where it is, is not known
@@ -24,12 +28,60 @@ better yet, and what would be counted at a node behind it would not have happene
 HALVINGS = 40
 
 
-def angles_at(watch: Any, xi: float) -> Any:
-    """Return ϑ or its coordinate, θ, and their rates (ϑ, ϑ̇, θ, θ̇) at a fraction of the step.
+class Angles(NamedTuple):
+    """What is counted, at an instant: ϑ or its coordinate, θ, and their rates."""
 
-    The driver overloads this for its type of `watch`.
+    felt: float
+    felt_rate: float
+    angle: float
+    rate: float
+
+
+class Watched(Protocol):
+    """What has angles within a step: a NamedTuple with this method."""
+
+    def angles(self, xi: float) -> Angles:
+        """Return the angles at a fraction of the step."""
+
+
+class WatchAngles(NamedTuple):
+    """The angles of a system that swings."""
+
+    step: Watch
+
+    def angles(self, xi: float) -> Angles:
+        """Return the angles at a fraction of the step."""
+        now = self.step.instant(xi)
+        return Angles(now.coordinate, now.speed, now.angle, now.rate)
+
+
+class WatchRide(NamedTuple):
+    """The angles while friction holds the wheel."""
+
+    angle: float
+    place: Place
+    work: FloatArray
+
+    def angles(self, xi: float) -> Angles:
+        """Return the angles at a fraction of the step."""
+        place = self.place
+        tilt = outside_at(place.terms, place.begin + xi * place.size, self.work).tilt
+        return Angles(self.angle - tilt.value, -tilt.rate, self.angle, 0.0)
+
+
+class Found(NamedTuple):
+    """What passes zero within a step but for its end, see `settle`.
+
+    Attributes:
+        turns: upward passages of ϑ.
+        beats: passages of θ, less how many θ was ahead at the beginning.
+        below, behind: whether ϑ and θ were below zero at the last node looked at.
     """
-    raise TypeError('angles_at runs in compiled code only')
+
+    turns: int
+    beats: int
+    below: bool
+    behind: bool
 
 
 @compiled
@@ -47,7 +99,7 @@ def ahead(felt: float, rate: float, angle: float) -> int:
 
 
 @compiled
-def _returns(watch: Any, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
+def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
     """Return whether an angle passes zero and comes back between two fractions of a step.
 
     It is on the same side at both, moves towards zero at the first and away at the second.
@@ -55,12 +107,13 @@ def _returns(watch: Any, of_wheel: bool, a: float, b: float, length_s: float) ->
     Args:
         length_s: of the whole step [s].
     """
-    start = angles_at(watch, a)
-    below = start[2 if of_wheel else 0] < 0.0
+    start = watch.angles(a)
+    below = (start.angle if of_wheel else start.felt) < 0.0
     for _ in range(HALVINGS):
         middle = 0.5 * (a + b)
-        felt, felt_rate, angle, angle_rate = angles_at(watch, middle)
-        value, rate = (angle, angle_rate) if of_wheel else (felt, felt_rate)
+        now = watch.angles(middle)
+        value = now.angle if of_wheel else now.felt
+        rate = now.rate if of_wheel else now.felt_rate
         if (value < 0.0) != below:
             return True
         # no steeper on the way to where it turns back than it is here
@@ -75,76 +128,120 @@ def _returns(watch: Any, of_wheel: bool, a: float, b: float, length_s: float) ->
 
 @compiled
 def passages(
-    watch: Any, length_s: float, before: float, stop: float, work: Any
-) -> tuple[int, int, bool, bool]:
+    watch: Watched, length_s: float, before: float, stop: float, work: FloatArray
+) -> Found:
     """Return what passes zero within a step, followed on its polynomials.
 
     Args:
+        watch: the angles.
         length_s: of the step [s].
         before: fraction before which nodes are looked at.
         stop: fraction at which the motion over this step ends; beyond 1: at its end. On which
             side of zero that is is for `settle`: an event is carried to its place more exactly.
-
-    Returns upward passages of ϑ, passages of θ less how many θ was ahead at the beginning, and
-    whether ϑ and θ were below zero at the last node looked at.
+        work: of turning.
     """
-    x0, rate0, angle0, v0 = angles_at(watch, 0.0)
-    below, behind = x0 < 0.0, angle0 < 0.0
+    old = watch.angles(0.0)
+    below, behind = old.felt < 0.0, old.angle < 0.0
     # a wheel at rest in the middle leaves it, and does not pass it
-    leaving = angle0 == 0.0 and v0 == 0.0
-    turns, beats = 0, ahead(x0, rate0, angle0)
+    leaving = old.angle == 0.0 and old.rate == 0.0
+    turns, beats = 0, ahead(old.felt, old.felt_rate, old.angle)
     last, fractions = 0.0, load(work, FRACTIONS)
     for i in range(width(work) + 1):
         ends = i == width(work)
         xi = min(stop, 1.0) if ends else lane(fractions, min(i, width(work) - 1))
         if not ends and xi >= before:
             continue
-        x1, rate1, angle1, v1 = angles_at(watch, xi)
-        if (x1 < 0.0) != below:
+        now = watch.angles(xi)
+        if (now.felt < 0.0) != below:
             turns += 1 if below and not ends else 0
-        elif (rate0 < 0.0) != below and (rate1 < 0.0) == below:
+        elif (old.felt_rate < 0.0) != below and (now.felt_rate < 0.0) == below:
             turns += 1 if _returns(watch, False, last, xi, length_s) else 0
-        if (angle1 < 0.0) != behind:
+        if (now.angle < 0.0) != behind:
             beats += 0 if ends or leaving else 1
-        elif (v0 < 0.0) != behind and (v1 < 0.0) == behind and not leaving:
+        elif (old.rate < 0.0) != behind and (now.rate < 0.0) == behind and not leaving:
             beats += 2 if _returns(watch, True, last, xi, length_s) else 0
         if not ends:
-            below, behind, leaving = x1 < 0.0, angle1 < 0.0, False
-        rate0, v0, last = rate1, v1, xi
-    return turns, beats, below, behind
+            below, behind, leaving = now.felt < 0.0, now.angle < 0.0, False
+        old, last = now, xi
+    return Found(turns, beats, below, behind)
 
 
 @compiled
-def signs_at_nodes(row: int, below: bool, before: float, work: Any) -> tuple[int, int, bool, bool]:
-    """Return as `passages` what a row of the nodes passes, where the swing is large.
+def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: FloatArray) -> Found:
+    """Return as `passages` what the nodes pass, where the swing is large.
 
     Args:
-        row: of ϑ or its coordinate.
+        coordinates: ϑ or its coordinate at the nodes.
         below: whether it was below zero at the beginning of the step.
         before: fraction before which nodes are looked at.
+        work: of turning.
     """
-    seen, less = negative(load(work, FRACTIONS) - before), negative(load(work, row))
+    seen, less = negative(load(work, FRACTIONS) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
     many = ones(seen)
     if many > 0:
         below = less >> (many - 1) & 1 == 1
-    return ones(crossed & ~less), ones(crossed), below, below
+    return Found(ones(crossed & ~less), ones(crossed), below, below)
 
 
 @compiled
-def settle(large: bool, found: Any, felt: float, rate: float, angle: float) -> tuple[int, int]:
-    """Return turns and beats to add at the end of a step.
+def bounds_of(channel: Any, k: int, per: float) -> tuple[float, float]:
+    """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0: absent."""
+    if channel is None:
+        return 0.0, 0.0
+    value = slope = 0.0
+    for j in range(channel.shape[1]):
+        size = abs(channel[k, j])
+        value += size
+        slope += j * size
+    return value, per * slope
+
+
+@compiled
+def in_step(
+    clear: bool, before: float, stop: float, run: Run, mode: Mode, piece: Any, place: Place
+) -> Found:
+    """Return what passes zero within the step last collocated.
 
     Args:
-        large: whether the swing is large, so that θ is not looked at.
-        found: what `passages` or `signs_at_nodes` found.
-        felt: ϑ or its coordinate at the end.
-        rate: of ϑ, after what happens there.
-        angle: θ.
+        clear: whether the swing is clear of the tilt.
+        before, stop: as in `passages`.
+        run: the run; its state is that at the beginning.
+        mode: of the step.
+        piece: forcing, and which of its pieces the step lies in.
+        place: of the step.
     """
-    turns, beats, below, behind = found
-    now = felt < 0.0
-    turns += 1 if below and not now else 0
-    if large:
-        return turns, beats + (1 if below != now else 0)
-    return turns, beats + (1 if behind != (angle < 0.0) else 0) - ahead(felt, rate, angle)
+    work = run.memory.work
+    if clear:
+        below = run.system.coordinate(planes_of(run.omega, run.state.planes)) < 0.0
+        return signs_at_nodes(run.system.coordinates(work), below, before, work)
+    set_piece(piece[0], piece[1], True, work)
+    expand(len(run.omega), work)
+    watch = WatchAngles(Watch(run, mode, place))
+    return passages(watch, place.size * place.length, before, stop, work)
+
+
+@compiled
+def count(clear: bool, found: Found, run: Run, terms: int, x: float) -> None:
+    """Count a step at whose end the state is, after what happens there, at x in its piece.
+
+    Args:
+        clear: whether the swing is large, so that θ is not looked at.
+        found: in the step.
+        run: the run.
+        terms: powers in use.
+        x: where the step ends in its piece.
+    """
+    state, system = run.state, run.system
+    planes = planes_of(run.omega, state.planes)
+    if clear:
+        now = system.coordinate(planes) < 0.0
+        state.turns += found.turns + (1 if found.below and not now else 0)
+        state.beats += found.beats + (1 if found.below != now else 0)
+    else:
+        at = outside_at(terms, x, run.memory.work)
+        end = system.instant(mode_of(state), run.omega, planes, at)
+        now = end.coordinate < 0.0
+        state.turns += found.turns + (1 if found.below and not now else 0)
+        state.beats += found.beats + (1 if found.behind != (end.angle < 0.0) else 0)
+        state.beats -= ahead(end.coordinate, end.speed, end.angle)

@@ -10,18 +10,19 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.drag import Drag
 from tauto_core.machines.threads.hanging import LEAST_FREE
-from tauto_core.motion import hanging_planes, lever_plane, spans
+from tauto_core.motion import hanging_planes, lever_plane, stepping
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
+from tauto_core.motion.hanging_planes import Hanging
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
 from tauto_core.motion.phase import polar
-from tauto_core.motion.span_events import ABRUPTLY, NEVER, SMOOTHLY
 from tauto_core.motion.step_size import (
     ERROR_OF_LAST_STRONG,
     MARGIN,
@@ -30,6 +31,7 @@ from tauto_core.motion.step_size import (
     carried_within,
     settled_at,
 )
+from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
 from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError, PropagationError
@@ -37,7 +39,10 @@ from tauto_core.scene.errors import CamRangeError, PropagationError
 NAME = 'collocation'
 
 MAX_ANGLE = 2.0
-"""Longest step, as the angle it turns [rad]: beats are counted at its ends."""
+"""Longest step, as the angle it turns [rad]."""
+
+COARSEN = 2.0**-17
+"""Part of the tolerance below which steps double: their error grows by 2^16."""
 
 _SHORTER = 0.94
 
@@ -55,19 +60,25 @@ class Case(NamedTuple):
 
 
 class _Model(NamedTuple):
-    system: Any
+    system: Lever | Hanging
     omega: tuple[float, ...]
     rows: int
 
 
-def _on_wheel(
-    machine: LeverMachine | HangingMachine,
-) -> tuple[float, float, float, float | None]:
-    """Return c₁, c₂, twice the impulse's energy and R or None, per inertia."""
+def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> dict[str, Any]:
+    """Return what drag, escapement and gravity are, per inertia."""
     drag, escapement, inertia = machine.drag or Drag(), machine.escapement, machine.inertia
     energy = 0.0 if escapement is None else 2.0 * escapement.energy
     recoil = escapement.recoil / inertia if escapement and escapement.recoil else None
-    return drag.viscous / inertia, drag.quadratic / inertia, energy / inertia, recoil
+    return {
+        'viscous': drag.viscous / inertia,
+        'quadratic': drag.quadratic / inertia,
+        'energy': energy / inertia,
+        'recoil': recoil,
+        'impulse': math.inf if escapement is None else escapement.angle,
+        'pace': pace,
+        'gravity': machine.gravity,
+    }
 
 
 def _lever(machine: LeverMachine, settled: float) -> _Model:
@@ -77,7 +88,7 @@ def _lever(machine: LeverMachine, settled: float) -> _Model:
         omega = machine.frequency
     carried = math.sqrt(machine.turned_inertia / machine.inertia)
     weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
-    system = Lever(lever_shape(machine, settled), carried, weight, *_on_wheel(machine))
+    system = Lever(lever_shape(machine, settled), carried, weight, **_on_wheel(machine, omega))
     return _Model(system, (omega,), lever_plane.ROWS)
 
 
@@ -90,7 +101,7 @@ def _hanging(machine: HangingMachine) -> _Model:
     columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
     columns = columns / np.max(np.abs(columns), axis=0)
     back = np.linalg.inv(columns)
-    system = hanging_planes.Hanging(
+    system = Hanging(
         machine.base_radius,
         machine.length,
         LEAST_FREE * machine.length,
@@ -99,7 +110,7 @@ def _hanging(machine: HangingMachine) -> _Model:
         _pair(columns[1]),
         _pair(back[0]),
         _pair(back[1]),
-        *_on_wheel(machine),
+        **_on_wheel(machine, machine.frequency),
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
     return _Model(system, omega, hanging_planes.ROWS)
@@ -114,19 +125,22 @@ class RealThreads:
         self, machine: LeverMachine | HangingMachine, tolerance: float | None = None
     ) -> None:
         self._machine = machine
-        self._tolerance = TOLERANCE if tolerance is None else tolerance
         self.order = 2 * SIZE
-        self._settled = settled_at(self._tolerance)
-        self._near = carried_within(self._tolerance)
+        allowed = TOLERANCE if tolerance is None else tolerance
+        self._tolerance = Tolerance(
+            step=allowed,
+            factor=ERROR_OF_LAST_STRONG,
+            settled=settled_at(allowed),
+            near=carried_within(allowed),
+            coarsen=allowed * COARSEN,
+        )
         if isinstance(machine, LeverMachine):
-            self._model = _lever(machine, self._settled)
+            self._model = _lever(machine, self._tolerance.settled)
         else:
             self._model = _hanging(machine)
         planes = len(self._model.omega)
         self._memory = make_memory(planes, self._model.rows)
-        self._scratch = np.zeros(4 * planes)
-        self._floats = np.zeros(4 * planes)
-        self._ints = np.zeros(spans.INTS, np.int64)
+        self._state = np.zeros((), state_type(planes))
         self._start_angle = 0.0
         self.longest_step_s = self._longest_step()
 
@@ -138,7 +152,7 @@ class RealThreads:
         Raises:
             PropagationError: a release at which the geometry ends, or the thread is slack.
         """
-        machine, row = self._machine, np.empty((1, spans.ROW))
+        machine, row = self._machine, np.empty(1, stepping.ROW)
         case, outside = _case(forcing), self._outside(forcing)
         felt = machine.felt_angle(machine.release_angle, case.tilt)
         if not abs(felt) <= machine.range_rad:
@@ -149,17 +163,15 @@ class RealThreads:
                 0.0,
             )
         self._place(case)
-        tension, _ = spans.release(
-            self._watched(),
-            -1 if machine.release_angle < 0.0 else 1,
+        tension, _ = stepping.release(
             self._model.system,
             self._model.omega,
+            machine.release_angle,
             outside,
             float(forcing.begin[0]),
-            self._floats,
-            self._ints,
-            self._memory.work,
-            row[0],
+            self._state,
+            self._memory,
+            row.reshape(()),
         )
         if not tension > 0.0:
             raise thread_slack(0.0)
@@ -172,25 +184,20 @@ class RealThreads:
         Raises:
             PropagationError: slack thread, end of the geometry, or no convergence.
         """
-        rows = np.empty((int(np.count_nonzero(forcing.logged)), spans.ROW))
-        code, span, x = self._run(forcing, self._tolerance, self.longest_step_s, rows)
-        if code != spans.OK:
+        rows = np.empty(int(np.count_nonzero(forcing.logged)), stepping.ROW)
+        code, span, x = self._run(forcing, self._model.system, self._tolerance, rows)
+        if code != stepping.OK:
             left = (forcing.end[span] - x) * forcing.length_s[span]
             raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
         return self._motion(rows) if len(rows) else no_motion()
 
     def state(self) -> State:
-        """Return the state vector, the discrete state and the phase at the start."""
-        return {
-            'floats': self._floats.copy(),
-            'ints': self._ints.copy(),
-            'start_angle': self._start_angle,
-        }
+        """Return the running state by its names, and the phase at the start."""
+        return {**state_of(self._state), 'start_angle': self._start_angle}
 
     def restore(self, state: State) -> None:
         """Go on from a state."""
-        self._floats = np.array(state['floats'])
-        self._ints = np.array(state['ints'])
+        restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])
 
     def _outside(self, forcing: Forcing) -> tuple[FloatArray, ...]:
@@ -202,54 +209,41 @@ class RealThreads:
         still = np.zeros((len(forcing.length_s), 1))
         return forcing.length_s, still, still, still + self._machine.gravity
 
-    def _watched(self) -> tuple[int, float, float]:
-        drag, escapement = self._machine.drag, self._machine.escapement
-        turns = NEVER if escapement is None else SMOOTHLY
-        if drag is not None and drag.quadratic > 0.0:
-            turns = ABRUPTLY
-        impulse = math.inf if escapement is None else escapement.angle
-        return turns, impulse, self._machine.gravity
-
     def _place(self, case: Case) -> None:
         """Put the wheel at rest in the case at the release angle."""
         machine, (system, omega, _) = self._machine, self._model
-        turn, self._floats[:] = case.vertical_rate - case.tilt_rate, 0.0
-        if isinstance(machine, LeverMachine):
+        turn, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
+        planes[:] = 0.0
+        if isinstance(system, Hanging):
+            angles = machine.release_angle + case.vertical - case.tilt, case.vertical
+            for p, back in enumerate((system.to_first, system.to_second)):
+                planes[4 * p] = back[0] * angles[0] + back[1] * angles[1]
+                rate = back[0] * turn + back[1] * case.vertical_rate
+                planes[4 * p + 2] = rate / omega[p]
+        elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
             ratio = system.carried * float(machine.ratio(angle))
             dragged = (1.0 + system.carried * ratio) / math.hypot(1.0, ratio)
-            self._floats[0] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
-            self._floats[2] = dragged * turn / omega[0]
-            return
-        angles = machine.release_angle + case.vertical - case.tilt, case.vertical
-        for p, back in enumerate((system.to_first, system.to_second)):
-            self._floats[4 * p] = back[0] * angles[0] + back[1] * angles[1]
-            rate = back[0] * turn + back[1] * case.vertical_rate
-            self._floats[4 * p + 2] = rate / omega[p]
+            planes[0] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
+            planes[2] = dragged * turn / omega[0]
 
     def _run(
         self,
         forcing: Forcing,
-        tolerance: float,
-        longest_s: float,
-        rows: FloatArray,
-        trial: bool = False,
+        system: Lever | Hanging,
+        tolerance: Tolerance,
+        rows: NDArray[np.void],
+        longest_s: float | None = None,
     ) -> tuple[int, int, float]:
-        system = self._model.system
-        # without turning points d has no meaning; the pallet is 0, and so is recoil
-        found: tuple[int, int, float] = spans.advance(
-            (tolerance, ERROR_OF_LAST_STRONG, self._settled, self._near),
-            self._machine.frequency,
-            longest_s,
-            (NEVER, math.inf, self._machine.gravity) if trial else self._watched(),
-            system._replace(quadratic=0.0) if trial else system,
+        found: tuple[int, int, float] = stepping.advance(
+            system,
             self._model.omega,
+            tolerance,
+            self.longest_step_s if longest_s is None else longest_s,
             self._outside(forcing),
-            (forcing.begin, forcing.end, forcing.logged),
-            self._floats,
-            self._ints,
+            stepping.Spans(forcing.begin, forcing.end, forcing.logged),
+            self._state,
             self._memory,
-            self._scratch,
             rows,
         )
         return found
@@ -258,6 +252,10 @@ class RealThreads:
         """Return the longest step [s] of which, in a swing on land, none need be halved."""
         angle, fastest = MAX_ANGLE, max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
+        # without turning points d has no meaning; the pallet is 0, and so is recoil
+        free = self._model.system._replace(quadratic=0.0, impulse=math.inf)
+        step = MARGIN * self._tolerance.step
+        tolerance = self._tolerance._replace(step=step, coarsen=step * COARSEN)
         while angle > MIN_ANGLE:
             step_s = angle / fastest
             count = min(math.ceil(swing_s / step_s), _MOST_TRIAL_STEPS)
@@ -268,21 +266,21 @@ class RealThreads:
                 end_ns=np.zeros(count, np.int64),
                 logged=np.zeros(count, np.bool_),
             )
-            self._ints[:] = 0
+            self._state = np.zeros_like(self._state)
             self._place(Case(0.0, 0.0, 0.0, 0.0))
-            self._run(trial, MARGIN * self._tolerance, step_s, np.empty((0, spans.ROW)), True)
-            if self._ints[spans.LEVEL] == 0 and self._ints[spans.NEWTON] == 0:
+            self._run(trial, free, tolerance, np.empty(0, stepping.ROW), step_s)
+            if self._state['level'] == 0 and self._state['newton'] == 0:
                 break
             angle *= _SHORTER
         return angle / fastest
 
     def _failure(self, code: int, time_s: float) -> PropagationError:
-        if code == spans.SLACK:
+        if code == stepping.SLACK:
             return thread_slack(time_s)
-        if code == spans.NO_CONVERGENCE:
+        if code == stepping.NO_CONVERGENCE:
             return PropagationError(
-                f'no convergence to the tolerance {self._tolerance:g} with steps of 2^-'
-                f'{spans.MAX_LEVEL} of a sample interval. Raise ship.rate, or check drag and '
+                f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
+                f'{stepping.MAX_LEVEL} of a sample interval. Raise ship.rate, or check drag and '
                 'the dimensions of wheel and thread',
                 time_s,
             )
@@ -297,24 +295,24 @@ class RealThreads:
             time_s,
         )
 
-    def _within_turn(self, rows: FloatArray) -> FloatArray:
+    def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
         """Return the angle of (x, −ẋ/ω) within a turn, x = s of the lever, u of the thread."""
-        return polar(rows[:, 3], rows[:, 4], self._machine.frequency)
+        return polar(rows['coordinate'], rows['speed'], self._machine.frequency)
 
-    def _motion(self, rows: FloatArray) -> Motion:
-        omega, (x, speed, bend) = self._machine.frequency, rows[:, 3:6].T
+    def _motion(self, rows: NDArray[np.void]) -> Motion:
+        omega, x, speed = self._machine.frequency, rows['coordinate'], rows['speed']
         half = (self._within_turn(rows) - self._start_angle) / math.pi
         whole = np.floor(half)
         size = omega * omega * x * x + speed * speed
-        turning = omega * (speed * speed - x * bend)
+        turning = omega * (speed * speed - x * rows['acceleration'])
         return Motion(
-            angle=rows[:, 0],
-            rate=rows[:, 1],
-            torque=self._machine.inertia * rows[:, 2],
-            half_turns=2 * rows[:, 6].astype(np.int64) + whole.astype(np.int64),
+            angle=rows['angle'],
+            rate=rows['rate'],
+            torque=self._machine.inertia * rows['torque'],
+            half_turns=2 * rows['turns'] + whole.astype(np.int64),
             fraction=half - whole,
             phase_rate=np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0),
-            beats=rows[:, 7].astype(np.int64),
+            beats=rows['beats'].copy(),
         )
 
 

@@ -1,12 +1,8 @@
-"""When, within a step, a value that was positive falls to zero.
-
-`watch` is what a driver needs to tell the value at a fraction of the step; the driver overloads
-`value_of` for its type.
-"""
+"""When, within a step, a value that was positive falls to zero."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Protocol
 
 from tauto_core.kernels import compiled
 
@@ -14,13 +10,15 @@ TRIALS = 12
 MOST = 200
 
 
-def value_of(watch: Any, xi: float) -> float:
-    """Return the watched value at the fraction xi of the step, from the stage polynomials."""
-    raise TypeError('value_of runs in compiled code only')
+class Watched(Protocol):
+    """What has a value within a step: a NamedTuple with this method."""
+
+    def value(self, xi: float) -> float:
+        """Return the value at the fraction xi of the step, from the stage polynomials."""
 
 
 @compiled
-def locate(watch: Any, last: float, at_last: float, precision: float) -> float:
+def locate(watch: Watched, last: float, at_last: float, precision: float) -> float:
     """Return the fraction of the step at which a value falls to zero; 0: it was never positive.
 
     False position in the form of Illinois (Dowell and Jarratt, BIT 11, 1971, 168), probing no
@@ -33,12 +31,12 @@ def locate(watch: Any, last: float, at_last: float, precision: float) -> float:
         precision: how far off the fraction may be.
     """
     a, b, fb = 0.0, last, min(at_last, 0.0)
-    fa = value_of(watch, a)
+    fa = watch.value(a)
     if not fa > 0.0:
         # from where the last event was, the value may be positive for a moment only
         for trial in range(1, TRIALS):
             x = last * 0.25 ** (TRIALS - trial)
-            fx = value_of(watch, x)
+            fx = watch.value(x)
             if fx > 0.0:
                 a, fa = x, fx
             elif fa > 0.0:
@@ -52,7 +50,7 @@ def locate(watch: Any, last: float, at_last: float, precision: float) -> float:
         if b - a <= precision:
             return x
         x = min(max(x, a + 0.5 * precision), b - 0.5 * precision)
-        fx = value_of(watch, x)
+        fx = watch.value(x)
         if fx == 0.0:
             return x
         if fx > 0.0:

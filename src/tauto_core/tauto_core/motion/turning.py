@@ -15,7 +15,7 @@ The stage equations are iterated, to rounding if need be; where the disturbance 
 that, Newton's method takes over. The state is kept in twofold numbers and turned by a twofold
 rotation, so that what n steps lose grows like √n.
 
-Who uses it says what disturbs: an overload of `disturb` for its own type of `system` reads the
+Who uses it says what disturbs: the method `disturb(mode, omega, work)` of its `system` reads the
 rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as lanes, one
 a stage. `row` tells where in `work` they are; `make_memory` makes it.
 
@@ -154,11 +154,6 @@ def pointers(memory: Any) -> Any:
     )
 
 
-def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:
-    """Fill the rows D1 and D2 from the rows X and Y; overloaded for each type of system."""
-    raise TypeError('disturb runs in compiled code only')
-
-
 @inlined
 def _short_of_one(cosine: float, sine: float) -> float:
     """Return 1 − cos² − sin² of rounded numbers, exactly enough."""
@@ -205,7 +200,7 @@ def _evaluate(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
         u, v = load(work, row(U, planes, p)), load(work, row(V, planes, p))
         store(work, row(X, planes, p), fma(c, u, s * v))
         store(work, row(Y, planes, p), fma(c, v, -(s * u)))
-    disturb(system, mode, omega, work)
+    system.disturb(mode, omega, work)
     for p in range(planes):
         c, s = load(work, table + p), load(work, table + planes + p)
         d1, d2 = load(work, row(D1, planes, p)), load(work, row(D2, planes, p))
@@ -384,8 +379,8 @@ def collocate(
     """Solve the stage equations of a step of h from `state`.
 
     Args:
-        system: what disturbs, see `disturb`.
-        mode: handed on to `disturb`.
+        system: what disturbs.
+        mode: handed on to its `disturb`.
         omega: ω of each plane [rad/s], a tuple.
         h: length of the step [s], |ωh| ≤ MAX_ANGLE.
         kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.

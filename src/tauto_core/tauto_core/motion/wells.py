@@ -15,20 +15,19 @@ d the sign of θ̇ and s that of the last impulse, both constant between the eve
 A heavy weight on a linear lever arm has a `shape` (arc_length): then x = s, the arc, and
 p = ṡ + γ̇n stand for q and w. x and w are either of them.
 
-What goes together travels together: `machine` is (μ, force, stiffness, weight, viscous, quadratic,
-coulomb, escapement, recoil), each over I or None; `well` (machine, lever, shape or None); `mode`
-(side of the cam's kink, d, s); `at` what the ship does at an instant: (γ̇, γ̈), (τ, τ̇, τ̈), g_eff.
+A `well` has a `machine`, a `lever` and a `shape` or None: `wheel_plane.Wheel`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tauto_core.curves.levers import ArcLever, LinearLever, SmoothLever, SpringLever
 from tauto_core.kernels import compiled, inlined, overload
+from tauto_core.machines.escapement import Ebb
 from tauto_core.motion import arc_length
 from tauto_core.motion.lanes import (
     filled,
@@ -40,9 +39,43 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
+from tauto_core.motion.outside import Outside
 from tauto_core.motion.rotation import sine_versine
 
 SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
+
+
+class Impulse(NamedTuple):
+    """The escapement's impulse: twice its energy over I, and how it weakens."""
+
+    energy: float
+    ebb: Ebb | None
+
+
+class Terms(NamedTuple):
+    """What acts on the wheel, each over its inertia I; None where absent.
+
+    Attributes:
+        carried: μ = m/I of the mass that rides on the thread [1/m2].
+        force: constant part of the pull.
+        stiffness: of the spring, by the lift.
+        weight: mass that draws, by the apparent gravity.
+        viscous, quadratic, coulomb: c₁, c₂ and c₀ of the drag.
+        impulse: of the escapement.
+        recoil: R.
+    """
+
+    carried: float | None
+    force: float | None
+    stiffness: float | None
+    weight: float | None
+    viscous: float | None
+    quadratic: float | None
+    coulomb: float | None
+    impulse: Impulse | None
+    recoil: float | None
+
+
 arc_of = compiled(arc_length.arc_of)
 angle_of = compiled(arc_length.angle_of)
 
@@ -199,19 +232,18 @@ def _term(coefficient: Any, value: Any) -> Any:
 
 
 @inlined
-def pull_of(machine: Any, lift: Any, g_eff: Any) -> Any:
+def pull_of(machine: Terms, lift: Any, g_eff: Any) -> Any:
     """Return F/I."""
-    _, force, stiffness, weight, _, _, _, _, _ = machine
-    return term(force, 1.0) + term(stiffness, lift) + term(weight, g_eff)
+    pull = term(machine.force, 1.0) + term(machine.stiffness, lift)
+    return pull + term(machine.weight, g_eff)
 
 
 @inlined
-def resistance(machine: Any, v: Any, mode: Any) -> Any:
+def resistance(machine: Terms, v: Any, mode: Any) -> Any:
     """Return the torques of drag and recoil, reversed, over I."""
-    _, _, _, _, viscous, quadratic, coulomb, _, recoil = machine
-    _, d, s = mode
-    drag = term(viscous, v) + term(quadratic, d * (v * v)) + term(coulomb, d)
-    return drag + term(recoil, s)
+    d = mode.direction
+    drag = term(machine.viscous, v) + term(machine.quadratic, d * (v * v))
+    return drag + term(machine.coulomb, d) + term(machine.recoil, mode.pallet)
 
 
 @inlined
@@ -257,135 +289,50 @@ def _angle_along(shape: Any, arc: float) -> float:
     return angle_of(arc, shape.k)
 
 
+@inlined
 def angle_at(well: Any, x: float) -> float:
     """Return q of a state."""
-    raise TypeError('angle_at runs in compiled code only')
+    return x if well.shape is None else _angle_along(well.shape, x)
 
 
-@overload(angle_at)
-def _angle_at(well: Any, x: Any) -> Any:
-    if _absent(well[2]):
-        return lambda well, x: x
-    return lambda well, x: _angle_along(well[2], x)
-
-
-def unfold(well: Any, x: Any, w: Any, line_rate: Any, side: float) -> Any:
+@inlined
+def unfold(well: Any, x: float, w: float, line_rate: float, side: float) -> tuple[float, float]:
     """Return q and q̇ of a state."""
-    raise TypeError('unfold runs in compiled code only')
+    if well.shape is None:
+        t = lever_arm(well.lever, side, x)[0]
+        return x, rate_of(well.machine.carried, t, w, line_rate)
+    k = well.shape.k
+    q = _angle_along(well.shape, x)
+    n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
+    return q, n * (w - line_rate * n)
 
 
-@overload(unfold)
-def _unfold(well: Any, x: Any, w: Any, line_rate: Any, side: Any) -> Any:
-    if _absent(well[2]):
-
-        def angle(well: Any, x: Any, w: Any, line_rate: Any, side: float) -> Any:
-            return x, rate_of(well[0][0], lever_arm(well[1], side, x)[0], w, line_rate)
-
-        return angle
-
-    def arc(well: Any, x: float, w: float, line_rate: float, side: float) -> Any:
-        shape = well[2]
-        q = _angle_along(shape, x)
-        n = 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q))
-        return q, n * (w - line_rate * n)
-
-    return arc
-
-
-def fold(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any:
+@inlined
+def fold(well: Any, q: float, rate: float, line_rate: float, side: float) -> tuple[float, float]:
     """Return x and w of q and q̇."""
-    raise TypeError('fold runs in compiled code only')
-
-
-@overload(fold)
-def _fold(well: Any, q: Any, rate: Any, line_rate: Any, side: Any) -> Any:
-    if _absent(well[2]):
-
-        def angle(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any:
-            t = lever_arm(well[1], side, q)[0]
-            return q, rate * mass_of(well[0][0], t) + line_rate
-
-        return angle
-
-    def arc(well: Any, q: float, rate: float, line_rate: float, side: float) -> Any:
-        k = well[2].k
-        root = math.sqrt(1.0 + (k * q) * (k * q))
-        return arc_of(q, k), rate * root + line_rate / root
-
-    return arc
+    if well.shape is None:
+        t = lever_arm(well.lever, side, q)[0]
+        return q, rate * mass_of(well.machine.carried, t) + line_rate
+    k = well.shape.k
+    root = math.sqrt(1.0 + (k * q) * (k * q))
+    return arc_of(q, k), rate * root + line_rate / root
 
 
 @compiled
-def acceleration(well: Any, mode: Any, x: float, w: float, at: Any) -> Any:
-    """Return θ, θ̇, q̇, q̈, q and the thread's tension over I (0 or less: slack)."""
-    machine, lever, _ = well
-    line, tilt, g_eff = at
-    q, rate = unfold(well, x, w, line[0], mode[0])
-    t, t1, lift = lever_arm(lever, mode[0], q)
-    v = rate + tilt[1]
-    pull = pull_of(machine, lift, g_eff)
-    pushed = line[1] + resistance(machine, v, mode) + pull * t + ride(machine[0], t, t1, rate)
-    bend = -pushed / mass_of(machine[0], t)
-    tension = pull + term(machine[0], t1 * (rate * rate) + t * bend)
-    return q + tilt[0], v, rate, bend, q, tension
-
-
-def drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
-    """Return ẋ and ẇ in the state that `acceleration` returned."""
-    raise TypeError('drift runs in compiled code only')
-
-
-@overload(drift)
-def _drift(well: Any, mode: Any, state: Any, at: Any) -> Any:
-    if _absent(well[2]):
-
-        def angle(well: Any, mode: Any, state: Any, at: Any) -> Any:
-            t, t1, lift = lever_arm(well[1], mode[0], state[4])
-            resisted = pull_of(well[0], lift, at[2]) * t + resistance(well[0], state[1], mode)
-            return state[2], ride(well[0][0], t, t1, state[2]) - resisted
-
-        return angle
-
-    def arc(well: Any, mode: Any, state: Any, at: Any) -> Any:
-        t, _, lift = lever_arm(well[1], mode[0], state[4])
-        k = well[2].k
-        n = 1.0 / math.sqrt(1.0 + (k * state[4]) * (k * state[4]))
-        resisted = pull_of(well[0], lift, at[2]) * t + resistance(well[0], state[1], mode)
-        bent = -(k * k) * state[4] * (n * n) * (n * n)
-        return state[2] / n, state[2] / n * at[0][0] * bent - n * resisted
-
-    return arc
-
-
-@compiled
-def holding_torque(well: Any, mode: Any, angle: float, at: Any) -> float:
+def holding_torque(well: Any, mode: Any, angle: float, at: Outside) -> float:
     """Return the torque over I that keeps the wheel at `angle` in the moving case."""
-    machine, lever, _ = well
-    line, tilt, g_eff = at
-    t, t1, lift = lever_arm(lever, mode[0], angle - tilt[0])
-    carried = term(machine[0], t * (t1 * tilt[1] * tilt[1] - t * tilt[2]))
-    pushed = carried + pull_of(machine, lift, g_eff) * t
-    return line[1] - tilt[2] + pushed + term(machine[8], mode[2])
-
-
-def strength(ebb: Any, given: int) -> float:
-    """Return the energy of the next impulse by the mean, after so many since the start."""
-    raise TypeError('strength runs in compiled code only')
-
-
-@overload(strength)
-def _strength(ebb: Any, given: Any) -> Any:
-    if _absent(ebb):
-        return lambda ebb, given: 1.0
-    return lambda ebb, given: 1.0 + ebb[0] * (0.5 - (given % ebb[1] + 0.5) / ebb[1])
+    machine, tilt = well.machine, at.tilt
+    t, t1, lift = lever_arm(well.lever, mode.side, angle - tilt.value)
+    carried = term(machine.carried, t * (t1 * tilt.rate * tilt.rate - t * tilt.bend))
+    pushed = carried + pull_of(machine, lift, at.gravity) * t
+    return at.line.bend - tilt.bend + pushed + term(machine.recoil, mode.pallet)
 
 
 @compiled
-def kick(escapement: Any, mu: Any, t: float, v: float, d: float, given: int) -> float:
+def kick(impulse: Impulse, mu: Any, t: float, v: float, d: float, given: int) -> float:
     """Return what an impulse adds to q̇: ½ M θ̇² grows by the energy (theory E2)."""
-    if escapement is None:
-        return 0.0
-    energy = escapement[0] * strength(escapement[2], given)
+    strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
+    energy = impulse.energy * strength
     return d * math.sqrt(v * v + energy / mass_of(mu, t)) - v
 
 

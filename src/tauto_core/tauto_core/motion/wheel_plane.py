@@ -1,84 +1,359 @@
-"""What disturbs the plane of the wheel: the trochlea in one turning plane, as `turning` takes it.
+"""The wheel as a system: the trochlea in one turning plane.
 
-Along the angle, or along the arc where the lever arm is linear and a weight rides along.
+Along the angle ϑ, or along the arc where the lever arm is linear and a weight rides along.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import math
+from typing import Any, NamedTuple, TypeAlias
 
-from tauto_core.kernels import overload
-from tauto_core.motion import turning
-from tauto_core.motion.lanes import load, store
+from tauto_core.curves.levers import LinearLever
+from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.arc_length import ArcShape
+from tauto_core.motion.lanes import lane, largest, least, load, store, width
+from tauto_core.motion.layout import BEYOND, phase_to
 from tauto_core.motion.outside import (
     D1_ROW,
     D2_ROW,
     GRAVITY,
+    LINE_BEND,
     LINE_RATE,
     OUTSIDE_ROW,
     TILT_RATE,
     X_ROW,
     Y_ROW,
+    Felt,
+    Outside,
+    Place,
+    forcing_at_nodes,
     node_row,
+    outside_at,
 )
+from tauto_core.motion.passages import bounds_of
+from tauto_core.motion.sticking import set_off_or_hold
+from tauto_core.motion.system import (
+    NOWHERE,
+    Beyond,
+    Instant,
+    Lanes,
+    Mode,
+    Omega,
+    Plane,
+    State,
+    first_below,
+)
+from tauto_core.motion.turning import FRACTIONS
 from tauto_core.motion.wells import (
+    Terms,
+    angle_at,
     excess,
+    fold,
+    kick,
+    kinked,
     lever_arm,
+    mass_of,
     pull_of,
     rate_of,
     resistance,
     ride,
     shape_at,
+    term,
+    unfold,
 )
+from tauto_core.samples import FloatArray
+
+Lever: TypeAlias = Any
+"""One of `curves.levers`."""
+
+CLEAR = 2.0
+"""Factor by which the square of the swing exceeds what would just keep it clear of the tilt."""
+
+WELL_WITHIN = 0.97
+"""Part of the range within which all nodes of a step must lie, that all of it surely does."""
+
+ANY_MODE = Mode(1.0, 1.0, 1.0)
 
 
-class Trochlea(NamedTuple):
-    """What disturbs the plane of the wheel: machine, lever and shape as in wells, what is felt.
+class Wheel(NamedTuple):
+    """The wheel as `system.System`.
 
-    `felt` tells by its types which rows of outside there are: γ, τ, g or None.
+    Attributes:
+        machine: what acts on it.
+        lever: arm of the thread.
+        shape: of the arc, or None where the angle is the coordinate.
+        felt: what there is of the ship's motion.
+        impulse, pace: as in `System`.
+        range: largest |ϑ| [rad].
+        gravity: at rest [m/s2].
     """
 
-    machine: Any
-    lever: Any
-    shape: Any
-    felt: Any
+    machine: Terms
+    lever: Lever
+    shape: ArcShape | None
+    felt: Felt
+    impulse: float
+    pace: float
+    range: float
+    gravity: float
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.machine.impulse is not None
+
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.machine.quadratic is not None or self.machine.coulomb is not None
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the cam has a kink."""
+        return kinked(self.lever)
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel."""
+        return self.machine.coulomb is not None
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether a weight keeps the thread taut."""
+        return self.machine.carried is not None or self.machine.weight is not None
+
+    @property
+    def feels_drag(self) -> bool:
+        """Whether the motion in the case matters within a step."""
+        return self.machine.viscous is not None or self.turns_abruptly
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether the place in the case matters within a span."""
+        return self.feels_drag or self.feels_impulse
+
+    def at_nodes(self, place: Place, work: FloatArray) -> None:
+        """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
+        forcing_at_nodes(self.felt, self.feels_drag, place, work)
+
+    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
+        """Fill what disturbs the plane."""
+        if self.shape is not None:
+            _along_the_arc(self, mode, omega, work)
+        else:
+            _along_the_angle(self, mode, omega, work)
+
+    def coordinates(self, work: FloatArray) -> Lanes:
+        """Return ϑ, or the arc, at the nodes."""
+        return load(work, X_ROW)
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return ϑ, or the arc."""
+        return planes[0].x
+
+    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+        """Return whether the step leaves the cam, or its thread goes slack."""
+        return _beyond(self, mode, omega, work)
+
+    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+        """Return what x² + y² exceeds where the swing is surely clear of the tilt, over a piece.
+
+        While |ϑ| is less than the tilt's bound τ, and so θ may pass zero, the momentum must be
+        more than what the line's motion makes of it: then ϑ and θ pass zero once each, the same
+        way. With M the moment of inertia at ϑ = τ: x² ≤ M τ² there, and |y| > (M |τ̇| + |γ̇|)/ω is
+        asked.
+        """
+        length, neutral, tilt, _ = forcing
+        per = 1.0 / (length[k] * omega[0])
+        reach, reach_rate = bounds_of(tilt, k, per)
+        _, line_rate = bounds_of(neutral, k, per)
+        mass = mass_of(self.machine.carried, lever_arm(self.lever, 1.0, reach)[0])
+        pushed = mass * reach_rate + line_rate
+        return CLEAR * (mass * reach * reach + pushed * pushed)
+
+    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
+        """Return whether x² + y² exceeds that at all nodes."""
+        x, y = load(work, X_ROW), load(work, Y_ROW)
+        return least(x * x + y * y) > square
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return the wheel at an instant."""
+        return _instant(self, mode, planes[0].x, omega[0] * planes[0].y, at)
+
+    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+        """Return the rates of the coordinate and of the momentum."""
+        return _drift(self, mode, at, now)
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ = ϑ + τ."""
+        return angle_at(self, planes[0].x) + at.tilt.value
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+        """Put the wheel at rest at θ = angle, held by friction or about to go."""
+        set_off_or_hold(self, omega, angle, at, state)
+
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
+        """Return whether the momentum at the beginning outweighs the line's motion."""
+        line_rate = node_row(self.felt.line, work, OUTSIDE_ROW + LINE_RATE)
+        fastest = largest(0.0 * load(work, X_ROW) + line_rate)
+        return mode.side * (omega[0] * planes[2]) > fastest
+
+    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+        """Let an impulse change the momentum."""
+        machine, q = self.machine, now.coordinate
+        if machine.impulse is None:
+            return
+        t = lever_arm(self.lever, mode.side, q)[0]
+        given, d = state.given, mode.direction
+        rate = now.speed + kick(machine.impulse, machine.carried, t, now.rate, d, given)
+        state.planes[2] = fold(self, q, rate, at.line.rate, mode.side)[1] / omega[0]
+        state.planes[3] = 0.0
+
+    def ahead_s(
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
+    ) -> float:
+        """Return the time to a little after the next impulse or kink to expect [s], or inf.
+
+        The swing goes on about the line as that moves now, as fast as gravity lets it on the way.
+        """
+        ahead, pace = math.inf, omega[0]
+        if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
+            return ahead
+        line, tilt, gravity = outside_at(terms, x, work)
+        q, y = angle_at(self, state.planes[0]), state.planes[2] - line.rate / omega[0]
+        if self.feels_impulse:
+            way = float(state.direction if state.armed else -state.direction)
+            ahead = phase_to(way, q, y, self.impulse - way * tilt.value)
+            if ahead < math.inf:
+                then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
+                ahead = phase_to(way, q, y, self.impulse - way * then.tilt.value)
+                gravity = 0.5 * (gravity + then.gravity)
+        if self.kinked:
+            ahead = min(ahead, phase_to(-float(state.side), q, y, 0.0))
+        if gravity > 0.0:
+            pace *= math.sqrt(gravity / self.gravity)
+        return (ahead + BEYOND) / pace
 
 
-@overload(turning.disturb)
-def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
-    if getattr(system, 'instance_class', None) is not Trochlea:
-        return None
-    if system[2] is not None:
-        return _along_the_arc
-    return _along_the_angle
-
-
-def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
-    machine, lever, _, felt = system
+@inlined
+def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
+    machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
     q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-    line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-    t, t1, lift = lever_arm(lever, mode[0], q)
-    rate = rate_of(machine[0], t, w, line_rate)
-    v = rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, lift, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
+    line_rate = node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE)
+    t, t1, lift = lever_arm(lever, mode.side, q)
+    rate = rate_of(machine.carried, t, w, line_rate)
+    v = rate + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE)
+    pull = pull_of(machine, lift, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
     more = excess(lever, q, t, pull, omega[0] * omega[0])
-    more = more + ride(machine[0], t, t1, rate) - resistance(machine, v, mode)
+    more = more + ride(machine.carried, t, t1, rate) - resistance(machine, v, mode)
     store(work, D1_ROW, rate - w)
     store(work, D2_ROW, more * per_omega)
 
 
-def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
-    machine, lever, shape, felt = system
+@inlined
+def _along_the_arc(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
+    machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
     s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-    n, slope, less, _ = shape_at(shape, lever.rate, s)
-    line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
+    n, slope, less, _ = shape_at(wheel.shape, lever.rate, s)
+    line_rate = node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE)
     carried = line_rate * n
     rate = p - carried
-    v = n * rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
+    v = n * rate + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE)
+    pull = pull_of(machine, 0.0, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
     square = omega[0] * omega[0] - lever.rate * pull + pull * less
     more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
     store(work, D1_ROW, -carried)
     store(work, D2_ROW, more * per_omega)
+
+
+@compiled
+def _instant(wheel: Wheel, mode: Mode, x: float, w: float, at: Outside) -> Instant:
+    machine, tilt = wheel.machine, at.tilt
+    q, rate = unfold(wheel, x, w, at.line.rate, mode.side)
+    t, t1, lift = lever_arm(wheel.lever, mode.side, q)
+    v = rate + tilt.rate
+    pull = pull_of(machine, lift, at.gravity)
+    pushed = at.line.bend + resistance(machine, v, mode) + pull * t
+    bend = -(pushed + ride(machine.carried, t, t1, rate)) / mass_of(machine.carried, t)
+    tension = pull + term(machine.carried, t1 * (rate * rate) + t * bend)
+    margin = wheel.range - abs(q)
+    return Instant(
+        q + tilt.value, v, bend + tilt.bend, tension, margin, -tension * t, q, rate, bend
+    )
+
+
+@compiled
+def _drift(wheel: Wheel, mode: Mode, at: Outside, now: Instant) -> tuple[Plane, ...]:
+    machine, rate = wheel.machine, now.speed
+    t, t1, lift = lever_arm(wheel.lever, mode.side, now.coordinate)
+    resisted = pull_of(machine, lift, at.gravity) * t + resistance(machine, now.rate, mode)
+    if wheel.shape is None:
+        return (Plane(rate, ride(machine.carried, t, t1, rate) - resisted),)
+    k, q = wheel.shape.k, now.coordinate
+    n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
+    bent = -(k * k) * q * (n * n) * (n * n)
+    return (Plane(rate / n, rate / n * at.line.rate * bent - n * resisted),)
+
+
+@compiled
+def _at_nodes_felt(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> Any:
+    """Return q and q̇ at the stages."""
+    line_rate = node_row(wheel.felt.line, work, OUTSIDE_ROW + LINE_RATE)
+    if wheel.shape is None:
+        q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+        t = lever_arm(wheel.lever, mode.side, q)[0]
+        return q, rate_of(wheel.machine.carried, t, w, line_rate)
+    n, _, _, angle = shape_at(wheel.shape, wheel.lever.rate, load(work, X_ROW))
+    return angle, n * (omega[0] * load(work, Y_ROW) - line_rate * n)
+
+
+@compiled
+def _tension(wheel: Wheel, mode: Mode, q: Lanes, rate: Lanes, work: FloatArray) -> Lanes:
+    """Return the thread's tension over I at the stages."""
+    machine, felt = wheel.machine, wheel.felt
+    mu = machine.carried
+    t, t1, lift = lever_arm(wheel.lever, mode.side, q)
+    v = rate + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE)
+    pull = pull_of(machine, lift, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
+    pushed = pull * t + resistance(machine, v, mode) + ride(mu, t, t1, rate)
+    bend = -(pushed + node_row(felt.line, work, OUTSIDE_ROW + LINE_BEND)) / mass_of(mu, t)
+    # lanes, whatever the terms are
+    return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
+
+
+@compiled
+def _surely_within(wheel: Wheel, omega: Omega, work: FloatArray) -> bool:
+    """Return whether rough bounds show that no node is past the edge, and no thread slack."""
+    if not isinstance(wheel.lever, LinearLever):
+        return False
+    # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + resistance), in either coordinate
+    machine, felt, x = wheel.machine, wheel.felt, load(work, X_ROW)
+    none = 0.0 * x
+    reach = largest(x)
+    line_rate = largest(none + node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE))
+    line_bend = largest(none + node_row(felt.line, work, OUTSIDE_ROW + LINE_BEND))
+    tilt_rate = largest(none + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE))
+    speed = omega[0] * largest(load(work, Y_ROW)) + line_rate + tilt_rate
+    pull = pull_of(machine, 0.0, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
+    pushed = line_bend + resistance(machine, speed, ANY_MODE)
+    against = term(machine.carried, wheel.lever.rate * reach * pushed)
+    return reach <= wheel.range and least(none + pull) > against
+
+
+@compiled
+def _beyond(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+    edge = slack = NOWHERE
+    reach = largest(load(work, X_ROW))
+    within = reach <= WELL_WITHIN * wheel.range
+    if _surely_within(wheel, omega, work):
+        return Beyond(edge, slack, within, reach)
+    q, rate = _at_nodes_felt(wheel, mode, omega, work)
+    if largest(q) > wheel.range:
+        nodes = load(work, FRACTIONS)
+        for i in range(width(q) - 1, -1, -1):
+            edge = lane(nodes, i) if abs(lane(q, i)) > wheel.range else edge
+    if wheel.has_weight:
+        slack = first_below(_tension(wheel, mode, q, rate, work), work)
+    return Beyond(edge, slack, within, reach)

@@ -8,14 +8,13 @@ In one plane the two coordinates are the same, and V = ⅔ λ x³.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.kernels import entry, overload
-from tauto_core.motion import turning
+from tauto_core.kernels import entry
 from tauto_core.motion.lanes import filled, load, store
 from tauto_core.motion.turning import (
     D1,
@@ -34,27 +33,25 @@ from tauto_core.motion.turning import (
 OMEGA = 1.0, 1.7
 
 
-# The system is a plain pair, λ and c.
-@overload(turning.disturb)
-def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:  # noqa: ARG001
-    if getattr(system, 'instance_class', None) is not None or len(system) != 2:
-        return None
+class Coupled(NamedTuple):
+    """Planes that λ couples and c damps."""
 
-    def disturb(system: Any, mode: Any, omega: Any, work: Any) -> None:  # noqa: ARG001
+    coupling: float
+    damping: float
+
+    def disturb(self, mode: Any, omega: Any, work: Any) -> None:  # noqa: ARG002
         planes = len(omega)
         last = planes - 1
         first_x, last_x = load(work, row(X, planes, 0)), load(work, row(X, planes, last))
         for p in range(planes):
             slope = filled(work, 0.0)
             if p == 0:
-                slope = slope + (2.0 * system[0]) * (first_x * last_x)
+                slope = slope + (2.0 * self.coupling) * (first_x * last_x)
             if p == last:
-                slope = slope + system[0] * (first_x * first_x - last_x * last_x)
-            resisted = system[1] * load(work, row(Y, planes, p))
+                slope = slope + self.coupling * (first_x * first_x - last_x * last_x)
+            resisted = self.damping * load(work, row(Y, planes, p))
             store(work, row(D1, planes, p), filled(work, 0.0))
             store(work, row(D2, planes, p), -(resisted + slope / omega[p]))
-
-    return disturb
 
 
 @entry
@@ -78,7 +75,7 @@ def advance(x, y, h, steps, *, omega=OMEGA, coupling=0.0, damping=0.0, stages=8)
     state = np.zeros(4 * len(omega))
     state[0::4], state[2::4] = x, y
     memory = make_memory(len(omega), 0, stages)
-    said = run((coupling, damping), omega, h, steps, state, memory)
+    said = run(Coupled(coupling, damping), omega, h, steps, state, memory)
     return state[0::4].copy(), state[2::4].copy(), said
 
 
@@ -218,7 +215,7 @@ def test_what_cannot_be_solved_is_said_and_leaves_the_state(coupling):
     state = np.zeros(8)
     state[0::4], state[2::4] = (0.3, -0.2), (0.1, 0.25)
     before = state.copy()
-    last, _ = run((coupling, 0.0), OMEGA, 0.4, 1, state, make_memory(2, 0))
+    last, _ = run(Coupled(coupling, 0.0), OMEGA, 0.4, 1, state, make_memory(2, 0))
     assert last == math.inf
     np.testing.assert_array_equal(state, before)
 

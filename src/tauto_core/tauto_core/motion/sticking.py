@@ -1,0 +1,64 @@
+"""Coulomb's friction at the turning points of the wheel: held in the case, or let go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tauto_core.kernels import compiled
+from tauto_core.motion.events import is_due
+from tauto_core.motion.lanes import width
+from tauto_core.motion.outside import Outside, Place, outside_at
+from tauto_core.motion.system import Omega, Run, State, mode_of
+from tauto_core.motion.wells import fold, holding_torque, term
+
+BISECTIONS = 60
+
+
+@compiled
+def set_off_or_hold(wheel: Any, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    """Decide at θ̇ = 0 whether friction holds the wheel, else which way it sets off."""
+    coulomb = wheel.machine.coulomb
+    q = angle - at.tilt.value
+    state.side = 1 if q > 0.0 or (q == 0.0 and state.side > 0) else -1
+    torque = holding_torque(wheel, mode_of(state), angle, at)
+    _place_at_rest(wheel, omega, angle, at, state)
+    if coulomb is not None and abs(torque) <= coulomb:
+        state.held, state.held_angle = True, angle
+        return
+    state.held = False
+    if torque != 0.0:
+        state.direction = -1 if torque > 0.0 else 1
+    state.armed = is_due(wheel, float(state.direction), angle)
+
+
+@compiled
+def _place_at_rest(wheel: Any, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    """Put the wheel at rest in the moving case at θ = angle."""
+    q, planes = angle - at.tilt.value, state.planes
+    x, w = fold(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
+    planes[0], planes[1] = x, 0.0
+    planes[2], planes[3] = w / omega[0], 0.0
+
+
+@compiled
+def ride_along(run: Run, place: Place) -> float:
+    """Let the held wheel ride with the case; return the fraction at which it breaks loose."""
+    wheel, state, work = run.system, run.state, run.memory.work
+    angle, mode, limit = state.held_angle, mode_of(state), term(wheel.machine.coulomb, 1.0)
+    probes = 1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work)
+    for i in range(1, probes + 1):
+        b = i / probes
+        at = outside_at(place.terms, place.begin + b * place.size, work)
+        if abs(holding_torque(wheel, mode, angle, at)) > limit:
+            a = (i - 1) / probes
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (a + b)
+                at = outside_at(place.terms, place.begin + middle * place.size, work)
+                loose = abs(holding_torque(wheel, mode, angle, at)) > limit
+                a, b = (a, middle) if loose else (middle, b)
+            at = outside_at(place.terms, place.begin + b * place.size, work)
+            set_off_or_hold(wheel, run.omega, angle, at, state)
+            return b
+    at = outside_at(place.terms, place.begin + place.size, work)
+    _place_at_rest(wheel, run.omega, angle, at, state)
+    return 1.0

@@ -1,0 +1,303 @@
+"""What the driver asks of a system: a wheel, a lever, a swinging thread.
+
+A system is a NamedTuple of numbers with the methods of `System`. What is known when compiling, as
+that a wheel without escapement feels no impulse, is not in the code that runs. The state is X and
+Y of each turning plane (turning) and what `state_type` has besides.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.lanes import lane, least, load, width
+from tauto_core.motion.outside import Outside, Place, outside_at
+from tauto_core.motion.turning import FRACTIONS, Memory, between
+from tauto_core.samples import FloatArray
+
+Lanes: TypeAlias = Any
+"""A number at each stage of a step, in compiled code."""
+
+Omega: TypeAlias = tuple[float, ...]
+"""Frequencies of the turning planes [rad/s]."""
+
+NOWHERE = 2.0
+"""A fraction beyond any step."""
+
+
+class Mode(NamedTuple):
+    """What is constant between two events, as signs.
+
+    Attributes:
+        side: of a kinked cam, that is felt.
+        direction: d, of θ̇.
+        pallet: s, the direction of the last impulse, from which the next tooth pushes back.
+    """
+
+    side: float
+    direction: float
+    pallet: float
+
+
+class Plane(NamedTuple):
+    """X and Y of a turning plane at an instant."""
+
+    x: float
+    y: float
+
+
+class Instant(NamedTuple):
+    """The system at an instant.
+
+    Attributes:
+        angle, rate, bend: θ of the wheel in its case, and its first two derivatives.
+        tension: of the thread, or what has its sign.
+        margin: what is positive within the range of the system.
+        torque: of the thread on the wheel, over I.
+        coordinate, speed, acceleration: what passes zero once a turn of the phase, and its first
+            two derivatives: ϑ of the wheel, s of the lever, u of the swinging thread.
+    """
+
+    angle: float
+    rate: float
+    bend: float
+    tension: float
+    margin: float
+    torque: float
+    coordinate: float
+    speed: float
+    acceleration: float
+
+
+class Beyond(NamedTuple):
+    """Whether a step leaves the range, by its nodes.
+
+    Attributes:
+        edge: first node past the range of the system, or NOWHERE.
+        slack: first node with a slack thread, or NOWHERE.
+        within: whether all of the step surely lies within the range.
+        reach: largest coordinate at the nodes.
+    """
+
+    edge: float
+    slack: float
+    within: bool
+    reach: float
+
+
+class Tolerance(NamedTuple):
+    """How exact steps are.
+
+    Attributes:
+        step: error allowed a step, relative to the state.
+        factor: of the error by the square of the last coefficient (step_size).
+        settled: part of the state to which stages are iterated.
+        near: how near an event the state is carried to it [rad].
+        coarsen: error below which steps double.
+    """
+
+    step: float
+    factor: float
+    settled: float
+    near: float
+    coarsen: float
+
+
+def state_type(planes: int) -> np.dtype[Any]:
+    """Return the type of a running state of so many planes.
+
+    `planes` is X and Y of each plane, in two doubles each; `beats` passages of θ less those by
+    which it is ahead of the coordinate (passages); `level` how often steps are halved; `newton`
+    steps that took Newton's method; `given` impulses so far; `held` whether friction holds the
+    wheel at `held_angle`; the rest is that of `Mode`.
+    """
+    whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
+    return np.dtype(
+        [
+            ('planes', 'f8', (4 * planes,)),
+            ('held_angle', 'f8'),
+            *((name, 'i8') for name in whole),
+            ('armed', '?'),
+            ('held', '?'),
+        ],
+        align=True,
+    )
+
+
+def state_of(record: NDArray[np.void]) -> dict[str, Any]:
+    """Return what a running state holds, by its names."""
+    return {name: record[name].copy() for name in record.dtype.names or ()}
+
+
+def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
+    """Set a running state from what `state_of` returned."""
+    for name in record.dtype.names or ():
+        record[name] = state[name]
+
+
+class State(Protocol):
+    """A record of `state_type` in compiled code."""
+
+    planes: FloatArray
+    held_angle: float
+    side: int
+    direction: int
+    pallet: int
+    turns: int
+    beats: int
+    level: int
+    newton: int
+    given: int
+    armed: bool
+    held: bool
+
+
+class System(Protocol):
+    """What moves, as the driver takes it; all but the numbers runs in compiled code only.
+
+    `planes` are X and Y of each plane at an instant, `memory` and `work` those of turning.
+    """
+
+    @property
+    def impulse(self) -> float:
+        """Angle of the impulse [rad]; infinite without one."""
+
+    @property
+    def pace(self) -> float:
+        """Frequency of the swing [rad/s]."""
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the law has a kink where the coordinate is zero; known when compiling."""
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel; known when compiling."""
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether the thread may go slack; known when compiling."""
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether τ matters between two logged instants; known when compiling."""
+
+    def at_nodes(self, place: Place, work: FloatArray) -> None:
+        """Fill the rows from OUTSIDE on with what the ship does at the nodes of a step."""
+
+    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
+        """Fill the rows D1 and D2 from the rows X and Y (turning)."""
+
+    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+        """Return whether the step last collocated leaves the range."""
+
+    def coordinates(self, work: FloatArray) -> Lanes:
+        """Return what has the coordinate's sign at the nodes of the step last collocated."""
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return the same at an instant."""
+
+    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+        """Return what tells over piece k of the forcing how large a swing is clear (`clear`)."""
+
+    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
+        """Return whether the swing is clear of the tilt at all nodes of the step (passages)."""
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return the system at an instant."""
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+        """Decide at θ = angle, θ̇ = 0 whether friction holds the wheel, else which way it goes."""
+
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
+        """Return whether the motion surely leaves the kink from the beginning of the step on."""
+
+    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+        """Return the rates of X and ωY of each plane."""
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ alone."""
+
+    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+        """Let the escapement's impulse change the planes."""
+
+    def ahead_s(
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
+    ) -> float:
+        """Return the time to a little after the next event to expect [s], or inf."""
+
+
+class Run(NamedTuple):
+    """What all of a run shares: handed on by name, and free in compiled code."""
+
+    system: Any
+    omega: Omega
+    tolerance: Tolerance
+    state: Any
+    memory: Memory
+
+
+class Watch(NamedTuple):
+    """A step last collocated: what is looked for in it lies on its polynomials."""
+
+    run: Run
+    mode: Mode
+    place: Place
+
+    def planes(self, xi: float) -> tuple[Plane, ...]:
+        """Return X and Y of each plane at a fraction of the step; needs `turning.expand`."""
+        omega, length = self.run.omega, self.place.size * self.place.length
+        start, work = self.run.state.planes, self.run.memory.work
+        found: tuple[Plane, ...] = ()
+        for p in range(len(omega)):
+            x, y = between(omega, p, length, xi, start, work)
+            found = (*found, Plane(x, y))
+        return found
+
+    def outside(self, xi: float) -> Outside:
+        """Return what the ship does at a fraction of the step."""
+        place = self.place
+        return outside_at(place.terms, place.begin + xi * place.size, self.run.memory.work)
+
+    def instant(self, xi: float) -> Instant:
+        """Return the system at a fraction of the step."""
+        system, omega = self.run.system, self.run.omega
+        found: Instant = system.instant(self.mode, omega, self.planes(xi), self.outside(xi))
+        return found
+
+
+@inlined
+def mode_of(state: State) -> Mode:
+    """Return the mode of a state."""
+    return Mode(float(state.side), float(state.direction), float(state.pallet))
+
+
+@inlined
+def planes_of(omega: Omega, numbers: FloatArray) -> tuple[Plane, ...]:
+    """Return X and Y of each plane, without what they leave to the second double."""
+    found: tuple[Plane, ...] = ()
+    for p in range(len(omega)):
+        found = (*found, Plane(numbers[4 * p], numbers[4 * p + 2]))
+    return found
+
+
+@compiled
+def first_below(values: Lanes, work: FloatArray) -> float:
+    """Return the first node with a value that is not positive, or NOWHERE."""
+    if least(values) > 0.0:
+        return NOWHERE
+    for i in range(width(values)):
+        if not lane(values, i) > 0.0:
+            return lane(load(work, FRACTIONS), i)
+    return NOWHERE
