@@ -55,7 +55,7 @@ class Tauto:
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return 'RATE Hz TOLERANCE', coarse to fine, or what needs neither."""
         if isinstance(problem, CaseProblem):
-            return ('20 Hz', '40 Hz', '80 Hz', '100 Hz', '160 Hz')
+            return ('20 Hz', '25 Hz', '32 Hz', '40 Hz', '50 Hz', '80 Hz', '160 Hz')
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
@@ -88,7 +88,7 @@ def _hung(case: HungCase, setting: str, duration_s: float) -> Outcome:
     from tauto_core.motion.axle_swing import AxleSwing  # imports numba
 
     rate, gravity = int(setting.removesuffix(' Hz')), case.gravity
-    swing = AxleSwing(case.e, case.c, case.k, gravity)
+    swing = AxleSwing(case.e, case.c, case.k, gravity, 1.0 / rate)
     # a bearing that is accelerated until the start lets the case hang at that angle
     swing.release(-gravity * math.tan(case.release_angle), gravity)
     ready = time.perf_counter()
