@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from tauto_core.kernels import overload
+from tauto_core.kernels import inlined, overload
 from tauto_core.motion import turning
-from tauto_core.motion.lanes import load, store
+from tauto_core.motion.lanes import fma, load, store
 from tauto_core.motion.outside import (
     D1_ROW,
     D2_ROW,
@@ -53,6 +53,7 @@ def _disturb(system: Any, mode: Any, omega: Any, work: Any) -> Any:
     return _along_the_angle
 
 
+@inlined
 def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
     machine, lever, _, felt = system
     q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
@@ -68,17 +69,18 @@ def _along_the_angle(system: Any, mode: Any, omega: Any, work: Any) -> None:
     store(work, D2_ROW, more * per_omega)
 
 
+@inlined
 def _along_the_arc(system: Any, mode: Any, omega: Any, work: Any) -> None:
     machine, lever, shape, felt = system
     s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
     n, slope, less, _ = shape_at(shape, lever.rate, s)
     line_rate = node_row(felt[0], work, OUTSIDE_ROW + LINE_RATE)
-    carried = line_rate * n
-    rate = p - carried
-    v = n * rate + node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE)
+    rate = fma(-line_rate, n, p)
+    v = fma(n, rate, node_row(felt[1], work, OUTSIDE_ROW + TILT_RATE))
     pull = pull_of(machine, 0.0, node_row(felt[2], work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
-    square = omega[0] * omega[0] - lever.rate * pull + pull * less
-    more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
-    store(work, D1_ROW, -carried)
+    square = fma(pull, less, omega[0] * omega[0] - lever.rate * pull)
+    more = s * fma(rate, line_rate * slope, square)
+    more = fma(-n, resistance(machine, v, mode), more)
+    store(work, D1_ROW, -(line_rate * n))
     store(work, D2_ROW, more * per_omega)
