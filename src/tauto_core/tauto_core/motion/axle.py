@@ -24,7 +24,6 @@ from tauto_core.motion.turning import (
     FRACTIONS,
     OUTSIDE,
     PART_STEP,
-    SETTLED,
     WHOLE_STEP,
     X,
     Y,
@@ -163,7 +162,7 @@ def _over(
     bearing: Any,
     place: Any,
     step: Any,
-    tolerance: float,
+    tolerance: Any,
     state: Any,
     memory: Any,
 ) -> tuple[int, float]:
@@ -177,8 +176,8 @@ def _over(
     x = load(work, FRACTIONS) * hx + x0
     store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, filled(work, 0.0)))
     store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, filled(work, 0.0)))
-    last, newton = collocate(system, 0.0, omega, h, kind, SETTLED, state, memory)
-    if not step_error(ERROR_OF_LAST, last, newton) <= tolerance:
+    last, newton = collocate(system, 0.0, omega, h, kind, tolerance[1], state, memory)
+    if not step_error(ERROR_OF_LAST, last, newton) <= tolerance[0]:
         return NO_CONVERGENCE, 0.0
     if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:
         return LIFTED_OFF, _lift_off(system, omega, bearing, place, h, state, work)
@@ -194,7 +193,7 @@ def _over(
 def advance(
     system: Any,
     omega: Any,
-    tolerance: float,
+    tolerance: Any,
     bearing: Any,
     parts: Any,
     state: Any,
@@ -206,7 +205,7 @@ def advance(
     Args:
         system: a SuspendedCase.
         omega: ω of both modes [rad/s].
-        tolerance: error allowed a step, relative to the state.
+        tolerance: error allowed a step relative to the state, and how far its stages are iterated.
         bearing: coefficients of ÿ and g + z̈ of the pieces, (n, m) each.
         parts: piece of each part, where in it the part begins and ends, and its length [s], (k,).
         state: X and Y of both planes, each in two doubles, (8,).
