@@ -100,12 +100,13 @@ def test_both_follow_dop853_over_rough_pieces(swing, slope):
     np.testing.assert_allclose(found / SIZES, wanted / SIZES, rtol=0, atol=5e-13)
 
 
-def test_the_golden_large_swing_to_rounding():
-    """From rest at θ = φ = 0.5 rad, against 20 digits of an independent program."""
+@pytest.mark.parametrize('step_s', [0.0, 1.0])
+def test_the_golden_large_swing_to_rounding(step_s):
+    """From rest at θ = φ = 0.5 rad, against 20 digits of an independent program; both orders."""
     entries = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
     (entry,) = [e for e in entries if e['id'] == 'C10-nonlinear-e0.1-th0.5-ph0.5-t1']
     e, c, k, g = (float(entry['params'][key]['value']) for key in 'eckG')
-    swing = AxleSwing(e, c, k, g)
+    swing = AxleSwing(e, c, k, g, step_s=step_s)
     assert swing.release(-g * math.tan(0.5), g) == pytest.approx(0.5, rel=1e-15)
     pieces = bearing(np.zeros((20, 1)), np.full((20, 1), g - G))
     found = columns(swing.advance(pieces))[:, -1]
@@ -113,7 +114,12 @@ def test_the_golden_large_swing_to_rounding():
     np.testing.assert_allclose(found, wanted, rtol=0, atol=2e-13)
 
 
-@pytest.mark.parametrize('swing', [AxleModes, AxleSwing])
+def long_steps(e, c, k, g):
+    """Return the case at any angles, as for steps of a second: of sixteen stages."""
+    return AxleSwing(e, c, k, g, step_s=1.0)
+
+
+@pytest.mark.parametrize('swing', [AxleModes, AxleSwing, long_steps])
 def test_parts_and_uneven_pieces_do_not_matter(swing):
     """The same polynomials in one part or 64, and cut where they change nothing."""
     sway = rough(40, 0.3)
@@ -132,7 +138,7 @@ def test_parts_and_uneven_pieces_do_not_matter(swing):
     np.testing.assert_allclose(found / SIZES, whole / SIZES, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize('swing', [AxleModes, AxleSwing])
+@pytest.mark.parametrize('swing', [AxleModes, AxleSwing, long_steps])
 def test_any_split_and_any_resumption_give_the_same_bits(swing):
     sway, cuts = rough(50, 0.3), [0, 1, 2, 19, 50]
     whole = run(swing(E, C, K, G), bearing(sway), 0.02)
@@ -188,6 +194,20 @@ def test_large_angles_become_small_with_the_square_of_the_swing():
         apart.append(np.max(np.abs(full - small)[:2]) / size)
     assert 1e-6 < apart[0] < 0.05
     assert apart[1] == pytest.approx(0.01 * apart[0], rel=0.05)
+
+
+def test_a_coarser_tolerance_is_kept_a_finer_one_changes_nothing():
+    """Ten steps of 0.1 s: off by no more than ten times the tolerance, and by something."""
+    pieces = bearing(np.zeros((10, 1)), parts=1, lengths_ns=np.full(10, 100_000_000))
+
+    def at_the_end(tolerance):
+        swing = AxleSwing(E, C, K, G, tolerance=tolerance, step_s=0.1)
+        return run(swing, pieces, 0.7)[:, -1]
+
+    fine = at_the_end(None)
+    assert at_the_end(1e-15).tobytes() == fine.tobytes()
+    off = np.max(np.abs(at_the_end(1e-6) - fine) / SIZES[:, 0])
+    assert 1e-12 < off < 10 * 1e-6
 
 
 def test_energy_is_kept_for_an_hour_of_large_swings():

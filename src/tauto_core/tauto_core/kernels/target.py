@@ -12,13 +12,17 @@ import llvmlite
 import llvmlite.binding as llvm
 
 LEVEL = 3
+NO_GATHER = '+prefer-no-gather,+prefer-no-scatter'
+"""On x86-64 an instruction that picks lanes from many addresses costs more than as many loads."""
 
 
 @cache
 def processor() -> tuple[str, str, str]:
     """Return the triple, the name and the features of this processor."""
-    features = llvm.get_host_cpu_features().flatten()
-    return llvm.get_process_triple(), llvm.get_host_cpu_name(), features
+    triple, features = llvm.get_process_triple(), llvm.get_host_cpu_features().flatten()
+    if triple.startswith('x86_64'):
+        features = f'{features},{NO_GATHER}'
+    return triple, llvm.get_host_cpu_name(), features
 
 
 def versions() -> tuple[str, ...]:

@@ -43,11 +43,14 @@ class ArcShape(NamedTuple):
     Attributes:
         k: b√μ [1/rad].
         limit: s² up to which the polynomials hold [rad2].
-        terms: coefficients of u^j, shape (4, n): of n, of (dn/ds)/s, of (nt/s − b)/u and of ϑ/s.
+        per_limit: 1/limit.
+        terms: coefficients of u^j, shape (4, n), n even: of n, of (dn/ds)/s, of (nt/s − b)/u and
+            of ϑ/s.
     """
 
     k: float
     limit: float
+    per_limit: float
     terms: FloatArray
 
 
@@ -105,7 +108,8 @@ def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
         wanted = _functions(_CHECKED, limit, k, rate)
         if all(_agree(a, b) for a, b in zip(found, wanted, strict=True)):
             slope = np.append(rows[0][1:] * np.arange(1, terms), 0.0) * (2.0 / limit)
-            return ArcShape(k, limit, np.array([rows[0], slope, *rows[1:]]))
+            padded = np.pad([rows[0], slope, *rows[1:]], ((0, 0), (0, terms % 2)))
+            return ArcShape(k, limit, 1.0 / limit, np.ascontiguousarray(padded))
     return None
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion import turning
-from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, store, width
+from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, pointer, store, width
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.turning import (
@@ -24,7 +24,6 @@ from tauto_core.motion.turning import (
     FRACTIONS,
     OUTSIDE,
     PART_STEP,
-    SETTLED,
     WHOLE_STEP,
     X,
     Y,
@@ -32,6 +31,7 @@ from tauto_core.motion.turning import (
     copy_state,
     expand,
     finish,
+    pointers,
     row,
 )
 
@@ -45,6 +45,9 @@ OVER = 3.0
 """Tilt of the contact, or of the case from it, at which the case counts as turned over [rad]."""
 
 MAX_HALVINGS = 24
+
+ERROR_OF_LAST = 1.0
+"""Error of a step per square of its last coefficient, at most."""
 
 
 class SuspendedCase(NamedTuple):
@@ -62,22 +65,24 @@ class SuspendedCase(NamedTuple):
         e, c, k, tilt, tilt_prime = self
         q, other = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
         rate, other_rate = load(work, row(Y, PLANES, 0)), load(work, row(Y, PLANES, 1))
-        theta, phi = _angles(self, q, other)
+        theta, delta = c * (q + other), fma(other, tilt_prime - c, (tilt - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
         sway, lift = load(work, OUTSIDE_ROW + SWAY), load(work, OUTSIDE_ROW + LIFT)
-        contact, sine, cosine, across, along = _pressed(self, theta, phi, rates, sway, lift)
-        bend = contact * across * (-c / (k * k))
-        turned = c * (across * (rates[1] * rates[1]) - along * bend) - lift * sine - sway * cosine
-        turned = turned * (1.0 / e)
+        contact, sine, cosine, across, along = _pressed(self, theta, delta, rates, sway, lift)
+        # what waits for the contact force comes last, and is short
+        free = fma(across, c * (rates[1] * rates[1]), -fma(lift, sine, sway * cosine))
+        bend = contact * (across * (-c / (k * k)))
+        turned = fma(along * -c, bend, free)
         per = 1.0 / (c * (tilt - tilt_prime))
-        first, second = per * (c * bend - tilt_prime * turned), per * (tilt * turned - c * bend)
+        first, second = per / omega[0], per / omega[1]
+        less, more = fma(bend, c * first, omega[0] * q), fma(bend, -c * second, omega[1] * other)
         store(work, row(D1, PLANES, 0), filled(work, 0.0))
         store(work, row(D1, PLANES, 1), filled(work, 0.0))
-        store(work, row(D2, PLANES, 0), fma(q, omega[0], first * (1.0 / omega[0])))
-        store(work, row(D2, PLANES, 1), fma(other, omega[1], second * (1.0 / omega[1])))
+        store(work, row(D2, PLANES, 0), fma(turned, -tilt_prime * first / e, less))
+        store(work, row(D2, PLANES, 1), fma(turned, tilt * second / e, more))
         store(work, OUTSIDE_ROW + CONTACT, contact)
         store(work, OUTSIDE_ROW + THETA, theta)
-        store(work, OUTSIDE_ROW + DELTA, phi - theta)
+        store(work, OUTSIDE_ROW + DELTA, delta)
 
 
 @inlined
@@ -87,16 +92,16 @@ def _angles(system: Any, q: Any, other: Any) -> Any:
 
 
 @inlined
-def _pressed(system: Any, theta: Any, phi: Any, rates: Any, sway: Any, lift: Any) -> Any:
+def _pressed(system: Any, theta: Any, delta: Any, rates: Any, sway: Any, lift: Any) -> Any:
     """Return N/M and sin, cos of θ and of δ; floats or lanes."""
     e, c, k, _, _ = system
     sine, versine = sine_versine(theta)
-    across, less = sine_versine(phi - theta)
+    across, less = sine_versine(delta)
     cosine, along = 1.0 - versine, 1.0 - less
     wide = (c / k) * across
-    pressed = lift * cosine - sway * sine
-    pressed = pressed + (e * (rates[0] * rates[0]) + (c * along) * (rates[1] * rates[1]))
-    return pressed / (1.0 + wide * wide), sine, cosine, across, along
+    turning_rates = fma(c * (rates[1] * rates[1]), along, e * (rates[0] * rates[0]))
+    pressed = fma(lift, cosine, fma(-sway, sine, turning_rates))
+    return pressed / fma(wide, wide, 1.0), sine, cosine, across, along
 
 
 @inlined
@@ -120,7 +125,7 @@ def _contact_at(
     rates = _angles(system, omega[0] * y, omega[1] * other_y)
     x = x0 + xi * hx
     a, b = _value(sway, n, x, 0.0), _value(lift, n, x, 0.0)
-    return _pressed(system, theta, phi, rates, a, b)[0]
+    return _pressed(system, theta, phi - theta, rates, a, b)[0]
 
 
 @compiled
@@ -150,7 +155,7 @@ def _over(
     bearing: Any,
     place: Any,
     step: Any,
-    tolerance: float,
+    tolerance: Any,
     state: Any,
     memory: Any,
 ) -> tuple[int, float]:
@@ -164,8 +169,8 @@ def _over(
     x = load(work, FRACTIONS) * hx + x0
     store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, filled(work, 0.0)))
     store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, filled(work, 0.0)))
-    last, newton = collocate(system, 0.0, omega, h, kind, SETTLED, state, memory)
-    if not step_error(1.0, last, newton) <= tolerance:
+    last, newton = collocate(system, 0.0, omega, h, kind, tolerance[1], state, memory)
+    if not step_error(ERROR_OF_LAST, last, newton) <= tolerance[0]:
         return NO_CONVERGENCE, 0.0
     if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:
         return LIFTED_OFF, _lift_off(system, omega, bearing, place, h, state, work)
@@ -181,7 +186,7 @@ def _over(
 def advance(
     system: Any,
     omega: Any,
-    tolerance: float,
+    tolerance: Any,
     bearing: Any,
     parts: Any,
     state: Any,
@@ -193,7 +198,7 @@ def advance(
     Args:
         system: a SuspendedCase.
         omega: ω of both modes [rad/s].
-        tolerance: error allowed a step, relative to the state.
+        tolerance: error allowed a step relative to the state, and how far its stages are iterated.
         bearing: coefficients of ÿ and g + z̈ of the pieces, (n, m) each.
         parts: piece of each part, where in it the part begins and ends, and its length [s], (k,).
         state: X and Y of both planes, each in two doubles, (8,).
@@ -204,6 +209,7 @@ def advance(
         A code (OK, LIFTED_OFF, TURNED_OVER, NO_CONVERGENCE), the part and the fraction of it.
     """
     piece, begin, end, length = parts
+    memory, state = pointers(memory), pointer(state)
     for i in range(len(piece)):
         cell, cells = 0, 1
         while cell < cells:

@@ -9,11 +9,15 @@ import numpy as np
 from tauto_core.machines.modes import modes
 from tauto_core.motion import axle
 from tauto_core.motion.bearing import BearingMotion, CaseMotion
+from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.limits import lifted_off, turned_over
-from tauto_core.motion.step_size import TOLERANCE
+from tauto_core.motion.step_size import TOLERANCE, settled_at
 from tauto_core.motion.turning import make_memory
 from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
+
+LONG = 1.0
+"""Angle that the fast mode turns in a step from which on sixteen stages cost less than eight."""
 
 
 class AxleSwing:
@@ -24,15 +28,28 @@ class AxleSwing:
         c: depth of the centre of gravity below the axle's centre [m], > 0.
         k: radius of gyration [m], > 0.
         gravity: g [m/s2]; it sets the frame, what acts is g + z̈ of the pieces.
+        tolerance: error allowed a step relative to the state, where that is more than TOLERANCE.
+        step_s: length of the parts to come [s], where they may be long: it sets the stages.
     """
 
-    def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
+    def __init__(
+        self,
+        e: float,
+        c: float,
+        k: float,
+        gravity: float,
+        *,
+        tolerance: float | None = None,
+        step_s: float = 0.0,
+    ) -> None:
         own = modes(e, c, k * k)
         slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
         self._omega = slow, fast
         self._system = axle.SuspendedCase(e, c, k, own.B, own.B_prime)
+        self._tolerance = max(tolerance or TOLERANCE, TOLERANCE)
         self._state = np.zeros(4 * axle.PLANES)
-        self._memory = make_memory(axle.PLANES, axle.MORE_ROWS)
+        stages = WIDE_SIZE if fast * step_s > LONG else SIZE
+        self._memory = make_memory(axle.PLANES, axle.MORE_ROWS, stages)
 
     def release(self, sway: float, lift: float) -> float:
         """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
@@ -63,7 +80,7 @@ class AxleSwing:
         code, part, fraction = axle.advance(
             self._system,
             self._omega,
-            TOLERANCE,
+            (self._tolerance, settled_at(self._tolerance)),
             (bearing.sway, bearing.lift),
             (piece, begin, bearing.end, length),
             self._state,
@@ -71,7 +88,8 @@ class AxleSwing:
             rows,
         )
         if code != axle.OK:
-            raise _failure(code, float(begin_ns[part] * 1e-9 + fraction * length[part]))
+            at_s = float(begin_ns[part] * 1e-9 + fraction * length[part])
+            raise _failure(code, self._tolerance, at_s)
         theta, phi, theta_rate, phi_rate = np.ascontiguousarray(rows.T)
         return CaseMotion(theta, phi, theta_rate, phi_rate)
 
@@ -84,13 +102,13 @@ class AxleSwing:
         self._state = np.array(state['state'])
 
 
-def _failure(code: int, time_s: float) -> PropagationError:
+def _failure(code: int, tolerance: float, time_s: float) -> PropagationError:
     if code == axle.LIFTED_OFF:
         return lifted_off(time_s)
     if code == axle.TURNED_OVER:
         return turned_over(time_s)
     return PropagationError(
-        f'no convergence to the tolerance {TOLERANCE:g} of the suspended case. Raise '
+        f'no convergence to the tolerance {tolerance:g} of the suspended case. Raise '
         'ship.rate, or give the case a larger gyration_radius',
         time_s,
     )

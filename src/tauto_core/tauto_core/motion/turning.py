@@ -174,17 +174,17 @@ def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
     if turned[kind * TURNED * planes] == h:
         return
     for p in range(planes):
-        c, s = rotation(load(work, FRACTIONS) * (omega[p] * h))
+        first, angle = TURNED * (kind * planes + p), omega[p] * h
+        c, s = rotation(load(work, FRACTIONS) * angle)
         store(work, row(WHOLE + 2 * kind, planes, p), c)
         store(work, row(WHOLE + 2 * kind, planes, p) + planes, s)
-        first = TURNED * (kind * planes + p)
         turned[first] = h
         if kind == WHOLE_STEP:
             whole_cosine, whole_sine = twofold_rotation(omega[p], h)
             turned[first + 1], turned[first + 2] = whole_cosine
             turned[first + 3], turned[first + 4] = whole_sine
         else:
-            cosine, sine = rotation(omega[p] * h)
+            cosine, sine = rotation(angle)
             more = 0.5 * _short_of_one(cosine, sine)
             turned[first + 1], turned[first + 2] = cosine, more * cosine
             turned[first + 3], turned[first + 4] = sine, more * sine
@@ -209,10 +209,8 @@ def _evaluate(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
 
 
 @inlined
-def _sweep(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, work: Any
-) -> float:
-    """Iterate the stage equations once; return the largest change of a stage."""
+def _move_stages(omega: Any, h: float, state: Any, work: Any) -> float:
+    """Move the stages U, V to where their slopes lead; return the largest change of a stage."""
     planes = len(omega)
     change = filled(work, 0.0)
     for p in range(planes):
@@ -223,7 +221,6 @@ def _sweep(
         change = larger(change, moved)
         store(work, row(U, planes, p), u)
         store(work, row(V, planes, p), v)
-    _evaluate(system, mode, omega, kind, work)
     return largest(change)
 
 
@@ -255,19 +252,27 @@ def _iterate(
     for p in range(planes):
         store(work, row(U, planes, p), filled(work, state[4 * p]))
         store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
-    _evaluate(system, mode, omega, kind, work)
     before, size, floor = math.inf, 0.0, 0.0
-    for n in range(MAX_SWEEPS):
-        change = _sweep(system, mode, omega, h, kind, state, work)
+    settles, ends = False, False
+    for n in range(MAX_SWEEPS + 1):
+        _evaluate(system, mode, omega, kind, work)
+        if ends or n == MAX_SWEEPS:
+            break
+        change = _move_stages(omega, h, state, work)
         if n == 0:
             size = _size(planes, work)
             floor = settled * size
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
-            return True, size
-        if not change < before and n > 0:
-            return change <= 64.0 * ROUNDING * size, size
+            settles = ends = True
+        elif not change < before and n > 0:
+            settles, ends = change <= 64.0 * ROUNDING * size, True
         before = change
-    return False, size
+    return settles, size
+
+
+@compiled
+def _evaluate_once(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
+    _evaluate(system, mode, omega, kind, work)
 
 
 @compiled
@@ -284,11 +289,11 @@ def _linearised(
         there = load(work, place)
         step = 1e-6 * (largest(there) + 1e-9)
         store(work, place, there + step)
-        _evaluate(system, mode, omega, kind, work)
+        _evaluate_once(system, mode, omega, kind, work)
         for r in range(unknowns):
             store(slopes, r, load(work, row(K1, planes, r)))
         store(work, place, there - step)
-        _evaluate(system, mode, omega, kind, work)
+        _evaluate_once(system, mode, omega, kind, work)
         store(work, place, there)
         for r in range(unknowns):
             slope = (load(slopes, r) - load(work, row(K1, planes, r))) / (2.0 * step)
@@ -341,7 +346,7 @@ def _solve(
     before, size = math.inf, 0.0
     for _ in range(MAX_NEWTON):
         _linearised(system, mode, omega, h, kind, work, slopes, matrix)
-        _evaluate(system, mode, omega, kind, work)
+        _evaluate_once(system, mode, omega, kind, work)
         for r in range(unknowns):
             begin = state[4 * (r % planes) + 2 * (r // planes)]
             new = fma(combined(work, COEFFICIENTS, load(work, row(K1, planes, r))), h, begin)
@@ -357,7 +362,7 @@ def _solve(
             return False, size
         floor = 4.0 * ROUNDING * size
         if change <= floor or (not change < before and change <= 64.0 * floor):
-            _evaluate(system, mode, omega, kind, work)
+            _evaluate_once(system, mode, omega, kind, work)
             return True, size
         if not change < 4.0 * before:
             return False, size

@@ -35,6 +35,7 @@ from tauto_core.motion.lanes import (
     is_lanes,
     lane,
     largest,
+    negative,
     root,
     width,
     with_lane,
@@ -355,21 +356,31 @@ def _shape_exactly(shape: Any, rate: float, s: Any) -> Any:
 @inlined
 def shape_at(shape: Any, rate: float, s: Any) -> Any:
     """Return n, (dn/ds)/s, b − nt/s and ϑ at the stages."""
-    u = (s * s) * (1.0 / shape.limit)
-    if largest(u) > 1.0:
+    u = (s * s) * shape.per_limit
+    if negative(1.0 - u) != 0:
         return _shape_exactly(shape, rate, s)
-    terms = shape.terms
+    terms, square = shape.terms, u * u
     last = terms.shape[1] - 1
-    n, slope, more, angle = (
-        filled(s, terms[SHORTENING, last]),
-        filled(s, terms[SLOPE, last]),
-        filled(s, terms[LEVER, last]),
-        filled(s, terms[ANGLE, last]),
-    )
-    # side by side: each of them waits for its own last term only
-    for j in range(last - 1, -1, -1):
-        n = fma(n, u, terms[SHORTENING, j])
-        slope = fma(slope, u, terms[SLOPE, j])
-        more = fma(more, u, terms[LEVER, j])
-        angle = fma(angle, u, terms[ANGLE, j])
-    return n, slope, -(u * more), s * angle
+    n, n_odd = _pair(terms, SHORTENING, last, s)
+    slope, slope_odd = _pair(terms, SLOPE, last, s)
+    more, more_odd = _pair(terms, LEVER, last, s)
+    angle, angle_odd = _pair(terms, ANGLE, last, s)
+    # side by side, even powers and odd ones: each waits for its own last term only
+    for j in range(last - 3, -1, -2):
+        n, n_odd = _next(terms, SHORTENING, j, square, n, n_odd)
+        slope, slope_odd = _next(terms, SLOPE, j, square, slope, slope_odd)
+        more, more_odd = _next(terms, LEVER, j, square, more, more_odd)
+        angle, angle_odd = _next(terms, ANGLE, j, square, angle, angle_odd)
+    more = fma(more_odd, u, more)
+    return fma(n_odd, u, n), fma(slope_odd, u, slope), -(u * more), s * fma(angle_odd, u, angle)
+
+
+@inlined
+def _pair(terms: Any, row: int, last: int, like: Any) -> Any:
+    """Return the last even and the last odd coefficient as lanes."""
+    return filled(like, terms[row, last - 1]), filled(like, terms[row, last])
+
+
+@inlined
+def _next(terms: Any, row: int, j: int, square: Any, even: Any, odd: Any) -> Any:
+    return fma(even, square, terms[row, j]), fma(odd, square, terms[row, j + 1])

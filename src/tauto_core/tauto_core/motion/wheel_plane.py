@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 from tauto_core.curves.levers import LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.arc_length import ArcShape
-from tauto_core.motion.lanes import lane, largest, least, load, store, width
+from tauto_core.motion.lanes import fma, lane, largest, least, load, store, width
 from tauto_core.motion.layout import BEYOND, phase_to
 from tauto_core.motion.outside import (
     D1_ROW,
@@ -257,14 +257,14 @@ def _along_the_arc(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> 
     s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
     n, slope, less, _ = shape_at(wheel.shape, lever.rate, s)
     line_rate = node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE)
-    carried = line_rate * n
-    rate = p - carried
-    v = n * rate + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE)
+    rate = fma(-line_rate, n, p)
+    v = fma(n, rate, node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE))
     pull = pull_of(machine, 0.0, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
     per_omega = 1.0 / omega[0]
-    square = omega[0] * omega[0] - lever.rate * pull + pull * less
-    more = s * (square + rate * (line_rate * slope)) - n * resistance(machine, v, mode)
-    store(work, D1_ROW, -carried)
+    square = fma(pull, less, omega[0] * omega[0] - lever.rate * pull)
+    more = s * fma(rate, line_rate * slope, square)
+    more = fma(-n, resistance(machine, v, mode), more)
+    store(work, D1_ROW, -(line_rate * n))
     store(work, D2_ROW, more * per_omega)
 
 

@@ -94,7 +94,8 @@ class Suspension:
         self._large = hung.large_angles
         e = hung.support_radius - hung.axle_radius
         self._case = Case(e, hung.depth, hung.gyration_radius, scene.gravity)
-        self._swing = _swing_of(self._large, self._case)
+        tolerance = scene.solver.tolerance if scene.solver else None
+        self._swing = _swing_of(self._large, self._case, tolerance)
         self._buffer = _BearingBuffer(
             step_ns=scene.step_ns, felt_ns=felt_step_ns(scene), max_gap_s=max_gap_s
         )
@@ -210,11 +211,11 @@ def _check_contact(contact: FloatArray, end_ns: IntArray) -> None:
         raise lifted_off(float(end_ns[np.argmax(lost)] * 1e-9))
 
 
-def _swing_of(large: bool, case: Case) -> CaseSwing:
+def _swing_of(large: bool, case: Case, tolerance: float | None) -> CaseSwing:
     if large:
         from tauto_core.motion.axle_swing import AxleSwing  # imports kernels
 
-        return AxleSwing(*case)
+        return AxleSwing(*case, tolerance=tolerance)
     from tauto_core.motion.axle_modes import AxleModes
 
     return AxleModes(*case)
