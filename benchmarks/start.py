@@ -4,14 +4,16 @@
 
 Each shipped scene is sailed for ten minutes in a process of its own: cold with an empty folder of
 compiled kernels, then warm with what the first run has left there. Python's own byte code is there
-in both. Wall is what a user waits; CPU, user and system together, is what remains comparable on a
-machine that does other work, too. The least of the repeats counts. The rows of a build are kept
-under its name beside those of others in benchmarks/start.json.
+in both, as it is after an installation or any first command. Wall is what a user waits; CPU, user
+and system together, is what remains comparable on a machine that does other work, too. The least
+of the repeats counts. The rows of a build are kept under its name beside those of others in
+benchmarks/start.json.
 """
 
 from __future__ import annotations
 
 import argparse
+import compileall
 import json
 import os
 import platform
@@ -29,6 +31,7 @@ TAUTO = (sys.executable, '-c', 'from tauto_core.cli import main; main()')
 def seconds(arguments: list[str], cache: str) -> dict[str, float]:
     """Return wall and CPU seconds of one command whose kernels are kept in a folder."""
     environment = {**os.environ, 'TAUTO_CACHE_DIR': cache, 'NUMBA_CACHE_DIR': cache}
+    environment.pop('PYTHONDONTWRITEBYTECODE', None)
     before, began = os.times(), time.perf_counter()
     subprocess.run(
         [*TAUTO, *arguments], env=environment, check=True, stdout=subprocess.DEVNULL, timeout=600
@@ -56,8 +59,10 @@ def measure(scene: str, repeats: int) -> dict[str, dict[str, float]]:
 
 def main() -> None:
     """Measure the scenes, print each, write them down."""
+    import tauto_core
     from tauto_core.scene import shipped_scenes
 
+    compileall.compile_dir(str(Path(tauto_core.__file__).parent), quiet=1)
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument('scenes', nargs='*', metavar='SCENE')
     parser.add_argument('--build', default='current')

@@ -50,6 +50,16 @@ def test_setup_and_manifest_say_the_same(monkeypatch: pytest.MonkeyPatch, packag
         assert manifest.findtext(key) == said[key]
 
 
+def test_both_packages_and_the_changelog_say_one_version(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    versions = {setup_of(each, monkeypatch)['version'] for each in ('tauto_core', 'tauto_nodes')}
+    text = (ROOT / 'CHANGELOG.md').read_text(encoding='utf-8')
+    newest = re.search(r'^## (\d+\.\d+\.\d+) – \d{4}-\d\d-\d\d$', text, re.MULTILINE)
+    assert newest is not None
+    assert versions == {newest[1]}
+
+
 def test_every_requirement_has_a_lower_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     said = setup_of('tauto_core', monkeypatch)
     for line in [*said['install_requires'], *said['extras_require']['dev']]:

@@ -37,7 +37,7 @@ ROS = ['tauto_nodes[ros]']
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version='0.2.0',
     description="Sully and Euler's sea clock on a rolling ship: curves, motion, drift, longitude.",
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
