@@ -226,6 +226,7 @@ def swung(name: str, angle: float, count: int, monkeypatch: Any) -> np.ndarray:
     """X and Y after an angle of the swing [rad] in so many steps, none of which is halved."""
     if name == 'case':
         monkeypatch.setattr(axle_swing, 'TOLERANCE', 1.0)
+        monkeypatch.setattr(axle_swing, 'settled_at', lambda _tolerance: SETTLED)
         swing = conservative(name)
         # whole nanoseconds that all counts divide
         whole_ns = round(angle / swing.omega * 1e9 / 960) * 960
