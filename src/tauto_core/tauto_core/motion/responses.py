@@ -163,23 +163,25 @@ def _cardinals(x: FloatArray, nodes: FloatArray) -> FloatArray:
     To the value at a node z belongs (1 − 2 l'(z) (x − z)) l², to the slope (x − z) l², with l
     Lagrange's polynomial of z. All are kept as their Taylor polynomials about x.
     """
-    value, slope = np.empty((2, 3, *x.shape, len(nodes)))
-    for i, node in enumerate(nodes):
-        lagrange, others = _linear(x * 0.0 + 1.0, 0.0), np.delete(nodes, i)
-        for other in others:
-            apart = node - other
-            lagrange = _product(lagrange, _linear((x - other) / apart, 1.0 / apart))
-        square = _product(lagrange, lagrange)
-        slope[..., i] = _product(_linear(x - node, 1.0), square)
-        value[..., i] = square - 2.0 * np.sum(1.0 / (node - others)) * slope[..., i]
+    own = np.eye(len(nodes))
+    apart = nodes[:, None] - nodes + own
+    lagrange = _linear(np.ones((*x.shape, len(nodes))), np.zeros(len(nodes)))
+    for j, node in enumerate(nodes):
+        # a factor of every polynomial but that of this node
+        value = (x[..., None] - node) / apart[:, j]
+        value[..., j] = 1.0
+        lagrange = _product(lagrange, _linear(value, (1.0 - own[j]) / apart[:, j]))
+    square = _product(lagrange, lagrange)
+    slope = _product(_linear(x[..., None] - nodes, np.ones(len(nodes))), square)
+    value = square - 2.0 * ((1.0 - own) / apart).sum(axis=1) * slope
     taylor = np.concatenate([value, slope], axis=-1)
     taylor[2] *= 2.0
     return taylor
 
 
-def _linear(value: FloatArray, slope: float) -> FloatArray:
-    """Return the Taylor polynomial of a linear function, (3, …)."""
-    return np.stack([value, np.full_like(value, slope), np.zeros_like(value)])
+def _linear(value: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return the Taylor polynomials of linear functions, (3, …)."""
+    return np.stack([value, np.broadcast_to(slope, value.shape), np.zeros_like(value)])
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
