@@ -20,7 +20,7 @@ from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.layout import SPARE
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
-from tauto_core.motion.outside import ROWS, Felt
+from tauto_core.motion.outside import ROWS, Felt, Pieces
 from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.step_size import (
     TOLERANCE,
@@ -115,9 +115,9 @@ class Collocation:
         )
 
     @staticmethod
-    def _outside(forcing: Forcing) -> tuple[object, ...]:
+    def _outside(forcing: Forcing) -> Pieces:
         check_powers(forcing, TERMS)
-        return forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity
+        return Pieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.

@@ -18,6 +18,7 @@ from tauto_core.motion.outside import (
     LINE_RATE,
     TILT_RATE,
     Outside,
+    Pieces,
     Place,
     column,
     difference,
@@ -145,9 +146,9 @@ class Hanging(NamedTuple):
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         return psi - delta
 
-    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
         """Return the square of what the case's motion parts θ from u, over piece k, at most."""
-        value, rate = case_bounds(forcing, k)
+        value, rate = case_bounds(pieces, k)
         rate = rate / self.pace
         return value * value + rate * rate
 

@@ -41,6 +41,7 @@ from tauto_core.motion.outside import (
     X_ROW,
     Y_ROW,
     Outside,
+    Pieces,
     Place,
     column,
     difference,
@@ -170,12 +171,12 @@ class Lever(NamedTuple):
         """Return s."""
         return planes[0].x
 
-    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
         """Return what y² exceeds where ṡ has its sign: A α̇/ω, |A| ≤ √(1 + j), squared.
 
         θ is zero where s is, so that no tilt comes between them.
         """
-        dragged = case_bounds(forcing, k)[1] / omega[0]
+        dragged = case_bounds(pieces, k)[1] / omega[0]
         return CLEAR * (1.0 + self.carried * self.carried) * (dragged * dragged)
 
     def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from tauto_core.kernels import compiled, inlined, overload
 from tauto_core.motion.lanes import filled, fma, lane, load, store, width
 from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, PIECE, X, Y
+from tauto_core.samples import FloatArray
 
 LINE, LINE_RATE, LINE_BEND, TILT, TILT_RATE, TILT_BEND, GRAVITY = range(7)
 """Columns of a piece, and rows at the nodes: γ, γ̇, γ̈, τ, τ̇, τ̈ and the apparent gravity."""
@@ -20,6 +21,20 @@ ROWS = 7
 X_ROW, Y_ROW, D1_ROW, D2_ROW = FIRST + X, FIRST + Y, FIRST + D1, FIRST + D2
 OUTSIDE_ROW = FIRST + OUTSIDE
 """Rows of `work` in the one plane of the wheel (turning.row)."""
+
+
+class Pieces(NamedTuple):
+    """Pieces of forcing, as coefficients of x^j in rows; a channel is None where it is absent.
+
+    Attributes:
+        length_s: of each piece [s].
+        line, tilt, gravity: γ, τ and g_eff.
+    """
+
+    length_s: FloatArray
+    line: FloatArray | None
+    tilt: FloatArray | None
+    gravity: FloatArray | None
 
 
 class Place(NamedTuple):
@@ -98,22 +113,24 @@ def _set_gravity(gravity: Any, k: int, terms: int, work: Any) -> None:
 
 
 @compiled
-def set_piece(forcing: Any, k: int, tilted: bool, work: Any) -> tuple[float, int]:
+def set_piece(pieces: Pieces, k: int, tilted: bool, work: Any) -> tuple[float, int]:
     """Lay out piece k, at most `turning.TERMS` powers; return its length [s] and its powers.
 
     Args:
-        forcing: lengths of the pieces [s]; γ, τ and g as coefficients, or None: they stay zero.
+        pieces: of the forcing; what is absent stays zero.
+        k: which.
         tilted: whether τ is asked for; else it stays what it was.
+        work: of turning.
     """
-    length, neutral, tilt, gravity = forcing
-    per_s = 1.0 / length[k]
-    terms = max(_terms(neutral), _terms(tilt), _terms(gravity))
+    line, tilt, gravity = pieces.line, pieces.tilt, pieces.gravity
+    per_s = 1.0 / pieces.length_s[k]
+    terms = max(_terms(line), _terms(tilt), _terms(gravity))
     terms += terms % 2
-    _set_channel(neutral, k, LINE, per_s, terms, work)
+    _set_channel(line, k, LINE, per_s, terms, work)
     if tilted:
         _set_channel(tilt, k, TILT, per_s, terms, work)
     _set_gravity(gravity, k, terms, work)
-    return length[k], terms
+    return pieces.length_s[k], terms
 
 
 @compiled

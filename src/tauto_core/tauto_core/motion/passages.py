@@ -12,11 +12,11 @@ that nothing needs θ while the swing is large.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
 from tauto_core.motion.lanes import lane, load, negative, ones, width
-from tauto_core.motion.outside import Place, outside_at, set_piece
+from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
 from tauto_core.motion.system import Lanes, Mode, Run, Watch, mode_of, planes_of
 from tauto_core.motion.turning import FRACTIONS, expand
 from tauto_core.samples import FloatArray
@@ -185,7 +185,7 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: FloatAr
 
 
 @compiled
-def bounds_of(channel: Any, k: int, per: float) -> tuple[float, float]:
+def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, float]:
     """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0: absent."""
     if channel is None:
         return 0.0, 0.0
@@ -199,7 +199,14 @@ def bounds_of(channel: Any, k: int, per: float) -> tuple[float, float]:
 
 @compiled
 def in_step(
-    clear: bool, before: float, stop: float, run: Run, mode: Mode, piece: Any, place: Place
+    clear: bool,
+    before: float,
+    stop: float,
+    run: Run,
+    mode: Mode,
+    pieces: Pieces,
+    k: int,
+    place: Place,
 ) -> Found:
     """Return what passes zero within the step last collocated.
 
@@ -208,14 +215,14 @@ def in_step(
         before, stop: as in `passages`.
         run: the run; its state is that at the beginning.
         mode: of the step.
-        piece: forcing, and which of its pieces the step lies in.
+        pieces, k: the piece of forcing that the step lies in.
         place: of the step.
     """
     work = run.memory.work
     if clear:
         below = run.system.coordinate(planes_of(run.omega, run.state.planes)) < 0.0
         return signs_at_nodes(run.system.coordinates(work), below, before, work)
-    set_piece(piece[0], piece[1], True, work)
+    set_piece(pieces, k, True, work)
     expand(len(run.omega), work)
     watch = WatchAngles(Watch(run, mode, place))
     return passages(watch, place.size * place.length, before, stop, work)

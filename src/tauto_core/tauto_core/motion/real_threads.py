@@ -22,6 +22,7 @@ from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
+from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import polar
 from tauto_core.motion.step_size import (
     ERROR_OF_LAST_STRONG,
@@ -200,14 +201,13 @@ class RealThreads:
         restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])
 
-    def _outside(self, forcing: Forcing) -> tuple[FloatArray, ...]:
+    def _outside(self, forcing: Forcing) -> Pieces:
         """Return lengths and channels; constants where the ship lies still."""
         check_powers(forcing, TERMS)
         if forcing.neutral is not None:
-            channels = forcing.neutral, forcing.tilt, forcing.gravity
-            return forcing.length_s, *(c for c in channels if c is not None)
+            return Pieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
         still = np.zeros((len(forcing.length_s), 1))
-        return forcing.length_s, still, still, still + self._machine.gravity
+        return Pieces(forcing.length_s, still, still, still + self._machine.gravity)
 
     def _place(self, case: Case) -> None:
         """Put the wheel at rest in the case at the release angle."""

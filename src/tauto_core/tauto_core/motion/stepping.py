@@ -7,9 +7,10 @@ the driver asks.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.arrival import step_to_event
@@ -22,7 +23,7 @@ from tauto_core.motion.events import (
     happen,
 )
 from tauto_core.motion.layout import CROWDED, lay_out
-from tauto_core.motion.outside import Outside, Place, outside_at, set_piece
+from tauto_core.motion.outside import Outside, Pieces, Place, outside_at, set_piece
 from tauto_core.motion.passages import APART, WatchRide, ahead, count, in_step, passages
 from tauto_core.motion.rotation import sum_exactly
 from tauto_core.motion.step_size import step_error
@@ -60,6 +61,20 @@ ROW = np.dtype(
 )
 """A logged instant: fields of `Instant`, upward passages of the coordinate, passages of θ."""
 
+
+class Row(Protocol):
+    """A record of ROW in compiled code."""
+
+    angle: float
+    rate: float
+    torque: float
+    coordinate: float
+    speed: float
+    acceleration: float
+    turns: int
+    beats: int
+
+
 MAX_EVENTS = 10_000
 """Most events that may crowd."""
 
@@ -75,7 +90,7 @@ class Spans(NamedTuple):
 
     begin: FloatArray
     end: FloatArray
-    logged: Any
+    logged: NDArray[np.bool_]
 
 
 class Moved(NamedTuple):
@@ -98,7 +113,7 @@ def _ride(run: Run, place: Place) -> Moved:
 
 
 @compiled
-def _move(run: Run, place: Place, stalled: bool, square: float, piece: Any) -> Moved:
+def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, k: int) -> Moved:
     """Advance over a step or to the first event, and count what passes zero on the way.
 
     Args:
@@ -106,7 +121,7 @@ def _move(run: Run, place: Place, stalled: bool, square: float, piece: Any) -> M
         place: of the step.
         stalled: whether time stands still, so that turning points are passed over.
         square: as `System.clear_square` returns.
-        piece: forcing, and which of its pieces the step lies in.
+        pieces, k: the piece of forcing that it lies in.
     """
     system, omega, state, memory = run.system, run.omega, run.state, run.memory
     if system.sticks and state.held:
@@ -133,7 +148,7 @@ def _move(run: Run, place: Place, stalled: bool, square: float, piece: Any) -> M
         after = system.instant(mode, omega, planes_of(omega, memory.end), at)
         event, xi = first_event(run, stalled, place, after, beyond)
     before = 2.0 if event == NO_EVENT else xi - APART
-    found = in_step(clear, before, xi, run, mode, piece, place)
+    found = in_step(clear, before, xi, run, mode, pieces, k, place)
     if event != NO_EVENT:
         xi = step_to_event(event, xi, run, mode_of(state), place)
     copy_state(len(omega), memory.end, state.planes)
@@ -147,7 +162,7 @@ def _move(run: Run, place: Place, stalled: bool, square: float, piece: Any) -> M
 
 
 @compiled
-def _write(run: Run, at: Outside, row: Any) -> None:
+def _write(run: Run, at: Outside, row: Row) -> None:
     """Fill a row with the system at an instant."""
     state, mode = run.state, mode_of(run.state)
     held = run.system.sticks and state.held
@@ -167,18 +182,18 @@ def release(
     system: System,
     omega: Omega,
     angle: float,
-    forcing: Any,
+    pieces: Pieces,
     x0: float,
     state: State,
     memory: Memory,
-    row: Any,
+    row: Row,
 ) -> tuple[float, float]:
     """Set the state: the wheel at rest in the case at θ = angle, at x0 in the first piece.
 
     Returns the tension and the margin, which must be positive.
     """
     memory = pointers(memory)
-    at = outside_at(set_piece(forcing, 0, True, memory.work)[1], x0, memory.work)
+    at = outside_at(set_piece(pieces, 0, True, memory.work)[1], x0, memory.work)
     state.side, state.direction, state.pallet = 1, 1, -1 if angle < 0.0 else 1
     state.turns, state.beats, state.level, state.newton, state.given = 0, 0, 0, 0, 0
     state.held, state.held_angle = False, 0.0
@@ -197,7 +212,7 @@ def _outcome(event: int) -> int:
 
 @compiled
 def _span(
-    k: int, run: Run, longest_s: float, forcing: Any, spans: Spans, logged: bool
+    k: int, run: Run, longest_s: float, pieces: Pieces, spans: Spans, logged: bool
 ) -> tuple[int, float, int]:
     """Advance over one span; return a code, the fraction of its piece, and the powers in use."""
     system, omega, state, work = run.system, run.omega, run.state, run.memory.work
@@ -206,9 +221,9 @@ def _span(
     # resolution in spans of a day.
     begin, low, whole, cells, cell, f = spans.begin[k], 0.0, 0.0, 0, 0, 0.0
     end = spans.end[k]
-    length, terms = set_piece(forcing, k, system.feels_tilt or logged, work)
+    length, terms = set_piece(pieces, k, system.feels_tilt or logged, work)
     per_s, last = 1.0 / length, False
-    square = system.clear_square(omega, forcing, k)
+    square = system.clear_square(omega, pieces, k)
     while not last or cell < cells:
         if cell == cells:
             begin, low = sum_exactly(begin, low + whole)
@@ -218,7 +233,7 @@ def _span(
             cell, f, last = 0, 0.0, whole == left
         x = begin + (low + (cell + f) / cells * whole)
         place = Place(length, terms, x, (1.0 - f) / cells * whole)
-        moved = _move(run, place, stalled > MAX_STALLED, square, (forcing, k))
+        moved = _move(run, place, stalled > MAX_STALLED, square, pieces, k)
         if not moved.error <= run.tolerance.step:
             state.level += 1
             if state.level > MAX_LEVEL:
@@ -253,11 +268,11 @@ def advance(
     omega: Omega,
     tolerance: Tolerance,
     longest_s: float,
-    forcing: Any,
+    pieces: Pieces,
     spans: Spans,
     state: State,
     memory: Memory,
-    rows: Any,
+    rows: NDArray[np.void],
 ) -> tuple[int, int, float]:
     """Advance the state over all spans and fill a row for every logged one.
 
@@ -266,7 +281,7 @@ def advance(
         omega: ω of each plane [rad/s].
         tolerance: how exact steps are.
         longest_s: longest step [s].
-        forcing: lengths of the pieces [s]; γ, τ and g as coefficients in each, or None.
+        pieces: of the forcing.
         spans: where they are.
         state: a record of `state_type`.
         memory: of turning.
@@ -278,7 +293,7 @@ def advance(
     written = 0
     for k in range(len(spans.begin)):
         logged = spans.logged[k]
-        code, x, terms = _span(k, run, longest_s, forcing, spans, logged)
+        code, x, terms = _span(k, run, longest_s, pieces, spans, logged)
         if code != OK:
             return code, k, x
         if logged:

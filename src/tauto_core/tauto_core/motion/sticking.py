@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from tauto_core.kernels import compiled
 from tauto_core.motion.events import is_due
@@ -11,11 +11,14 @@ from tauto_core.motion.outside import Outside, Place, outside_at
 from tauto_core.motion.system import Omega, Run, State, mode_of
 from tauto_core.motion.wells import fold, holding_torque, term
 
+if TYPE_CHECKING:
+    from tauto_core.motion.wheel_plane import Wheel
+
 BISECTIONS = 60
 
 
 @compiled
-def set_off_or_hold(wheel: Any, omega: Omega, angle: float, at: Outside, state: State) -> None:
+def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
     """Decide at θ̇ = 0 whether friction holds the wheel, else which way it sets off."""
     coulomb = wheel.machine.coulomb
     q = angle - at.tilt.value
@@ -32,7 +35,7 @@ def set_off_or_hold(wheel: Any, omega: Omega, angle: float, at: Outside, state: 
 
 
 @compiled
-def _place_at_rest(wheel: Any, omega: Omega, angle: float, at: Outside, state: State) -> None:
+def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
     """Put the wheel at rest in the moving case at θ = angle."""
     q, planes = angle - at.tilt.value, state.planes
     x, w = fold(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
@@ -43,7 +46,8 @@ def _place_at_rest(wheel: Any, omega: Omega, angle: float, at: Outside, state: S
 @compiled
 def ride_along(run: Run, place: Place) -> float:
     """Let the held wheel ride with the case; return the fraction at which it breaks loose."""
-    wheel, state, work = run.system, run.state, run.memory.work
+    wheel: Wheel = run.system  # type: ignore[assignment]
+    state, work = run.state, run.memory.work
     angle, mode, limit = state.held_angle, mode_of(state), term(wheel.machine.coulomb, 1.0)
     probes = 1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work)
     for i in range(1, probes + 1):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import lane, least, load, width
-from tauto_core.motion.outside import Outside, Place, outside_at
+from tauto_core.motion.outside import Outside, Pieces, Place, outside_at
 from tauto_core.motion.turning import FRACTIONS, Memory, between
 from tauto_core.samples import FloatArray
 
@@ -208,8 +208,8 @@ class System(Protocol):
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return the same at an instant."""
 
-    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
-        """Return what tells over piece k of the forcing how large a swing is clear (`clear`)."""
+    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+        """Return what tells over piece k how large a swing is clear (`clear`)."""
 
     def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
         """Return whether the swing is clear of the tilt at all nodes of the step (passages)."""
@@ -241,10 +241,10 @@ class System(Protocol):
 class Run(NamedTuple):
     """What all of a run shares: handed on by name, and free in compiled code."""
 
-    system: Any
+    system: System
     omega: Omega
     tolerance: Tolerance
-    state: Any
+    state: State
     memory: Memory
 
 

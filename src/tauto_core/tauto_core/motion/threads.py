@@ -9,7 +9,7 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import is_due
 from tauto_core.motion.lanes import fma, largest, least
 from tauto_core.motion.layout import BEYOND, phase_to
-from tauto_core.motion.outside import Outside, outside_at
+from tauto_core.motion.outside import Outside, Pieces, outside_at
 from tauto_core.motion.system import (
     Beyond,
     Lanes,
@@ -83,13 +83,15 @@ def impulse_ahead_s(
 
 
 @compiled
-def case_bounds(forcing: Any, k: int) -> tuple[float, float]:
+def case_bounds(pieces: Pieces, k: int) -> tuple[float, float]:
     """Return bounds of the case's angle α = β − τ [rad] and of α̇ [rad/s] over piece k."""
-    length, vertical, tilt, _ = forcing
+    vertical, tilt = pieces.line, pieces.tilt
+    if vertical is None or tilt is None:
+        return 0.0, 0.0
     value = slope = 0.0
     for j in range(max(vertical.shape[1], tilt.shape[1])):
         first = vertical[k, j] if j < vertical.shape[1] else 0.0
         size = abs(first - tilt[k, j]) if j < tilt.shape[1] else abs(first)
         value += size
         slope += j * size
-    return value, slope / length[k]
+    return value, slope / pieces.length_s[k]

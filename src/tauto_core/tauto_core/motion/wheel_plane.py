@@ -25,6 +25,7 @@ from tauto_core.motion.outside import (
     Y_ROW,
     Felt,
     Outside,
+    Pieces,
     Place,
     forcing_at_nodes,
     node_row,
@@ -155,7 +156,7 @@ class Wheel(NamedTuple):
         """Return whether the step leaves the cam, or its thread goes slack."""
         return _beyond(self, mode, omega, work)
 
-    def clear_square(self, omega: Omega, forcing: Any, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
         """Return what x² + y² exceeds where the swing is surely clear of the tilt, over a piece.
 
         While |ϑ| is less than the tilt's bound τ, and so θ may pass zero, the momentum must be
@@ -163,10 +164,9 @@ class Wheel(NamedTuple):
         way. With M the moment of inertia at ϑ = τ: x² ≤ M τ² there, and |y| > (M |τ̇| + |γ̇|)/ω is
         asked.
         """
-        length, neutral, tilt, _ = forcing
-        per = 1.0 / (length[k] * omega[0])
-        reach, reach_rate = bounds_of(tilt, k, per)
-        _, line_rate = bounds_of(neutral, k, per)
+        per = 1.0 / (pieces.length_s[k] * omega[0])
+        reach, reach_rate = bounds_of(pieces.tilt, k, per)
+        _, line_rate = bounds_of(pieces.line, k, per)
         mass = mass_of(self.machine.carried, lever_arm(self.lever, 1.0, reach)[0])
         pushed = mass * reach_rate + line_rate
         return CLEAR * (mass * reach * reach + pushed * pushed)

@@ -11,7 +11,7 @@ from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.outside import outside_at, set_piece
+from tauto_core.motion.outside import Pieces, outside_at, set_piece
 from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.ship.interpolation import (
     FORCE_BEFORE,
@@ -40,7 +40,7 @@ def pieces(seed, *terms):
     """Lengths of three pieces and channels of so many powers; they fall as those of waves do."""
     random = np.random.default_rng(seed)
     falling = [random.standard_normal((3, n)) * 0.5 ** np.arange(n) for n in terms]
-    return random.uniform(0.1, 3.0, 3), *falling
+    return Pieces(random.uniform(0.1, 3.0, 3), *falling)
 
 
 def wanted(channel, k, x, length):
@@ -66,10 +66,10 @@ def test_all_channels_and_their_derivatives_at_once(terms, x):
 
 def test_absent_channels_are_zero():
     length, line, _, _ = pieces(3, 6, 6, 6)
-    said = found((length, line, None, None), 1, 0.4, make_memory(1, 8))
+    said = found(Pieces(length, line, None, None), 1, 0.4, make_memory(1, 8))
     np.testing.assert_allclose(said[:3], wanted(line, 1, 0.4, length[1]), rtol=1e-13)
     assert not said[3:7].any()
-    assert not found((length, None, None, None), 1, 0.4, make_memory(1, 8))[:7].any()
+    assert not found(Pieces(length, None, None, None), 1, 0.4, make_memory(1, 8))[:7].any()
 
 
 def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_are_refused():
