@@ -231,6 +231,17 @@ def called(a: float, i: int) -> Any:
     return polynomial(a), polynomial(a, 1.0), polynomial(a, factor=3.0), polynomial(more=a, x=i)
 
 
+def power_sum(x: float, terms: int, more: float = 0.5, factor: float = 2.0) -> float:
+    total = more
+    for _ in range(terms):
+        total = factor * total + x
+    return total
+
+
+def called_apart(a: float, i: int) -> Any:
+    return power_sum(a, i), power_sum(a, i, 1.0), power_sum(terms=i, factor=a, x=3.0)
+
+
 def arrays(rows: Any, whole: Any, flags: Any) -> Any:
     rows[0, 1] = 2 * rows[1, 0]
     rows[1, -1] += 0.5
@@ -298,6 +309,7 @@ SAMPLES = {
     tuples: [(1.3, 5)],
     named: [(1.3, 5)],
     called: [(1.3, 5)],
+    called_apart: [(1.3, 5)],
     makes_arrays: [(4,)],
     finds_places: [(np.array([0.0, 1.0, 1.0, 2.0]), x) for x in (-1.0, 0.0, 1.0, 1.5, 9.0)],
     absent: [(1.5, None), (1.5, (2.0,))],

@@ -9,8 +9,10 @@ from typing import Any
 from llvmlite import ir
 
 from tauto_core.kernels.arguments import value_of
-from tauto_core.kernels.emission import BeginAnewError, Emission
+from tauto_core.kernels.emission import Emission
 from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.joining import BeginAnewError
+from tauto_core.kernels.source import arguments_of, plan_of
 from tauto_core.kernels.translation import Frame
 from tauto_core.kernels.used import Used
 from tauto_core.kernels.values import (
@@ -138,16 +140,25 @@ class Program:
         out = Emission(self.module, ir.Function(self.module, kind, name), {})
         words = count()
         args = [value_of(argument, words, out) for argument in arguments]
-        result = at_run_time(self.call(out, function, args))
+        result = at_run_time(self.call(out, function, args, {}))
         for i, value in enumerate(leaves_of(result)):
             place = out.b.gep(out.f.args[1], [ir.Constant(WORD, i)])
             out.b.store(_as_word(out, value), place)
         out.b.ret(ir.Constant(INDEX, 0))
         self.result = _layout(result)
 
-    def call(self, out: Emission, function: FunctionType, args: list[Any]) -> Any:
+    def inlined(
+        self, out: Emission, function: FunctionType, args: list[Any], keywords: dict[str, Any]
+    ) -> Any:
+        """Translate a kernel where it is called."""
+        return Frame(self, out, function).result(args, keywords)
+
+    def call(
+        self, out: Emission, function: FunctionType, args: list[Any], keywords: dict[str, Any]
+    ) -> Any:
         """Call a kernel as a function of its own."""
-        args = [at_run_time(arg) for arg in args]
+        bound = arguments_of(function, args, keywords)
+        args = [at_run_time(bound[name]) for name in plan_of(function).arguments]
         values: list[ir.Value] = []
         structure = tuple(leaves(arg, values) for arg in args)
         cells = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())

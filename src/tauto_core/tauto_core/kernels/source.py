@@ -8,6 +8,7 @@ from types import CodeType, FunctionType
 from typing import Any
 
 from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.marks import IS_INLINED
 from tauto_core.kernels.used import contents
 
 SIMPLE = 60
@@ -78,6 +79,31 @@ def _plan_of(code: CodeType) -> Plan:
 def plan_of(function: FunctionType) -> Plan:
     """Return a function as it is written."""
     return _plan_of(function.__code__)
+
+
+def is_inlined(function: FunctionType) -> bool:
+    """Return whether a function is translated where it is called."""
+    return function in IS_INLINED or plan_of(function).simple
+
+
+def arguments_of(
+    function: FunctionType, args: list[Any], keywords: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the arguments of a call by their names.
+
+    Raises:
+        KernelError: there are too many, too few, or others.
+    """
+    names, defaults = plan_of(function).arguments, function.__defaults__ or ()
+    given = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
+    given.update(zip(names, args, strict=False))
+    given.update(keywords)
+    if len(args) > len(names) or set(given) != set(names):
+        raise KernelError(
+            f'{function.__qualname__} takes {", ".join(names)}; '
+            f'{len(args)} and {", ".join(keywords) or "none"} by name are given'
+        )
+    return given
 
 
 @cache

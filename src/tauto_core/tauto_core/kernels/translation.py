@@ -7,54 +7,31 @@ when compiling is worked out with Python's own operators; what is not becomes an
 from __future__ import annotations
 
 import ast
-import builtins
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
 from llvmlite import ir
 
-from tauto_core.kernels.emission import BeginAnewError, Emission
+from tauto_core.kernels.emission import Emission
 from tauto_core.kernels.errors import KernelError
-from tauto_core.kernels.marks import IS_INLINED, OVERLOADS, Intrinsic, plain_function
-from tauto_core.kernels.operations import (
-    FUNCTIONS,
-    IN_PYTHON,
-    binary,
-    compare,
-    power_at_run_time,
-    unary,
-    whole_power,
-)
-from tauto_core.kernels.source import assigned_in, indexed_by, leaves_early, plan_of
+from tauto_core.kernels.expressions import Scope
+from tauto_core.kernels.items import fill, place_of
+from tauto_core.kernels.joining import BeginAnewError, carried, joined, meet
+from tauto_core.kernels.source import arguments_of, assigned_in, indexed_by, leaves_early
 from tauto_core.kernels.values import (
-    BIT,
-    BOOL,
-    FLOAT,
     INT,
     WORD,
-    Array,
     Conflict,
-    Fields,
     Group,
-    Pointer,
     Record,
     Value,
     at_run_time,
     described,
-    is_number,
-    is_static,
 )
 
 UNROLLED, UNROLLED_TO_PICK = 2, 16
 """Rounds up to which a loop of known length is written out; where its variable picks from tuples,
 so that what is picked is known."""
-
-
-class Method:
-    """A method of a NamedTuple's class, or of an array, with what it is called on."""
-
-    def __init__(self, owner: Any, function: Any) -> None:
-        self.owner, self.function = owner, function
 
 
 class Loop:
@@ -65,23 +42,18 @@ class Loop:
         self.next: list[Any] = []
 
 
-class Frame:
-    """A function as it is translated: its variables, and whether the place is reached at all."""
+class Frame(Scope):
+    """A function as it is translated: its statements, and whether the place is reached at all."""
 
     def __init__(self, program: Any, out: Emission, function: FunctionType) -> None:
-        self.program, self.out, self.function = program, out, function
-        self.plan = plan_of(function)
-        program.used.file(function)
-        cells = [cell.cell_contents for cell in function.__closure__ or ()]
-        self.free = dict(zip(function.__code__.co_freevars, cells, strict=True))
-        self.variables: dict[str, Any] = {}
+        super().__init__(program, out, function)
         self.returned: list[tuple[ir.Block, Any]] = []
         self.loops: list[Loop] = []
         self.reached = True
 
     def result(self, args: list[Any], keywords: dict[str, Any]) -> Any:
         """Translate the function for these arguments; return what it returns."""
-        self.variables = self._bound(args, keywords)
+        self.variables = arguments_of(self.function, args, keywords)
         self.run(self.plan.body)
         if self.reached:
             self.returned.append((self.out.b.block, None))
@@ -92,24 +64,11 @@ class Frame:
         if not blocks:
             raise KernelError(f'{self.function.__qualname__} never returns')
         after = self.out.block('returned')
-        value = self.out.joined(values, blocks, after, 'what is returned')
+        value = joined(self.out, values, blocks, after, 'what is returned')
         self.out.go_on(blocks, after)
         if isinstance(value, Conflict):
             raise KernelError(f'in {self.function.__qualname__} {value.why}')
         return value
-
-    def _bound(self, args: list[Any], keywords: dict[str, Any]) -> dict[str, Any]:
-        names = self.plan.arguments
-        defaults = self.function.__defaults__ or ()
-        given = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
-        given.update(zip(names, args, strict=False))
-        given.update(keywords)
-        if len(args) > len(names) or set(given) != set(names):
-            raise KernelError(
-                f'{self.function.__qualname__} takes {", ".join(names)}; '
-                f'{len(args)} and {", ".join(keywords) or "none"} by name are given'
-            )
-        return given
 
     # statements
 
@@ -119,7 +78,7 @@ class Frame:
             if not self.reached:
                 return
             try:
-                getattr(self, f'do_{type(statement).__name__}', self._unknown)(statement)
+                getattr(self, f'do_{type(statement).__name__}', self.unknown)(statement)
             except BeginAnewError:
                 raise
             except KernelError as error:
@@ -136,9 +95,6 @@ class Frame:
             error.passed = self  # type: ignore[attr-defined]
             code = self.function.__code__
             error.places.append(f'{code.co_filename}:{statement.lineno} in {code.co_qualname}')
-
-    def _unknown(self, node: Any) -> Any:
-        raise KernelError(f'kernels know no {type(node).__name__}: {ast.unparse(node)}')
 
     def do_Pass(self, _s: Any) -> None:
         pass
@@ -179,26 +135,9 @@ class Frame:
             for each, item in zip(target.elts, value, strict=True):
                 self.put(each, item)
         elif isinstance(target, ast.Subscript) and isinstance(target.slice, ast.Slice):
-            self._fill(self.on_Subscript(target), value)
+            fill(self.out, self.on_Subscript(target), value)
         else:
             self.out.save(*self.place(target), value)
-
-    def _fill(self, part: Any, value: Any) -> None:
-        """Set all items of a part of a row to a number."""
-        if not isinstance(part, Array) or len(part.shape) != 1:
-            raise KernelError(f'{described(part)} cannot be filled')
-        out, b, came = self.out, self.out.b, self.out.b.block
-        value = out.convert(value, part.kind)
-        head, body, after = out.block('fill'), out.block('item'), out.block('filled')
-        out.go_on([came], head)
-        i = b.phi(WORD)
-        b.cbranch(b.icmp_signed('<', i, part.shape[0]), body, after)
-        b.position_at_end(body)
-        out.save(b.gep(part.data, [i]), part.kind, value)
-        i.add_incoming(ir.Constant(WORD, 0), came)
-        i.add_incoming(b.add(i, ir.Constant(WORD, 1)), body)
-        out.go_on([body], head)
-        b.position_at_end(after)
 
     def place(self, target: Any) -> tuple[ir.Value, Any]:
         """Return the address and kind of an item or a field."""
@@ -207,8 +146,7 @@ class Frame:
             if isinstance(base, Record):
                 return self.out.field(base, target.attr)
         elif isinstance(target, ast.Subscript):
-            base, where = self.eval(target.value), self._indices(target.slice)
-            return self._address(base, where), self._item_kind(base)
+            return place_of(self.out, self.eval(target.value), self.indices(target.slice))
         raise KernelError(f'{ast.unparse(target)} cannot be set')
 
     def do_Return(self, s: Any) -> None:
@@ -237,7 +175,7 @@ class Frame:
     def _go_on_from(self, ends: list[Any]) -> None:
         self.reached = bool(ends)
         if ends:
-            self.variables = self.out.meet(ends)
+            self.variables = meet(self.out, ends)
 
     def do_While(self, s: Any) -> None:
         self._loop(s)
@@ -286,7 +224,7 @@ class Frame:
         self.variables, tell = dict(before), {}
         for name in assigned_in(s):
             if name in before:
-                self.variables[name], tell[name] = out.carried(before[name], s, name, came, head)
+                self.variables[name], tell[name] = carried(out, before[name], s, name, came, head)
         b.position_at_end(head)
         if count is not None:
             i = b.phi(WORD)
@@ -310,7 +248,7 @@ class Frame:
         if self.reached:
             loop.next.append((b.block, self.variables))
         if loop.next:
-            self.variables = out.meet(loop.next)
+            self.variables = meet(out, loop.next)
             last = b.block
             for name, come_from in tell.items():
                 come_from(self.variables[name], last)
@@ -328,287 +266,3 @@ class Frame:
     def do_Continue(self, _s: Any) -> None:
         self.loops[-1].next.append((self.out.b.block, self.variables))
         self.reached = False
-
-    # expressions
-
-    def eval(self, e: Any) -> Any:
-        """Return the value of an expression."""
-        return getattr(self, f'on_{type(e).__name__}', self._unknown)(e)
-
-    def on_Constant(self, e: Any) -> Any:
-        return e.value
-
-    def on_Name(self, e: Any) -> Any:
-        return self.lookup(e.id)
-
-    def lookup(self, name: str) -> Any:
-        """Return a variable, or what a name means outside the function."""
-        if name in self.variables:
-            found = self.variables[name]
-            if isinstance(found, Conflict):
-                raise KernelError(found.why)
-            return found
-        if name in self.free:
-            return self.free[name]
-        known = self.function.__globals__
-        if name in known:
-            self.program.used.constant(self.function.__module__, name, known[name])
-            return known[name]
-        if hasattr(builtins, name):
-            return getattr(builtins, name)
-        raise KernelError(f'{name} is not set')
-
-    def on_Tuple(self, e: Any) -> Any:
-        items: list[Any] = []
-        for each in e.elts:
-            starred = isinstance(each, ast.Starred)
-            items += self.eval(each.value) if starred else [self.eval(each)]
-        return tuple(items) if all(is_static(x) for x in items) else Group(items)
-
-    def on_Attribute(self, e: Any) -> Any:
-        base, name = self.eval(e.value), e.attr
-        if isinstance(base, Group):
-            return self._of_group(base, name)
-        if isinstance(base, Record):
-            return self.out.load(*self.out.field(base, name))
-        if isinstance(base, Array):
-            if name == 'shape':
-                return Group([Value(INT, n) for n in base.shape])
-            return Method(base, name)
-        if not is_static(base):
-            raise KernelError(f'{described(base)} has no attribute {name}')
-        found = getattr(base, name)
-        if isinstance(base, ModuleType):
-            self.program.used.constant(base.__name__, name, found)
-        return found
-
-    def _of_group(self, base: Group, name: str) -> Any:
-        named = base.instance_class
-        fields = getattr(named, '_fields', ())
-        if name in fields:
-            return base.items[fields.index(name)]
-        found = getattr(named, '__dict__', {}).get(name)
-        if isinstance(found, property) and isinstance(found.fget, FunctionType):
-            return self.call(found.fget, [base], {})
-        if isinstance(found, FunctionType):
-            return Method(base, found)
-        if named is None or not hasattr(named, name):
-            raise KernelError(f'{described(base)} has no attribute {name}')
-        return getattr(named, name)
-
-    def _indices(self, e: Any) -> Any:
-        if isinstance(e, ast.Slice):
-            if e.step is not None:
-                raise KernelError('kernels know no slices with a step')
-            return slice(*(self.eval(x) if x is not None else None for x in (e.lower, e.upper)))
-        found = self.eval(e)
-        return list(found) if isinstance(found, (tuple, Group)) else [found]
-
-    def on_Subscript(self, e: Any) -> Any:
-        base, where = self.eval(e.value), self._indices(e.slice)
-        if isinstance(base, (Group, tuple)):
-            return self._picked(base, where)
-        if isinstance(base, Array):
-            if isinstance(where, slice):
-                return self._slice(base, where)
-            if len(where) < len(base.shape):
-                return self._part(base, where)
-        return self.out.load(self._address(base, where), self._item_kind(base))
-
-    def _picked(self, base: Any, where: Any) -> Any:
-        """Return an item of a tuple; of a place known at run time, all must be of one kind."""
-        if isinstance(where, slice):
-            return base[where]
-        if isinstance(where[0], int):
-            return base[where[0]]
-        items, b = [at_run_time(x) for x in base], self.out.b
-        kinds = {x.kind if isinstance(x, Value) else None for x in items}
-        if len(kinds) != 1 or None in kinds:
-            raise KernelError(
-                f'an item of {described(base)} is picked by a number known at run time only'
-            )
-        kind = items[0].kind
-        # at the function's head: the room is there once, however often a loop comes by
-        with b.goto_block(self.out.f.blocks[0]):
-            room = b.alloca(ir.ArrayType(kind.type, len(items)))
-        for i, item in enumerate(items):
-            b.store(item.ir, b.gep(room, [ir.Constant(WORD, 0), ir.Constant(WORD, i)]))
-        place = b.gep(room, [ir.Constant(WORD, 0), self.out.int(where[0])])
-        return Value(kind, b.load(place))
-
-    def _slice(self, base: Array, where: slice) -> Array:
-        b, first = self.out.b, base.shape[0]
-        stop = first if where.stop is None else self._index(where.stop, first)
-        if where.start is None:
-            return Array(base.kind, base.data, [stop, *base.shape[1:]], base.room)
-        start = self._index(where.start, first)
-        part = self._part(base, [Value(INT, start)], keep=True)
-        return Array(base.kind, part.data, [b.sub(stop, start), *base.shape[1:]])
-
-    def _part(self, base: Array, where: list[Any], keep: bool = False) -> Array:
-        """Return a row, or rows, of an array."""
-        b = self.out.b
-        offset = self._flat(base.shape, where)
-        for n in base.shape[len(where) :]:
-            offset = b.mul(offset, n)
-        data = self._at(base.data, base.kind, offset)
-        return Array(base.kind, data, base.shape[0 if keep else len(where) :])
-
-    def _at(self, data: ir.Value, kind: Any, offset: ir.Value) -> ir.Value:
-        if isinstance(kind, Fields):
-            offset = self.out.b.mul(offset, ir.Constant(WORD, kind.dtype.itemsize))
-        return self.out.b.gep(data, [offset])
-
-    def _flat(self, shape: Any, where: list[Any]) -> ir.Value:
-        b, offset = self.out.b, None
-        for n, i in zip(shape, where, strict=False):
-            place = self._index(i, n)
-            offset = place if offset is None else b.add(b.mul(offset, n), place)
-        return offset if offset is not None else ir.Constant(WORD, 0)
-
-    def _index(self, i: Any, length: ir.Value) -> ir.Value:
-        """Return a place as LLVM's integer: one known when compiling may count from the end."""
-        if isinstance(i, int) and i < 0:
-            return self.out.b.add(length, ir.Constant(WORD, int(i)))
-        return self.out.int(i)
-
-    def _item_kind(self, base: Any) -> Any:
-        if isinstance(base, Array):
-            return base.kind
-        if isinstance(base, Value) and isinstance(base.kind, Pointer):
-            return base.kind.item
-        raise KernelError(f'{described(base)} has no items')
-
-    def _address(self, base: Any, where: Any) -> ir.Value:
-        if isinstance(base, Array) and len(where) == len(base.shape):
-            return self._at(base.data, base.kind, self._flat(base.shape, where))
-        if isinstance(base, Value) and isinstance(base.kind, Pointer) and len(where) == 1:
-            return self.out.b.gep(base.ir, [self.out.int(where[0])])
-        raise KernelError(f'{described(base)} with {len(where)} indices')
-
-    def on_UnaryOp(self, e: Any) -> Any:
-        return unary(self.out, e.op, self.eval(e.operand))
-
-    def on_BinOp(self, e: Any) -> Any:
-        return self.binary(type(e.op), self.eval(e.left), self.eval(e.right))
-
-    def binary(self, op: type, x: Any, y: Any) -> Any:
-        """Return what an operator makes of two values."""
-        if op is not ast.Pow or (is_number(x) and is_number(y)):
-            return binary(self.out, op, x, y)
-        if isinstance(y, int):
-            return whole_power(self.out, x, y)
-        y = at_run_time(y)
-        if isinstance(y, Value) and y.kind is INT:
-            return self.call(power_at_run_time, [self.out.convert(x, FLOAT), y], {})
-        args = [self.out.float(x), self.out.float(y)]
-        return Value(FLOAT, self.out.external('llvm.pow.f64', FLOAT.type, args))
-
-    def on_BoolOp(self, e: Any) -> Any:
-        out, b, is_and = self.out, self.out.b, isinstance(e.op, ast.And)
-        decided: list[ir.Block] = []  # blocks that jump to the end
-        end, last = None, None
-        for i, each in enumerate(e.values):
-            last = out.truth(self.eval(each))
-            if isinstance(last, bool):
-                if last is not is_and:
-                    break
-            elif i + 1 < len(e.values):
-                end, go_on = end or out.block('decided'), out.block('undecided')
-                decided.append(b.block)
-                b.cbranch(last.ir, *((go_on, end) if is_and else (end, go_on)))
-                b.position_at_end(go_on)
-        if end is None:
-            return last
-        rest = at_run_time(last).ir
-        came = b.block
-        b.branch(end)
-        b.position_at_end(end)
-        phi = b.phi(BIT)
-        for block in decided:
-            phi.add_incoming(ir.Constant(BIT, int(not is_and)), block)
-        phi.add_incoming(rest, came)
-        return Value(BOOL, phi)
-
-    def on_IfExp(self, e: Any) -> Any:
-        test = self.out.truth(self.eval(e.test))
-        if isinstance(test, bool):
-            return self.eval(e.body if test else e.orelse)
-        out, b = self.out, self.out.b
-        blocks = [out.block('one'), out.block('other')]
-        b.cbranch(test.ir, *blocks)
-        values, ends = [], []
-        for block, branch in zip(blocks, (e.body, e.orelse), strict=True):
-            b.position_at_end(block)
-            with out.nested():
-                values.append(self.eval(branch))
-            ends.append(b.block)
-        after = out.block('either')
-        value = out.joined(values, ends, after, ast.unparse(e))
-        out.go_on(ends, after)
-        if isinstance(value, Conflict):
-            raise KernelError(value.why)
-        return value
-
-    def on_Compare(self, e: Any) -> Any:
-        left = self.eval(e.left)
-        result: Any = True
-        for op, each in zip(e.ops, e.comparators, strict=True):
-            # what follows has no effects: it may be worked out whether it counts or not
-            right = self.eval(each)
-            one = compare(self.out, op, left, right)
-            if isinstance(result, bool):
-                result = one if result else False
-            elif isinstance(one, bool):
-                result = result if one else False
-            else:
-                result = Value(BOOL, self.out.b.and_(result.ir, one.ir))
-            left = right
-        return result
-
-    # calls
-
-    def on_Call(self, e: Any) -> Any:
-        callee = self.eval(e.func)
-        args = [self.eval(each) for each in e.args]
-        if any(word.arg is None for word in e.keywords):
-            raise KernelError('kernels know no ** in a call')
-        return self.call(callee, args, {word.arg: self.eval(word.value) for word in e.keywords})
-
-    def call(self, callee: Any, args: list[Any], keywords: dict[str, Any]) -> Any:
-        """Return what a call returns: who is called is known when compiling."""
-        if isinstance(callee, Method):
-            if isinstance(callee.owner, Array):
-                return self._of_array(callee.owner, callee.function, args)
-            return self.call(callee.function, [callee.owner, *args], keywords)
-        if isinstance(callee, Intrinsic):
-            self.program.used.file(callee.function)
-            return callee.function(self.out, *args, **keywords)
-        if isinstance(callee, type) and hasattr(callee, '_fields'):
-            self.program.used.type(callee)
-            made = callee(*args, **keywords)
-            return Group(made, callee)
-        callee = IN_PYTHON.get(callee, callee) if callee.__hash__ else callee
-        function = plain_function(callee)
-        if function is not None:
-            for selector in OVERLOADS.get(function, ()):
-                self.program.used.file(selector)
-                chosen = selector(*args, **keywords)
-                if chosen is not None:
-                    return self.call(chosen, args, keywords)
-            if (function in IS_INLINED) or plan_of(function).simple:
-                return Frame(self.program, self.out, function).result(args, keywords)
-            bound = Frame(self.program, self.out, function)._bound(args, keywords)
-            return self.program.call(self.out, function, list(bound.values()))
-        known = FUNCTIONS.get(callee)
-        if known is None:
-            raise KernelError(f'kernels cannot call {callee!r}')
-        return known(self.out, *args, **keywords)
-
-    def _of_array(self, array: Array, name: str, args: list[Any]) -> Any:
-        if name == 'reshape' and args == [-1]:
-            size = array.shape[0]
-            for n in array.shape[1:]:
-                size = self.out.b.mul(size, n)
-            return Array(array.kind, array.data, [size], array.room)
-        raise KernelError(f'arrays in kernels have no {name}({", ".join(map(described, args))})')
