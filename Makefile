@@ -4,11 +4,13 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint bench stress clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint bench stress soak fuzz clean setup setup-dev environment FORCE
 
 SCENE ?= measured
 SPEED ?= 60
 JOBS ?= 2
+MINUTES ?= 60
+COUNT ?= 1000000
 BENCH ?= --budget 1.2
 
 TAUTO := .venv/bin/tauto
@@ -34,7 +36,7 @@ endif
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
-	@echo 'Variables: SCENE=$(SCENE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" PYTHON=...'
+	@echo 'Variables: SCENE=$(SCENE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" MINUTES=$(MINUTES) COUNT=$(COUNT) PYTHON=...'
 
 sail: graph  ## sail the default scene as a ROS 2 graph, then replay its bag
 	$(TAUTO) replay $(OUT)
@@ -63,6 +65,13 @@ bench: setup  ## messages per second through the graph, and run time against err
 stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
 	.venv/bin/python benchmarks/stress.py
 	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
+	.venv/bin/python benchmarks/graph_freeze.py
+
+soak: setup  ## a voyage of MINUTES=60 flat out: memory flat, nothing lost, the bag whole
+	.venv/bin/python benchmarks/soak.py --minutes $(MINUTES)
+
+fuzz: setup  ## COUNT=1000000 mutated bags and as many scenes: refused or read, nothing else
+	.venv/bin/python benchmarks/fuzz.py --count $(COUNT)
 
 clean:  ## remove bags/out, colcon's folders and caches; .venv stays
 	rm -rf bags/out ros_ws/build ros_ws/install ros_ws/log \

@@ -5,13 +5,22 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ('tauto_core', 'tauto_nodes')
-NODES = {'ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder', 'player'}
+NODES = {
+    'ship_motion',
+    'trochlea',
+    'drift_estimator',
+    'longitude',
+    'recorder',
+    'player',
+    'markers',
+}
 
 
 def run(*command: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -55,8 +64,8 @@ def test_executables_are_where_ros2_run_looks(install: Path) -> None:
     assert (install / 'tauto_core' / 'lib' / 'tauto_core' / 'tauto').exists()
 
 
-@pytest.mark.parametrize('folder', ['launch', 'config'])
-def test_share_holds_launch_and_config(install: Path, folder: str) -> None:
+@pytest.mark.parametrize('folder', ['launch', 'config', 'layouts'])
+def test_share_holds_what_users_open(install: Path, folder: str) -> None:
     source = ROOT / 'src' / 'tauto_nodes' / folder
     share = install / 'tauto_nodes' / 'share' / 'tauto_nodes' / folder
     expected = {file.name: file.read_bytes() for file in source.iterdir() if file.is_file()}
@@ -94,3 +103,13 @@ def test_an_installed_node_starts_and_refuses_an_unknown_parameter(
     assert result.returncode != 0
     assert 'no_such_parameter' in result.stderr
     assert 'Traceback' not in result.stderr
+
+
+def test_colcon_test_runs_the_tests_of_the_nodes(install: Path, tmp_path: Path) -> None:
+    bases = ('--build-base', install.parent / 'build', '--install-base', install)
+    asked = ('--packages-select', 'tauto_nodes', '--pytest-args', '-k', 'packs')
+    colcon(tmp_path, 'test', *bases, '--return-code-on-test-failure', *asked)
+    results = ET.parse(install.parent / 'build' / 'tauto_nodes' / 'pytest.xml').getroot()
+    suite = next(results.iter('testsuite'))
+    assert int(suite.attrib['tests']) > 5
+    assert {suite.attrib[kind] for kind in ('errors', 'failures', 'skipped')} == {'0'}

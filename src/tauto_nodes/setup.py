@@ -18,6 +18,7 @@ setup(
         (f'share/{PACKAGE}', ['package.xml']),
         (f'share/{PACKAGE}/launch', glob('launch/*.py')),
         (f'share/{PACKAGE}/config', glob('config/*.yaml')),
+        (f'share/{PACKAGE}/layouts', glob('layouts/*')),
     ],
     python_requires='>=3.11',
     install_requires=['tauto_core'],
@@ -27,6 +28,8 @@ setup(
             'ros-jazzy-rclpy>=7.1.4',
             'ros-jazzy-rmw-fastrtps-cpp>=8.4.3',
         ],
+        # colcon looks for pytest here.
+        'test': ['hypothesis>=6.100', 'pytest>=8.0'],
     },
     entry_points={
         'console_scripts': [
@@ -38,6 +41,7 @@ setup(
                 'longitude',
                 'recorder',
                 'player',
+                'markers',
             )
         ],
         'tauto.commands': [

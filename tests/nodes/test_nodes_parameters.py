@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import math
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +16,17 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from tauto_nodes.errors import GraphError, ParameterError
-from tauto_nodes.launching import end_of, live_problems, voyage_problems
-from tauto_nodes.parameters import PARAMETERS, declare, reference_page
+from tauto_nodes.launching import ARGUMENTS, end_of, problems_of
+from tauto_nodes.parameter_files import shared_names
+from tauto_nodes.parameter_page import reference_page
+from tauto_nodes.parameters import PARAMETERS, declare
+from tauto_nodes.trochlea import Trochlea
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / 'src' / 'tauto_nodes'
+GRAPH_ROLES = [
+    role for role, table in PARAMETERS.items() if 'flow_control' in {p.name for p in table}
+]
 
 
 @pytest.mark.parametrize(
@@ -49,6 +57,32 @@ def test_refused_with_the_reason(ros: Any, role: str, name: str, value: object, 
     assert refusal.value.exit_code == 2
 
 
+@pytest.mark.parametrize(
+    ('role', 'name', 'value'),
+    [
+        ('recorder', 'output', '/tmp/bag'),
+        ('recorder', 'output', '{}/../bag'),
+        ('recorder', 'report', '{}/out/report.json'),
+        ('trochlea', 'state_folder', '/var'),
+        ('longitude', 'scene', '/etc/passwd'),
+        ('player', 'bag', '{}/out'),
+    ],
+)
+def test_paths_stay_in_the_folder_that_the_environment_names(
+    role: str, name: str, value: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table = {parameter.name: parameter for parameter in PARAMETERS[role]}
+    folder = tmp_path / 'ours'
+    folder.mkdir()
+    (folder / 'out').symlink_to(tmp_path)
+    stray = value.format(folder)
+    assert table[name].problem(stray) == ''
+    monkeypatch.setenv('TAUTO_FOLDER', str(folder))
+    assert f'{name} = {stray!r}: lies outside of TAUTO_FOLDER' in table[name].problem(stray)
+    assert table[name].problem(str(folder / 'inside')) == ''
+    assert PARAMETERS['longitude'][0].problem('measured') == ''
+
+
 def test_all_problems_in_one_text(ros: Any) -> None:
     ros(())
     node = Node('recorder', **overrides(force='yes', topcs=('scene',)))
@@ -58,18 +92,77 @@ def test_all_problems_in_one_text(ros: Any) -> None:
         declare(node, 'recorder')
 
 
-def test_unknown_name_in_a_parameter_file(ros: Any, tmp_path: Path) -> None:
+def test_a_file_may_be_shared_but_a_section_of_its_own_is_checked(tmp_path: Path) -> None:
+    """Real processes: what stands where is told by the command line alone."""
+    values = {'speed': 2.0, 'scne': 'ideal', 'stal_after': 1.0, 'scene': 'no_such_scene'}
+    shared = {'ros__parameters': values}
+    cases = {
+        'shared': ({'/**': shared}, 'there is no such file or shipped scene'),
+        'own': (
+            {'/**': shared, 'longitude': {'ros__parameters': {'scne': 'ideal'}}},
+            'scne: no such parameter of longitude; the nearest is scene',
+        ),
+        'wild': (
+            {'/**/longitude': {'ros__parameters': {'speed': 2.0}}},
+            'speed: no such parameter of longitude',
+        ),
+    }
+    processes = {}
+    for case, (content, _) in cases.items():
+        file = tmp_path / f'{case}.yaml'
+        file.write_text(yaml.safe_dump(content))
+        processes[case] = subprocess.Popen(
+            [sys.executable, '-m', 'tauto_nodes.longitude', '--ros-args', '--params-file', file],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    said = {case: process.communicate(timeout=300)[1] for case, process in processes.items()}
+    for case, (_, words) in cases.items():
+        assert processes[case].returncode == 2
+        assert words in said[case]
+    for name in ('scne', 'stal_after'):
+        assert f'{name}: no node has this parameter' in said['shared']
+    assert 'speed' not in said['shared']  # the ship has it
+
+
+@pytest.mark.parametrize(
+    'section',
+    ['/**', '/sea/**', '/sea/longitude', '/**/longitude', 'sea/longitude', '/*/longitude'],
+)
+def test_sections_of_a_parameter_file(section: str, tmp_path: Path) -> None:
     file = tmp_path / 'p.yaml'
-    file.write_text('/**:\n  ros__parameters:\n    scne: measured\n')
-    ros(('--params-file', str(file)))
-    with pytest.raises(ParameterError, match=r'scne: no such parameter of longitude.*scene'):
-        declare(Node('longitude'), 'longitude')
+    file.write_text(yaml.safe_dump({section: {'ros__parameters': {'a': 1, 'b': {'c': 2}}}}))
+    arguments = ['--ros-args', '--params-file', str(file), '-p', 'a:=3']
+    named = section == '/**'
+    assert shared_names('/sea/longitude', arguments) == ({'b.c'} if named else set())
+    file.write_text(
+        yaml.safe_dump(
+            {key: {'ros__parameters': {'a': 1, 'b': {'c': 2}}} for key in ('/**', section)}
+        )
+    )
+    assert shared_names('/sea/longitude', arguments) == ({'b.c'} if named else set())
+    assert shared_names('/lake/trochlea', arguments) == {'b.c'}
+
+
+@pytest.mark.parametrize(
+    ('key', 'nearest'),
+    [
+        ('/ship/imus.subscription.depth', '/ship/imu.subscription.depth'),
+        ('/ship/imu.subscription.dept', '/ship/imu.subscription.depth'),
+        ('/ship/imu.subscription.durability', '/ship/imu.subscription'),
+    ],
+)
+def test_a_misspelt_qos_override_is_refused(key: str, nearest: str, ros: Any) -> None:
+    ros(('-p', f'qos_overrides.{key}:=7'))
+    with pytest.raises(ParameterError, match=r'no publisher or subscription') as refusal:
+        Trochlea(**overrides(source='foreign'))
+    assert f'the nearest is qos_overrides.{nearest}' in str(refusal.value)
 
 
 def test_what_ros_itself_knows_is_let_through(ros: Any) -> None:
-    ros(('-p', 'use_sim_time:=true', '-p', 'qos_overrides./ship/imu.publisher.depth:=2000'))
-    settings = declare(Node('longitude'), 'longitude')
-    assert settings.text('scene') == 'measured'
+    ros(('-p', 'use_sim_time:=true', '-p', 'qos_overrides./ship/imu.subscription.depth:=2000'))
+    trochlea = Trochlea(**overrides(source='foreign'))
+    assert trochlea.settings.text('scene') == 'measured'
 
 
 def test_changes_at_run_time(ros: Any) -> None:
@@ -94,7 +187,7 @@ def test_reference_page_is_the_table() -> None:
 @pytest.mark.parametrize('file', sorted((PACKAGE / 'config').glob('*.yaml')), ids=lambda f: f.stem)
 def test_config_uses_declared_parameters_only(file: Path, ros: Any) -> None:
     for pattern, content in yaml.safe_load(file.read_text()).items():
-        roles = [r for r in PARAMETERS if pattern in ('/**', f'/**/{r}') and r != 'player']
+        roles = [r for r in GRAPH_ROLES if pattern in ('/**', f'/**/{r}')]
         assert roles, f'{pattern} names no node'
         for role in roles:
             table = {p.name: p for p in PARAMETERS[role]}
@@ -106,23 +199,24 @@ def test_config_uses_declared_parameters_only(file: Path, ros: Any) -> None:
 
 
 @pytest.mark.parametrize('file', sorted((PACKAGE / 'launch').glob('*.py')), ids=lambda f: f.stem)
-def test_launch_files_compile_and_set_what_there_is(file: Path) -> None:
+def test_launch_files_compile_and_use_what_they_declare(file: Path) -> None:
     tree = ast.parse(file.read_text(), file.name)
-    known = {parameter.name for table in PARAMETERS.values() for parameter in table}
     table = next(
         node.value
         for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'ARGUMENTS'
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'DEFAULTS'
     )
-    assert isinstance(table, ast.Dict)
-    arguments = {ast.literal_eval(key) for key in table.keys if key is not None}
-    assert arguments <= known | {'out', 'namespace', 'params_file', 'imu'}
+    defaults: dict[str, str] = ast.literal_eval(table)
+    assert defaults.keys() < ARGUMENTS.keys()
     given = {
         ast.unparse(node.slice).strip("'")
         for node in ast.walk(tree)
         if isinstance(node, ast.Subscript) and ast.unparse(node.value) == 'given'
     }
-    assert given <= arguments
+    assert given <= defaults.keys()
+    config = PACKAGE / 'config' / 'voyage.yaml'
+    free = {**defaults, 'params_file': str(config)}
+    assert problems_of(free) == []
 
 
 VOYAGE = {
@@ -148,14 +242,14 @@ VOYAGE = {
         ({'params_file': 'nowhere.yaml'}, 'there is no such file'),
         ({'scene': 'no_such_scene'}, 'no_such_scene'),
         ({'out': str(PACKAGE)}, 'exists already'),
+        ({'out': ''}, 'name a folder'),
     ],
 )
 def test_a_launch_is_refused_before_anything_starts(wrong: dict[str, str], said: str) -> None:
-    assert voyage_problems(VOYAGE) == []
-    assert said in '; '.join(voyage_problems({**VOYAGE, **wrong}))
-    sensor = {'imu': '/x', 'imu_reliability': 'best_effort', 'state_folder': '', **VOYAGE}
-    assert live_problems({**sensor, 'out': ''}) == []
-    assert 'one of' in '; '.join(live_problems({**sensor, 'imu_reliability': 'perhaps'}))
+    assert problems_of(VOYAGE) == []
+    assert said in '; '.join(problems_of({**VOYAGE, **wrong}))
+    sensor = {'imu_reliability': 'perhaps', **VOYAGE}
+    assert 'one of' in '; '.join(problems_of(sensor))
 
 
 class _Context:

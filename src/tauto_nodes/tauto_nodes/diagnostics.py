@@ -18,7 +18,8 @@ from rclpy.qos import QoSProfile
 from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX
 
 if TYPE_CHECKING:
-    from tauto_nodes.member import Input, Member, Output
+    from tauto_nodes.member import Member
+    from tauto_nodes.ports import Input, Output
 
 PERIOD_S = 1.0
 

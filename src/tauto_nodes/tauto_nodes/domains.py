@@ -9,11 +9,18 @@ from dataclasses import dataclass
 
 from tauto_nodes.errors import GraphError
 
+RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
+
 LAST_DOMAIN = 101
 """Above it the ports of DDS reach into Linux' ephemeral ports."""
 
 _PORT_BASE = 7400
 _PORTS_PER_DOMAIN = 250
+
+
+def local_discovery() -> dict[str, str]:
+    """Return the environment that keeps discovery on this machine; empty where one is set."""
+    return {} if os.environ.get(RANGE) else {RANGE: 'LOCALHOST'}
 
 
 @dataclass

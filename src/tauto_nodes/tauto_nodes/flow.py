@@ -8,6 +8,7 @@ overflows. docs/nodes.md has the argument why this neither loses nor deadlocks.
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 
@@ -21,6 +22,9 @@ BATCH = 200
 
 CREDIT_TOPIC = '_tauto/credit'
 END_TOPIC = '_tauto/end'
+
+_TEXT = struct.Struct('<4sI')
+_LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 
 
 @dataclass(frozen=True)
@@ -41,11 +45,21 @@ class Report:
 
     def to_json(self) -> str:
         """Return the message's text."""
-        return json.dumps(asdict(self))
+        return json.dumps(vars(self))
+
+    def to_octets(self) -> bytes:
+        """Return the serialised message (CDR of std_msgs/String)."""
+        text = self.to_json().encode()
+        return _TEXT.pack(_LITTLE_ENDIAN, len(text) + 1) + text + b'\x00'
 
     @staticmethod
-    def from_json(text: str) -> Report:
-        """Return the report that a message holds; NodesError where it holds none."""
+    def from_octets(octets: bytes) -> Report:
+        """Return the report that a serialised message holds; NodesError where it holds none."""
+        return Report.from_json(octets[_TEXT.size :].partition(b'\x00')[0])
+
+    @staticmethod
+    def from_json(text: str | bytes) -> Report:
+        """Return the report that a message's text is; NodesError where it is none."""
         try:
             content = json.loads(text)
             return Report(

@@ -22,10 +22,11 @@ from std_msgs.msg import String
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene
-from tauto_nodes.domains import claim_domain
+from tauto_nodes.domains import claim_domain, local_discovery
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
 from tauto_nodes.launching import fast_dds_profile
+from tauto_nodes.parameter import FOLDER
 from tauto_nodes.qos import CREDIT_QOS
 from tauto_nodes.running import executor_named
 from tauto_nodes.supervisor import Supervisor, noted_signals
@@ -40,7 +41,6 @@ STALL_S = 600.0
 
 SPIN_S = 0.05
 DOMAIN = 'ROS_DOMAIN_ID'
-RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ class Plan:
         compose: all nodes in one process.
         namespace: of the graph; empty: the root.
         executor: of all nodes, `events` or `single`.
+        packed: at full speed the nodes send each other many messages in one.
     """
 
     scene: str
@@ -66,6 +67,7 @@ class Plan:
     compose: bool = False
     namespace: str = ''
     executor: str = 'events'
+    packed: bool = True
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, Any]:
                 **own[node],
                 'executor': plan.executor,
                 'flow_control': 'credits',
+                'packed': plan.packed and plan.speed == 0.0,
                 'graph': list(NODES),
             }
         }
@@ -133,7 +136,7 @@ def graph_environment() -> Iterator[dict[str, str]]:
     (`fastdds.xml`), unless the environment says otherwise.
     """
     domain = None if os.environ.get(DOMAIN) else claim_domain()
-    given = {RANGE: os.environ.get(RANGE) or 'LOCALHOST'}
+    given = local_discovery()
     if domain is not None:
         given[DOMAIN] = str(domain.number)
     given |= fast_dds_profile()
@@ -157,7 +160,7 @@ class _Watch:
     def __init__(self, namespace: str) -> None:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
-        self._node.create_subscription(String, CREDIT_TOPIC, self._hear, CREDIT_QOS)
+        self._node.create_subscription(String, CREDIT_TOPIC, self._hear, CREDIT_QOS, raw=True)
         self._executor = executor_named('single')
         self._executor.add_node(self._node)
         self.reports: dict[str, Report] = {}
@@ -166,8 +169,8 @@ class _Watch:
         self.moved_s = time.monotonic()
         self.started_s: float | None = None
 
-    def _hear(self, message: String) -> None:
-        report = Report.from_json(message.data)
+    def _hear(self, octets: bytes) -> None:
+        report = Report.from_octets(octets)
         self.heard_s[report.node] = time.monotonic()
         if self.reports.get(report.node) != report:
             self.moved_s = time.monotonic()
@@ -209,7 +212,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
     with (
         noted_signals() as signals,
         graph_environment() as environment,
-        tempfile.TemporaryDirectory(prefix='tauto_') as temporary,
+        tempfile.TemporaryDirectory(prefix='tauto_', dir=os.environ.get(FOLDER)) as temporary,
     ):
         folder = Path(temporary)
         report = folder / 'report.json'

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from tauto_core.bags import check_folder
 from tauto_core.readiness import check_scene
+from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError
-from tauto_nodes.errors import GraphError
+from tauto_nodes.domains import local_discovery
+from tauto_nodes.errors import GraphError, ParameterError
 from tauto_nodes.parameters import PARAMETERS
+from tauto_nodes.running import SUPERVISOR
 
 PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 """Environment variables that name a profile of Fast DDS, of 3 and of 2."""
@@ -26,42 +30,57 @@ def fast_dds_profile() -> dict[str, str]:
     return {PROFILES[1]: str(Path(__file__).with_name('fastdds.xml'))}
 
 
-def voyage_problems(given: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with the arguments of voyage.launch.py, in words."""
+ARGUMENTS = {
+    'scene': 'scene file (absolute path) or name of a shipped scene',
+    'speed': 'sea seconds in a second; 0.0: as fast as the graph can',
+    'duration': "replaces the duration of the scene [s]; 0.0: the scene's own",
+    'imu': 'topic of the sensor, sensor_msgs/Imu',
+    'imu_reliability': 'what the sensor offers: best_effort or reliable',
+    'out': 'folder of the bag; empty, with a sensor only: nothing is recorded',
+    'force': 'replace a bag that is there',
+    'state_folder': 'folder for the states of the stages; empty: none is saved',
+    'namespace': 'namespace of the nodes',
+    'executor': 'what spins the nodes: events or single',
+    'params_file': 'parameters of all nodes',
+}
+"""What the launch files may be told, each those that it has a default for."""
+
+_ROLES = {
+    'speed': 'ship_motion',
+    'duration': 'ship_motion',
+    'imu_reliability': 'trochlea',
+    'executor': 'trochlea',
+}
+"""Arguments that are parameters of the same name, with a node whose table has them."""
+
+
+def problems_of(given: Mapping[str, str]) -> list[str]:
+    """Return what is wrong with the arguments of a launch, in words."""
     problems = [
-        *_of_table('ship_motion', {name: given[name] for name in ('speed', 'duration')}),
-        *_of_table('trochlea', {'executor': given['executor']}),
-        *_file(given['params_file']),
+        problem
+        for name, role in _ROLES.items()
+        if name in given
+        for problem in _of_table(role, {name: given[name]})
     ]
-    force = given['force'].lower()
+    if not Path(given['params_file']).is_file():
+        problems.append(f'params_file := {given["params_file"]}: there is no such file')
+    force = given.get('force', 'false').lower()
     if force not in ('true', 'false'):
         problems.append(f'force := {given["force"]}: must be true or false')
     if problems:
         return problems
-    duration = float(given['duration'])
+    duration = float(given.get('duration', '0'))
     try:
-        scene = load_scene(given['scene'], **({'duration': duration} if duration else {}))
-        check_scene(scene)
-        check_folder(Path(given['out']), force=force == 'true')
+        check_scene(load_scene(given['scene'], **({'duration': duration} if duration else {})))
+        if given['out']:
+            check_folder(Path(given['out']), force=force == 'true')
     except TautoError as error:
         return [str(error)]
-    return []
-
-
-def live_problems(given: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with the arguments of live.launch.py, in words."""
-    names = ('executor', 'imu_reliability')
-    problems = [
-        *_of_table('trochlea', {name: given[name] for name in names}),
-        *_file(given['params_file']),
-    ]
-    try:
-        check_scene(load_scene(given['scene']))
-        if given['out']:
-            check_folder(Path(given['out']))
-    except TautoError as error:
-        problems.append(str(error))
-    return problems
+    return (
+        []
+        if given['out'] or 'speed' not in given
+        else ['out :=: a voyage is recorded; name a folder']
+    )
 
 
 def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
@@ -82,8 +101,68 @@ def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
     return problems
 
 
-def _file(name: str) -> list[str]:
-    return [] if Path(name).is_file() else [f'params_file := {name}: there is no such file']
+def described(
+    defaults: Mapping[str, str],
+    config: str,
+    parameters: Callable[[Mapping[str, str]], Mapping[str, Mapping[str, object]]],
+    *,
+    last: str = '',
+    environment: Mapping[str, str] = MappingProxyType({}),
+) -> Any:
+    """Return the launch description of a graph: arguments, their check, nodes, their ends.
+
+    The nodes talk within this machine unless the environment says otherwise, and end with the
+    launch, even if it is killed.
+
+    Args:
+        defaults: of its arguments, names of ARGUMENTS.
+        config: name of the default `params_file` in the share folder.
+        parameters: called with the arguments, once they have been checked; returns the
+            parameters of each node to start, by executable.
+        last: the node whose good end is the end of the voyage; empty: there is none.
+        environment: of the nodes, besides.
+    """
+    from launch import LaunchDescription  # type: ignore[attr-defined]  # our folder, to mypy
+    from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+    from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+    from launch_ros.substitutions import FindPackageShare
+
+    share = FindPackageShare('tauto_nodes')
+    known = {**defaults, 'params_file': PathJoinSubstitution([share, 'config', config])}
+
+    def nodes(context: Any) -> list[Any]:
+        given = {name: LaunchConfiguration(name).perform(context) for name in known}
+        if problems := problems_of(given):
+            raise ParameterError('; '.join(problems))
+        return [_node(name, own, given, last) for name, own in parameters(given).items()]
+
+    variables = {**local_discovery(), SUPERVISOR: str(os.getpid()), **environment}
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=ARGUMENTS[name])
+                for name, value in known.items()
+            ),
+            *(SetEnvironmentVariable(name, value) for name, value in variables.items()),
+            OpaqueFunction(function=nodes),
+        ]
+    )
+
+
+def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: str) -> Any:
+    from launch_ros.actions import Node
+
+    imu = given.get('imu', SHIP_IMU)
+    return Node(
+        package='tauto_nodes',
+        executable=name,
+        name=name,
+        namespace=given['namespace'],
+        parameters=[given['params_file'], {'executor': given['executor'], **own}],
+        remappings=[(SHIP_IMU, imu)] if imu != SHIP_IMU else [],
+        output='screen',
+        on_exit=lambda event, context: end_of(name, event, context, last=last),
+    )
 
 
 def end_of(name: str, event: Any, context: Any, *, last: str) -> list[Any]:

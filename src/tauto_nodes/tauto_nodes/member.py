@@ -1,72 +1,34 @@
-"""What every node has: parameters, ports for serialised messages, flow control, diagnostics.
-
-Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
-message object, so a payload in the graph is the payload in the bag.
-"""
+"""What every node has: work on what has come, flow control, an end."""
 
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, ParamSpec
+from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
-from rclpy.node import Node
-from rclpy.qos_overriding_options import InvalidQosOverridesError
 from std_msgs.msg import String
 
-from tauto_nodes.diagnostics import Diagnostics
-from tauto_nodes.errors import NodesError, ParameterError
+from tauto_nodes.errors import NodesError
 from tauto_nodes.flow import BATCH, CREDIT_TOPIC, END_TOPIC, WINDOW, End, Flow, Report, known
 from tauto_nodes.intake import Intake
-from tauto_nodes.parameters import declare
-from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match, overriding
-
-P = ParamSpec('P')
+from tauto_nodes.ports import Input, Output, PortNode
+from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match
 
 TICK_S = 0.01
 HELLO_S = 0.05
+SOON_S = 0.1
+"""Fewer than BATCH messages are reported as taken after this time [s]."""
+
 REPEAT_S = 1.0
 LOST_AFTER_S = 10.0
 ALARM_S = 10.0
 """For so long after an error that has passed /diagnostics still reports it [s]."""
 
 
-@dataclass
-class Input:
-    """State of one subscription.
-
-    `last_s`: when a message or a publisher came last [s]; `lost`: what the middleware says that
-    did not arrive; `others`: its publishers, where there is more than one.
-    """
-
-    received: int = 0
-    taken: int = 0
-    lost: int = 0
-    last_s: float | None = None
-    matched: int = 0
-    incompatible: int = 0
-    others: tuple[str, ...] = ()
-    pending: list[bytes] = field(default_factory=list)
-
-
-@dataclass
-class Output:
-    """State of one publisher."""
-
-    publisher: Any
-    sent: int = 0
-    matched: int = 0
-    incompatible: int = 0
-    queue: deque[bytes] = field(default_factory=deque)
-
-
-class Member(Node):
+class Member(PortNode):
     """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
 
     Args:
@@ -76,16 +38,9 @@ class Member(Node):
 
     def __init__(self, role: str, **node_options: Any) -> None:
         super().__init__(role, **node_options)
-        self.role = role
-        self.settings = declare(self, role)
-        self.failure: Exception | None = None
         self.over = False
         self.exit_code = 0
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.inputs: dict[str, Input] = {}
-        self.outputs: dict[str, Output] = {}
-        self.flow: Flow | None = None
-        self.diagnostics: Diagnostics | None = None
         self.input_over = False
         self._ended = False
         self._totals_s: float | None = None
@@ -164,137 +119,30 @@ class Member(Node):
 
         Raises:
             NodesError: the graph's names do not hold the node.
-            ParameterError: QoS overrides that do not go with flow control.
+            ParameterError: QoS overrides that do not go with flow control, or of no port.
         """
         controlled = self.settings.credits
         if controlled:
             names = known(self.settings.names('graph'), self.get_name())
             topics = tuple(p.name for p in inputs), tuple(p.name for p in outputs)
             self.flow = Flow(self.get_name(), names, *topics)
-        try:
-            for port in outputs:
-                self._publish_on(port, controlled)
-            for port in inputs:
-                self._listen_to(port, controlled)
-        except InvalidQosOverridesError as error:
-            raise ParameterError(f'{self.get_fully_qualified_name()}: {error}') from error
+        self.open_ports(inputs, outputs)
         if controlled:
             self._credit = self.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
             self._end = self.create_publisher(String, END_TOPIC, END_QOS)
-            self.create_subscription(String, CREDIT_TOPIC, self.guard(self._hear), CREDIT_QOS)
+            hear = self.guard(self._hear)
+            self.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
             self.create_subscription(String, END_TOPIC, self.guard(self._hear_end), END_QOS)
         self.create_timer(TICK_S, self.guard(self._tick), clock=self.steady)
 
-    def guard(self, callback: Callable[P, None]) -> Callable[P, None]:
-        """Return the callback; what it raises ends the node with that as the reason."""
-
-        def guarded(*args: P.args, **kwargs: P.kwargs) -> None:
-            if self.failure is not None:
-                return
-            try:
-                callback(*args, **kwargs)
-            except Exception as error:
-                self.fail(error)
-
-        return guarded
-
-    def fail(self, error: Exception) -> None:
-        """Give up: nothing is taken or sent any more; /rosout and /diagnostics hear why."""
-        if self.failure is None:
-            self.failure = error
-            self.get_logger().fatal(f'{type(error).__name__}: {error}')
-            if self.diagnostics is not None:
-                self.diagnostics.publish()
-
-    def _publish_on(self, port: Port, controlled: bool) -> None:
-        events = PublisherEventCallbacks(
-            matched=lambda info: self._note(self.outputs, port.name, 'matched', info),
-            incompatible_qos=lambda info: self._note(
-                self.outputs, port.name, 'incompatible', info
-            ),
-        )
-        publisher = self.create_publisher(
-            port.message,
-            port.name,
-            port.profile,
-            event_callbacks=events,
-            qos_overriding_options=overriding(controlled),
-        )
-        self.outputs[port.name] = Output(publisher)
-
-    def _listen_to(self, port: Port, controlled: bool) -> None:
-        self.inputs[port.name] = Input()
-        events = SubscriptionEventCallbacks(
-            matched=lambda info: self._note(self.inputs, port.name, 'matched', info),
-            incompatible_qos=lambda info: self._note(self.inputs, port.name, 'incompatible', info),
-            message_lost=lambda info: self._note(self.inputs, port.name, 'lost', info),
-        )
-        receive = partial(self._receive, self.inputs[port.name])
-        drains = self.settings.text('executor') == 'single'
-
-        def take(payload: bytes) -> None:
-            receive(payload)
-            # One message a wait is all that rclpy takes, and a wait costs it milliseconds.
-            for _ in range(BATCH if drains else 0):
-                with subscription.handle:
-                    taken = subscription.handle.take_message(subscription.msg_type, True)
-                if taken is None:
-                    return
-                receive(taken[0])
-
-        subscription = self.create_subscription(
-            port.message,
-            port.name,
-            self.guard(take),
-            port.profile,
-            raw=True,
-            event_callbacks=events,
-            qos_overriding_options=overriding(controlled),
-        )
-
-    def _note(
-        self, ports: Mapping[str, Input | Output], topic: str, event: str, info: Any
-    ) -> None:
-        if topic not in ports:
-            return
-        if event == 'matched':
-            ports[topic].matched = info.current_count
-            if topic in self.inputs:
-                self.inputs[topic].last_s = time.monotonic()
-                self.inputs[topic].others = ()
-                if info.current_count > 1:
-                    self._several_sources(topic, self.inputs[topic])
-        elif event == 'lost':
-            self.inputs[topic].lost = info.total_count
-        else:
-            ports[topic].incompatible = info.total_count
-            self.get_logger().error(
-                f"{topic}: the other side's quality of service does not match; "
-                'set qos_overrides or imu_reliability'
-            )
-
-    def _several_sources(self, topic: str, source: Input) -> None:
-        others = self.get_publishers_info_by_topic(self.resolve_topic_name(topic))
-        names = sorted(f'{i.node_namespace.rstrip("/")}/{i.node_name}' for i in others)
-        source.others = tuple(names)
-        words = f'{topic}: more than one publisher ({", ".join(names)})'
-        if self.flow is None:
-            self.get_logger().warning(f'{words}; their messages are mixed. Stop all but one')
-        elif self.failure is None:
-            self.fail(
-                NodesError(
-                    f'{words}; with flow_control = credits a topic has one source only. Stop the '
-                    'other, or give the graph a namespace or a ROS_DOMAIN_ID of its own'
-                )
-            )
-
     # In.
 
-    def _receive(self, source: Input, payload: bytes) -> None:
+    def received(self, source: Input, payloads: list[bytes]) -> None:
+        """Keep what has come; work on it where it is much."""
         if self.input_over:
             return
-        source.received += 1
-        source.pending.append(payload)
+        source.received += len(payloads)
+        source.pending += payloads
         if len(source.pending) >= BATCH and not self.backlogged:
             self._work()
             if self.flow is not None:
@@ -332,15 +180,17 @@ class Member(Node):
         count = len(output.queue)
         if self.flow is not None and count:
             count = min(count, WINDOW - self.flow.in_flight(topic, output.sent))
-        for _ in range(count):
-            output.publisher.publish(output.queue.popleft())
-            output.sent += 1
+        if count > 0:
+            output.publish([output.queue.popleft() for _ in range(count)])
 
     # Flow control.
 
-    def _hear(self, message: String) -> None:
+    def _hear(self, octets: bytes) -> None:
         assert self.flow is not None
-        self.flow.hear(Report.from_json(message.data))
+        report = Report.from_octets(octets)
+        if report.node == self.flow.node:
+            return
+        self.flow.hear(report)
         for topic, output in self.outputs.items():
             if output.queue:
                 self._pump(topic, output)
@@ -353,7 +203,7 @@ class Member(Node):
 
     def _found(self, topic: str) -> set[str]:
         """Return the names of the nodes of this namespace whose subscriptions are matched."""
-        publisher = self.outputs[topic].publisher
+        publisher = self.outputs[topic].link
         heard = [
             info
             for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
@@ -381,10 +231,19 @@ class Member(Node):
             )
         matched = tuple(topic for topic, source in self.inputs.items() if source.matched > 0)
         taken = {topic: source.taken for topic, source in self.inputs.items()}
-        report = Report(self.get_name(), taken, matched, not self._waiting)
-        if report != self._reported or now - self._reported_s >= due_s:
-            self._credit.publish(String(data=report.to_json()))
+        report = Report(self.flow.node, taken, matched, not self._waiting)
+        if now - self._reported_s >= due_s or self._is_news(report, now - self._reported_s):
+            self._credit.publish(report.to_octets())
+            self.flow.hear(report)
             self._reported, self._reported_s = report, now
+
+    def _is_news(self, report: Report, since_s: float) -> bool:
+        """Whether others should hear a report before it is due: each costs all of them time."""
+        known = self._reported
+        if known is None or (report.matched, report.ready) != (known.matched, known.ready):
+            return True
+        fresh = [n - known.taken[topic] for topic, n in report.taken.items()]
+        return max(fresh, default=0) >= BATCH or (any(fresh) and since_s >= SOON_S)
 
     def _close_input(self) -> None:
         """End when all that was sent has come, or when the rest will not come any more."""

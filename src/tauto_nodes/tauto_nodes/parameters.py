@@ -5,21 +5,22 @@ from __future__ import annotations
 import difflib
 import math
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from tauto_nodes.errors import ParameterError
+from tauto_nodes.parameter import Parameter, Value
+from tauto_nodes.parameter_files import shared_names
+from tauto_nodes.rclpy_private import overrides_of
 
-Value: TypeAlias = bool | float | str | tuple[str, ...]
 T = TypeVar('T')
 
-_TYPES = {bool: 'bool', float: 'double', str: 'string', tuple: 'string[]'}
 _ROS_TYPES = {
     RosParameter.Type.BOOL: 'bool',
     RosParameter.Type.INTEGER: 'integer',
@@ -28,7 +29,7 @@ _ROS_TYPES = {
     RosParameter.Type.STRING_ARRAY: 'string[]',
 }
 _OF_ROS = ('use_sim_time', 'start_type_description_service')
-_PREFIX_OF_ROS = 'qos_overrides.'
+QOS_PREFIX = 'qos_overrides.'
 
 
 @dataclass(frozen=True)
@@ -58,62 +59,15 @@ class Settings:
         """Whether the node takes part in flow control."""
         return self.values.get('flow_control') == 'credits'
 
+    @property
+    def packed(self) -> bool:
+        """Whether nodes of the graph send each other many messages in one."""
+        return self.credits and self.values.get('packed') is True
+
 
 def _of(kind: type[T], value: object) -> T:
     assert isinstance(value, kind)
     return value
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter of a node.
-
-    Args:
-        name: as in a parameter file.
-        default: its type is the parameter's type (double, bool, string or string array).
-        description: what it sets.
-        unit: of the value, empty where it has none.
-        low, high: closed range of a double.
-        choices: the strings allowed; empty: any.
-        required: an empty string is refused.
-        read_only: set at the start only.
-    """
-
-    name: str
-    default: Value
-    description: str
-    unit: str = ''
-    low: float = -math.inf
-    high: float = math.inf
-    choices: tuple[str, ...] = ()
-    required: bool = False
-    read_only: bool = True
-
-    @property
-    def type(self) -> str:
-        """The type's name in ROS."""
-        return _TYPES[type(self.default)]
-
-    @property
-    def allowed(self) -> str:
-        """The range or choices in words; empty where anything goes."""
-        if self.choices:
-            return ', '.join(f'`{choice}`' for choice in self.choices)
-        if isinstance(self.default, float) and math.isfinite(self.low):
-            return f'{self.low:g} … {self.high:g}'
-        return 'not empty' if self.required else ''
-
-    def problem(self, value: object) -> str:
-        """Return why the value is refused; empty where it is not."""
-        said = f'{self.name} = {value!r}'
-        if isinstance(self.default, float) and isinstance(value, float):
-            if not self.low <= value <= self.high:  # also false for NaN
-                return f'{said}: must lie in [{self.low:g}, {self.high:g}] {self.unit}'.rstrip()
-        elif self.choices and value not in self.choices:
-            return f'{said}: must be one of {", ".join(self.choices)}'
-        elif self.required and not value:
-            return f'{said}: must be given, for example -p {self.name}:=…  ({self.description})'
-        return ''
 
 
 _EXECUTOR = Parameter(
@@ -144,8 +98,16 @@ _FLOW = (
         "with `credits`: names of all nodes of this namespace's graph; nothing is sent before "
         'all of them are there',
     ),
+    Parameter(
+        'packed',
+        False,
+        'with `credits`: nodes of the graph send each other many messages in one, on hidden '
+        'topics; the topics themselves carry what others subscribe to. On all nodes or on none',
+    ),
 )
-_SCENE = Parameter('scene', 'measured', 'scene file or name of a shipped scene', required=True)
+_SCENE = Parameter(
+    'scene', 'measured', 'scene file or name of a shipped scene', required=True, is_path=True
+)
 _DURATION = Parameter(
     'duration',
     0.0,
@@ -186,6 +148,7 @@ _STATE = (
         '',
         'folder for a file with the state of the stage, restored at the next start, so that the '
         'dial goes on; empty: none. Not with `credits`',
+        is_path=True,
     ),
     Parameter(
         'state_interval',
@@ -220,7 +183,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     'drift_estimator': _STAGE,
     'longitude': _STAGE,
     'recorder': (
-        Parameter('output', '', 'folder of the bag to write', required=True),
+        Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),
         Parameter('force', False, 'replace a bag that is already there'),
         Parameter('topics', ('all',), 'topics to record, relative names; `all`: the topic table'),
         Parameter(
@@ -228,6 +191,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
             '',
             'scene file or shipped name: ship/imu is left out where the scene keeps no motion; '
             'empty: every topic asked for is recorded',
+            is_path=True,
         ),
         _DURATION,
         _IMU,
@@ -248,11 +212,33 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
             high=65536.0,
         ),
         Parameter('compression', 'zstd', 'of the chunks', choices=('zstd', 'none')),
-        Parameter('report', '', 'file for the counts per topic, as JSON; empty: the log only'),
+        Parameter(
+            'report',
+            '',
+            'file for the counts per topic, as JSON; empty: the log only',
+            is_path=True,
+        ),
         *_COMMON,
     ),
+    'markers': (
+        _SCENE,
+        _DURATION,
+        _IMU,
+        Parameter('rate', 20.0, 'drawings a second, at most', unit='Hz', low=0.1, high=100.0),
+        Parameter(
+            'magnify',
+            20.0,
+            'how much larger than life the clock is drawn; the ship is 30 m long',
+            low=1e-3,
+            high=1e6,
+        ),
+        _EXECUTOR,
+        _STALE,
+    ),
     'player': (
-        Parameter('bag', '', 'bag to play: a folder or an .mcap file', required=True),
+        Parameter(
+            'bag', '', 'bag to play: a folder or an .mcap file', required=True, is_path=True
+        ),
         Parameter(
             'rate',
             1.0,
@@ -275,10 +261,14 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
 }
 
 
-def _problems(role: str, overrides: Mapping[str, RosParameter]) -> Iterable[str]:
+def _problems(
+    role: str, overrides: Mapping[str, RosParameter], shared: Collection[str]
+) -> Iterable[str]:
     table = {parameter.name: parameter for parameter in PARAMETERS[role]}
     for name, given in overrides.items():
-        if name in _OF_ROS or name.startswith(_PREFIX_OF_ROS):
+        if name in _OF_ROS or name.startswith(QOS_PREFIX):
+            continue
+        if name not in table and name in shared:
             continue
         if name not in table:
             near = difflib.get_close_matches(name, table, 1, 0.0)[0]
@@ -321,12 +311,17 @@ def declare(node: Node, role: str) -> Settings:
     Run-time changes of the few that allow it are checked against the table.
 
     Raises:
-        ParameterError: unknown names, wrong types, values out of range; all of them in one text.
+        ParameterError: unknown names (but for the section /** of a parameter file, which other
+            nodes share), wrong types, values out of range; all of them in one text.
     """
-    # The overrides hold what is undeclared too; rclpy has no public way to list them.
-    problems = list(_problems(role, node._parameter_overrides))
-    if problems:
+    overrides = overrides_of(node)
+    shared = shared_names(node.get_fully_qualified_name(), sys.argv)
+    if problems := list(_problems(role, overrides, shared)):
         raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
+    for name in sorted(shared & overrides.keys() - _known_names()):
+        node.get_logger().warning(
+            f'{name}: no node has this parameter; it stands in the section /** of a parameter file'
+        )
     table = {parameter.name: parameter for parameter in PARAMETERS[role]}
     for parameter in table.values():
         node.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
@@ -351,35 +346,6 @@ def declare(node: Node, role: str) -> Settings:
     )
 
 
-def _spelled(value: Value) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        return '[' + ', '.join(value) + ']'
-    return repr(value) if isinstance(value, float) else (value or '(empty)')
-
-
-def reference_page() -> str:
-    """Return docs/parameters.md."""
-    lines = [
-        '# Parameters of the nodes',
-        '',
-        'Generated from `tauto_nodes/parameters.py`; a test keeps the two equal.',
-        'Unknown names, wrong types and values out of range stop a node at its start, with the',
-        'reason. Doubles need their point: `speed:=2.0`. Besides these, `use_sim_time` and',
-        '`qos_overrides.<topic>.<publisher|subscription>.<history|depth|reliability>` are known.',
-    ]
-    for role, table in PARAMETERS.items():
-        lines += [
-            '',
-            f'## {role}',
-            '',
-            '| name | type | default | unit | allowed | at run time | meaning |',
-            '|---|---|---|---|---|---|---|',
-        ]
-        lines += [
-            f'| `{p.name}` | {p.type} | `{_spelled(p.default)}` | {p.unit} | {p.allowed} '
-            f'| {"no" if p.read_only else "yes"} | {p.description} |'
-            for p in table
-        ]
-    return '\n'.join(lines) + '\n'
+def _known_names() -> set[str]:
+    """Return the names that some node of the suite, or ROS itself, has a use for."""
+    return {p.name for table in PARAMETERS.values() for p in table}.union(_OF_ROS)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
+import sys
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
 from rclpy.qos import (
     QoSDurabilityPolicy,
     QoSHistoryPolicy,
@@ -17,7 +20,10 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
-from tauto_nodes.errors import NodesError
+from tauto_nodes.errors import NodesError, ParameterError
+from tauto_nodes.parameter_files import shared_names
+from tauto_nodes.parameters import QOS_PREFIX
+from tauto_nodes.rclpy_private import overrides_of
 
 MIN_DEPTH = 1000
 """Least KEEP_LAST depth under flow control: above what may be in flight (flow.WINDOW)."""
@@ -27,6 +33,7 @@ INFINITE_NS = 2**63 - 1
 
 CREDIT_QOS = QoSProfile(depth=100)
 END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+PACK_QOS = QoSProfile(depth=MIN_DEPTH)
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,11 @@ class Port:
     name: str
     message: Any
     profile: QoSProfile
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether late subscribers get the last message."""
+        return bool(self.profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def message_class(ros_type: str) -> Any:
@@ -113,3 +125,25 @@ def overriding(controlled: bool) -> QoSOverridingOptions:
         )
 
     return QoSOverridingOptions.with_default_policies(callback=check)
+
+
+def refuse_unknown_qos(node: Node) -> None:
+    """See that each `qos_overrides` key is one of a publisher or subscription of this node.
+
+    Call it when these have been made: rclpy declares the keys of each, and ignores all others.
+
+    Raises:
+        ParameterError: which key none of them has, and the nearest that there is.
+    """
+    asked = [name for name in overrides_of(node) if name.startswith(QOS_PREFIX)]
+    shared = shared_names(node.get_fully_qualified_name(), sys.argv)
+    known = list(node.get_parameters_by_prefix(QOS_PREFIX.rstrip('.')))
+    problems = []
+    for name in asked:
+        if node.has_parameter(name) or name in shared:
+            continue
+        nearest = difflib.get_close_matches(name.removeprefix(QOS_PREFIX), known, 1, 0.0)
+        there = f'the nearest is {QOS_PREFIX}{nearest[0]}' if nearest else 'it has none'
+        problems.append(f'{name}: no publisher or subscription of this node has it; {there}')
+    if problems:
+        raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))

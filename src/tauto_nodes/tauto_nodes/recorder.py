@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter
+from tauto_core.bags import TOPICS, BagWriter, header_stamp_ns
 from tauto_core.bags.writer import CUT_SHORT
 from tauto_core.samples import NS_PER_S, TextSamples
 from tauto_core.scene import parse_scene
@@ -94,6 +94,10 @@ class Recorder(Member):
             self._early = {}
         self._unflushed = True
         for topic, messages in payloads.items():
+            if self.settings.packed and topic != s.SCENE:
+                for message in messages:
+                    self._bag.write_raw(topic, message, header_stamp_ns(message))
+                continue
             samples, good = self.intake(topic).samples(messages)
             if samples is None:
                 continue

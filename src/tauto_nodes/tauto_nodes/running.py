@@ -15,17 +15,15 @@ import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args, try_shutdown
 
 from tauto_core.scene.errors import TautoError
+from tauto_nodes.domains import local_discovery
 from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.member import Member
-
-RCLError = rclpy_implementation.RCLError
-UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+from tauto_nodes.rclpy_private import RCLError, UnknownROSArgsError
 
 Maker: TypeAlias = Callable[[], Member]
 
@@ -134,6 +132,7 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
     nodes: list[Member] = []
     try:
         die_with_supervisor()
+        os.environ.update(local_discovery())
         _refuse_what_ros_ignores(sys.argv[1:] if args is None else args)
         rclpy.init(
             args=None if args is None else list(args),

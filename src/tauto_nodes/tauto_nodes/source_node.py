@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from itertools import groupby
+from operator import itemgetter
 from typing import Any, TypeAlias
 
 from rclpy.parameter import Parameter as RosParameter
@@ -72,13 +74,7 @@ class SourceNode(Member):
         now_s = time.monotonic()
         if self._base is None:
             self._base = (now_s, self._next[0] if self._next else 0)
-        due_ns = self._due_ns(now_s)
-        for _ in range(BURST):
-            if self._next is None or self.backlogged or self._next[0] > due_ns:
-                break
-            self._last_ns, topic, payload = self._next
-            self.send(topic, (payload,))
-            self._next = next(self._items, None)
+        self._send_until(self._due_ns(now_s))
         if self._sea_clock is not None and self._last_ns > self._clock_ns:
             self._clock_ns = self._last_ns
             message = ClockMessage()
@@ -87,6 +83,21 @@ class SourceNode(Member):
         if self._next is None and not self.input_over and not self.backlogged:
             self.input_over = True
             self.all_sent()
+
+    def _send_until(self, due_ns: float) -> None:
+        if self.backlogged:
+            return
+        due: list[Item] = []
+        while self._next is not None and len(due) < BURST and self._next[0] <= due_ns:
+            due.append(self._next)
+            self._next = next(self._items, None)
+        if not due:
+            return
+        self._last_ns = due[-1][0]
+        if self.flow is not None:  # nodes of our graph join topics by stamps, not by arrival
+            due.sort(key=itemgetter(1))
+        for topic, items in groupby(due, itemgetter(1)):
+            self.send(topic, [payload for _, _, payload in items])
 
     def _may_start(self) -> bool:
         if self.flow is not None:

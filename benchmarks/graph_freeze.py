@@ -1,0 +1,117 @@
+"""What becomes of a voyage when one of its nodes stands still for a while (SIGSTOP, SIGCONT).
+
+    .venv/bin/python benchmarks/graph_freeze.py [--seconds 5 14 25 60] [--jobs 4]
+
+Each row is a voyage of `tauto graph` in which one node was frozen once: it must end well with
+nothing lost and every message in the bag, or within 5 s of the thaw with the node's name. DDS by
+itself forgets a participant after 20 s. Results: benchmarks/graph_freeze.json; the exit code is 1
+if a row fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
+SCENE = 'measured'
+SPEED = 100.0
+PATIENCE_S = 600.0
+RECORDED_BYTES = 2000
+ENDS_S = 5.0
+RESULTS = Path(__file__).with_suffix('.json')
+
+
+def node_of(supervisor: int, node: str) -> int | None:
+    """Return the process of a node that a supervisor has started."""
+    for status in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            parent = int(status.read_text().rpartition(')')[2].split()[1])
+            words = status.with_name('cmdline').read_bytes()
+        except OSError:
+            continue
+        if parent == supervisor and f'tauto_nodes.{node}'.encode() in words:
+            return int(status.parent.name)
+    return None
+
+
+def wait_for_messages(bag: Path, process: subprocess.Popen[str]) -> None:
+    """Return when the bag holds some."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not any(file.stat().st_size > RECORDED_BYTES for file in bag.glob('*.mcap')):
+        if process.poll() is not None or time.monotonic() > deadline_s:
+            return
+        time.sleep(0.05)
+
+
+def freeze(node: str, seconds: float) -> dict[str, Any]:
+    """Return what became of a voyage with this node frozen for so long."""
+    code = 'from tauto_core.cli import main; main()'
+    with tempfile.TemporaryDirectory(prefix='tauto_freeze_') as folder:
+        bag = Path(folder) / 'bag'
+        options = ['--speed', str(SPEED), '--out', str(bag), '--json']
+        process = subprocess.Popen(
+            [sys.executable, '-c', code, 'graph', SCENE, *options],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        wait_for_messages(bag, process)
+        pid = node_of(process.pid, node)
+        assert pid is not None, process.communicate()[1]
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(seconds)
+        ended = process.poll() is not None
+        thawed_s = time.monotonic()
+        os.kill(pid, signal.SIGCONT)
+        said, words = process.communicate(timeout=PATIENCE_S)
+        after_s = time.monotonic() - thawed_s
+    row: dict[str, Any] = {'node': node, 'frozen_s': seconds, 'exit_code': process.returncode}
+    if process.returncode == 0:
+        topics = json.loads(said)['topics']
+        row['written'] = sum(numbers['written'] for numbers in topics.values())
+        row['lost'] = sum(numbers['lost'] for numbers in topics.values())
+    else:
+        row['ended_s_after_thaw'] = 0.0 if ended else round(after_s, 1)
+        row['names_the_node'] = node in words
+        row['said'] = words.strip().splitlines()[-1][:200]
+    return row
+
+
+def is_fine(row: dict[str, Any], whole: int) -> bool:
+    """Whether a voyage went to its end whole, or ended soon with the name of the culprit."""
+    if row['exit_code'] == 0:
+        return bool(row['lost'] == 0 and row['written'] == whole)
+    return bool(row['names_the_node'] and row['ended_s_after_thaw'] <= ENDS_S)
+
+
+def main() -> int:
+    """Freeze each node for each time, print what came of it, write it down."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument('--seconds', type=float, nargs='+', default=[5.0, 14.0, 25.0, 60.0])
+    parser.add_argument('--nodes', nargs='+', default=list(NODES), choices=NODES)
+    parser.add_argument('--jobs', type=int, default=4, help='voyages side by side')
+    asked = parser.parse_args()
+    with ThreadPoolExecutor(asked.jobs) as pool:
+        rows = list(pool.map(lambda case: freeze(*case), product(asked.nodes, asked.seconds)))
+    whole = max(row.get('written', 0) for row in rows)
+    for row in rows:
+        row['fine'] = is_fine(row, whole)
+        print(json.dumps(row))
+    result = {'scene': SCENE, 'speed': SPEED, 'messages': whole, 'rows': rows}
+    RESULTS.write_text(json.dumps(result, indent=2) + '\n', 'utf-8')
+    return 0 if all(row['fine'] for row in rows) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,205 @@
+"""The ship and the clock in it as markers for RViz and Foxglove, and as transforms.
+
+Frames follow REP-105 and REP-103: map → base_link → clock_mount → wheel, x forward, y to port, z
+up; the wheel turns about x, as the ship rolls. Markers stand in `map`, so that they can be seen
+without transforms too: tf2_msgs is no part of the wheels on PyPI.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, Quaternion, TransformStamped
+from rclpy.qos import QoSProfile
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from tauto_core.chart import Line
+from tauto_core.machine_drawing import machine_lines
+from tauto_core.samples import (
+    JOINT_STATES,
+    NS_PER_S,
+    SHIP_IMU,
+    FloatArray,
+    ImuSamples,
+    JointSamples,
+)
+from tauto_nodes.diagnostics import Diagnostics
+from tauto_nodes.errors import NodesError
+from tauto_nodes.member import Member
+from tauto_nodes.qos import Port, message_class, port
+from tauto_nodes.running import main_of
+from tauto_nodes.stage_node import scene_of
+
+MARKERS, TF = 'markers', '/tf'
+MM = 1e-3
+TURNING = ('wheel', 'cheeks', 'axle', '')
+"""Lines of the drawing that are fast to the wheel; those without a name continue one of them."""
+
+COLOURS = {
+    'grey': (0.5, 0.5, 0.5),
+    'blue': (0.2, 0.4, 0.8),
+    'orange': (0.9, 0.5, 0.1),
+    'green': (0.2, 0.6, 0.3),
+}
+# Half a deck of unit length, from the stem; drawn on both sides.
+_DECK = ((0.5, 0.0), (0.35, 0.09), (0.1, 0.13), (-0.3, 0.12), (-0.5, 0.08), (-0.5, 0.0))
+_SHIP_M = 30.0
+
+Rotation = tuple[float, float, float, float]
+"""A unit quaternion x, y, z, w."""
+
+
+def about_x(angle_rad: float) -> Rotation:
+    """Return the rotation by an angle about x."""
+    return float(np.sin(angle_rad / 2)), 0.0, 0.0, float(np.cos(angle_rad / 2))
+
+
+def product(first: Rotation, second: Rotation) -> Rotation:
+    """Return the rotation that turns by `second` in the frame that `first` has turned."""
+    x, y, z, w = first
+    a, b, c, d = second
+    return (
+        w * a + x * d + y * c - z * b,
+        w * b - x * c + y * d + z * a,
+        w * c + x * b - y * a + z * d,
+        w * d - x * a - y * b - z * c,
+    )
+
+
+def clock_points(line: Line, magnify: float) -> FloatArray:
+    """Return the points of a drawn line in the frame of the clock [m], shape (n, 3).
+
+    The drawing is seen from astern: its x is to starboard, its y upwards.
+    """
+    x, y = np.asarray(line.x, float), np.asarray(line.y, float)
+    return MM * magnify * np.column_stack((np.zeros_like(x), -x, y))
+
+
+def ship_points() -> FloatArray:
+    """Return the outline of the deck [m], shape (n, 3)."""
+    half = np.array(_DECK) * _SHIP_M
+    outline = np.concatenate([half, half[::-1] * [1.0, -1.0]])
+    return np.column_stack((outline, np.zeros(len(outline))))
+
+
+def marker(name: str, number: int, points: FloatArray, colour: str, width_m: float) -> Marker:
+    """Return a line strip in `map`; its attitude is set before it is sent."""
+    strip = Marker(ns=name, id=number, type=Marker.LINE_STRIP, action=Marker.ADD)
+    strip.header.frame_id = 'map'
+    strip.scale.x = width_m
+    red, green, blue = COLOURS[colour]
+    strip.color = ColorRGBA(r=red, g=green, b=blue, a=1.0)
+    strip.points = [Point(x=x, y=y, z=z) for x, y, z in points.tolist()]
+    return strip
+
+
+def transforms(ship: Rotation, wheel: Rotation) -> list[TransformStamped]:
+    """Return map → base_link → clock_mount → wheel; the clock stands in the ship's origin."""
+    still = (0.0, 0.0, 0.0, 1.0)
+    chain = (
+        ('map', 'base_link', ship),
+        ('base_link', 'clock_mount', still),
+        ('clock_mount', 'wheel', wheel),
+    )
+    made = []
+    for parent, child, (x, y, z, w) in chain:
+        one = TransformStamped(child_frame_id=child)
+        one.header.frame_id = parent
+        one.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
+        made.append(one)
+    return made
+
+
+class Markers(Member):
+    """Draws the latest motion at most `rate` times a second, and only while somebody subscribes.
+
+    Nobody there, it has no subscriptions of its own and costs the graph nothing.
+    """
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__('markers', **node_options)
+        lines = machine_lines(scene_of(self.settings))
+        magnify = self.settings.number('magnify')
+        width_m = 2 * MM * magnify
+        self._turning: list[Marker] = []
+        self._fixed = [marker('ship', 0, ship_points(), 'grey', 0.1)]
+        for number, line in enumerate(lines):
+            strip = marker(line.name, number, clock_points(line, magnify), line.colour, width_m)
+            (self._turning if line.name in TURNING else self._fixed).append(strip)
+        self._ship: Rotation | None = None
+        self._angle_rad = 0.0
+        self._stamp_ns = 0
+        self._drawn_s = 0.0
+        self._listening: list[Any] = []
+        self.connect([], [Port(MARKERS, MarkerArray, QoSProfile(depth=1)), *self._tf_port()])
+        self.diagnostics = Diagnostics(self)
+
+    def _tf_port(self) -> list[Port]:
+        try:
+            return [Port(TF, message_class('tf2_msgs/msg/TFMessage'), QoSProfile(depth=100))]
+        except NodesError:
+            self.get_logger().info('tf2_msgs is not installed here: markers only, no transforms')
+            return []
+
+    def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
+        """Keep the latest attitude and angle."""
+        for topic, messages in payloads.items():
+            samples, _ = self.intake(topic).samples(messages[-1:])
+            if isinstance(samples, ImuSamples):
+                x, y, z, w = samples.orientation[-1].tolist()
+                self._ship = x, y, z, w
+                self._stamp_ns = int(samples.stamp_ns[-1])
+            elif isinstance(samples, JointSamples):
+                self._angle_rad = float(samples.position[-1, 0])
+
+    def tick(self) -> None:
+        """Listen while somebody looks; draw when it is due."""
+        wanted = any(output.matched for output in self.outputs.values())
+        if wanted and not self._listening:
+            reliability = self.settings.text('imu_reliability')
+            ports = (port(SHIP_IMU, reliability), port(JOINT_STATES))
+            self._listening = [self.listen_to(one) for one in ports]
+        elif not wanted and self._listening:
+            for subscription in self._listening:
+                self.destroy_subscription(subscription)
+            self._listening = []
+            self.inputs.clear()
+            self._ship = None
+        now_s = time.monotonic()
+        if self._ship is None or now_s - self._drawn_s < 1.0 / self.settings.number('rate'):
+            return
+        self._draw(self._ship)
+        self._ship, self._drawn_s = None, now_s
+
+    def _draw(self, ship: Rotation) -> None:
+        wheel = about_x(self._angle_rad)
+        self._send(MARKERS, self._array(ship, product(ship, wheel)))
+        if TF in self.outputs:
+            chain = transforms(ship, wheel)
+            for one in chain:
+                one.header.stamp.sec, one.header.stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
+            self._send(TF, message_class('tf2_msgs/msg/TFMessage')(transforms=chain))
+
+    def _array(self, ship: Rotation, wheel: Rotation) -> MarkerArray:
+        for strips, (x, y, z, w) in ((self._fixed, ship), (self._turning, wheel)):
+            for strip in strips:
+                strip.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+                stamp = strip.header.stamp
+                stamp.sec, stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
+        return MarkerArray(markers=[*self._fixed, *self._turning])
+
+    def _send(self, topic: str, message: Any) -> None:
+        output = self.outputs[topic]
+        if output.matched:
+            output.publisher.publish(message)
+            output.sent += 1
+
+
+main = main_of(Markers)
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,57 @@
+"""Which parameters come from the section of a parameter file that all nodes share."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+_SHARED = '/**'
+_FILE = '--params-file'
+
+
+def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
+    """Return the names that stand in the section `/**` of the files, and nowhere for this node.
+
+    What the command line sets (`-p`) is not among them, whatever files say.
+
+    Args:
+        node: fully qualified name.
+        arguments: of the command line that names the files.
+    """
+    shared: set[str] = set()
+    own = {word.partition(':=')[0] for word in arguments if ':=' in word}
+    for section, names in _sections(arguments):
+        if section == _SHARED:
+            shared |= names
+        elif _matches(section, node):
+            own |= names
+    return frozenset(shared - own)
+
+
+def _sections(arguments: Sequence[str]) -> Iterator[tuple[str, set[str]]]:
+    """Yield the sections of the files with the names that each sets; ROS checks the files."""
+    for word, file in pairwise(arguments):
+        if word != _FILE:
+            continue
+        content = yaml.safe_load(Path(file).read_text('utf-8'))
+        for section, held in (content or {}).items():
+            yield section, set(_flat(held.get('ros__parameters', {})))
+
+
+def _flat(parameters: Mapping[str, Any], prefix: str = '') -> Iterator[str]:
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f'{prefix}{name}.')
+        else:
+            yield f'{prefix}{name}'
+
+
+def _matches(section: str, node: str) -> bool:
+    """Whether the section of a file is of this node: `*` is one token, `**` any number of them."""
+    pattern = re.escape('/' + section.strip('/')).replace(r'\*\*', '.*').replace(r'\*', '[^/]*')
+    return re.fullmatch(pattern.replace('/.*/', '/(.*/)?'), node) is not None

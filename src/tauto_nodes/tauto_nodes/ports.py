@@ -1,0 +1,244 @@
+"""Publishers and subscriptions for serialised messages, and what becomes of them.
+
+Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
+message object, so a payload in the graph is the payload in the bag.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ParamSpec
+
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.qos_overriding_options import InvalidQosOverridesError
+from std_msgs.msg import UInt8MultiArray
+
+from tauto_nodes.diagnostics import Diagnostics
+from tauto_nodes.errors import NodesError, ParameterError
+from tauto_nodes.flow import BATCH, Flow
+from tauto_nodes.packs import PACK_TOPIC, pack, unpack
+from tauto_nodes.parameters import declare
+from tauto_nodes.qos import PACK_QOS, Port, overriding, refuse_unknown_qos
+from tauto_nodes.rclpy_private import take_raw
+
+P = ParamSpec('P')
+
+
+@dataclass
+class Input:
+    """State of one subscription.
+
+    `last_s`: when a message or a publisher came last [s]; `lost`: what the middleware says that
+    did not arrive; `others`: its publishers, where there is more than one.
+    """
+
+    received: int = 0
+    taken: int = 0
+    lost: int = 0
+    last_s: float | None = None
+    matched: int = 0
+    incompatible: int = 0
+    others: tuple[str, ...] = ()
+    pending: list[bytes] = field(default_factory=list)
+
+
+@dataclass
+class Output:
+    """State of one publisher.
+
+    `carrier`: of packs, where the graph has them; the topic itself then carries what others
+    subscribe to, `watchers` in number. `matched` counts who of the graph listens.
+    """
+
+    publisher: Any
+    carrier: Any = None
+    is_latched: bool = False
+    watchers: int = 0
+    sent: int = 0
+    matched: int = 0
+    incompatible: int = 0
+    queue: deque[bytes] = field(default_factory=deque)
+
+    @property
+    def link(self) -> Any:
+        """What carries the messages to the nodes of the graph."""
+        return self.carrier or self.publisher
+
+    def publish(self, payloads: Sequence[bytes]) -> None:
+        """Send messages, packed where the graph has packs."""
+        if self.carrier is not None:
+            for octets in pack(payloads):
+                self.carrier.publish(octets)
+        if self.carrier is None or self.watchers or self.is_latched:
+            for payload in payloads:
+                self.publisher.publish(payload)
+        self.sent += len(payloads)
+
+
+class PortNode(Node):
+    """A node with the parameters of its role and counted ports. Subclasses say `received`.
+
+    Args:
+        role: which node of the table in parameters.py this is; also its default name.
+        node_options: handed to rclpy.node.Node.
+    """
+
+    def __init__(self, role: str, **node_options: Any) -> None:
+        super().__init__(role, **node_options)
+        self.role = role
+        self.settings = declare(self, role)
+        self.failure: Exception | None = None
+        self.flow: Flow | None = None
+        self.diagnostics: Diagnostics | None = None
+        self.inputs: dict[str, Input] = {}
+        self.outputs: dict[str, Output] = {}
+
+    def received(self, source: Input, payloads: list[bytes]) -> None:
+        """Take messages that have come."""
+
+    def open_ports(self, inputs: Sequence[Port], outputs: Sequence[Port]) -> None:
+        """Create the publishers and subscriptions.
+
+        Raises:
+            ParameterError: QoS overrides that do not go with flow control, or of no port.
+        """
+        try:
+            for port in outputs:
+                self._publish_on(port)
+            for port in inputs:
+                self.listen_to(port)
+        except InvalidQosOverridesError as error:
+            raise ParameterError(f'{self.get_fully_qualified_name()}: {error}') from error
+        refuse_unknown_qos(self)
+
+    def guard(self, callback: Callable[P, None]) -> Callable[P, None]:
+        """Return the callback; what it raises ends the node with that as the reason."""
+
+        def guarded(*args: P.args, **kwargs: P.kwargs) -> None:
+            if self.failure is not None:
+                return
+            try:
+                callback(*args, **kwargs)
+            except Exception as error:
+                self.fail(error)
+
+        return guarded
+
+    def fail(self, error: Exception) -> None:
+        """Give up: nothing is taken or sent any more; /rosout and /diagnostics hear why."""
+        if self.failure is None:
+            self.failure = error
+            self.get_logger().fatal(f'{type(error).__name__}: {error}')
+            if self.diagnostics is not None:
+                self.diagnostics.publish()
+
+    def link_name(self, topic: str) -> str:
+        """Return the full name of the topic that carries a topic's messages to the graph."""
+        return self.resolve_topic_name(PACK_TOPIC + topic if self.settings.packed else topic)
+
+    def _publish_on(self, port: Port) -> None:
+        events = PublisherEventCallbacks(
+            matched=lambda info: self._note(self.outputs, port.name, 'matched', info),
+            incompatible_qos=lambda info: self._note(
+                self.outputs, port.name, 'incompatible', info
+            ),
+        )
+        packed = self.settings.packed
+        watched = PublisherEventCallbacks(
+            matched=lambda info: self._note(self.outputs, port.name, 'watched', info)
+        )
+        publisher = self.create_publisher(
+            port.message,
+            port.name,
+            port.profile,
+            event_callbacks=watched if packed else events,
+            qos_overriding_options=overriding(self.settings.credits),
+        )
+        output = Output(publisher, is_latched=port.is_latched)
+        self.outputs[port.name] = output
+        if packed:
+            name = PACK_TOPIC + port.name
+            output.carrier = self.create_publisher(
+                UInt8MultiArray, name, PACK_QOS, event_callbacks=events
+            )
+
+    def listen_to(self, port: Port) -> Any:
+        """Create a subscription with its state in `inputs`; return it."""
+        source = self.inputs[port.name] = Input()
+        events = SubscriptionEventCallbacks(
+            matched=lambda info: self._note(self.inputs, port.name, 'matched', info),
+            incompatible_qos=lambda info: self._note(self.inputs, port.name, 'incompatible', info),
+            message_lost=lambda info: self._note(self.inputs, port.name, 'lost', info),
+        )
+        if self.settings.packed:
+            return self.create_subscription(
+                UInt8MultiArray,
+                PACK_TOPIC + port.name,
+                self.guard(lambda octets: self.received(source, unpack(octets))),
+                PACK_QOS,
+                raw=True,
+                event_callbacks=events,
+            )
+        drains = self.settings.text('executor') == 'single'
+
+        def take(payload: bytes) -> None:
+            self.received(source, [payload])
+            # One message a wait is all that rclpy takes, and a wait costs it milliseconds.
+            for _ in range(BATCH if drains else 0):
+                if (more := take_raw(subscription)) is None:
+                    return
+                self.received(source, [more])
+
+        subscription = self.create_subscription(
+            port.message,
+            port.name,
+            self.guard(take),
+            port.profile,
+            raw=True,
+            event_callbacks=events,
+            qos_overriding_options=overriding(self.settings.credits),
+        )
+        return subscription
+
+    def _note(
+        self, ports: Mapping[str, Input | Output], topic: str, event: str, info: Any
+    ) -> None:
+        port = ports.get(topic)
+        if port is None:
+            return
+        if event == 'watched':
+            self.outputs[topic].watchers = info.current_count
+        elif event == 'matched':
+            port.matched = info.current_count
+            if isinstance(port, Input):
+                port.last_s = time.monotonic()
+                port.others = ()
+                if info.current_count > 1:
+                    self._several_sources(topic, port)
+        elif event == 'lost':
+            self.inputs[topic].lost = info.total_count
+        else:
+            port.incompatible = info.total_count
+            self.get_logger().error(
+                f"{topic}: the other side's quality of service does not match; "
+                'set qos_overrides or imu_reliability'
+            )
+
+    def _several_sources(self, topic: str, source: Input) -> None:
+        others = self.get_publishers_info_by_topic(self.link_name(topic))
+        names = sorted(f'{i.node_namespace.rstrip("/")}/{i.node_name}' for i in others)
+        source.others = tuple(names)
+        words = f'{topic}: more than one publisher ({", ".join(names)})'
+        if self.flow is None:
+            self.get_logger().warning(f'{words}; their messages are mixed. Stop all but one')
+        elif self.failure is None:
+            self.fail(
+                NodesError(
+                    f'{words}; with flow_control = credits a topic has one source only. Stop the '
+                    'other, or give the graph a namespace or a ROS_DOMAIN_ID of its own'
+                )
+            )
