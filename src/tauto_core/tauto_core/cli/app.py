@@ -226,6 +226,7 @@ def replay(
     """Tell drift and longitude from a bag; nothing else is needed."""
     from tauto_core import voyage
     from tauto_core.cli import stability_figure
+    from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.replay_tables import replay_tables
     from tauto_core.figure_file import check_plot
     from tauto_core.scene import load_scene
@@ -235,10 +236,12 @@ def replay(
             raise UsageError('--plot draws what --stability tells. Give both, or neither')
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
-    result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
+    with progress_bar(f'replay {bag}'):
+        result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
     _warn(result['warnings'])
     if plot is not None:
         stability_figure.draw(result['stability'], result['scene'], plot)
+        say(f'wrote {plot}')
     _show(result, None if as_json else replay_tables(result))
 
 
