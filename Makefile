@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint bench stress clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint docs bench stress clean setup setup-dev environment FORCE
 
 SCENE ?= measured
 SPEED ?= 60
@@ -52,6 +52,9 @@ lint: setup-dev  ## format, lint, types, layers
 test: lint  ## lint and every test
 	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile
 
+docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
+	.venv/bin/zensical build --strict --clean
+
 bench: setup  ## messages per second through the graph, and run time against error beside others
 	.venv/bin/python benchmarks/graph_throughput.py
 	.venv/bin/python -m pip install --quiet -r benchmarks/requirements.txt
@@ -64,8 +67,8 @@ stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a
 	.venv/bin/python benchmarks/stress.py
 	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
 
-clean:  ## remove bags/out, colcon's folders and caches; .venv stays
-	rm -rf bags/out ros_ws/build ros_ws/install ros_ws/log \
+clean:  ## remove bags/out, site, colcon's folders and caches; .venv stays
+	rm -rf bags/out site ros_ws/build ros_ws/install ros_ws/log \
 	  .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
