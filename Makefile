@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint bench stress soak fuzz clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint docs bench stress soak fuzz clean setup setup-dev environment FORCE
 
 SCENE ?= measured
 SPEED ?= 60
@@ -54,6 +54,9 @@ lint: setup-dev  ## format, lint, types, layers
 test: lint  ## lint and every test
 	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile
 
+docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
+	.venv/bin/zensical build --strict --clean
+
 bench: setup  ## messages per second through the graph, and run time against error beside others
 	.venv/bin/python benchmarks/graph_throughput.py
 	.venv/bin/python -m pip install --quiet -r benchmarks/requirements.txt
@@ -73,8 +76,8 @@ soak: setup  ## a voyage of MINUTES=60 flat out: memory flat, nothing lost, the 
 fuzz: setup  ## COUNT=1000000 mutated bags and as many scenes: refused or read, nothing else
 	.venv/bin/python benchmarks/fuzz.py --count $(COUNT)
 
-clean:  ## remove bags/out, colcon's folders and caches; .venv stays
-	rm -rf bags/out ros_ws/build ros_ws/install ros_ws/log \
+clean:  ## remove bags/out, site, colcon's folders and caches; .venv stays
+	rm -rf bags/out site ros_ws/build ros_ws/install ros_ws/log \
 	  .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 

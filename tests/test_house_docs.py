@@ -15,7 +15,8 @@ from tauto_core.cli.app import app
 from tauto_core.scene import shipped_scenes
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / 'README.md', *sorted((ROOT / 'docs').rglob('*.md'))]
+DOCS = ROOT / 'docs'
+PAGES = [ROOT / 'README.md', *sorted(DOCS.rglob('*.md'))]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 
 
@@ -25,10 +26,33 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert target.startswith('https://') or (page.parent / target).exists(), target
 
 
-def test_the_index_of_each_folder_leads_to_every_page() -> None:
+def test_the_site_leads_to_every_page() -> None:
+    """In its navigation, and from the first page or that of the theory."""
+    navigation = (ROOT / 'zensical.toml').read_text(encoding='utf-8')
+    linked = {
+        (index.parent / target).resolve()
+        for index in (DOCS / 'index.md', DOCS / 'theory' / 'index.md')
+        for target in re.findall(r'\]\(([^)#]+)', index.read_text(encoding='utf-8'))
+    }
     for page in PAGES[1:]:
-        index = page.parent / 'index.md'
-        assert page == index or f'({page.name})' in index.read_text(encoding='utf-8')
+        assert f'"{page.relative_to(DOCS)}"' in navigation
+        assert page == DOCS / 'index.md' or page in linked, page
+
+
+def test_equations_are_numbered_in_order_and_none_is_without() -> None:
+    theory = DOCS / 'theory'
+    pages = re.findall(r'\]\((\w+\.md)\)', (theory / 'index.md').read_text(encoding='utf-8'))
+    found: dict[str, list[int]] = {}
+    for page in pages:
+        lines = (theory / page).read_text(encoding='utf-8').splitlines()
+        for line in lines:
+            if re.match(r' {4}\S', line):
+                number = re.match(r' {4}\(([A-Z]\d*)\.(\d+)\) ', line)
+                assert number, (page, line)
+                found.setdefault(number[1], []).append(int(number[2]))
+    assert found
+    for part, numbers in found.items():
+        assert numbers == list(range(1, len(numbers) + 1)), part
 
 
 def test_the_table_of_scenes_is_complete() -> None:

@@ -26,6 +26,11 @@ LINT = [
     'types-PyYAML>=6.0.12',
     'types-jsonschema>=4.20',
 ]
+# The documentation site; 0.x may change from release to release.
+DOCS = [
+    'mkdocstrings-python>=2.0.11',
+    'zensical>=0.0.73,<0.1',
+]
 # The files of buoys; a spectrum as a table needs nothing.
 SPECTRA = ['wavespectra>=4.9']
 # The charts of `tauto report`, in a script that the page holds.
@@ -75,7 +80,8 @@ setup(
     ],
     extras_require={
         'test': TEST,
-        'dev': TEST + LINT,
+        'dev': TEST + LINT + DOCS,
+        'docs': DOCS,
         'fleet': FLEET,
         'report': REPORT,
         'ros': ROS,

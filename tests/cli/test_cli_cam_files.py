@@ -90,8 +90,21 @@ def test_dxf_of_an_involute_against_its_equation(tmp_path):
     scale = bbox.extents(space.query('LWPOLYLINE[layer=="SCALE"]'))
     words = [text.dxf.text for text in space.query('TEXT')]
     assert words[0] == f'{scale.size.x:g} mm'
-    assert any('base radius 5 mm' in text for text in words)
-    assert any('up to 3 rad' in text for text in words)
+    assert 'base radius 5 mm' in ' '.join(words)
+    assert 'up to 3 rad' in ' '.join(map(str.strip, words))
+
+
+@pytest.mark.parametrize('name', ['measured', 'clock_own_cam_lever', 'globe_in_oil'])
+def test_a_drawing_fills_its_page_and_shrinks_to_800_pixels_legibly(name, tmp_path):
+    """No caption is wider than the cam, or 75 mm, and letters stay 9 pixels high in the README."""
+    svg, dxf = tmp_path / 'cam.svg', tmp_path / 'cam.dxf'
+    run('cam', name, '--svg', svg, '--dxf', dxf)
+    space = readfile(dxf).modelspace()
+    cut = bbox.extents(space.query('LWPOLYLINE'))
+    width = float(re.search(r'width="([\d.]+)pt"', svg.read_text(encoding='utf-8'))[1]) / 72 * 25.4
+    assert width <= max(cut.size.x, 75.0) + 10.001
+    heights = [text.dxf.height for text in space.query('TEXT')]
+    assert min(heights) * 800.0 / width >= 9.0
 
 
 def test_thick_thread_runs_on_a_parallel_curve(scene, tmp_path):

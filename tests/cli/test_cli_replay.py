@@ -76,7 +76,7 @@ def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
         assert sum(held) >= 5
     assert figure.read_text(encoding='utf-8').startswith('<?xml')
     again = tmp_path / 'again.svg'
-    tauto('replay', bag, '--stability', '--plot', again)
+    assert f'wrote {again}' in tauto('replay', bag, '--stability', '--plot', again).stderr
     assert again.read_bytes() == figure.read_bytes()
     shown = tauto('replay', bag, '--stability').stdout
     assert 'white FM' in shown
@@ -87,7 +87,7 @@ def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        (('--plot', 'x.svg'), '--plot draws what --stability tells'),
+        (('--plot', 'x.svg'), '--plot draws what --stability gives'),
         (('--stability', '--plot', 'x.jpg'), 'must end in .svg, .png or .pdf'),
         (('--stability', '--plot', 'no_such_folder/x.svg'), 'no folder no_such_folder'),
     ],

@@ -134,7 +134,13 @@ def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
         **RESULT['longitude'],
         'prize_pounds': None,
         'projection': [
-            {'days': 42.0, 'raw_error_nmi': 468.4, 'error_nmi': -12.3, 'sigma_nmi': 97.1}
+            {
+                'days': 42.0,
+                'raw_error_nmi': 468.4,
+                'raw_sigma_nmi': 323.0,
+                'error_nmi': -12.3,
+                'sigma_nmi': 97.1,
+            }
         ],
     }
     text = said({'longitude': short})
@@ -142,7 +148,10 @@ def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
     found = rows({'longitude': short})
     verdict = 'verdict of the Act of 1714'
     assert found[verdict, 'projected to 42 days unchecked, corrected'] == ['−12.30 ± 97.1', 'nmi']
-    assert found[verdict, 'projected to 42 days unchecked, by the dial'] == ['+468.4', 'nmi']
+    by_the_dial = 'projected to 42 days unchecked, by the dial'
+    assert found[verdict, by_the_dial] == ['+468.4 ± 323', 'nmi']
+    short['projection'][0]['raw_sigma_nmi'] = None
+    assert rows({'longitude': short})[verdict, by_the_dial] == ['+468.4', 'nmi']
 
 
 def test_no_row_wraps_at_80_columns_and_the_place_of_the_bag_never_does() -> None:

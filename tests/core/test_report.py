@@ -4,48 +4,20 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
-import subprocess
+from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import BROWSER, Browser
 
 import tauto_core as tauto
 from tauto_core.animation import animation
 from tauto_core.report import write_report
 
-BROWSER = shutil.which('chromium') or shutil.which('chromium-browser')
 LARGEST_BYTES = 5_000_000
-PROBE = """
-<script>
-const faults = [];
-addEventListener('error', (event) => faults.push(event.message));
-console.error = (...words) => faults.push(words.join(' '));
-addEventListener('load', () => setTimeout(() => {
-  const wheel = document.getElementById('wheel'), slider = document.getElementById('time');
-  const before = wheel.getAttribute('transform');
-  slider.value = 0.5;
-  slider.dispatchEvent(new Event('input'));
-  const after = wheel.getAttribute('transform');
-  slider.focus();
-  const play = document.getElementById('play');
-  play.click();
-  const found = {faults, before, after, now: document.getElementById('now').textContent,
-    focused: document.activeElement.id, playing: play.textContent,
-    wide: document.documentElement.scrollWidth, window: innerWidth,
-    drawn: document.querySelectorAll('.bk-Figure, [data-root-id]').length,
-    ink: getComputedStyle(document.body).color,
-    axis: [...Bokeh.documents[0]._all_models.values()].find((m) => m.type === 'LinearAxis')
-      .axis_label_text_color};
-  const said = document.createElement('pre');
-  said.id = 'probe';
-  said.textContent = JSON.stringify(found);
-  document.body.appendChild(said);
-}, 500));
-</script>
-"""
+TAB, ENTER, RIGHT, END, DOWN = 9, 13, 39, 35, 40
 
 
 @pytest.fixture(scope='module')
@@ -94,10 +66,11 @@ def test_the_animation_stands_where_the_wheel_stood(voyage: tauto.Voyage) -> Non
     to the size of that, not to rounding.
     """
     found = animation(voyage)
-    angle = np.array(found['amplitude_rad']) * np.cos(np.array(found['phase_rad']))
+    (part,) = found['parts']
+    angle = np.array(part['amplitude_rad']) * np.cos(np.array(part['phase_rad']))
     assert np.abs(angle - voyage.angle_rad).max() < 1e-3 + 0.05
     assert np.corrcoef(angle, voyage.angle_rad)[0, 1] > 0.999
-    assert found['length_s'] == 120.0
+    assert (part['from_s'], part['length_s']) == (0.0, 120.0)
     json.dumps(found, allow_nan=False)
 
 
@@ -108,35 +81,85 @@ def test_a_body_in_a_fluid_has_no_wheel_to_move(tmp_path: Path) -> None:
     assert 'No cam: ' in (tmp_path / 'globe.html').read_text(encoding='utf-8')
 
 
-@pytest.mark.skipif(BROWSER is None, reason='no browser: sudo apt-get install chromium')
-@pytest.mark.parametrize(('width', 'dark'), [(500, True), (1600, False)])
-def test_a_browser_shows_it(page: Path, tmp_path: Path, width: int, dark: bool) -> None:
-    probed = tmp_path / 'probed.html'
-    text = page.read_text(encoding='utf-8')
-    probed.write_text(text.replace('<head>', '<head>' + PROBE, 1), encoding='utf-8')
-    assert BROWSER is not None
-    run = subprocess.run(
-        [
-            *(BROWSER, '--headless=new', '--no-sandbox', '--disable-gpu', '--dump-dom'),
-            f'--user-data-dir={tmp_path / "profile"}',
-            f'--window-size={width},1200',
-            f'--blink-settings=preferredColorScheme={0 if dark else 1}',
-            *('--host-resolver-rules=MAP * ~NOTFOUND', '--virtual-time-budget=20000'),
-            probed.as_uri(),
-        ],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=120,
+def test_a_long_voyage_is_shown_in_parts_from_start_to_end() -> None:
+    """Each part shows the phase and the roll that the voyage has at its time."""
+    long = tauto.sail('second_cam_at_sea', duration=10_000.0)
+    parts = animation(long)['parts']
+    assert [part['from_s'] for part in parts][:: len(parts) - 1] == [0.0, 9400.0]
+    assert len(parts) == 13
+    for part in parts:
+        first = int(np.searchsorted(long.time_s, part['from_s']))
+        assert part['phase_rad'][60] == pytest.approx(long.phase_rad[first + 60], abs=1e-4)
+        assert part['roll_rad'][300] == pytest.approx(long.roll_rad[first + 60], abs=1e-4)
+        assert part['length_s'] == 600.0
+
+
+@pytest.fixture(scope='module')
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    if BROWSER is None:
+        pytest.skip('no browser: sudo apt-get install chromium')
+    with Browser(tmp_path_factory.mktemp('profile')) as found:
+        yield found
+
+
+@pytest.fixture(scope='module')
+def long_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp('report') / 'long.html'
+    long = tauto.sail('second_cam_at_sea', duration=3000.0)
+    write_report(long, file, 'tauto report second_cam_at_sea')
+    return file
+
+
+@pytest.mark.parametrize('dark', [True, False], ids=['dark', 'light'])
+@pytest.mark.parametrize('width', [380, 1600])
+def test_a_browser_shows_it(browser: Browser, page: Path, width: int, *, dark: bool) -> None:
+    browser.show(page, width, dark=dark)
+    assert browser.run('innerWidth') == width
+    assert browser.run('document.documentElement.scrollWidth') <= width
+    assert browser.run("document.querySelectorAll('.bk-Figure, [data-root-id]').length") >= 10
+    ink = browser.run('getComputedStyle(document.body).color')
+    assert ink == ('rgb(237, 237, 237)' if dark else 'rgb(27, 27, 27)')
+    axis = browser.run(
+        "[...Bokeh.documents[0]._all_models.values()].find((m) => m.type === 'LinearAxis')"
+        '.axis_label_text_color'
     )
-    said = re.search(r'<pre id="probe">(.*?)</pre>', run.stdout, re.DOTALL)
-    assert said is not None, run.stderr[-2000:]
-    found = json.loads(said[1].replace('&lt;', '<').replace('&gt;', '>').replace('&amp;', '&'))
-    assert found['faults'] == []
-    assert found['before'] != found['after']
-    assert found['now'] == '0.5 s'
-    assert (found['focused'], found['playing']) == ('time', 'Pause')
-    assert found['drawn'] >= 10
-    assert found['wide'] <= found['window']
-    assert found['ink'] == ('rgb(237, 237, 237)' if dark else 'rgb(27, 27, 27)')
-    assert found['axis'] == ('#ededed' if dark else '#1b1b1b')
+    assert axis == ('#ededed' if dark else '#1b1b1b')
+    size = browser.run(
+        "Math.min(...[...document.querySelectorAll('p, td, button')].map("
+        '(e) => parseFloat(getComputedStyle(e).fontSize)))'
+    )
+    assert size >= 12.0
+    assert browser.faults == []
+
+
+def test_the_keyboard_moves_and_plays_it(browser: Browser, long_page: Path) -> None:
+    """Tab reaches part, button and slider in this order; arrows, End and Enter work them."""
+    browser.show(long_page, 1600, dark=False)
+    wheel = "document.getElementById('wheel').getAttribute('transform')"
+    reached = []
+    for _ in range(60):
+        browser.press('Tab', TAB)
+        reached.append(browser.run('document.activeElement.id'))
+        if reached[-1] == 'time':
+            break
+    assert [name for name in reached if name in ('part', 'play', 'time')] == [
+        'part',
+        'play',
+        'time',
+    ]
+    before = browser.run(wheel)
+    browser.press('ArrowRight', RIGHT)
+    assert browser.run("document.getElementById('now').textContent") == '0.0 s'
+    for _ in range(20):
+        browser.press('ArrowRight', RIGHT)
+    assert browser.run("document.getElementById('now').textContent") == '0.4 s'
+    assert browser.run(wheel) != before
+    browser.press('End', END)
+    assert browser.run("document.getElementById('now').textContent") == '600.0 s'
+    browser.run("document.getElementById('part').focus()")
+    browser.press('ArrowDown', DOWN)
+    assert browser.run("document.getElementById('now').textContent") == '10.0 min + 0.0 s'
+    browser.run("document.getElementById('play').focus()")
+    browser.press('Enter', ENTER, '\r')
+    assert browser.run("document.getElementById('play').textContent") == 'Pause'
+    assert browser.faults == []

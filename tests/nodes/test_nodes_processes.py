@@ -307,3 +307,4 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     )
     assert played.returncode == 0, played.stderr
     assert 'played clock/reading 21' in played.stdout + played.stderr
+    assert played.stderr.startswith(f'tauto: {out}: plays when each topic has a subscriber')

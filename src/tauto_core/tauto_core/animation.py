@@ -1,12 +1,12 @@
-"""What the page of a report needs to move the machine: outlines, and the motion by the second."""
+"""What the page of a report needs to move the machine: outlines, and the motion part by part."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
-from tauto_core.charts import motion
 from tauto_core.curves import Cam
 from tauto_core.machine_drawing import machine_lines
 from tauto_core.machines import compile_machine
@@ -14,9 +14,10 @@ from tauto_core.record import Voyage
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, WeightPower
 from tauto_core.scene.errors import UsageError
+from tauto_core.seaway import PART_S, seaway
 
-LONGEST_S = 600.0
-"""Length of what is played [s]: swings of a second are not to be seen in a voyage of weeks."""
+MOST_PARTS = 13
+"""A longer voyage is shown in so many parts of ten minutes, evenly spread from start to end."""
 _ROLL_STEP_S = 0.2
 _TURNS_WITH_WHEEL = ('wheel', 'cheeks', 'axle', '')
 _MM = 1000.0
@@ -30,8 +31,9 @@ def animation(voyage: Voyage) -> dict[str, Any]:
 
     Returns:
         `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, what it
-        moves with: `wheel`, `case` or `weight`; `time_s`, `phase_rad`, `amplitude_rad` at logged
-        samples, `roll_step_s` and `roll_rad`; of the thread `end`, and `winding` (`angle_rad`,
+        moves with: `wheel`, `case` or `weight`; `parts` of the voyage, each from `from_s` on for
+        `length_s`, with `time_s` within it, `phase_rad` and `amplitude_rad` at logged samples and
+        `roll_rad` every `roll_step_s`; of the thread `end`, and `winding` (`angle_rad`,
         `x`, `y` of the contact in the wheel's frame, `rise`, all [mm]), null of a cam without.
     """
     scene = voyage.scene
@@ -42,11 +44,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     if not len(voyage.angle_rad) or not len(voyage.phase_rad):
         return {'why': 'The bag does not hold the motion of the wheel.'}
     machine = compile_machine(scene)
-    shown = voyage.time_s <= LONGEST_S
     size = np.hypot(voyage.angle_rad, voyage.angular_velocity_rad_s / machine.frequency)
-    time, roll, _, _ = motion(voyage)
-    length = min(LONGEST_S, float(voyage.time_s[shown][-1]))
-    grid = np.arange(0.0, length + _ROLL_STEP_S, _ROLL_STEP_S)
     assert scene.trochlea is not None
     weight = isinstance(scene.trochlea.power, WeightPower)
     return {
@@ -65,15 +63,37 @@ def animation(voyage: Voyage) -> dict[str, Any]:
             }
             for line in lines
         ],
-        'time_s': _short(voyage.time_s[shown], 3),
-        'phase_rad': _short(voyage.phase_rad[shown], 4),
-        'amplitude_rad': _short(size[shown], 4),
-        'length_s': round(length, 3),
         'roll_step_s': _ROLL_STEP_S,
-        'roll_rad': _short(np.interp(grid, time, roll), 5),
+        'parts': [_part(voyage, size, from_s) for from_s in _starts(float(voyage.time_s[-1]))],
         'hangs': weight and not isinstance(scene.trochlea.thread, LeverThread),
         'fixed_end': isinstance(scene.trochlea.thread, HoleThread | LeverThread),
         'winding': _winding(scene),
+    }
+
+
+def _starts(end_s: float) -> FloatArray:
+    """Return where parts of the voyage begin [s]: all of it, or evenly spread."""
+    parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
+    return np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
+
+
+def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
+    """Return the motion of wheel and ship from the logged sample at or before a time on."""
+    first = max(int(np.searchsorted(voyage.time_s, from_s, side='right')) - 1, 0)
+    began_s = float(voyage.time_s[first])
+    last = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
+    shown = slice(first, max(last, first + 2))
+    time_s = voyage.time_s[shown] - began_s
+    length_s = float(time_s[-1])
+    ship = seaway(voyage, began_s, length_s + 1.0)
+    grid = np.arange(0.0, length_s + _ROLL_STEP_S, _ROLL_STEP_S)
+    return {
+        'from_s': round(began_s, 3),
+        'length_s': round(length_s, 3),
+        'time_s': _short(time_s, 3),
+        'phase_rad': _short(voyage.phase_rad[shown], 4),
+        'amplitude_rad': _short(size[shown], 4),
+        'roll_rad': _short(np.interp(grid, ship.time_s - began_s, ship.roll_rad), 5),
     }
 
 

@@ -17,15 +17,12 @@ from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_ene
 from tauto_core.record import Voyage
 from tauto_core.samples import READING, SECONDS_PER_DAY, SHIP_IMU, FloatArray, TimeSamples
 from tauto_core.scene.errors import EstimationError, UsageError
-from tauto_core.ship import ShipMotion
-from tauto_core.ship.imu import attitude
+from tauto_core.seaway import LOWEST_HZ, PART_S, seaway
 
 MOST_POINTS = 2000
 """Points of a line that are drawn; more are thinned so that every extreme stays."""
 PIECES = 25
 """Pieces of a voyage of which the rate is measured."""
-MOTION_S = 600.0
-"""Length of the motion shown where a bag keeps none [s]."""
 SEGMENT_S = 120.0
 """Length of the segments of which spectra are averaged [s]."""
 
@@ -198,59 +195,48 @@ def _phase(voyage: Voyage) -> Chart:
     )
 
 
-def motion(voyage: Voyage) -> tuple[FloatArray, FloatArray, FloatArray, str]:
-    """Return time [s], roll [rad] and apparent gravity [m/s2] of the ship, and whence they are.
-
-    Where a voyage keeps no motion, its first minutes are made anew from the scene.
-    """
-    if SHIP_IMU in voyage.samples:
-        return voyage.motion_time_s, voyage.motion_roll_rad, voyage.motion_gravity_m_s2, ''
-    scene = voyage.scene
-    length = round(MOTION_S * 1e9) // scene.step_ns
-    felt = ShipMotion(scene).produce(max(min(length, scene.samples), 1))
-    time = (felt.stamp_ns - felt.stamp_ns[0]) * 1e-9
-    size = np.sqrt(np.square(felt.linear_acceleration).sum(axis=1))
-    return time, attitude(felt).roll, size, 'The first minutes, made anew from the scene.'
-
-
 def _roll(voyage: Voyage) -> Chart:
-    time, roll, gravity, note = motion(voyage)
-    shown = time <= MOTION_S
+    shown = seaway(voyage)
+    whole = len(shown.time_s) == 0 or shown.time_s[-1] >= voyage.time_s[-1] - 1.0
+    notes = ([] if whole else ['the first ten minutes']) + ([shown.note] if shown.note else [])
+    slowest = f'heave: waves of {1.0 / LOWEST_HZ:.0f} s and shorter, faded at both ends'
     return Chart(
         'Motion of the ship',
         'time [s]',
-        'roll [°]; apparent gravity − mean [m/s²]',
+        'roll [°]; heave [m]',
         [
-            _line('roll', time[shown], np.degrees(roll[shown]), 'green'),
-            _line('apparent gravity', time[shown], (gravity - gravity.mean())[shown]),
+            _line('roll', shown.time_s, np.degrees(shown.roll_rad), 'green'),
+            _line('heave', shown.time_s, shown.heave_m),
         ],
-        note=note or ('The first ten minutes.' if not shown.all() else ''),
+        note=f'{"; ".join([*notes, slowest])}.'.capitalize(),
     )
 
 
 def _spectrum(voyage: Voyage) -> Chart:
     from scipy.signal import welch
 
-    time, roll, gravity, note = motion(voyage)
+    motion = seaway(voyage, length_s=math.inf if SHIP_IMU in voyage.samples else PART_S)
+    time = motion.time_s
     if len(time) < 32:
         raise UsageError('spectrum: too few samples of the motion. Sail longer')
     rate = 1.0 / float(time[1] - time[0])
     segment = min(len(time), round(SEGMENT_S * rate))
     lines = []
-    for name, values, colour in (
-        ('roll [°²/Hz]', np.degrees(roll), 'green'),
-        ('apparent gravity [(m/s²)²/Hz]', gravity, 'blue'),
+    for name, values, colour, power in (
+        ('roll [°²/Hz]', np.degrees(motion.roll_rad), 'green', 0),
+        ('heave [m²/Hz]', motion.vertical_m_s2, 'blue', 4),
     ):
         frequency, density = welch(values, rate, nperseg=segment)
-        shown = (frequency > 0.0) & (frequency <= 1.0)
-        lines.append(Line(name, frequency[shown], density[shown], colour))  # type: ignore[arg-type]
+        shown = (frequency >= LOWEST_HZ) & (frequency <= 1.0)
+        density = density[shown] / (2.0 * np.pi * frequency[shown]) ** power
+        lines.append(Line(name, frequency[shown], density, colour))  # type: ignore[arg-type]
     floor = 1e-6 * max(float(line.y.max(initial=0.0)) for line in lines)
     kept = [
         Line(each.name, each.x[each.y > floor], each.y[each.y > floor], each.colour)
         for each in lines
     ]
     title = 'Spectrum of the motion'
-    return Chart(title, 'frequency [Hz]', 'density', kept, log_y=floor > 0.0, note=note)
+    return Chart(title, 'frequency [Hz]', 'density', kept, log_y=floor > 0.0, note=motion.note)
 
 
 def _stability(voyage: Voyage) -> Chart:

@@ -12,7 +12,11 @@ Section: TypeAlias = Mapping[str, Any]
 Row: TypeAlias = tuple[str, str, str]
 """Label, value, unit."""
 
-SIGNS = 'Signs: + is a fast clock and a place to the east. A slow clock puts the ship east.'
+SIGNS = (
+    'Signs: + is a fast clock and a place to the east. A slow clock puts the ship east. ±, σ: a '
+    'standard deviation. Of what is estimated or corrected, what the navigator believes, who sees '
+    'the observations alone; by the dial, from the scatter of its rate in ten parts of the run.'
+)
 
 
 def groups(result: Section) -> list[tuple[str, list[Row]]]:
@@ -109,7 +113,7 @@ def _projection_rows(projected: list[Section]) -> list[Row]:
     for row in projected:
         days = f'projected to {row["days"]:g} days unchecked'
         rows += [
-            (f'{days}, by the dial', significant(row['raw_error_nmi'], signed=True), 'nmi'),
+            (f'{days}, by the dial', _with_sigma(row, 'raw_error_nmi', 'raw_sigma_nmi'), 'nmi'),
             (f'{days}, corrected', _with_sigma(row, 'error_nmi', 'sigma_nmi'), 'nmi'),
         ]
     return rows
@@ -120,7 +124,8 @@ def _count_rows(counts: Section) -> list[Row]:
 
 
 def _with_sigma(section: Section, value: str, sigma: str) -> str:
-    return f'{significant(section[value], signed=True)} ± {significant(section[sigma], 3)}'
+    said = significant(section[value], signed=True)
+    return said if section[sigma] is None else f'{said} ± {significant(section[sigma], 3)}'
 
 
 _GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (

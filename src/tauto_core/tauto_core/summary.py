@@ -16,6 +16,7 @@ from tauto_core.motion import propagator_name
 from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
     LongitudeTally,
+    RateScatter,
     clock_model,
     projection,
 )
@@ -50,6 +51,7 @@ class Summary:
         self._last: dict[str, JointSamples] = {}
         self._first_reading: tuple[int, int] | None = None
         self._last_reading: tuple[int, int] | None = None
+        self._scatter: RateScatter | None = None
         self._tally = LongitudeTally()
         self._swings = SwingTally(scene, machine)
 
@@ -67,8 +69,13 @@ class Summary:
                 continue
             if topic == READING and isinstance(samples, TimeSamples):
                 ends = [(int(samples.stamp_ns[i]), int(samples.time_ref_ns[i])) for i in (0, -1)]
-                self._first_reading = self._first_reading or ends[0]
+                if self._first_reading is None:
+                    length_ns = max(self._scene.log_count - 1, 1) * self._scene.log_interval_ns
+                    self._first_reading = ends[0]
+                    self._scatter = RateScatter(ends[0][0], length_ns)
                 self._last_reading = ends[1]
+                if self._scatter is not None:
+                    self._scatter.feed(samples)
             elif isinstance(samples, FixSamples):
                 if topic == LONGITUDE_FIX:
                     self._tally.place(samples)
@@ -77,9 +84,12 @@ class Summary:
                 if topic == LONGITUDE_ERROR:
                     self._tally.feed(samples)
 
-    def clock(self) -> dict[str, float]:
-        """Return the dial's reading since the start, its error and its mean rate."""
-        if self._first_reading is None or self._last_reading is None:
+    def clock(self) -> dict[str, Any]:
+        """Return the dial's reading since the start, its error and its mean rate.
+
+        `rate_standard_error_s_per_day` is that of `RateScatter`, None of too short a run.
+        """
+        if self._first_reading is None or self._last_reading is None or self._scatter is None:
             return {}
         (start, dial_start), (end, dial_end) = self._first_reading, self._last_reading
         elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
@@ -88,6 +98,7 @@ class Summary:
             'reading_s': (dial_end - dial_start) / NS_PER_S,
             'error_s': (dial_end - end) / NS_PER_S,
             'rate_s_per_day': rate,
+            'rate_standard_error_s_per_day': self._scatter.standard_error_s_per_day(),
         }
 
     @cached_property
@@ -151,8 +162,8 @@ class Summary:
         if found['unchecked_days'] >= LEAST_UNCHECKED_DAYS or not clock or not estimate:
             return {**found, 'projection': []}
         latitude = found['latitude_deg'] or 0.0
-        rate, model = clock['rate_s_per_day'], clock_model(self._scene)
-        return {**found, 'projection': projection(rate, estimate, model, latitude)}
+        model = clock_model(self._scene)
+        return {**found, 'projection': projection(clock, estimate, model, latitude)}
 
 
 def _named(samples: JointSamples) -> dict[str, float]:

@@ -151,6 +151,8 @@ def play(
     ] = False,
 ) -> None:
     """Play a bag into a ROS 2 graph, in the domain that the environment names."""
+    from tauto_core.cli.progress import progress_bar
+    from tauto_core.cli.voice import say
     from tauto_nodes.player import Player
     from tauto_nodes.running import run
 
@@ -160,6 +162,8 @@ def play(
         values['topics'] = list(topic)
     for name, value in values.items():
         arguments += ['-p', f'{name}:={json.dumps(value)}']
-    code = run((Player,), arguments)
+    say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
+    with progress_bar(str(bag)) as progress:
+        code = run((lambda: Player(progress=progress),), arguments)
     if code:
         raise typer.Exit(code)

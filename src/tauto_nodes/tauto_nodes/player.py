@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -49,16 +49,32 @@ def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, Port]:
 
 
 class Player(SourceNode):
-    """Publishes a bag's topics under the player's namespace; ends with the bag."""
+    """Publishes a bag's topics under the player's namespace; ends with the bag.
 
-    def __init__(self, **node_options: Any) -> None:
+    Args:
+        progress: called with the share of the bag that was played, from 0 to 1.
+        node_options: handed to rclpy.node.Node.
+    """
+
+    def __init__(
+        self, *, progress: Callable[[float], None] | None = None, **node_options: Any
+    ) -> None:
         super().__init__('player', 'rate', **node_options)
+        self._progress = progress
         bag = read_bag(Path(self.settings.text('bag')))
         for warning in bag.warnings:
             self.get_logger().warning(warning)
         ports = ports_of(bag, self.settings.names('topics'))
+        self._begin_ns, self._end_ns = bag.start_ns or 0, bag.end_ns or 0
         self.connect([], list(ports.values()))
         self.start(self._items_of(bag, ports))
+
+    def tick(self) -> None:
+        """Send what is due, and tell how far the bag is."""
+        super().tick()
+        if self._progress is not None:
+            played_ns = max(self.sent_until_ns - self._begin_ns, 0)
+            self._progress(played_ns / max(self._end_ns - self._begin_ns, 1))
 
     def all_sent(self) -> None:
         """End when the subscribers have acknowledged."""

@@ -64,6 +64,11 @@ class SourceNode(Member):
         self._next = next(items, None)
         self.diagnostics = Diagnostics(self)
 
+    @property
+    def sent_until_ns(self) -> int:
+        """Stamp of the last item that was sent [ns]; 0 before the first."""
+        return self._last_ns
+
     def all_sent(self) -> None:
         """Do what is left when the last item is out."""
 

@@ -119,7 +119,7 @@ def test_a_rate_that_was_never_assumed_is_found_from_the_start():
     model = ClockModel(0.5, 10.0 / day, gate=5.0)
     stamps = [round(k * day) * S for k in range(15)]
     way = filter_phases(Known(0, prior(model)), stamps, [-64.0 * k for k in range(15)], model)
-    assert way.fate.tolist() == [0, REOPENED, *[0] * 13]
+    assert way.fate.tolist() == [0, REFUSED, REOPENED, *[0] * 12]
     found = smooth(way, model).at(np.array([round(0.5 * day) * S]))
     # the filter had known no better than 0 until the first day was over
     assert found.x[0] == pytest.approx(-32.0, abs=0.5)

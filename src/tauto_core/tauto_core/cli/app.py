@@ -205,7 +205,7 @@ def replay(
         bool,
         typer.Option(
             '--smooth',
-            help='Also tell the drift in hindsight: at each instant from all observations, those '
+            help='Also give the drift in hindsight: at each instant from all observations, those '
             'that came later too, as one works out a voyage at home. No navigator can have it at '
             'sea.',
         ),
@@ -214,7 +214,7 @@ def replay(
         bool,
         typer.Option(
             '--stability',
-            help="Also tell how steady the clock is: Allan's deviation and its kin against the "
+            help="Also give the stability of the clock: Allan's deviation and its kin against the "
             'averaging time, with 95 % confidence.',
         ),
     ] = False,
@@ -224,22 +224,25 @@ def replay(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tell drift and longitude from a bag; nothing else is needed."""
+    """Estimate drift and longitude from a bag; nothing else is needed."""
     from tauto_core import voyage
     from tauto_core.cli import stability_figure
+    from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.replay_tables import replay_tables
     from tauto_core.figure_file import check_plot
     from tauto_core.scene import load_scene
 
     if plot is not None:
         if not stability:
-            raise UsageError('--plot draws what --stability tells. Give both, or neither')
+            raise UsageError('--plot draws what --stability gives. Give both, or neither')
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
-    result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
+    with progress_bar(f'replay {bag}'):
+        result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
     _warn(result['warnings'])
     if plot is not None:
         stability_figure.draw(result['stability'], result['scene'], plot)
+        say(f'wrote {plot}')
     _show(result, None if as_json else replay_tables(result))
 
 
@@ -260,7 +263,7 @@ def scenes(as_json: AsJson = False) -> None:
 
 @scene_commands.command()
 def check(scene: SceneName, as_json: AsJson = False) -> None:
-    """Check a scene without sailing it, and tell what would run."""
+    """Check a scene without sailing it, and say what would run."""
     from tauto_core.cli.facts import facts_table, scene_facts
     from tauto_core.cli.progress import progress_bar
 

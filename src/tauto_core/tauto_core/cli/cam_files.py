@@ -20,9 +20,6 @@ MM_PER_M = 1000.0
 MM_PER_INCH = 25.4
 POINTS_PER_MM = 72.0 / MM_PER_INCH
 MARGIN_MM = 5.0
-LETTER = 0.62
-"""Width of a letter against its height, at most, of the fonts that drawings are shown in."""
-
 COLUMNS = ('x_mm', 'y_mm', 'angle_rad')
 
 
@@ -89,21 +86,24 @@ def write_svg(path: Path, drawing: Drawing) -> None:
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(left, right), ylim=(low, top))
     axes.set_axis_off()
+    pen = drawing.text_mm / TEXT_MM
     for line in drawing.lines:
         cut = line.layer in CUT
         axes.plot(
             line.x,
             line.y,
             color='black' if cut else 'tab:blue',
-            linewidth=0.5 if cut else 0.3,
+            linewidth=pen * (0.5 if cut else 0.3),
             gid=line.layer,
         )
     for each in drawing.circles:
-        ring = Circle((each.x, each.y), each.radius, fill=False, linewidth=0.3, gid=each.layer)
+        ring = Circle(
+            (each.x, each.y), each.radius, fill=False, linewidth=0.3 * pen, gid=each.layer
+        )
         ring.set_edgecolor('tab:blue')
         axes.add_patch(ring)
     for note in drawing.notes:
-        axes.text(note.x, note.y, note.text, fontsize=TEXT_MM * POINTS_PER_MM)
+        axes.text(note.x, note.y, note.text, fontsize=drawing.text_mm * POINTS_PER_MM)
     # the same scene must give the same file
     with mpl.rc_context({'svg.hashsalt': drawing.title}), _written(path):
         figure.savefig(path, format='svg', metadata={'Title': drawing.title, 'Date': None})
@@ -111,10 +111,10 @@ def write_svg(path: Path, drawing: Drawing) -> None:
 
 def _page(drawing: Drawing) -> tuple[float, float, float, float]:
     """Return left, bottom, right and top of the paper [mm]."""
-    from tauto_core.curves.workshop import TEXT_MM
+    from tauto_core.curves.workshop import LETTER
 
     left, low, right, top = drawing.box
-    longest = max(note.x + LETTER * TEXT_MM * len(note.text) for note in drawing.notes)
+    longest = max(note.x + LETTER * drawing.text_mm * len(note.text) for note in drawing.notes)
     return (
         left - MARGIN_MM,
         low - MARGIN_MM,
@@ -128,7 +128,7 @@ def write_dxf(path: Path, drawing: Drawing) -> None:
     from ezdxf import units
     from ezdxf.filemanagement import new
 
-    from tauto_core.curves.workshop import CUT, TEXT_MM
+    from tauto_core.curves.workshop import CUT
 
     document = new('R2010', setup=False, units=units.MM)
     layers = [line.layer for line in drawing.lines]
@@ -142,7 +142,7 @@ def write_dxf(path: Path, drawing: Drawing) -> None:
     for each in drawing.circles:
         space.add_circle((each.x, each.y), each.radius, dxfattribs={'layer': each.layer})
     for note in drawing.notes:
-        text = space.add_text(note.text, height=TEXT_MM, dxfattribs={'layer': note.layer})
+        text = space.add_text(note.text, height=drawing.text_mm, dxfattribs={'layer': note.layer})
         text.set_placement((note.x, note.y))
     with _written(path):
         document.saveas(path)

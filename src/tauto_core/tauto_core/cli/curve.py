@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from tauto_core.machines.lever_cheeks import Cheek
     from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
+
+    Rows: TypeAlias = tuple[tuple[str, ...], Sequence[FloatArray]]
 
 MM_PER_M = 1000.0
 THICKEST_MM = 100.0
@@ -56,6 +58,7 @@ def cam(
     a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at
     x > 0. Without --csv, --svg and --dxf, a few points of one cheek or branch are printed.
     """
+    from tauto_core.cli.progress import progress_bar
     from tauto_core.scene import load_scene
 
     if not FEWEST_POINTS <= points <= MOST_POINTS:
@@ -76,13 +79,15 @@ def cam(
                 f'Name it {file.with_suffix("." + kind).name}, or ask for the other format'
             )
     loaded = load_scene(scene)
-    with naming(scene, loaded.name):
+    with naming(scene, loaded.name), progress_bar(f'cam of {loaded.name}'):
         if loaded.trochlea is not None and loaded.trochlea.cam.kind == 'lever_corrected':
-            _lever_cheeks(loaded, files, reach, points, thread)
+            shown = _lever_cheeks(loaded, files, reach, points, thread)
         elif loaded.regulator is None:
-            _cheeks(loaded, files, reach, points, thread)
+            shown = _cheeks(loaded, files, reach, points, thread)
         else:
-            _in_fluid(loaded, files, reach, points, thread)
+            shown = _in_fluid(loaded, files, reach, points, thread)
+    if shown is not None:
+        _print_rows(*shown)
     for file in files.values():
         if file is not None:
             say(f'wrote {file}')
@@ -90,8 +95,8 @@ def cam(
 
 def _cheeks(
     scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
-) -> None:
-    """Print or write the cheeks of a scene's cam.
+) -> Rows | None:
+    """Write the cheeks of a scene's cam, or return a few points of one.
 
     Raises:
         UsageError: a reach beyond the cam, or no cam.
@@ -111,19 +116,19 @@ def _cheeks(
         )
     if not any(files.values()):
         _refuse_thickness(thread_mm)
-        _print_rows(HEADER, _few_of_cam(curve, reach))
-        return
+        return HEADER, _few_of_cam(curve, reach)
     cut = cheeks(curve, points, reach, thread_mm / MM_PER_M)
     _check_thread(scene, thread_mm, float(cut.angle[0]))
     if (csv := files['csv']) is not None:
         cam_files.write_points(csv, cut)
     _write_drawings(draw(curve, cut, scene.name), files)
+    return None
 
 
 def _lever_cheeks(
     scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
-) -> None:
-    """Print or write the cheeks of a lever's own cam, which are no mirror images.
+) -> Rows | None:
+    """Write the cheeks of a lever's own cam, no mirror images, or return a few points of one.
 
     Raises:
         UsageError: a reach beyond the cam, or a thread too thick for it.
@@ -151,8 +156,7 @@ def _lever_cheeks(
         _refuse_thickness(thread_mm)
         tau = np.linspace(0.0, ends[1], 11)
         lengths = (shape.lever_arm(tau), *shape.contact(tau), shape.radius_of_curvature(tau))
-        _print_rows(HEADER, (shape.theta(tau), *(MM_PER_M * length for length in lengths)))
-        return
+        return HEADER, (shape.theta(tau), *(MM_PER_M * length for length in lengths))
     right, left = (cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
     _check_thread(scene, thread_mm, max(abs(float(side.angle[0])) for side in (right, left)))
     if (csv := files['csv']) is not None:
@@ -165,6 +169,7 @@ def _lever_cheeks(
         ),
         files,
     )
+    return None
 
 
 def _lever_words(
@@ -213,8 +218,8 @@ def _refuse_thickness(thread_mm: float) -> None:
 
 def _in_fluid(
     scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
-) -> None:
-    """Print or write the curve in the fluid of a scene.
+) -> Rows | None:
+    """Write the curve in the fluid of a scene, or return a few of its points.
 
     Raises:
         UsageError: a reach or a thread, which a cam has.
@@ -233,13 +238,13 @@ def _in_fluid(
             'its cusps. Leave it out'
         )
     if not any(files.values()):
-        _print_rows(FLUID_HEADER, _few_of_fluid(machine.curve))
-        return
+        return FLUID_HEADER, _few_of_fluid(machine.curve)
     x, y = (MM_PER_M * part for part in fluid_outline(machine.curve, points))
     if (csv := files['csv']) is not None:
         rows = zip(x.tolist(), y.tolist(), strict=True)
         cam_files.write_rows(csv, ('x_mm', 'y_mm'), rows)
     _write_drawings(draw_in_fluid(machine.curve, (x, y), scene.name), files)
+    return None
 
 
 def _write_drawings(drawing: Drawing, files: dict[str, Path | None]) -> None:

@@ -25,7 +25,7 @@ def isochronism(
     ],
     as_json: AsJson = False,
 ) -> None:
-    """Tell period and rate against amplitude, on land, without drag and escapement.
+    """Give period and rate against amplitude, on land, without drag and escapement.
 
     Of a body in a fluid also the time of the descent; the amplitude is the arc of the release,
     and the period the time to the other side and back from where it gets to.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,15 @@ from tauto_core.curves.drawing import Cheeks
 from tauto_core.samples import FloatArray
 
 MM_PER_M = 1000.0
-TEXT_MM, LINE_MM = 2.5, 4.0
+TEXT_MM, TEXT_OF_WIDTH = 2.5, 0.014
+"""Height of letters: the smallest, and of a wide drawing's width, so that it shrinks legibly."""
+
+LETTER, LINE = 0.62, 1.6
+"""Width of a letter, at most, and distance of lines, against the height of letters."""
+
+LEAST_WIDTH_MM = 75.0
+"""Lines of text are at least so wide, however small the cam."""
+
 CHEEK_LEFT, CHEEK_RIGHT = 'CHEEK_LEFT', 'CHEEK_RIGHT'
 THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
 SCALE, NOTES = 'SCALE', 'NOTES'
@@ -64,13 +73,15 @@ class Drawing:
         title: of the drawing.
         lines: the cheeks first.
         circles: axle, base circle, hole.
-        notes: dimensions in words, from the top down.
+        notes: dimensions in words, from the top down, no wider than the drawing or 75 mm.
+        text_mm: height of letters.
     """
 
     title: str
     lines: tuple[Line, ...]
     circles: tuple[Circle, ...]
     notes: tuple[Note, ...]
+    text_mm: float = TEXT_MM
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -158,16 +169,28 @@ def _explained(
     title: str, lines: list[Line], circles: list[Circle], dimensions: list[str]
 ) -> Drawing:
     """Return a drawing with a scale bar and its dimensions in words below."""
-    bare = Drawing(title, tuple(lines), tuple(circles), ())
-    left, low, right, _ = bare.box
-    bar = max((each for each in _BARS_MM if each <= 0.5 * (right - left)), default=_BARS_MM[0])
+    left, low, right, _ = Drawing(title, tuple(lines), tuple(circles), ()).box
+    width = right - left
+    text_mm = max(TEXT_MM, TEXT_OF_WIDTH * width)
+    bar = max((each for each in _BARS_MM if each <= 0.5 * width), default=_BARS_MM[0])
     place = low - _GAP_MM
-    ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0])
+    ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
     along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
     scale = Line(SCALE, left + along, place + ticks)
-    words = [f'{bar:g} mm', title, *dimensions]
-    notes = [Note(NOTES, left, place - LINE_MM * (n + 1.25), text) for n, text in enumerate(words)]
-    return Drawing(title, (*lines, scale), tuple(circles), tuple(notes))
+    letters = int(max(width, LEAST_WIDTH_MM) / (LETTER * text_mm))
+    words = [
+        line for text in (f'{bar:g} mm', title, *dimensions) for line in _wrapped(text, letters)
+    ]
+    notes = [
+        Note(NOTES, left, place - LINE * text_mm * (n + 1.25), text)
+        for n, text in enumerate(words)
+    ]
+    return Drawing(title, (*lines, scale), tuple(circles), tuple(notes), text_mm)
+
+
+def _wrapped(text: str, letters: int) -> list[str]:
+    """Return a text in lines, those after the first indented."""
+    return textwrap.wrap(text, letters, subsequent_indent='  ', break_on_hyphens=False)
 
 
 def dimensions(cam: Cam, cut: Cheeks) -> list[str]:

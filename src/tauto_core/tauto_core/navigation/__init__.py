@@ -10,6 +10,7 @@ from tauto_core.navigation.prize import (
     required_rate_s_per_day,
 )
 from tauto_core.navigation.projection import projection
+from tauto_core.navigation.rate_scatter import RateScatter
 from tauto_core.navigation.route import Route
 from tauto_core.navigation.tally import LongitudeTally
 
@@ -24,6 +25,7 @@ __all__ = [
     'Known',
     'LongitudeStage',
     'LongitudeTally',
+    'RateScatter',
     'Route',
     'clock_model',
     'drift_warnings',

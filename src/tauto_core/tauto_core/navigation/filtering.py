@@ -3,9 +3,9 @@
 An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once or
 twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped, or was
 never as good as assumed, all that follow disagree; so the third in a row, and any that comes later
-than `patience_s` after the last one used, is used after all, and the state reopened (`reopen`). So
-is one that comes before three have been used since the beginning or the last reopening: trust in
-oneself is earned.
+than `patience_s` after the last one used, is used after all, and the state reopened (`reopen`).
+Trust in oneself is earned: the first observation is always used, and until three have been used
+since the beginning or the last reopening the second outlier in a row is.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ REFUSED_IN_A_ROW = 2
 """So many outliers in a row are taken for blunders; one more, and the clock is to blame."""
 
 TRUSTED = 3
-"""So many observations must have been used before an outlier is refused."""
+"""So many observations must have been used before two outliers in a row are refused."""
 
 USED, REFUSED, REOPENED = 0, 1, 2
 """What became of an observation: used, refused as an outlier, used after reopening the state."""
@@ -99,6 +99,15 @@ class Filtered:
         return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
 
 
+def _patience(used: int) -> int:
+    """Return how many outliers in a row are refused after so many observations were used.
+
+    None before the first, against which only an assumption speaks. One after it: of two that
+    disagree either may be the blunder, and the next one decides.
+    """
+    return REFUSED_IN_A_ROW if used >= TRUSTED else min(used, 1)
+
+
 def filter_phases(
     start: Known, stamp_ns: Sequence[int], phase_s: Sequence[float], model: ClockModel
 ) -> Filtered:
@@ -128,7 +137,7 @@ def filter_phases(
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:
-            if refused < REFUSED_IN_A_ROW and trust >= TRUSTED and elapsed <= model.patience_s:
+            if refused < _patience(trust) and elapsed <= model.patience_s:
                 refused += 1
                 fate.append(REFUSED)
                 continue

@@ -15,7 +15,7 @@ PROJECTED_DAYS = (42.0, 81.0)
 
 
 def projection(
-    rate_s_per_day: float,
+    clock: Mapping[str, Any],
     estimate: Mapping[str, float],
     model: ClockModel,
     latitude_deg: float,
@@ -24,28 +24,37 @@ def projection(
 
     The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west; allowing for the
     estimated rate ŷ leaves (y − ŷ) T, with the standard deviation that the navigator's model has
-    of it (`kalman.predict`, from an exact offset).
+    of it (`kalman.predict`, from an exact offset). That of y T follows likewise from the standard
+    error of y.
 
     Args:
-        rate_s_per_day: y, mean rate of the dial over the run [s/day, fast is positive].
+        clock: with y, the mean rate of the dial over the run, `rate_s_per_day` [s/day, fast is
+            positive], and its standard error or None, `rate_standard_error_s_per_day`.
         estimate: with ŷ and its standard deviation, `rate_s_per_day`, `rate_sigma_s_per_day`.
         model: of the clock, for the noise that it gathers under way.
         latitude_deg: φ, where the longitude is judged [degrees].
 
     Returns:
         For each number of `days`: `raw_error_nmi` of the dial, `error_nmi` of the corrected
-        clock, both positive to the east, and `sigma_nmi` of the latter.
+        clock, both positive to the east, and the standard deviations `raw_sigma_nmi` (None where
+        that of y is not known) and `sigma_nmi`.
     """
     nmi_per_s = ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
-    left = rate_s_per_day - estimate['rate_s_per_day']
-    variance = (estimate['rate_sigma_s_per_day'] / SECONDS_PER_DAY) ** 2
-    known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, variance, 0.0, 0.0)
+    rate, scatter = clock['rate_s_per_day'], clock['rate_standard_error_s_per_day']
+    left = rate - estimate['rate_s_per_day']
+
+    def sigma_nmi(days: float, rate_sigma_s_per_day: float) -> float:
+        variance = (rate_sigma_s_per_day / SECONDS_PER_DAY) ** 2
+        known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, variance, 0.0, 0.0)
+        return math.sqrt(predict(known, days * SECONDS_PER_DAY, model).xx) * nmi_per_s
+
     return [
         {
             'days': days,
-            'raw_error_nmi': -rate_s_per_day * days * nmi_per_s,
+            'raw_error_nmi': -rate * days * nmi_per_s,
+            'raw_sigma_nmi': None if scatter is None else sigma_nmi(days, scatter),
             'error_nmi': -left * days * nmi_per_s,
-            'sigma_nmi': math.sqrt(predict(known, days * SECONDS_PER_DAY, model).xx) * nmi_per_s,
+            'sigma_nmi': sigma_nmi(days, estimate['rate_sigma_s_per_day']),
         }
         for days in PROJECTED_DAYS
     ]

@@ -1,0 +1,58 @@
+"""What the pages tell the reader to type: it exists, and what needs no network and no ROS runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.cli.reference import page as command_line
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / 'docs'
+PAGES = [
+    ROOT / 'README.md',
+    *(each for each in sorted(DOCS.rglob('*.md')) if each.name != 'cli.md'),
+]
+TYPED = re.compile(r'^ {4,}(?:ros2 run tauto_core )?(tauto .*?)(?:    #.*)?$', re.MULTILINE)
+RUN = [DOCS / 'tutorial.md', *sorted((DOCS / 'howto').glob('*.md'))]
+GRAPH = ('tauto graph', 'tauto play')
+
+
+def commands(page: Path) -> list[str]:
+    return [line.strip() for line in TYPED.findall(page.read_text(encoding='utf-8'))]
+
+
+def test_the_command_line_s_page_is_what_help_prints() -> None:
+    committed = (DOCS / 'cli.md').read_text(encoding='utf-8')
+    assert committed == command_line(), 'python -m tauto_core.cli.reference > docs/cli.md'
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_command_of_a_page_has_the_options_it_is_given(page: Path) -> None:
+    for line in commands(page):
+        words = line.split()
+        name = words[1:3] if words[1] in ('scene', 'bag') else words[1:2]
+        told = CliRunner().invoke(app, [*name, '--help'])
+        assert told.exit_code == 0, line
+        for option in re.findall(r'(?<=\s)--?[a-z][a-z-]*', line):
+            assert option in told.stdout, line
+
+
+@pytest.mark.parametrize('page', RUN, ids=lambda page: page.stem)
+def test_the_commands_of_the_tutorial_and_of_each_how_to_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the order of the page, after the files that it tells the reader to write."""
+    monkeypatch.chdir(tmp_path)
+    text = page.read_text(encoding='utf-8')
+    for name, content in re.findall(r'`(\w+\.yaml)`[^`]*```yaml\n(.*?)```', text, re.DOTALL):
+        Path(name).write_text(content, encoding='utf-8')
+    for line in commands(page):
+        if line.startswith(GRAPH) or 'measured_bag' in line:
+            continue
+        said = CliRunner().invoke(app, line.split()[1:])
+        assert said.exit_code == 0, (line, said.output)

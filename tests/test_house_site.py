@@ -1,0 +1,104 @@
+"""The documentation site: it builds without a warning, and no link of it leads nowhere."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+class Page(HTMLParser):
+    """The places that a page leads to, what it loads, and the anchors it has."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.loads: list[str] = []
+        self.anchors: set[str] = set()
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {name: value or '' for name, value in attrs}
+        self.anchors |= {given[name] for name in ('id', 'name') if name in given}
+        if tag == 'a' and 'href' in given:
+            self.links.append(given['href'])
+        elif tag in ('img', 'script') and 'src' in given:
+            self.loads.append(given['src'])
+        elif tag == 'link' and given.get('rel') in ('stylesheet', 'icon', 'preload'):
+            self.loads.append(given['href'])
+
+
+@pytest.fixture(scope='module')
+def site(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Page]:
+    folder = tmp_path_factory.mktemp('site')
+    shutil.copytree(ROOT / 'docs', folder / 'docs')
+    shutil.copy(ROOT / 'zensical.toml', folder)
+    (folder / 'src').symlink_to(ROOT / 'src')
+    command = [str(Path(sys.executable).with_name('zensical')), 'build', '--strict']
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout + run.stderr
+    assert 'arning' not in run.stdout + run.stderr
+    built = folder / 'site'
+    return {
+        file.relative_to(built): Page(file.read_text(encoding='utf-8'))
+        for file in built.rglob('*.html')
+    }
+
+
+def test_every_page_of_the_docs_is_a_page_of_the_site(site: dict[Path, Page]) -> None:
+    written = {
+        each.relative_to(ROOT / 'docs').with_suffix('.html')
+        for each in (ROOT / 'docs').rglob('*.md')
+    }
+    assert written <= set(site)
+    reached = {
+        (file.parent / unquote(urlsplit(link).path)).as_posix()
+        for file, page in site.items()
+        for link in page.links
+    }
+    navigated = {Path(*Path(each).parts).name for each in reached}
+    assert {each.name for each in written} <= navigated
+
+
+def test_links_and_anchors_lead_somewhere(site: dict[Path, Page]) -> None:
+    names = {file.as_posix() for file in site}
+    for file, page in site.items():
+        for link in page.links:
+            target = urlsplit(link)
+            if target.scheme or file.name == '404.html':
+                continue
+            there = file if not target.path else _resolved(file.parent, unquote(target.path))
+            if there.suffix == '.html':
+                assert there.as_posix() in names, (str(file), link)
+            if target.fragment and there in site:
+                assert unquote(target.fragment) in site[there].anchors, (str(file), link)
+
+
+def test_the_site_asks_nothing_of_any_network(site: dict[Path, Page]) -> None:
+    for file, page in site.items():
+        assert not [each for each in page.loads if urlsplit(each).netloc], str(file)
+
+
+def test_the_reference_of_python_has_every_public_name(site: dict[Path, Page]) -> None:
+    import tauto_core as tauto
+
+    anchors = {each.rpartition('.')[2] for each in site[Path('api.html')].anchors}
+    assert {name for name in tauto.__all__ if name != '__version__'} <= anchors
+
+
+def _resolved(folder: Path, path: str) -> Path:
+    parts: list[str] = []
+    for part in (folder / path).parts:
+        if part == '..':
+            parts.pop()
+        else:
+            parts.append(part)
+    found = Path(*parts)
+    return found / 'index.html' if path.endswith('/') or found == Path() else found
