@@ -74,7 +74,7 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
     first = min(round(from_s / step_s), max(ship.total - 1, 0))
     ship.restore({'next': first})
     made = ship.produce(max(round(length_s / step_s), 1))
-    time_s = (first + np.arange(len(made.stamp_ns))) * step_s
+    time_s = np.arange(first, first + len(made.stamp_ns), dtype=np.float64) * step_s
     return _felt(made, time_s, 'made anew from the scene')
 
 

@@ -209,7 +209,8 @@ def _client(crew: Crew) -> Iterator[Client]:
         threads_per_worker=1,
         processes=True,
         host='127.0.0.1',
-        dashboard_address=None,
+        dashboard_address='127.0.0.1:0',  # None would ask for one port of the whole machine
+        scheduler_kwargs={'dashboard': False},
         silence_logs=logging.CRITICAL,
     )
     with cluster, distributed.Client(cluster, set_as_default=False) as client:
