@@ -233,7 +233,7 @@ def _size(planes: int, work: Any) -> float:
     return largest(size)
 
 
-@inlined
+@compiled
 def _iterate(
     system: Any,
     mode: Any,
@@ -241,26 +241,28 @@ def _iterate(
     h: float,
     kind: int,
     settled: float,
+    most: int,
     state: Any,
     work: Any,
 ) -> tuple[bool, float]:
-    """Iterate until the stages have settled; return whether they do, and their size.
+    """Sweep until the stages have settled; return whether they do, and their size.
 
-    They do where the rate of convergence, as measured, leaves less than that to come.
+    They do where the rate of convergence, as measured, leaves less than that to come. The slopes
+    are those of the last stages; after no sweeps, of the stages as they are. All that disturbs is
+    translated here, once.
+
+    Args:
+        most: sweeps at most.
     """
-    planes = len(omega)
-    for p in range(planes):
-        store(work, row(U, planes, p), filled(work, state[4 * p]))
-        store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
     before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
-    for n in range(MAX_SWEEPS + 1):
+    for n in range(most + 1):
         _evaluate(system, mode, omega, kind, work)
-        if ends or n == MAX_SWEEPS:
+        if ends or n == most:
             break
         change = _move_stages(omega, h, state, work)
         if n == 0:
-            size = _size(planes, work)
+            size = _size(len(omega), work)
             floor = settled * size
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             settles = ends = True
@@ -270,14 +272,25 @@ def _iterate(
     return settles, size
 
 
-@compiled
-def _evaluate_once(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
-    _evaluate(system, mode, omega, kind, work)
+@inlined
+def _begin(planes: int, state: Any, work: Any) -> None:
+    """Let the stages be the state at the beginning of the step."""
+    for p in range(planes):
+        store(work, row(U, planes, p), filled(work, state[4 * p]))
+        store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
 
 
 @compiled
 def _linearised(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, work: Any, slopes: Any, matrix: Any
+    system: Any,
+    mode: Any,
+    omega: Any,
+    h: float,
+    kind: int,
+    state: Any,
+    work: Any,
+    slopes: Any,
+    matrix: Any,
 ) -> None:
     """Fill the matrix I − h A ∂K/∂(U, V), by central differences at all stages together."""
     planes = len(omega)
@@ -289,11 +302,11 @@ def _linearised(
         there = load(work, place)
         step = 1e-6 * (largest(there) + 1e-9)
         store(work, place, there + step)
-        _evaluate_once(system, mode, omega, kind, work)
+        _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
         for r in range(unknowns):
             store(slopes, r, load(work, row(K1, planes, r)))
         store(work, place, there - step)
-        _evaluate_once(system, mode, omega, kind, work)
+        _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
         store(work, place, there)
         for r in range(unknowns):
             slope = (load(slopes, r) - load(work, row(K1, planes, r))) / (2.0 * step)
@@ -340,13 +353,11 @@ def _solve(
     work, _, _, matrix, right, slopes, _ = memory
     planes, stages = len(omega), width(memory.work)
     unknowns = 2 * planes
-    for p in range(planes):
-        store(work, row(U, planes, p), filled(work, state[4 * p]))
-        store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
+    _begin(planes, state, work)
     before, size = math.inf, 0.0
     for _ in range(MAX_NEWTON):
-        _linearised(system, mode, omega, h, kind, work, slopes, matrix)
-        _evaluate_once(system, mode, omega, kind, work)
+        _linearised(system, mode, omega, h, kind, state, work, slopes, matrix)
+        _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
         for r in range(unknowns):
             begin = state[4 * (r % planes) + 2 * (r // planes)]
             new = fma(combined(work, COEFFICIENTS, load(work, row(K1, planes, r))), h, begin)
@@ -362,7 +373,7 @@ def _solve(
             return False, size
         floor = 4.0 * ROUNDING * size
         if change <= floor or (not change < before and change <= 64.0 * floor):
-            _evaluate_once(system, mode, omega, kind, work)
+            _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
             return True, size
         if not change < 4.0 * before:
             return False, size
@@ -400,7 +411,8 @@ def collocate(
     work, turned = memory.work, memory.turned
     planes = len(omega)
     turn_to(omega, h, kind, work, turned)
-    converged, size = _iterate(system, mode, omega, h, kind, settled, state, work)
+    _begin(planes, state, work)
+    converged, size = _iterate(system, mode, omega, h, kind, settled, MAX_SWEEPS, state, work)
     newton = not converged
     if newton:
         converged, size = _solve(system, mode, omega, h, kind, state, memory)
