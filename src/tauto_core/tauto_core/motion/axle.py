@@ -10,13 +10,16 @@ to disturb the planes is of the third order in the swing, and what the bearing d
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
-from tauto_core.motion import turning
 from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, pointer, store, width
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
+from tauto_core.motion.system import Lanes, Omega
 from tauto_core.motion.turning import (
     D1,
     D2,
@@ -25,8 +28,10 @@ from tauto_core.motion.turning import (
     OUTSIDE,
     PART_STEP,
     WHOLE_STEP,
+    Memory,
     X,
     Y,
+    between,
     collocate,
     copy_state,
     expand,
@@ -34,6 +39,7 @@ from tauto_core.motion.turning import (
     pointers,
     row,
 )
+from tauto_core.samples import FloatArray, IntArray
 
 PLANES = 2
 SWAY, LIFT, CONTACT, THETA, DELTA = range(5)
@@ -45,9 +51,52 @@ OVER = 3.0
 """Tilt of the contact, or of the case from it, at which the case counts as turned over [rad]."""
 
 MAX_HALVINGS = 24
+BISECTIONS = 40
 
 ERROR_OF_LAST = 1.0
 """Error of a step per square of its last coefficient, at most."""
+
+
+ROW = np.dtype([(name, 'f8') for name in ('theta', 'phi', 'theta_rate', 'phi_rate')])
+"""The case at the end of a part."""
+
+
+class Bearing(NamedTuple):
+    """Pieces of the bearing's motion: coefficients of ÿ and of g + z̈, (n, m) each."""
+
+    sway: FloatArray
+    lift: FloatArray
+
+
+class Parts(NamedTuple):
+    """Parts of pieces: which piece, where in it a part begins and ends, and its length [s]."""
+
+    piece: IntArray
+    begin: FloatArray
+    end: FloatArray
+    length_s: FloatArray
+
+
+class Step(NamedTuple):
+    """A step: its piece, where in it it begins, its size there, its length [s], its kind."""
+
+    piece: int
+    begin: float
+    size: float
+    length_s: float
+    kind: int
+
+
+class CaseRun(NamedTuple):
+    """What all of a run shares; `tolerance` and `settled` as of `system.Tolerance`."""
+
+    system: SuspendedCase
+    omega: Omega
+    bearing: Bearing
+    tolerance: float
+    settled: float
+    state: FloatArray
+    memory: Memory
 
 
 class SuspendedCase(NamedTuple):
@@ -59,8 +108,7 @@ class SuspendedCase(NamedTuple):
     tilt: float
     tilt_prime: float
 
-    @inlined
-    def disturb(self, mode: Any, omega: Any, work: Any) -> None:
+    def disturb(self, mode: float, omega: Omega, work: FloatArray) -> None:
         """Fill what disturbs the planes, contact force and angles."""
         e, c, k, tilt, tilt_prime = self
         q, other = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
@@ -86,15 +134,22 @@ class SuspendedCase(NamedTuple):
 
 
 @inlined
-def _angles(system: Any, q: Any, other: Any) -> Any:
+def _angles(system: SuspendedCase, q: Lanes, other: Lanes) -> tuple[Lanes, Lanes]:
     """Return θ and φ, or their rates, from those of the modes."""
-    return system[1] * (q + other), system[3] * q + system[4] * other
+    return system.c * (q + other), system.tilt * q + system.tilt_prime * other
 
 
 @inlined
-def _pressed(system: Any, theta: Any, delta: Any, rates: Any, sway: Any, lift: Any) -> Any:
+def _pressed(
+    system: SuspendedCase,
+    theta: Lanes,
+    delta: Lanes,
+    rates: tuple[Lanes, Lanes],
+    sway: Lanes,
+    lift: Lanes,
+) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes]:
     """Return N/M and sin, cos of θ and of δ; floats or lanes."""
-    e, c, k, _, _ = system
+    e, c, k = system.e, system.c, system.k
     sine, versine = sine_versine(theta)
     across, less = sine_versine(delta)
     cosine, along = 1.0 - versine, 1.0 - less
@@ -105,7 +160,7 @@ def _pressed(system: Any, theta: Any, delta: Any, rates: Any, sway: Any, lift: A
 
 
 @inlined
-def _value(coefficients: Any, n: int, x: Any, value: Any) -> Any:
+def _value(coefficients: FloatArray, n: int, x: Lanes, value: Lanes) -> Lanes:
     """Return Σ c_nj x^j; `value` is a zero of the kind of x."""
     for j in range(coefficients.shape[1] - 1, -1, -1):
         value = fma(value, x, coefficients[n, j])
@@ -113,35 +168,33 @@ def _value(coefficients: Any, n: int, x: Any, value: Any) -> Any:
 
 
 @compiled
-def _contact_at(
-    system: Any, omega: Any, bearing: Any, place: Any, h: float, xi: float, state: Any, work: Any
-) -> float:
+def _contact_at(run: CaseRun, step: Step, xi: float) -> float:
     """Return N/M at the fraction xi of the step last collocated and expanded."""
-    sway, lift = bearing
-    n, x0, hx = place
-    q, y = turning.between(omega, 0, h, xi, state, work)
-    other, other_y = turning.between(omega, 1, h, xi, state, work)
-    theta, phi = _angles(system, q, other)
-    rates = _angles(system, omega[0] * y, omega[1] * other_y)
-    x = x0 + xi * hx
-    a, b = _value(sway, n, x, 0.0), _value(lift, n, x, 0.0)
-    return _pressed(system, theta, phi - theta, rates, a, b)[0]
+    omega, work = run.omega, run.memory.work
+    q, y = between(omega, 0, step.length_s, xi, run.state, work)
+    other, other_y = between(omega, 1, step.length_s, xi, run.state, work)
+    theta, phi = _angles(run.system, q, other)
+    rates = _angles(run.system, omega[0] * y, omega[1] * other_y)
+    x = step.begin + xi * step.size
+    sway = _value(run.bearing.sway, step.piece, x, 0.0)
+    lift = _value(run.bearing.lift, step.piece, x, 0.0)
+    contact: float = _pressed(run.system, theta, phi - theta, rates, sway, lift)[0]
+    return contact
 
 
 @compiled
-def _lift_off(
-    system: Any, omega: Any, bearing: Any, place: Any, h: float, state: Any, work: Any
-) -> float:
+def _lift_off(run: CaseRun, step: Step) -> float:
     """Return the fraction of the step at which the contact force falls to zero."""
+    work = run.memory.work
     expand(PLANES, work)
     upper = 1.0
     for i in range(width(work) - 1, -1, -1):
         if lane(load(work, OUTSIDE_ROW + CONTACT), i) <= 0.0:
             upper = lane(load(work, FRACTIONS), i)
     lower = 0.0
-    for _ in range(40):
+    for _ in range(BISECTIONS):
         middle = 0.5 * (lower + upper)
-        if _contact_at(system, omega, bearing, place, h, middle, state, work) > 0.0:
+        if _contact_at(run, step, middle) > 0.0:
             lower = middle
         else:
             upper = middle
@@ -149,80 +202,59 @@ def _lift_off(
 
 
 @compiled
-def _over(
-    system: Any,
-    omega: Any,
-    bearing: Any,
-    place: Any,
-    step: Any,
-    tolerance: Any,
-    state: Any,
-    memory: Any,
-) -> tuple[int, float]:
+def _over(run: CaseRun, step: Step) -> tuple[int, float]:
     """Advance over a step; return a code and, if it is not OK, the fraction of the step.
 
     NO_CONVERGENCE leaves the state as it was.
     """
-    h, kind = step
-    n, x0, hx = place
-    work = memory.work
-    x = load(work, FRACTIONS) * hx + x0
-    store(work, OUTSIDE_ROW + SWAY, _value(bearing[0], n, x, filled(work, 0.0)))
-    store(work, OUTSIDE_ROW + LIFT, _value(bearing[1], n, x, filled(work, 0.0)))
-    last, newton = collocate(system, 0.0, omega, h, kind, tolerance[1], state, memory)
-    if not step_error(ERROR_OF_LAST, last, newton) <= tolerance[0]:
+    omega, state, work, h = run.omega, run.state, run.memory.work, step.length_s
+    x, none = load(work, FRACTIONS) * step.size + step.begin, filled(work, 0.0)
+    store(work, OUTSIDE_ROW + SWAY, _value(run.bearing.sway, step.piece, x, none))
+    store(work, OUTSIDE_ROW + LIFT, _value(run.bearing.lift, step.piece, x, none))
+    last, newton = collocate(run.system, 0.0, omega, h, step.kind, run.settled, state, run.memory)
+    if not step_error(ERROR_OF_LAST, last, newton) <= run.tolerance:
         return NO_CONVERGENCE, 0.0
     if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:
-        return LIFTED_OFF, _lift_off(system, omega, bearing, place, h, state, work)
+        return LIFTED_OFF, _lift_off(run, step)
     theta, delta = load(work, OUTSIDE_ROW + THETA), load(work, OUTSIDE_ROW + DELTA)
     if not max(largest(theta), largest(delta)) < OVER:
         return TURNED_OVER, 0.0
-    finish(omega, h, kind, state, memory)
-    copy_state(PLANES, memory.end, state)
+    finish(omega, h, step.kind, state, run.memory)
+    copy_state(PLANES, run.memory.end, state)
     return OK, 0.0
 
 
 @entry
-def advance(
-    system: Any,
-    omega: Any,
-    tolerance: Any,
-    bearing: Any,
-    parts: Any,
-    state: Any,
-    memory: Any,
-    rows: Any,
-) -> tuple[int, int, float]:
-    """Advance over parts of pieces; fill θ, φ, θ̇, φ̇ at their ends.
+def advance(run: CaseRun, parts: Parts, rows: NDArray[np.void]) -> tuple[int, int, float]:
+    """Advance over parts of pieces; fill a row at the end of each.
 
     Args:
-        system: a SuspendedCase.
-        omega: ω of both modes [rad/s].
-        tolerance: error allowed a step relative to the state, and how far its stages are iterated.
-        bearing: coefficients of ÿ and g + z̈ of the pieces, (n, m) each.
-        parts: piece of each part, where in it the part begins and ends, and its length [s], (k,).
-        state: X and Y of both planes, each in two doubles, (8,).
-        memory: turning.Memory of two planes and MORE_ROWS.
-        rows: output, (k, 4).
+        run: its state is X and Y of both planes, each in two doubles, (8,); its memory that of two
+            planes and MORE_ROWS.
+        parts: over which.
+        rows: of ROW, one a part.
 
     Returns:
         A code (OK, LIFTED_OFF, TURNED_OVER, NO_CONVERGENCE), the part and the fraction of it.
     """
-    piece, begin, end, length = parts
-    memory, state = pointers(memory), pointer(state)
-    for i in range(len(piece)):
+    system, omega, state = run.system, run.omega, pointer(run.state)
+    memory = pointers(run.memory)
+    run = CaseRun(system, omega, run.bearing, run.tolerance, run.settled, state, memory)
+    for i in range(len(parts.piece)):
         cell, cells = 0, 1
         while cell < cells:
-            hx = (end[i] - begin[i]) / cells
-            place = piece[i], begin[i] + cell * hx, hx
-            step = length[i] / cells, WHOLE_STEP if cells == 1 else PART_STEP
-            code, xi = _over(system, omega, bearing, place, step, tolerance, state, memory)
+            size = (parts.end[i] - parts.begin[i]) / cells
+            begin, kind = parts.begin[i] + cell * size, WHOLE_STEP if cells == 1 else PART_STEP
+            step = Step(parts.piece[i], begin, size, parts.length_s[i] / cells, kind)
+            code, xi = _over(run, step)
             if code == NO_CONVERGENCE and cells < 2**MAX_HALVINGS:
                 cell, cells = 2 * cell, 2 * cells
                 continue
             if code != OK:
                 return code, i, (cell + xi) / cells
             cell += 1
-        rows[i, 0], rows[i, 1] = _angles(system, state[0], state[4])
-        rows[i, 2], rows[i, 3] = _angles(system, omega[0] * state[2], omega[1] * state[6])
+        end = rows[i]
+        end.theta, end.phi = _angles(system, state[0], state[4])
+        rates = _angles(system, omega[0] * state[2], omega[1] * state[6])
+        end.theta_rate, end.phi_rate = rates
     return OK, 0, math.nan

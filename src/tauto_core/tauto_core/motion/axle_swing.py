@@ -59,7 +59,7 @@ class AxleSwing:
             lift: g + z̈ then [m/s2], > 0.
         """
         tilt = math.atan2(-sway, lift)
-        _, c, _, slow, fast = self._system
+        c, slow, fast = self._system.c, self._system.tilt, self._system.tilt_prime
         self._state[:] = 0.0
         self._state[0] = tilt * (c - fast) / (c * (slow - fast))
         self._state[4] = tilt * (slow - c) / (c * (slow - fast))
@@ -73,25 +73,27 @@ class AxleSwing:
         """
         piece, end_ns = bearing.piece, bearing.end_ns
         first = np.concatenate([[True], piece[1:] != piece[:-1]])
-        begin = np.where(first, 0.0, np.roll(bearing.end, 1))
+        begin = np.roll(bearing.end, 1)
+        begin[first] = 0.0
         begin_ns = np.where(first, bearing.begin_ns[piece], np.roll(end_ns, 1))
-        length = (end_ns - begin_ns) * 1e-9
-        rows = np.empty((len(piece), 4))
-        code, part, fraction = axle.advance(
+        length = np.asarray((end_ns - begin_ns) * 1e-9, np.float64)
+        rows = np.empty(len(piece), axle.ROW)
+        run = axle.CaseRun(
             self._system,
             self._omega,
-            (self._tolerance, settled_at(self._tolerance)),
-            (bearing.sway, bearing.lift),
-            (piece, begin, bearing.end, length),
+            axle.Bearing(bearing.sway, bearing.lift),
+            self._tolerance,
+            settled_at(self._tolerance),
             self._state,
             self._memory,
-            rows,
         )
+        parts = axle.Parts(piece, begin, bearing.end, length)
+        code, part, fraction = axle.advance(run, parts, rows)
         if code != axle.OK:
             at_s = float(begin_ns[part] * 1e-9 + fraction * length[part])
             raise _failure(code, self._tolerance, at_s)
-        theta, phi, theta_rate, phi_rate = np.ascontiguousarray(rows.T)
-        return CaseMotion(theta, phi, theta_rate, phi_rate)
+        names = rows.dtype.names or ()
+        return CaseMotion(**{name: np.ascontiguousarray(rows[name]) for name in names})
 
     def state(self) -> State:
         """Return X and Y of both planes."""

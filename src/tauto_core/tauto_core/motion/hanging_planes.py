@@ -120,7 +120,6 @@ class Hanging(NamedTuple):
         store(work, GRAVITY_ROW, column(GRAVITY, place.terms, x, work))
         store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
 
-    @inlined
     def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
         """Fill what disturbs the planes."""
         psi, delta, _, _ = _at_stages(self, mode, omega, work)

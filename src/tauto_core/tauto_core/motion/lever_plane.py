@@ -133,7 +133,6 @@ class Lever(NamedTuple):
         store(work, UP_ROW, g_eff - g_eff * versine)
         store(work, ACROSS_ROW, g_eff * sine)
 
-    @inlined
     def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
         """Fill what disturbs the plane."""
         s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)

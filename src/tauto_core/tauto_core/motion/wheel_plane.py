@@ -9,7 +9,7 @@ import math
 from typing import Any, NamedTuple, TypeAlias
 
 from tauto_core.curves.levers import LinearLever
-from tauto_core.kernels import compiled, inlined
+from tauto_core.kernels import compiled
 from tauto_core.motion.arc_length import ArcShape
 from tauto_core.motion.lanes import fma, lane, largest, least, load, store, width
 from tauto_core.motion.layout import BEYOND, phase_to
@@ -235,7 +235,7 @@ class Wheel(NamedTuple):
         return (ahead + BEYOND) / pace
 
 
-@inlined
+@compiled
 def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
     machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
     q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
@@ -251,7 +251,7 @@ def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -
     store(work, D2_ROW, more * per_omega)
 
 
-@inlined
+@compiled
 def _along_the_arc(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
     machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
     s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
