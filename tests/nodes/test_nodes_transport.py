@@ -114,14 +114,22 @@ def test_nothing_is_sent_before_the_whole_graph_is_there(bench: Bench, tmp_path:
     assert sink.counts()[SHIP_IMU]['written'] == 100
 
 
-def test_an_outsider_does_not_disturb_the_count(bench: Bench, tmp_path: Path) -> None:
-    source = TestSource(3_000, **FLOW)
-    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+@pytest.mark.parametrize('packed', [False, True])
+def test_an_outsider_is_served_and_does_not_disturb_the_count(
+    packed: bool, bench: Bench, tmp_path: Path
+) -> None:
+    flow = {**FLOW, 'packed': packed}
+    source = TestSource(3_000, **flow)
     outsider = Member('longitude')
     outsider.connect([port(SHIP_IMU)], [])
-    sink = bench.add(recorder(tmp_path / 'bag'), stage, outsider, source)
+    bench.add(outsider, source)
+    output = source.outputs[SHIP_IMU]
+    bench.until(lambda: output.watchers if packed else output.matched)
+    sink = recorder(tmp_path / 'bag', packed=packed)
+    bench.add(sink, StageNode('trochlea', lambda _: Echo(), **overrides(**flow)))
     bench.until(lambda: sink.over)
     assert {n['written'] for n in sink.counts().values()} == {3_000}
+    bench.until(lambda: outsider.inputs[SHIP_IMU].received)
 
 
 def test_a_second_publisher_on_a_topic_of_the_graph_ends_it(bench: Bench, tmp_path: Path) -> None:
