@@ -254,7 +254,8 @@ class Reference:
             self._now.given += 1
             energy = strength * escapement.energy
             rate = d * math.sqrt(at.rate * at.rate + 2.0 * energy / at.mass)
-            return y + np.array([0.0, rate - at.rate])
+            moved: FloatArray = y + np.array([0.0, rate - at.rate])
+            return moved
         return y
 
     def _set_off(self, t: float, y: FloatArray, direction: float) -> None:

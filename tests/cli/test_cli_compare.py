@@ -40,7 +40,7 @@ def row(clock: str, hung: bool, roll_deg: float, **changes: object) -> Row:
         'trace_s': [0.0, -60.0, -120.0],
         'run_s': 1.0,
     }
-    return Row(**{**figures, **changes})  # type: ignore[arg-type]
+    return Row(**{**figures, **changes})
 
 
 STOPPED: dict[str, object] = {

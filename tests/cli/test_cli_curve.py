@@ -68,7 +68,7 @@ def test_isochronism_of_an_ideal_cam_is_perfect_at_every_amplitude() -> None:
     printed = json.loads(run('isochronism', 'ideal', '--amplitudes', '0.1,0.5,1', '--json'))
     scene = load_scene('ideal')
     trochlea = scene.trochlea
-    pull = trochlea.power.force * trochlea.cam.lever_rate  # type: ignore[union-attr]
+    pull = trochlea.power.force * trochlea.cam.lever_rate
     period = math.tau * math.sqrt(trochlea.inertia / pull)
     assert printed['nominal_period_s'] == scene.clock.nominal_period
     assert [row['amplitude_rad'] for row in printed['rows']] == [0.1, 0.5, 1.0]

@@ -25,7 +25,7 @@ def run(*arguments: str | Path) -> str:
 
 
 def curve() -> FluidTautochrone:
-    found = compile_machine(load_scene(OIL)).curve  # type: ignore[union-attr]
+    found = compile_machine(load_scene(OIL)).curve
     assert isinstance(found, FluidTautochrone)
     return found
 

@@ -38,7 +38,7 @@ def dies(folder, number, tell):
 
 def test_processes_return_what_this_one_does():
     alone = dict(only_results(run_each(half, [4, 5, 6], Crew(1))))
-    shares = []
+    shares: list[float] = []
     beside = dict(only_results(run_each(half, [4, 5, 6], Crew(2), shares.append)))
     assert [alone[k][0] for k in range(3)] == [2.0, 2.5, 3.0]
     assert {k: found[0] for k, found in beside.items()} == {

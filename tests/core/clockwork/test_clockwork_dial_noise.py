@@ -63,7 +63,7 @@ def test_a_step_has_the_covariance_of_the_exact_discretisation():
 )
 def test_ensembles_have_the_allan_deviation_of_the_closed_form(clock):
     tau0, count, runs = 600.0, 1000, 60
-    variances = {m: [] for m in (1, 10, 100)}
+    variances: dict[int, list[float]] = {m: [] for m in (1, 10, 100)}
     for seed in range(runs):
         noise = DialNoise(noisy(duration=1200.0, interval=tau0, seed=seed, clock=clock))
         x = noise.offsets_ns(np.arange(count)) / 1e9

@@ -49,7 +49,7 @@ def pair(tmp_path_factory):
 
 
 def test_an_event_stops_its_own_clock_alone(pair):
-    shares = []
+    shares: list[float] = []
     result = compare(pair, jobs=2, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -98,7 +98,7 @@ def test_a_clock_whose_swing_dies_away_counts_as_stopped(pair, monkeypatch):
 
 
 def test_progress_comes_to_one_and_never_falls(pair):
-    shares = []
+    shares: list[float] = []
     compare([pair[0]] * 2, jobs=1, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0

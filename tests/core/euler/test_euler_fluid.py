@@ -1,6 +1,7 @@
 """Every claim of paper B: its verdict, that the list is whole, and that it can fail."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -26,7 +27,7 @@ def test_the_verdict_is_the_expected_one(claim):
 
 
 def test_every_correction_of_the_print_is_there():
-    found = {}
+    found: dict[str, Any] = {}
     for claim in CLAIMS:
         if claim.verdict == 'misprint':
             found[claim.paragraph] = found.get(claim.paragraph, 0) + 1

@@ -56,7 +56,7 @@ def test_a_row_is_the_voyage_of_its_ship(alone):
 
 
 def test_processes_give_the_rows_of_one(alone, tmp_path):
-    told = []
+    told: list[float] = []
     beside = sail_fleet(plan(), Crew(2), tmp_path / 'fleet', told.append)
     assert lasting(beside.rows) == lasting(alone.rows)
     assert told == sorted(told)

@@ -1,6 +1,7 @@
 """The gate, the reopened state, and the same bits however observations are handed over."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,7 +40,8 @@ def test_one_at_a_time_and_many_at_once_give_the_same_bits(steps, cut, states):
     stamps = np.cumsum([step for step, _ in steps], dtype=np.int64).tolist()
     phases = [phase for _, phase in steps]
     whole = filter_phases(start_of(model), stamps, phases, model)
-    known, fates = start_of(model), []
+    known = start_of(model)
+    fates: list[Any] = []
     for stamp, phase in zip(stamps, phases, strict=True):
         one = filter_phases(known, [stamp], [phase], model)
         known, fates = one.after(1), fates + one.fate.tolist()

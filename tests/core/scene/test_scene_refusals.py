@@ -88,7 +88,7 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('ship', {'kind': 'still', 'components': []}, 'ship.components', 'goes with kind comp'),
         ('ship', {'kind': 'afloat'}, 'ship.kind', 'still, components, sea, recorded'),
         ('escapement.kind', 'anchor', 'escapement.kind', 'impulse, remontoire'),
-        ('ship', SEA | {'sea': SEA['sea'] | {'spectrum': 'x'}}, 'ship.sea.spectrum', 'jonswap'),  # type: ignore[operator]
+        ('ship', SEA | {'sea': SEA['sea'] | {'spectrum': 'x'}}, 'ship.sea.spectrum', 'jonswap'),
         # missing
         ('trochlea', REMOVED, 'trochlea', 'is missing'),
         ('duration', REMOVED, 'duration', 'is missing'),
@@ -225,7 +225,7 @@ def test_refused(path: str, value: object, key: str, said: str) -> None:
 
 
 def test_a_spectrum_without_a_peak_refuses_peak_enhancement() -> None:
-    sea = SEA['sea'] | {'spectrum': 'bretschneider', 'gamma': 3.3}  # type: ignore[operator]
+    sea = SEA['sea'] | {'spectrum': 'bretschneider', 'gamma': 3.3}
     error = refusal(('ship', SEA | {'sea': sea}))
     assert (error.key, error.value) == ('ship.sea.gamma', 3.3)
 

@@ -3,6 +3,7 @@
 import math
 import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -149,7 +150,8 @@ def test_logged_instants_and_the_end_between_samples_cut_pieces():
 
 @pytest.mark.parametrize('stride', [1, 2, 4, 5])
 def test_a_logged_sample_waits_for_four_more_at_most(stride):
-    made, seen = buffer(stride=stride), {}
+    made = buffer(stride=stride)
+    seen: dict[Any, Any] = {}
     for k in range(400):
         made.add(motion(np.array([k * STEP])), 0)
         spans = made.forcing(LOG, None, final=False)

@@ -1,6 +1,7 @@
 """When the navigator observes the time, and how well."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ def scene_of(
     interval: float = 100.0,
     sigma: float = 0.5,
     seed: int = 7,
-    voyage: dict | None = None,
+    voyage: dict[str, Any] | None = None,
 ) -> Scene:
     return load_scene(
         'ideal',

@@ -1,6 +1,7 @@
 """Measured motion from CSV: what is kept of it, and what is refused."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ def values(harmonics: Harmonics, time_s: np.ndarray) -> np.ndarray:
     return harmonics.mean + np.sum(harmonics.amplitude * np.cos(angle), axis=1)
 
 
-def scene_of(recorded: dict, duration: float = 10.0):
+def scene_of(recorded: dict[str, Any], duration: float = 10.0):
     ship = {'kind': 'recorded', 'recorded': recorded}
     return load_scene('ideal', duration=duration, ship=ship, log={'interval': 1.0})
 
