@@ -1,0 +1,126 @@
+"""A motion whose sea changes: sums of harmonics that fade into one another (theory E9).
+
+Between two states, at t_k and t_k+1, the motion is
+
+    x(t) = cos(½π s(u)) x_k(t) + sin(½π s(u)) x_k+1(t),    u = (t − t_k)/(t_k+1 − t_k),
+    s(u) = 35 u⁴ − 84 u⁵ + 70 u⁶ − 20 u⁷.
+
+The two are independent, so the variance is cos² of the one and sin² of the other: it goes from
+σ_k² to σ_k+1² without a dip. Three derivatives of s vanish at both ends. The process is one of
+Priestley's (Evolutionary spectra and non-stationary processes, J. R. Stat. Soc. B 27, 1965).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from tauto_core.samples import FloatArray
+from tauto_core.ship.waves import Harmonics, SampledHarmonics
+
+KEPT = 3
+"""Sums kept at hand: two that fade into each other, and one that has ended or comes next."""
+
+
+@dataclass(frozen=True)
+class Fades:
+    """x(t) of states at rising times; before the first and after the last it does not change.
+
+    Attributes:
+        at_ns: time of each state from the start of the scene, maybe before it, (n,), n > 0.
+        sums: number of the sum that each state moves by, (n,); where it is that of the state
+            before, the motion goes on. A sum is present in successive states only.
+        of: the harmonics of a sum, asked for when first needed; None: a calm, x = 0.
+    """
+
+    at_ns: tuple[int, ...]
+    sums: tuple[int, ...]
+    of: Callable[[int], Harmonics | None]
+
+
+class SampledFades:
+    """Values and derivatives of a motion that fades, at sample indices k, t = k step.
+
+    A sample's bits depend on its index alone. Only the sums that are present are computed: none in
+    a calm, one in a steady sea, two in a change. What `SampledHarmonics` gives of a sum is handed
+    on as it is where the sum is alone.
+
+    Args:
+        fades: the motion.
+        step_ns: time between samples [ns], > 0.
+        orders: of the derivatives to compute, rising, as of `SampledHarmonics`.
+    """
+
+    def __init__(self, fades: Fades, step_ns: int, orders: tuple[int, ...]) -> None:
+        self._fades, self._step_ns, self._orders = fades, step_ns, orders
+        # the first sample at or after each state
+        self._begins = [-(-at // step_ns) for at in fades.at_ns]
+        self._kept: dict[tuple[int, tuple[int, ...]], SampledHarmonics | None] = {}
+
+    def between(self, first: int, last: int) -> list[FloatArray]:
+        """Return samples k = first ... last - 1 of each order asked for, shape (last - first,).
+
+        Args:
+            first: >= 0.
+            last: > first.
+        """
+        parts = []
+        while first < last:
+            state = bisect_right(self._begins, first) - 1
+            following = state + 1
+            end = last
+            if following < len(self._begins):
+                end = min(end, self._begins[following])
+            parts.append(self._part(max(state, 0), following, first, end))
+            first = end
+        if len(parts) == 1:
+            return parts[0]
+        return [np.concatenate(columns) for columns in zip(*parts, strict=True)]
+
+    def _part(self, state: int, following: int, first: int, last: int) -> list[FloatArray]:
+        """Return samples from one state on, none beyond the following one."""
+        sums = self._fades.sums
+        old = sums[state]
+        new = sums[following] if following < len(sums) else old
+        if old == new:
+            found = self._sampled(old, self._orders)
+            return (
+                _still(self._orders, last - first) if found is None else found.between(first, last)
+            )
+        return self._fading(state, old, new, first, last)
+
+    def _fading(self, state: int, old: int, new: int, first: int, last: int) -> list[FloatArray]:
+        from tauto_core.ship.fade_kernels import fade  # imports kernels
+
+        orders = tuple(range(self._orders[-1] + 1))
+        motions = []
+        for each in (old, new):
+            found = self._sampled(each, orders)
+            parts = _still(orders, last - first) if found is None else found.between(first, last)
+            # what is not asked for is not read
+            motions.append((*parts, *[parts[0]] * (3 - len(parts))))
+        outputs: list[FloatArray | None] = [None, None, None]
+        for order in self._orders:
+            outputs[order] = np.empty(last - first)
+        begin_ns, end_ns = self._fades.at_ns[state : state + 2]
+        fade(first, self._step_ns, begin_ns, end_ns - begin_ns, *motions, *outputs)
+        return [out for out in outputs if out is not None]
+
+    def _sampled(self, number: int, orders: tuple[int, ...]) -> SampledHarmonics | None:
+        """Return a sum ready to be sampled; None in a calm."""
+        key = number, orders
+        if key not in self._kept:
+            harmonics = self._fades.of(number)
+            while len(self._kept) >= KEPT:
+                self._kept.pop(next(iter(self._kept)))
+            self._kept[key] = (
+                None if harmonics is None else SampledHarmonics(harmonics, self._step_ns, orders)
+            )
+        return self._kept[key]
+
+
+def _still(orders: tuple[int, ...], samples: int) -> list[FloatArray]:
+    return [np.zeros(samples) for _ in orders]
