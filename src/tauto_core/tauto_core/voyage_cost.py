@@ -256,8 +256,9 @@ def _swing_s(machine: AnyMachine) -> float:
 def _run_s(
     scene: Scene, name: str, motion: ShipMotion, swings: float, steps: _Steps | None
 ) -> float:
-    channels = 1 + bool(motion.metadata.get('heave'))
-    waves = channels * int(motion.metadata.get('components', 0))
+    told = motion.metadata
+    channels = 1 + bool(told.get('heave'))
+    waves = channels * int(told.get('components', 0)) * float(told.get('seas_at_once', 1.0))
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
     felt = motion.total * felt_parts(scene)
