@@ -21,7 +21,12 @@ class RecordWeather(WeatherKind):
     """
 
     rank = 2
-    starter: ClassVar[Mapping[str, Any]] = {'path': 'buoy.txt', 'format': 'ndbc'}
+    starter: ClassVar[Mapping[str, Any]] = {
+        'source': 'a buoy',
+        'time': [0.0, 3600.0],
+        'significant_wave_height': [1.5, 1.7],
+        'peak_period': [7.1, 7.7],
+    }
 
     kind: Literal['record'] = 'record'
     source: Text = Field(description='where the record is from')
