@@ -1,4 +1,4 @@
-"""Weather drawn from a climate, against the closed forms of its process (theory E9)."""
+"""Weather drawn from a climate, against the closed forms of its process (theory F2)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""A motion whose sea changes: sums of harmonics that fade into one another (theory E9).
+"""A motion whose sea changes: sums of harmonics that fade into one another (theory F1).
 
 Between two states, at t_k and t_k+1, the motion is
 
@@ -59,6 +59,7 @@ class SampledFades:
         # the first sample at or after each state
         self._begins = [-(-at // step_ns) for at in fades.at_ns]
         self._kept: dict[tuple[int, tuple[int, ...]], SampledHarmonics | None] = {}
+        self._zeros = np.zeros(0)
 
     def between(self, first: int, last: int) -> list[FloatArray]:
         """Return samples k = first ... last - 1 of each order asked for, shape (last - first,).
@@ -88,7 +89,9 @@ class SampledFades:
         if old == new:
             found = self._sampled(old, self._orders)
             return (
-                _still(self._orders, last - first) if found is None else found.between(first, last)
+                self._still(self._orders, last - first)
+                if found is None
+                else found.between(first, last)
             )
         return self._fading(state, old, new, first, last)
 
@@ -99,7 +102,9 @@ class SampledFades:
         motions = []
         for each in (old, new):
             found = self._sampled(each, orders)
-            parts = _still(orders, last - first) if found is None else found.between(first, last)
+            parts = (
+                self._still(orders, last - first) if found is None else found.between(first, last)
+            )
             # what is not asked for is not read
             motions.append((*parts, *[parts[0]] * (3 - len(parts))))
         outputs: list[FloatArray | None] = [None, None, None]
@@ -121,6 +126,8 @@ class SampledFades:
             )
         return self._kept[key]
 
-
-def _still(orders: tuple[int, ...], samples: int) -> list[FloatArray]:
-    return [np.zeros(samples) for _ in orders]
+    def _still(self, orders: tuple[int, ...], samples: int) -> list[FloatArray]:
+        """Return the samples of a calm: one array of zeros for all orders, kept."""
+        if len(self._zeros) < samples:
+            self._zeros = np.zeros(samples)
+        return [self._zeros[:samples] for _ in orders]

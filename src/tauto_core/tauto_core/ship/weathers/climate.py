@@ -1,4 +1,4 @@
-"""Weather drawn from what the sea is like in a part of the ocean (theory E9)."""
+"""Weather drawn from what the sea is like in a part of the ocean (theory F2)."""
 
 from __future__ import annotations
 
