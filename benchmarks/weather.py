@@ -36,7 +36,7 @@ def scene_of(samples: int, *states: dict[str, object]) -> Scene:
 
 
 def nanoseconds_a_sample(scene: Scene) -> float:
-    """Return the processor time to produce all samples of a scene, by their number; set-up excluded."""
+    """Return the processor time of all samples of a scene by their number, without set-up."""
     motion = ShipMotion(scene)
     motion.produce(1)
     began, samples = time.process_time_ns(), motion.total

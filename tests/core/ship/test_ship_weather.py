@@ -67,7 +67,7 @@ def test_heave_and_roll_have_the_variance_of_the_state_and_none_in_a_calm():
     assert (imu.angular_velocity[still] == 0.0).all()
     assert (imu.linear_acceleration[still] == [0.0, 0.0, scene.gravity]).all()
     found = scene.ship.channels(scene).heave
-    (heave,) = SampledFades(found, scene.step_ns, (0,)).between(3600 * 20, 7200 * 20)
+    (heave,) = SampledFades(found, scene.step_ns).between(3600 * 20, 7200 * 20, 0)
     assert np.var(heave) == pytest.approx(2.5**2 / 16.0, rel=1.0 / 6.0)
 
 
@@ -83,7 +83,7 @@ def test_the_motion_at_the_clock_is_the_second_derivative_of_what_is_sent():
     imu = motion.produce(2000)
     channels = scene.ship.channels(scene)
     roll, heave = (
-        SampledFades(each, scene.step_ns, (0,)).between(299_998, 302_002)[0]
+        SampledFades(each, scene.step_ns).between(299_998, 302_002, 0)[0]
         for each in (channels.roll, channels.heave)
     )
     twice = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0 * 1e6

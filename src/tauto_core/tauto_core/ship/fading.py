@@ -40,6 +40,16 @@ class Fades:
     sums: tuple[int, ...]
     of: Callable[[int], Harmonics | None]
 
+    def most(self, order: int) -> float:
+        """Return a bound of the size of the motion's derivative of some order, 0 to 2.
+
+        While two sums fade, lower derivatives enter with those of the angle, which are below 1/s
+        (and 1/s2) in changes of ten seconds or more.
+        """
+        sums = [self.of(number) for number in set(self.sums)]
+        sizes = [sum(each.most(n) for n in range(order + 1)) for each in sums if each is not None]
+        return 4.0 * max(sizes, default=0.0)
+
 
 class SampledFades:
     """Values and derivatives of a motion that fades, at sample indices k, t = k step.
@@ -51,22 +61,22 @@ class SampledFades:
     Args:
         fades: the motion.
         step_ns: time between samples [ns], > 0.
-        orders: of the derivatives to compute, rising, as of `SampledHarmonics`.
     """
 
-    def __init__(self, fades: Fades, step_ns: int, orders: tuple[int, ...]) -> None:
-        self._fades, self._step_ns, self._orders = fades, step_ns, orders
+    def __init__(self, fades: Fades, step_ns: int) -> None:
+        self._fades, self._step_ns = fades, step_ns
         # the first sample at or after each state
         self._begins = [-(-at // step_ns) for at in fades.at_ns]
-        self._kept: dict[tuple[int, tuple[int, ...]], SampledHarmonics | None] = {}
+        self._kept: dict[int, SampledHarmonics | None] = {}
         self._zeros = np.zeros(0)
 
-    def between(self, first: int, last: int) -> list[FloatArray]:
+    def between(self, first: int, last: int, *orders: int) -> list[FloatArray]:
         """Return samples k = first ... last - 1 of each order asked for, shape (last - first,).
 
         Args:
             first: >= 0.
             last: > first.
+            orders: of the derivatives, rising, as of `SampledHarmonics`.
         """
         parts = []
         while first < last:
@@ -75,59 +85,63 @@ class SampledFades:
             end = last
             if following < len(self._begins):
                 end = min(end, self._begins[following])
-            parts.append(self._part(max(state, 0), following, first, end))
+            parts.append(self._part(max(state, 0), following, (first, end), orders))
             first = end
         if len(parts) == 1:
             return parts[0]
         return [np.concatenate(columns) for columns in zip(*parts, strict=True)]
 
-    def _part(self, state: int, following: int, first: int, last: int) -> list[FloatArray]:
+    def _part(
+        self, state: int, following: int, span: tuple[int, int], orders: tuple[int, ...]
+    ) -> list[FloatArray]:
         """Return samples from one state on, none beyond the following one."""
         sums = self._fades.sums
         old = sums[state]
         new = sums[following] if following < len(sums) else old
         if old == new:
-            found = self._sampled(old, self._orders)
-            return (
-                self._still(self._orders, last - first)
-                if found is None
-                else found.between(first, last)
-            )
-        return self._fading(state, old, new, first, last)
+            return self._alone(old, span, orders)
+        return self._fading(state, (old, new), span, orders)
 
-    def _fading(self, state: int, old: int, new: int, first: int, last: int) -> list[FloatArray]:
-        from tauto_core.ship.fade_kernels import fade  # imports kernels
-
-        orders = tuple(range(self._orders[-1] + 1))
-        motions = []
-        for each in (old, new):
-            found = self._sampled(each, orders)
-            parts = (
-                self._still(orders, last - first) if found is None else found.between(first, last)
-            )
-            # what is not asked for is not read
-            motions.append((*parts, *[parts[0]] * (3 - len(parts))))
-        outputs: list[FloatArray | None] = [None, None, None]
-        for order in self._orders:
-            outputs[order] = np.empty(last - first)
-        begin_ns, end_ns = self._fades.at_ns[state : state + 2]
-        fade(first, self._step_ns, begin_ns, end_ns - begin_ns, *motions, *outputs)
-        return [out for out in outputs if out is not None]
-
-    def _sampled(self, number: int, orders: tuple[int, ...]) -> SampledHarmonics | None:
-        """Return a sum ready to be sampled; None in a calm."""
-        key = number, orders
-        if key not in self._kept:
-            harmonics = self._fades.of(number)
-            while len(self._kept) >= KEPT:
-                self._kept.pop(next(iter(self._kept)))
-            self._kept[key] = (
-                None if harmonics is None else SampledHarmonics(harmonics, self._step_ns, orders)
-            )
-        return self._kept[key]
-
-    def _still(self, orders: tuple[int, ...], samples: int) -> list[FloatArray]:
-        """Return the samples of a calm: one array of zeros for all orders, kept."""
+    def _alone(
+        self, number: int, span: tuple[int, int], orders: tuple[int, ...]
+    ) -> list[FloatArray]:
+        """Return samples of a sum; zeros in a calm, one array for all orders."""
+        found = self._sampled(number)
+        if found is not None:
+            return found.between(*span, *orders)
+        samples = span[1] - span[0]
         if len(self._zeros) < samples:
             self._zeros = np.zeros(samples)
         return [self._zeros[:samples] for _ in orders]
+
+    def _fading(
+        self,
+        state: int,
+        numbers: tuple[int, int],
+        span: tuple[int, int],
+        orders: tuple[int, ...],
+    ) -> list[FloatArray]:
+        from tauto_core.ship.fade_kernels import fade  # imports kernels
+
+        motions = []
+        for number in numbers:
+            parts = self._alone(number, span, tuple(range(orders[-1] + 1)))
+            # what is not asked for is not read
+            motions.append((*parts, *[parts[0]] * (3 - len(parts))))
+        outputs: list[FloatArray | None] = [None, None, None]
+        for order in orders:
+            outputs[order] = np.empty(span[1] - span[0])
+        begin_ns, end_ns = self._fades.at_ns[state : state + 2]
+        fade(span[0], self._step_ns, begin_ns, end_ns - begin_ns, *motions, *outputs)
+        return [out for out in outputs if out is not None]
+
+    def _sampled(self, number: int) -> SampledHarmonics | None:
+        """Return a sum ready to be sampled; None in a calm."""
+        if number not in self._kept:
+            harmonics = self._fades.of(number)
+            while len(self._kept) >= KEPT:
+                self._kept.pop(next(iter(self._kept)))
+            self._kept[number] = (
+                None if harmonics is None else SampledHarmonics(harmonics, self._step_ns)
+            )
+        return self._kept[number]
