@@ -28,6 +28,14 @@ def groups(result: Section) -> list[tuple[str, list[Row]]]:
     ]
 
 
+def _weather_rows(weather: Section) -> list[Row]:
+    return [
+        ('states of the sea', f'{len(weather["states"])}', ''),
+        ('significant wave height, median', significant(weather['median_m']), 'm'),
+        ('significant wave height, highest', significant(weather['highest_m']), 'm'),
+    ]
+
+
 def _sea_rows(sea: Section) -> list[Row]:
     return [
         ('spectrum', str(sea['spectrum']), ''),
@@ -130,6 +138,7 @@ def _with_sigma(section: Section, value: str, sigma: str) -> str:
 
 _GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (
     ('sea', 'sea', _sea_rows),
+    ('weather', 'weather', _weather_rows),
     ('regulator', 'trochlea', _regulator_rows),
     ('clock', 'clock', _clock_rows),
     ('drift, estimated ± its standard deviation', 'drift', _drift_rows),

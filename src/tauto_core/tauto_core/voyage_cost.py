@@ -21,6 +21,7 @@ from tauto_core.scene.errors import CamRangeError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
 from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
+from tauto_core.ship.waves import Harmonics
 from tauto_core.trial import Dial, try_out
 
 if TYPE_CHECKING:
@@ -123,7 +124,8 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     if steps is not None or not still:
         longest_s = scene.duration * TRIAL_RUN_S / (WORK_OF_TRIALS * (run_s - START_S[name]))
         steps_to = None if steps is None else tolerance(scene)
-        trial = try_out(scene, Dial(nominal_s, rounding), longest_s, steps_to)
+        rough = scene.model_copy(update={'ship': scene.ship.roughest(scene)})
+        trial = try_out(rough, Dial(nominal_s, rounding), longest_s, steps_to)
         sampling, lost, tried = trial.sampling_s, trial.steps_s, trial.tried_s
     elif name == 'action_angle':
         lost = scene.duration * PERIOD_ERROR
@@ -220,15 +222,18 @@ class Waves:
 def scene_waves(scene: Scene) -> Waves:
     """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (theory E1).
 
-    None of a ship that lies still, or whose motion was measured.
+    None of a ship that lies still, or whose motion was measured; in weather those of the highest
+    sea.
     """
     ship = scene.ship
     roll = heave = np.empty((2, 0))
     if ship.is_computed:
-        moved = ship.channels(scene)
+        moved = ship.roughest(scene).channels(scene)
         roll, heave = (
-            channel if harmonics is None else np.array([harmonics.amplitude, harmonics.period])
-            for harmonics, channel in ((moved.roll, roll), (moved.heave, heave))
+            np.array([motion.amplitude, motion.period])
+            if isinstance(motion, Harmonics)
+            else none_of_it
+            for motion, none_of_it in ((moved.roll, roll), (moved.heave, heave))
         )
     rolls, heaves = math.tau / roll[1], math.tau / heave[1]
     none = np.zeros(len(heaves))
@@ -251,8 +256,9 @@ def _swing_s(machine: AnyMachine) -> float:
 def _run_s(
     scene: Scene, name: str, motion: ShipMotion, swings: float, steps: _Steps | None
 ) -> float:
-    channels = 1 + bool(motion.metadata.get('heave'))
-    waves = channels * int(motion.metadata.get('components', 0))
+    told = motion.metadata
+    channels = 1 + bool(told.get('heave'))
+    waves = channels * int(told.get('components', 0)) * float(told.get('seas_at_once', 1.0))
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
     felt = motion.total * felt_parts(scene)

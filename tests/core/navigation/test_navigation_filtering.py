@@ -234,3 +234,35 @@ def test_a_long_track_forgets_without_changing_its_state(chunk):
     for each in (track, resumed):
         each.use([stamps[-1] + DAY], [1.0])
     assert resumed.state() == track.state()
+
+
+def test_observations_count_by_the_sigma_of_each():
+    """Port and lunar distances against weighted least squares of a line with the prior."""
+    model = ClockModel(0.5, 100.0 / DAY_S, 2, 1e-30, 1e-40)
+    rng = np.random.default_rng(5)
+    stamps, sources = days(30), ['port' if k % 4 == 0 else 'lunar' for k in range(30)]
+    sigmas = [model.sigma_of(source) for source in sources]
+    assert set(sigmas) == {0.5, 60.0}
+    phases = 40.0 / DAY_S * np.array(stamps) / 1e9 + rng.normal(0.0, sigmas)
+    found = filter_phases(start_of(model), stamps, phases.tolist(), model, sigmas).after(30)
+    first = prior(model)
+    rows = np.column_stack((np.ones(30), np.array(stamps) / 1e9))
+    weights = 1.0 / np.array(sigmas) ** 2
+    precision = np.diag([1.0 / first.xx, 1.0 / first.yy]) + rows.T @ (weights[:, None] * rows)
+    offset, rate = np.linalg.solve(precision, rows.T @ (weights * phases))
+    covariance = np.linalg.inv(precision)
+    # the offset is told at the last observation; 1e-9 of it is the rounding of thirty updates
+    assert found.estimate.x == pytest.approx(offset + rate * stamps[-1] / 1e9, rel=1e-8)
+    assert found.estimate.y == pytest.approx(rate, rel=1e-8)
+    assert found.estimate.yy == pytest.approx(covariance[1, 1], rel=1e-6)
+
+
+def test_a_late_observation_keeps_its_sigma():
+    model = model_of()
+    stamps, phases, sigmas = days(5), [1.0, 2.0, 3.0, 4.0, 5.0], [0.5, 60.0, 0.5, 60.0, 0.5]
+    whole = Track(start_of(model), model)
+    whole.use(stamps, phases, sigmas)
+    late = Track(start_of(model), model)
+    late.use(stamps[:3] + stamps[4:], phases[:3] + phases[4:], sigmas[:3] + sigmas[4:])
+    late.use([stamps[3]], [phases[3]], [sigmas[3]])
+    assert late.last == whole.last

@@ -328,6 +328,9 @@ def test_landfalls_are_judged_by_what_the_clock_told_before():
     assert jamaica['required_rate_s_per_day'] == pytest.approx(240.0 / 61.0)
     assert found['worst_at_s'] == jamaica['at_s']
     assert found['worst_raw_error_nmi'] == pytest.approx(2.0 * 99.75 / 8.0)
+    # lunar distances are no check of the clock where the longitude is known
+    at_sea = sorted([*marks, (86_400.0 * 10.0, 'lunar'), (86_400.0 * 60.0, 'lunar')])
+    assert fed_in_chunks(said, at_sea, 1000) == found
     for size in (1, 7, 80, 81):
         assert fed_in_chunks(said, marks, size) == found
 

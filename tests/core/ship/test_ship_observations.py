@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.scene import Scene, load_scene
+from tauto_core.scene import Scene, SceneError, load_scene
 from tauto_core.ship import Observations, schedule
 
 S = 1_000_000_000
@@ -100,3 +100,78 @@ def test_asking_in_parts_gives_the_same(cuts):
     for name in ('stamp_ns', 'time_ref_ns', 'source'):
         joined = np.concatenate([getattr(part, name) for part in parts])
         np.testing.assert_array_equal(joined, getattr(whole, name))
+
+
+VOYAGE = {'sails_at': 200.0, 'arrives_at': 40_000.0}
+
+
+def at_sea(voyage=VOYAGE, seed=7, **drift) -> Scene:
+    drift = {'observation_interval': 100.0, 'observation_sigma': 0.5, **drift}
+    return load_scene(
+        'ideal',
+        duration=40_100.0,
+        seed=seed,
+        starts_at=50.0,
+        log={'interval': 10.0},
+        drift=drift,
+        voyage={**PORTS, **voyage},
+    )
+
+
+def test_lunar_distances_are_taken_between_the_ports_alone():
+    scene = at_sea(lunars={'interval': 1000.0, 'sigma': 30.0})
+    seen = Observations(scene).between(0, 10**18)
+    lunars = seen.stamp_ns[seen.source == 'lunar']
+    assert lunars.tolist() == [(50 + 1000 * k) * S for k in range(1, 40)]
+    plain = Observations(at_sea()).between(0, 10**18)
+    others = seen.source != 'lunar'
+    np.testing.assert_array_equal(seen.stamp_ns[others], plain.stamp_ns)
+    np.testing.assert_array_equal(seen.time_ref_ns[others], plain.time_ref_ns)
+    assert seen.stamp_ns.tolist() == schedule(scene).tolist()
+
+
+def test_their_errors_are_normal_with_their_own_sigma():
+    """1949 draws: variance within 4 sqrt(2/n)."""
+    lunars = {'interval': 20.0, 'sigma': 30.0}
+    seen = Observations(at_sea(lunars=lunars)).between(0, 10**18)
+    errors = (seen.time_ref_ns - seen.stamp_ns)[seen.source == 'lunar'] / S / 30.0
+    n = len(errors)
+    assert n > 1900
+    assert abs(errors.mean()) < 4.0 / np.sqrt(n)
+    assert abs(errors.var() - 1.0) < 4.0 * np.sqrt(2.0 / n)
+
+
+def test_clouds_hide_their_share_and_change_nothing_else():
+    """Of 1989 observations: within 4 sigma of a binomial. Land is seen under them."""
+    lunars = {'interval': 20.0}
+    clear = Observations(at_sea(lunars=lunars)).between(0, 10**18)
+    clouded = Observations(at_sea(lunars=lunars, clouds=0.4)).between(0, 10**18)
+    seen = np.isin(clear.stamp_ns, clouded.stamp_ns)
+    assert len(clouded.stamp_ns) == seen.sum()
+    np.testing.assert_array_equal(clear.time_ref_ns[seen], clouded.time_ref_ns)
+    n = len(seen)
+    assert abs(seen.mean() - 0.6) < 4.0 * np.sqrt(0.24 / n)
+    assert clouded.source[-1] == 'landfall'
+    other = Observations(at_sea(lunars=lunars, clouds=0.4, seed=8)).between(0, 10**18)
+    assert set(other.stamp_ns.tolist()) != set(clouded.stamp_ns.tolist())
+    overcast = Observations(at_sea(lunars=lunars, clouds=1.0)).between(0, 10**18)
+    assert overcast.source.tolist() == ['landfall']
+
+
+@pytest.mark.parametrize(
+    ('drift', 'voyage', 'said'),
+    [
+        ({'lunars': {'interval': 15.0}}, VOYAGE, 'drift.lunars.interval = 15.0: is not a whole'),
+        ({'lunars': {'sigma': 0.0}}, VOYAGE, 'drift.lunars.sigma = 0.0: must be at least'),
+        ({'clouds': 1.1}, VOYAGE, 'drift.clouds = 1.1: must be at most 1'),
+    ],
+)
+def test_what_cannot_be_observed_is_refused(drift, voyage, said):
+    with pytest.raises(SceneError) as caught:
+        at_sea(voyage, **drift)
+    assert said in str(caught.value)
+
+
+def test_lunars_need_a_voyage():
+    with pytest.raises(SceneError, match=r'drift\.lunars: needs a voyage'):
+        load_scene('ideal', drift={'lunars': {}})

@@ -23,6 +23,7 @@ KINDS = {
     'sea': lambda: load_scene('involute_weight_at_sea', duration=60.0),
     'recorded': lambda: load_scene('measured', duration=60.0),
     'real': lambda: load_scene('buoy_44004_supply', duration=60.0),
+    'weather': lambda: load_scene('portsmouth_jamaica', duration=1200.0),
 }
 
 

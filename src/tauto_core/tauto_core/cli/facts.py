@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import RenderableType
 
     from tauto_core.machines import AnyMachine, FluidPendulum
     from tauto_core.scene import Scene
@@ -137,9 +137,10 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
     }
 
 
-def facts_table(facts: dict[str, Any]) -> Table:
-    """Return the facts of a scene as a table."""
+def facts_table(facts: dict[str, Any]) -> RenderableType:
+    """Return the facts of a scene as a table, and its weather as another."""
     from rich import box
+    from rich.console import Group
     from rich.table import Table
 
     table = Table(
@@ -154,11 +155,16 @@ def facts_table(facts: dict[str, Any]) -> Table:
         for row in section:
             table.add_row(*row)
         table.add_section()
-    return table
+    if 'weather' not in facts:
+        return table
+    from tauto_core.cli.weather_table import weather_table
+
+    return Group(table, weather_table(facts['weather']))
 
 
 def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     from tauto_core.cli.tables import sea_words
+    from tauto_core.cli.weather_table import weather_words
     from tauto_core.wording import span
 
     kept = 'with' if facts['motion_kept'] else 'without'
@@ -170,6 +176,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
             f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s',
         ),
         *([('sea', sea_words(facts['sea']))] if 'sea' in facts else []),
+        *([('weather', weather_words(facts['weather']))] if 'weather' in facts else []),
         *_suspension_row(facts['suspension']),
         *_thread_row(facts['thread']),
         *_voyage_row(facts['voyage']),

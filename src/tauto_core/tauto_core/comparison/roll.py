@@ -9,6 +9,7 @@ import numpy as np
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
+from tauto_core.ship.waves import Harmonics
 
 LARGEST_DEG = 45.0
 """Most roll that can be asked for: a linear sea of more would throw the ship over."""
@@ -19,12 +20,12 @@ def significant_roll_deg(scene: Scene) -> float | None:
 
     Twice the root mean square, which in a narrow sea is the mean of the highest third of the
     amplitudes (Longuet-Higgins 1952); of a single harmonic of amplitude a it is √2 a. None where
-    the roll was measured, 0 on a ship that lies still.
+    the roll was measured, 0 on a ship that lies still; in weather it is that in the highest sea.
     """
     if not scene.ship.is_computed:
         return None
-    roll = scene.ship.channels(scene).roll
-    return 0.0 if roll is None else _significant_deg(roll.amplitude)
+    roll = scene.ship.roughest(scene).channels(scene).roll
+    return _significant_deg(roll.amplitude) if isinstance(roll, Harmonics) else 0.0
 
 
 def with_roll(scene: Scene, roll_deg: float) -> Scene:

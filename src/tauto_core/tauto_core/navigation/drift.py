@@ -74,6 +74,7 @@ def clock_model(scene: Scene) -> ClockModel:
         random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, clock.random_walk_fm_per_s),
         gate=drift.gate,
         patience_s=PATIENCE * drift.observation_interval,
+        **({} if drift.lunars is None else {'lunar_sigma_s': drift.lunars.sigma}),
     )
 
 
@@ -107,7 +108,7 @@ class DriftStage:
         none = np.empty(0, np.int64)
         self._stamp, self._reference = none, none
         self._released = 0
-        self._pending: dict[int, int] = {}
+        self._pending: dict[int, tuple[int, float]] = {}
         self._last_reading_ns = BEFORE_ALL
         self._last_observation_ns = BEFORE_ALL
         self._track: Track | None = None
@@ -230,10 +231,11 @@ class DriftStage:
     def _accept_observations(self, observation: TimeSamples) -> None:
         stamps: list[int] = observation.stamp_ns.tolist()
         references: list[int] = observation.time_ref_ns.tolist()
+        sigmas = [self._model.sigma_of(source) for source in observation.source.tolist()]
         accepts = self._is_foreign_new if self._schedule is None else self._is_due
-        for stamp, reference in zip(stamps, references, strict=True):
+        for stamp, reference, sigma in zip(stamps, references, sigmas, strict=True):
             if accepts(stamp):
-                self._pending[stamp] = reference
+                self._pending[stamp] = reference, sigma
                 self._last_observation_ns = max(stamp, self._last_observation_ns)
 
     def _is_due(self, stamp: int) -> bool:
@@ -294,9 +296,10 @@ class DriftStage:
         if not stamps:
             return filter_phases(self._track.last, [], [], self._model)
         at = np.array(stamps, np.int64)
-        true = np.array([observed[stamp] for stamp in stamps], np.int64)
+        true = np.array([observed[stamp][0] for stamp in stamps], np.int64)
         phases = observed_phases(self._stamp, self._reference, at, true)
-        return self._track.use(stamps, phases.tolist())
+        sigmas = [observed[stamp][1] for stamp in stamps]
+        return self._track.use(stamps, phases.tolist(), sigmas)
 
 
 def _settings(reading: Samples | None) -> Iterator[TimeSamples]:

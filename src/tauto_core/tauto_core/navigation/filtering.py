@@ -62,6 +62,7 @@ class Filtered:
         stamp_ns: of the start and of the observations used, (m + 1,).
         states: at these stamps, (m + 1,).
         phase_s: the phases used, (m,).
+        sigma_s: of each of them, (m,).
         opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
         fate: USED, REFUSED or REOPENED of each observation, (n,).
         start: where it began.
@@ -70,6 +71,7 @@ class Filtered:
     stamp_ns: IntArray
     states: Estimate[FloatArray]
     phase_s: FloatArray
+    sigma_s: FloatArray
     opened_s: FloatArray
     fate: NDArray[np.int8]
     start: Known
@@ -109,7 +111,11 @@ def _patience(used: int) -> int:
 
 
 def filter_phases(
-    start: Known, stamp_ns: Sequence[int], phase_s: Sequence[float], model: ClockModel
+    start: Known,
+    stamp_ns: Sequence[int],
+    phase_s: Sequence[float],
+    model: ClockModel,
+    sigma_s: Sequence[float] | None = None,
 ) -> Filtered:
     """Return what the filter makes of observed phases, in order of their stamps.
 
@@ -121,17 +127,21 @@ def filter_phases(
         stamp_ns: of the observations, rising, none before the start; n values.
         phase_s: reading minus observed true time [s]; n values.
         model: noise, variance of the observations, gate.
+        sigma_s: of each observation; n values. None: that of the model.
     """
     law, noise = law_of(model), noise_of(model)
     ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
-    r = model.observation_sigma_s * model.observation_sigma_s
+    if sigma_s is None:
+        sigma_s = [model.observation_sigma_s] * len(stamp_ns)
     limit = math.inf if model.gate is None else model.gate * model.gate
     since, now = start.stamp_ns, law.part(start.estimate)
     refused, trust = start.refused, start.used
     stamps, numbers, fate = [since], list(now), bytearray()
     used: list[float] = []
+    sigmas: list[float] = []
     opened: dict[int, float] = {}
-    for stamp, phase in zip(stamp_ns, phase_s, strict=True):
+    for stamp, phase, sigma in zip(stamp_ns, phase_s, sigma_s, strict=True):
+        r = sigma * sigma
         elapsed = (stamp - since) / NS_PER_S
         ahead = ahead_of(now, elapsed, *noise)
         innovation = phase - ahead[0]
@@ -153,6 +163,7 @@ def filter_phases(
         trust += 1
         stamps.append(stamp)
         used.append(phase)
+        sigmas.append(sigma)
         numbers += now
     rows = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
     rest = Estimate(*(np.full(len(stamps), value) for value in start.estimate))
@@ -162,6 +173,7 @@ def filter_phases(
         np.array(stamps, np.int64),
         law.whole(rest, tuple(rows.T)),
         np.array(used, np.float64),
+        np.array(sigmas, np.float64),
         opened_s,
         np.frombuffer(bytes(fate), np.int8),
         start,

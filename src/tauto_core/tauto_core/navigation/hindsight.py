@@ -36,7 +36,9 @@ def filtered_drift(
     within = (at >= stamps[0]) & (at <= stamps[-1])
     at, observed = at[within], observation.time_ref_ns[first[within]]
     phases = observed_phases(stamps, reading.time_ref_ns, at, observed)
-    return filter_phases(start, at.tolist(), phases.tolist(), model)
+    sources = observation.source[first[within]].tolist()
+    sigmas = [model.sigma_of(source) for source in sources]
+    return filter_phases(start, at.tolist(), phases.tolist(), model, sigmas)
 
 
 def hindsight(

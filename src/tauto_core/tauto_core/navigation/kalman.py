@@ -23,6 +23,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene.errors import EstimationError
+from tauto_core.ship.observations import LUNAR
 
 Number = TypeVar('Number', float, FloatArray)
 
@@ -35,6 +36,9 @@ RANDOM_WALK_FM_FLOOR_PER_S = (0.001 / SECONDS_PER_DAY) ** 2 / SECONDS_PER_DAY
 AGEING_TIME_S = 100.0 * SECONDS_PER_DAY
 """Time in which, one sigma, ageing may change the rate by the prior sigma of the rate [s]."""
 
+
+LUNAR_SIGMA_S = 60.0
+"""Of lunar distances in a scene that does not speak of them [s] (`scene.sections.Lunars`)."""
 
 SETTING_SIGMAS = 10.0
 """Sigma of the dial's offset when it is set, in sigmas of an observation: so wide that the first
@@ -63,7 +67,7 @@ class ClockModel:
     """What the navigator assumes of the clock and of the observations.
 
     Args:
-        observation_sigma_s: sigma of one phase observation [s].
+        observation_sigma_s: sigma of one phase observation in port or at a landfall [s].
         prior_rate_sigma: sigma of the rate before any observation [1].
         states: 2 (offset, rate) or 3 (and ageing).
         white_fm_s: q1 [s], >= 0.
@@ -72,6 +76,7 @@ class ClockModel:
         gate: largest innovation that is believed, in its own sigmas, > 0; None: any.
         patience_s: for how long after the last observation that was used others are refused [s],
             > 0 (`filtering`).
+        lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
 
     Raises:
         EstimationError: a value outside its range.
@@ -85,6 +90,7 @@ class ClockModel:
     random_run_per_s3: float = 0.0
     gate: float | None = None
     patience_s: float = math.inf
+    lunar_sigma_s: float = LUNAR_SIGMA_S
 
     def __post_init__(self) -> None:
         if self.states not in (2, 3):
@@ -92,7 +98,7 @@ class ClockModel:
                 f'states = {self.states}: must be 2 (offset, rate) or 3 (and ageing). '
                 'Choose one of them'
             )
-        for name in ('observation_sigma_s', 'prior_rate_sigma'):
+        for name in ('observation_sigma_s', 'prior_rate_sigma', 'lunar_sigma_s'):
             _check(name, getattr(self, name), above_zero=True)
         for name in ('white_fm_s', 'random_walk_fm_per_s', 'random_run_per_s3'):
             _check(name, getattr(self, name), above_zero=False)
@@ -105,6 +111,10 @@ class ClockModel:
                 f'random_run_per_s3 = {self.random_run_per_s3}: must be 0 with 2 states. '
                 'Take 3 states to let the ageing wander'
             )
+
+    def sigma_of(self, source: str) -> float:
+        """Return sigma of an observation by what its message says that it is from [s]."""
+        return self.lunar_sigma_s if source == LUNAR else self.observation_sigma_s
 
 
 def _check(name: str, value: float, *, above_zero: bool) -> None:

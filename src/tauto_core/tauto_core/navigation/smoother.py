@@ -90,7 +90,7 @@ def smooth(way: Filtered, model: ClockModel) -> Smoother:
         model: that the filter ran with.
     """
     expected, elapsed = way.expected(model), way.elapsed_s()
-    variance = expected.xx + model.observation_sigma_s * model.observation_sigma_s
+    variance = expected.xx + way.sigma_s * way.sigma_s
     innovation = way.phase_s - expected.x
     gain = np.column_stack((expected.xx, expected.xy, expected.xd)) / variance[:, None]
     count = len(elapsed)

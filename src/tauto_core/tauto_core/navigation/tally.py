@@ -19,9 +19,7 @@ from tauto_core.samples import (
     TimeSamples,
     count,
 )
-
-LANDFALL = 'landfall'
-"""Source of the observations that tell that the ship has made land."""
+from tauto_core.ship.observations import LANDFALL, LUNAR
 
 _JUDGED = ('raw_error_nmi', 'error_nmi')
 
@@ -59,7 +57,8 @@ class LongitudeTally:
 
     A landfall is judged by the last sample before its observation: by what the clock told before
     it was checked. The worst moment is sought from the last observation in port on: before, the
-    clock was being rated. Feed the observations no later than the errors that know of them.
+    clock was being rated. Lunar distances are no checks: a voyage is unchecked between places
+    whose longitude is known. Feed the observations no later than the errors that know of them.
     """
 
     def __init__(self) -> None:
@@ -78,6 +77,8 @@ class LongitudeTally:
                 self._checked_before[stamp] = self._last_checked
                 self._errors.mark(stamp)
                 self._latitudes.mark(stamp)
+            elif source == LUNAR:
+                continue  # of no known longitude
             else:
                 self._in_port_ns = stamp
                 self._worst = {}

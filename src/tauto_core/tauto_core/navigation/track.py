@@ -18,6 +18,7 @@ class Seen(NamedTuple):
 
     stamp_ns: int
     phase_s: float
+    sigma_s: float
     fate: int
 
 
@@ -54,46 +55,62 @@ class Track:
         """Return how many observations were REFUSED or REOPENED the state."""
         return self._counts[fate] + sum(seen.fate == fate for seen in self._seen)
 
-    def use(self, stamp_ns: Sequence[int], phase_s: Sequence[float]) -> Filtered:
+    def use(
+        self,
+        stamp_ns: Sequence[int],
+        phase_s: Sequence[float],
+        sigma_s: Sequence[float] | None = None,
+    ) -> Filtered:
         """Take observations of new stamps, none before `oldest_ns`; return the way from there.
 
-        It begins at the last state before the first of them, or earlier.
+        It begins at the last state before the first of them, or earlier. Without `sigma_s` their
+        sigma is that of the model.
         """
-        new = sorted(zip(stamp_ns, phase_s, strict=True))
+        if sigma_s is None:
+            sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
+        new = sorted(zip(stamp_ns, phase_s, sigma_s, strict=True))
         start, kept = self._last, self._seen
         if kept and new and new[0][0] < kept[-1].stamp_ns:
             start, kept = self._base, []
-            new = sorted(new + [(seen.stamp_ns, seen.phase_s) for seen in self._seen])
-        stamps, phases = [stamp for stamp, _ in new], [phase for _, phase in new]
-        way = filter_phases(start, stamps, phases, self._model)
+            new = sorted(new + [seen[:3] for seen in self._seen])
+        way = filter_phases(
+            start,
+            [stamp for stamp, _, _ in new],
+            [phase for _, phase, _ in new],
+            self._model,
+            [sigma for _, _, sigma in new],
+        )
         self._last = way.after(len(new))
-        self._remember(kept, stamps, phases, way)
+        self._remember(kept, new, way)
         return way
 
     def _remember(
-        self, kept: list[Seen], stamps: list[int], phases: list[float], way: Filtered
+        self, kept: list[Seen], new: list[tuple[int, float, float]], way: Filtered
     ) -> None:
         """Let the base move up where more than enough has been seen since.
 
         Args:
             kept: seen since the base, before the observations of the way.
-            stamps, phases: these observations.
+            new: stamp, phase and sigma of these observations.
             way: what the filter made of them.
         """
-        total = len(kept) + len(stamps)
+        total = len(kept) + len(new)
         first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
-        tail = list(map(Seen, stamps[first:], phases[first:], way.fate[first:].tolist()))
+        fates = way.fate[first:].tolist()
+        tail = [Seen(*each, fate) for each, fate in zip(new[first:], fates, strict=True)]
         self._seen = kept + tail
         if total < 2 * REMEMBERED:
             return
         if first:
             self._base = way.after(first)
-            self._oldest_ns = stamps[first - 1] + 1
+            self._oldest_ns = new[first - 1][0] + 1
             gone = [*(seen.fate for seen in kept), *way.fate[:first].tolist()]
         else:
             old, tail = self._seen[:-REMEMBERED], self._seen[-REMEMBERED:]
-            again = [seen.stamp_ns for seen in old], [seen.phase_s for seen in old]
-            self._base = filter_phases(self._base, *again, self._model).after(len(old))
+            stamps, phases = [seen.stamp_ns for seen in old], [seen.phase_s for seen in old]
+            sigmas = [seen.sigma_s for seen in old]
+            again = filter_phases(self._base, stamps, phases, self._model, sigmas)
+            self._base = again.after(len(old))
             self._oldest_ns = old[-1].stamp_ns + 1
             gone = [seen.fate for seen in old]
         self._seen = tail

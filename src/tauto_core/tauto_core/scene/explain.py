@@ -181,7 +181,11 @@ def one_of(field: FieldInfo) -> OneOf | None:
 
 def _tag(model: type[BaseModel]) -> str:
     """Return the key that tells a model from its siblings; empty if it has none."""
-    return next((tag for tag in _TAGS if tag in model.model_fields), '')
+    keys = model.model_fields
+    # a spectrum that may be left out tells nothing apart
+    return next(
+        (tag for tag in _TAGS if tag in keys and (tag == 'kind' or keys[tag].is_required())), ''
+    )
 
 
 def _kinds(model: type[BaseModel]) -> list[str]:

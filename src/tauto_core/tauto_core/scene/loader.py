@@ -29,6 +29,7 @@ _PATHS = (
     ('ship', 'recorded', 'path'),
     ('ship', 'sea', 'path'),
     ('ship', 'rao', 'path'),
+    ('ship', 'weather', 'path'),
     ('ship', 'roll', 'decay', 'path'),
 )
 _SHIPPED = Path(__file__).parent / 'shipped'

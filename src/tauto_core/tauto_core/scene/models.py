@@ -148,6 +148,7 @@ class Scene(Section):
             self.duration,
             self.log.interval,
             self.drift.observation_interval,
+            None if self.drift.lunars is None else self.drift.lunars.interval,
             self.ship.rate,
             self.ship.shortest_wave_s,
             self.lies_still,
@@ -159,6 +160,13 @@ class Scene(Section):
             yield from self.suspension.problems(still=self.lies_still)
         if self.voyage is not None:
             yield from self.voyage.problems()
+        elif self.drift.lunars is not None:
+            yield Problem(
+                'drift.lunars',
+                ABSENT,
+                'needs a voyage: in port the time is known better',
+                'Write `voyage: …`, or leave lunars out.',
+            )
         if self.solver is not None:
             yield from self.solver.problems()
 

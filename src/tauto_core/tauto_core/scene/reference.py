@@ -34,8 +34,8 @@ def _folders(model: type[BaseModel]) -> Iterator[OneOf]:
         kinds = one_of(field)
         if kinds is not None:
             yield kinds
-        else:
-            yield from chain(*map(_folders, models_of(field)))
+        # a kind may have a section of kinds itself
+        yield from chain(*map(_folders, models_of(field)))
 
 
 def page() -> str:

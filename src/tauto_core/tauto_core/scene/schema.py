@@ -15,6 +15,7 @@ from tauto_core.scene.reference import all_kinds
 from tauto_core.ship.response_file import RaoFile
 from tauto_core.ship.roll_decay import RollFromDecay
 from tauto_core.ship.spectrum_file import SpectrumFile
+from tauto_core.ship.weather_file import RecordFile
 
 FILE = Path(__file__).with_name('scene.schema.json')
 """The schema that ships, which `python -m tauto_core.scene.schema` prints."""
@@ -28,22 +29,23 @@ def schema() -> dict[str, Any]:
     """Return the schema, of JSON Schema 2020-12."""
     found = Scene.model_json_schema(ref_template=_REF + '{model}')
     definitions = found['$defs']
-    for form in (SpectrumFile, RaoFile, RollFromDecay):
+    for form in (SpectrumFile, RaoFile, RollFromDecay, RecordFile):
         of_file = form.model_json_schema(ref_template=_REF + '{model}')
         definitions |= of_file.pop('$defs', {})
         definitions[form.__name__] = of_file
     ship, waypoint = definitions['SeaShip']['properties'], definitions['Waypoint']
-    ship['sea']['oneOf'].append({'$ref': f'{_REF}SpectrumFile'})
+    ship['sea']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}SpectrumFile'})
     ship['sea'].pop('examples')
     ship['roll']['anyOf'].insert(1, {'$ref': f'{_REF}RollFromDecay'})
     ship['rao']['anyOf'].insert(1, {'$ref': f'{_REF}RaoFile'})
+    ship['weather']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}RecordFile'})
     definitions['Landfall'] = waypoint
     place = waypoint['properties']['place']
     definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
-    for model in all_kinds():
+    for name in (*(model.__name__ for model in all_kinds()), RecordFile.__name__):
         # impulses are what an escapement gives that does not say its kind
-        if model.__name__ != 'Escapement':
-            required = definitions[model.__name__].setdefault('required', [])
+        if name != 'Escapement':
+            required = definitions[name].setdefault('required', [])
             required.insert(0, 'kind')
     found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
     head = {'$schema': 'https://json-schema.org/draft/2020-12/schema', 'title': 'Scene of Tauto'}

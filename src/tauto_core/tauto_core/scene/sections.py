@@ -52,6 +52,23 @@ class Clock(Section):
         return bool(self.white_fm or self.random_walk_fm)
 
 
+class Lunars(Section):
+    """Lunar distances at sea, which tell the time by the Moon's way among the stars.
+
+    She moves by half a degree an hour: half a minute of arc, what sextant and almanac together
+    erred by, is a minute of time. Flinders says of one set of six sights that its longitude may be
+    30 minutes wrong, two of time, and probably not more than 12 (A Voyage to Terra Australis,
+    1814): a normal error with a sigma of a minute agrees with both.
+    """
+
+    interval: Positive = Field(
+        default=DAY_S, description='time between lunar distances at sea [s]'
+    )
+    sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+        default=60.0, description='standard deviation of the time they give, 1e-9 to 86400 [s]'
+    )
+
+
 class DriftSettings(Section):
     """What the navigator observes, and what his estimate of the drift assumes."""
 
@@ -60,6 +77,13 @@ class DriftSettings(Section):
     )
     observation_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
         default=0.5, description='standard deviation of an observation, 1e-9 to 86400 [s]'
+    )
+    lunars: Lunars | None = Field(
+        default=None, description='mapping: interval, sigma of lunar distances between the ports'
+    )
+    clouds: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
+        default=0.0,
+        description='share of the observations, in port and by the Moon, that clouds hide, 0 to 1',
     )
     states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
     prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(

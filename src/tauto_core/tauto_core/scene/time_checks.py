@@ -27,6 +27,7 @@ class Times:
         duration: of the scene [s].
         log_interval: between logged samples [s].
         observation_interval: between observations in port [s].
+        lunar_interval: between lunar distances [s]; None: none are taken.
         rate: samples of a ship that moves, a second [Hz].
         shortest_wave_s: shortest period of the waves given [s]; inf where none are.
         still: whether the ship lies still; then the rate does not matter.
@@ -38,6 +39,7 @@ class Times:
     duration: float
     log_interval: float
     observation_interval: float
+    lunar_interval: float | None
     rate: float
     shortest_wave_s: float
     still: bool
@@ -58,6 +60,7 @@ def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
         'duration': times.duration,
         'log.interval': times.log_interval,
         'drift.observation_interval': times.observation_interval,
+        **_of_lunars(times),
     }
     for key, value in values.items():
         if exact_nanoseconds(value).denominator != 1:
@@ -115,14 +118,13 @@ def _grids(times: Times) -> Iterator[Problem]:
             f'{times.rate!r} Hz)',
             f'Use {_multiple(interval_ns, step_ns)}.',
         )
-    for key, value, value_ns in (
-        ('duration', times.duration, duration_ns),
-        (
-            'drift.observation_interval',
-            times.observation_interval,
-            nanoseconds(times.observation_interval),
-        ),
-    ):
+    on_grid = {
+        'duration': times.duration,
+        'drift.observation_interval': times.observation_interval,
+        **_of_lunars(times),
+    }
+    for key, value in on_grid.items():
+        value_ns = nanoseconds(value)
         if value_ns % interval_ns:
             yield Problem(
                 key,
@@ -139,6 +141,11 @@ def _grids(times: Times) -> Iterator[Problem]:
             f'the end; ROS stamps end at {LAST_STAMP_S} s',
             'Shorten it, or let starts_at be earlier.',
         )
+
+
+def _of_lunars(times: Times) -> dict[str, float]:
+    lunars = times.lunar_interval
+    return {} if lunars is None else {'drift.lunars.interval': lunars}
 
 
 def _multiple(value_ns: int, grid_ns: int) -> str:

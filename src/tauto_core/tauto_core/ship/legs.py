@@ -53,6 +53,10 @@ class Leg(Protocol):
         """
         ...
 
+    def course(self, part: float) -> float:
+        """Return the course at a part of the way, from north to the east [rad], 0 to 2π."""
+        ...
+
 
 def wrap_degrees(longitude: FloatArray) -> FloatArray:
     """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
@@ -85,6 +89,18 @@ class GeodesicLeg:
         ]
         longitude = [math.degrees(math.atan2(b, a)) for a, b in zip(x, y, strict=True)]
         return np.array(latitude), wrap_degrees(np.array(longitude))
+
+    def course(self, part: float) -> float:
+        """Return the course there, by the turning of the vertical: M dφ north, N cos φ dλ east."""
+        along = 2.0 * part - 1.0
+        turning = chebyshev.chebder(self.vertical)
+        x, y, z = np.asarray(chebyshev.chebval(along, self.vertical)).tolist()
+        dx, dy, dz = np.asarray(chebyshev.chebval(along, turning)).tolist()
+        across = math.hypot(x, y)
+        north, east = dz * across - z * (x * dx + y * dy) / across, (x * dy - y * dx) / across
+        # N/M = (1 − e² sin²φ)/(1 − e²)
+        to_north = north * (1.0 - _SQUARED_ECCENTRICITY)
+        return math.atan2(east * (1.0 - _SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
 
 
 @lru_cache(maxsize=64)  # a scene asks for its legs several times, a fleet for each ship
@@ -145,6 +161,11 @@ class RhumbLeg:
             for series in (self.latitude, self.longitude)
         )
         return latitude, wrap_degrees(longitude)
+
+    def course(self, part: float) -> float:
+        """Return the one course."""
+        del part
+        return math.radians(self.course_deg)
 
 
 def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:

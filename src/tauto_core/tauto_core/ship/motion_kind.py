@@ -12,6 +12,8 @@ from pydantic import Field
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.fields import Number, Positive
 from tauto_core.scene.kinds import Kind
+from tauto_core.scene.voyages import Voyage
+from tauto_core.ship.fading import Fades
 from tauto_core.ship.waves import Harmonics
 
 FOLDER = 'tauto_core.ship.motions'
@@ -45,10 +47,17 @@ class Surroundings(Protocol):
         """The same [ns]."""
         ...
 
+    @property
+    def voyage(self) -> Voyage | None:
+        """From port to port; None: the ship stays where she is."""
+        ...
+
 
 @dataclass(frozen=True)
 class Channels:
-    """What moves, as harmonics; None: not simulated. The force is given where it was measured.
+    """What moves; None: not simulated. The force is given where it was measured.
+
+    A motion is a sum of harmonics, or in weather one that fades from sum to sum.
 
     Attributes:
         roll: [rad], starboard down positive.
@@ -59,8 +68,8 @@ class Channels:
         warnings: what was odd about it.
     """
 
-    roll: Harmonics | None = None
-    heave: Harmonics | None = None
+    roll: Harmonics | Fades | None = None
+    heave: Harmonics | Fades | None = None
     force_y: Harmonics | None = None
     force_z: Harmonics | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
@@ -74,16 +83,19 @@ class ShipKind(Kind):
         lies_still: whether nothing moves, and a sample an interval of the log is enough.
         is_computed: whether its harmonics are the motion itself, not what was read of a measured
             one: then it is smooth at the start, its waves are known and its roll can be scaled.
-        reported_as: key under which reports and bags tell its metadata; '': they don't.
     """
 
     lies_still: ClassVar[bool] = False
     is_computed: ClassVar[bool] = True
-    reported_as: ClassVar[str] = ''
 
     rate: Positive = Field(default=20.0, description='samples of the motion a second [Hz]')
     height: Number = Field(default=3.0, description='height of the clock above the roll axis [m]')
     kind: str
+
+    @property
+    def reported_as(self) -> str:
+        """Key under which reports and bags tell its metadata; '': they don't."""
+        return ''
 
     @property
     def shortest_wave_s(self) -> float:
@@ -117,6 +129,14 @@ class ShipKind(Kind):
         """Return what reports and bags tell of it, where `reported_as` names it."""
         del scene
         return {}
+
+    def roughest(self, scene: Surroundings) -> ShipKind:
+        """Return the ship in the highest sea that it meets, for as long as the scene lasts.
+
+        By it costs and errors are predicted. Its channels are harmonics.
+        """
+        del scene
+        return self
 
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship in the same waves with another roll, where `is_computed`."""

@@ -9,18 +9,25 @@ from tauto_core.scene import Scene
 from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.passage import Passage
 
+PORT, LANDFALL, LUNAR = 'port', 'landfall', 'lunar'
+"""What `TimeReference.source` says of an observation."""
+
+_LUNARS, _CLOUDS = 0x6C756E61, 0x636C6F75
+"""Of the seed, apart from the errors of the observations in port."""
+
 
 def schedule(scene: Scene) -> IntArray:
     """Return the stamps of the observations [ns], on the log grid, strictly increasing.
 
     In port: every `drift.observation_interval` from the start until setting sail, both counted.
-    Of each landfall: one, as `landfalls` says. A scene without a voyage is in port throughout.
-    Nothing after the end of the scene.
+    Of each landfall: one, as `landfalls` says. At sea, where asked, lunar distances. A scene
+    without a voyage is in port throughout. Nothing after the end of the scene, and nothing that
+    clouds hide; land is seen under them.
 
     Raises:
         SceneError: a voyage that cannot be sailed, as `Passage` says.
     """
-    return np.union1d(_in_port(scene), landfalls(scene))
+    return Observations(scene).stamps
 
 
 def landfalls(scene: Scene) -> IntArray:
@@ -49,33 +56,71 @@ def _in_port(scene: Scene) -> IntArray:
     return scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
 
 
-class Observations:
-    """Observed times t_k + N(0, drift.observation_sigma).
+def _by_the_moon(scene: Scene) -> IntArray:
+    """Return the stamps of lunar distances [ns]: multiples of their interval between the ports."""
+    lunars = scene.drift.lunars
+    if lunars is None or scene.voyage is None:
+        return np.empty(0, np.int64)
+    passage, interval = Passage(scene, scene.voyage), nanoseconds(lunars.interval)
+    first = passage.sails_ns // interval + 1
+    last = min(passage.arrives_ns - 1, scene.duration_ns) // interval
+    return scene.starts_at_ns + interval * np.arange(first, last + 1, dtype=np.int64)
 
-    The k-th error of the schedule is drawn from its own generator, PCG64 seeded by (seed, k):
-    it does not depend on what is asked for before it.
+
+class Observations:
+    """Observed times t_k + N(0, sigma), sigma that of the port or of lunar distances.
+
+    The k-th error of port and landfalls is drawn from its own generator, PCG64 seeded by
+    (seed, k): it does not depend on what is asked for before it. So is that of each lunar
+    distance, and whether clouds hide an observation, from streams of the seed of their own.
+
+    Attributes:
+        stamps: of the observations, as `schedule` says.
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._landfalls = landfalls(scene)
-        self._stamps = np.union1d(_in_port(scene), self._landfalls)
-        self._seed = scene.seed
-        self._sigma = scene.drift.observation_sigma
+        self._seed, drift = scene.seed, scene.drift
+        made = landfalls(scene)
+        known = np.union1d(_in_port(scene), made)
+        lunars = np.setdiff1d(_by_the_moon(scene), known)
+        errors = {
+            int(stamp): (LANDFALL if stamp in made else PORT, k, drift.observation_sigma)
+            for k, stamp in enumerate(known)
+        }
+        if drift.lunars is not None:
+            sigma = drift.lunars.sigma
+            errors |= {int(stamp): (LUNAR, k, sigma) for k, stamp in enumerate(lunars)}
+        self._drawn = {
+            stamp: errors[stamp]
+            for stamp in sorted(errors)
+            if errors[stamp][0] == LANDFALL or not self._hidden(stamp, drift.clouds)
+        }
+        self.stamps: IntArray = np.array(list(self._drawn), np.int64)
 
     def between(self, first_ns: int, last_ns: int) -> TimeSamples:
         """Return the observations with first_ns <= stamp < last_ns, maybe none.
 
-        `time_ref_ns` is the observed time, rounded to the nanosecond; `source` is `port` or
-        `landfall`.
+        `time_ref_ns` is the observed time, rounded to the nanosecond; `source` is `port`,
+        `landfall` or `lunar`.
         """
-        first, last = np.searchsorted(self._stamps, [first_ns, last_ns])
-        stamps = self._stamps[first:last]
-        errors = np.array([self._error_ns(k) for k in range(first, last)], np.int64)
-        source = np.full(len(stamps), 'port', object)
-        source[np.isin(stamps, self._landfalls)] = 'landfall'
+        first, last = np.searchsorted(self.stamps, [first_ns, last_ns])
+        stamps = self.stamps[first:last]
+        drawn = [self._drawn[int(stamp)] for stamp in stamps]
+        errors = np.array([self._error_ns(*each) for each in drawn], np.int64)
+        source = np.empty(len(stamps), object)
+        source[:] = [each[0] for each in drawn]
         return TimeSamples(stamps, '', stamps + errors, source)
 
-    def _error_ns(self, k: int) -> int:
+    def _error_ns(self, source: str, k: int, sigma: float) -> int:
         seeds = np.random.SeedSequence([self._seed, k])
+        if source == LUNAR:
+            seeds = np.random.SeedSequence(self._seed, spawn_key=(_LUNARS, k))
         normal = np.random.Generator(np.random.PCG64(seeds)).standard_normal()
-        return round(NS_PER_S * self._sigma * float(normal))
+        return round(NS_PER_S * sigma * float(normal))
+
+    def _hidden(self, stamp_ns: int, share: float) -> bool:
+        """Return whether clouds hide what is observed at a time."""
+        if share == 0.0:
+            return False
+        seeds = np.random.SeedSequence(self._seed, spawn_key=(_CLOUDS, *divmod(stamp_ns, 10**9)))
+        return float(np.random.Generator(np.random.PCG64(seeds)).random()) < share

@@ -8,11 +8,16 @@ from itertools import pairwise
 import numpy as np
 
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.scene import Scene, Voyage
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.scene.voyages import HIGHEST_LATITUDE_DEG, WIDEST_AWARD_NMI, key_of_place
+from tauto_core.scene.voyages import (
+    HIGHEST_LATITUDE_DEG,
+    WIDEST_AWARD_NMI,
+    Voyage,
+    key_of_place,
+)
 from tauto_core.ship.legs import GeodesicLeg, Leg, geodesic_leg, rhumb_leg
+from tauto_core.ship.motion_kind import Surroundings
 
 
 class Passage:
@@ -24,14 +29,15 @@ class Passage:
         length_m: of the whole way [m].
         sails_ns: time of setting sail.
         arrives_ns: time of arrival; with `voyage.speed`, from the length of the way.
-        landfalls_ns: times at which she passes the waypoints that are landfalls, and `arrives_ns`.
+        places_ns: times at which she is at each of `voyage.places`.
+        landfalls_ns: those of the waypoints that are landfalls, and `arrives_ns`.
 
     Raises:
         SceneError: a leg that goes too near a pole or is not the only shortest, or a speed that
             does not reach the arrival within the scene.
     """
 
-    def __init__(self, scene: Scene, voyage: Voyage) -> None:
+    def __init__(self, scene: Surroundings, voyage: Voyage) -> None:
         self._voyage = voyage
         self._legs = _legs(scene, voyage)
         self._ends_m = np.cumsum([leg.length_m for leg in self._legs])
@@ -41,10 +47,38 @@ class Passage:
         under_way = self.arrives_ns - self.sails_ns
         passed = [
             self.sails_ns + round(under_way * (float(end) / self.length_m))
-            for end, waypoint in zip(self._ends_m[:-1], voyage.waypoints or (), strict=True)
+            for end in self._ends_m[:-1]
+        ]
+        self.places_ns = (self.sails_ns, *passed, self.arrives_ns)
+        landfalls = [
+            time
+            for time, waypoint in zip(passed, voyage.waypoints or (), strict=True)
             if waypoint.landfall
         ]
-        self.landfalls_ns = (*passed, self.arrives_ns)
+        self.landfalls_ns = (*landfalls, self.arrives_ns)
+
+    @property
+    def speed_m_s(self) -> float:
+        """Speed over the ground under way [m/s]."""
+        return self.length_m * NS_PER_S / (self.arrives_ns - self.sails_ns)
+
+    def is_under_way(self, time_ns: int) -> bool:
+        """Return whether she is between the ports at a time from the start of the scene."""
+        return self.sails_ns < time_ns < self.arrives_ns
+
+    def course(self, time_ns: int) -> float:
+        """Return the course made good at a time from the start of the scene [rad].
+
+        From north to the east, 0 to 2π. At a waypoint it is the course from there on; before she
+        sails the one on which she will, after her arrival the last one.
+        """
+        under_way = self.arrives_ns - self.sails_ns
+        made_m = self.length_m * ((time_ns - self.sails_ns) / under_way)
+        made_m = min(max(made_m, 0.0), self.length_m)
+        index = min(int(np.searchsorted(self._ends_m, made_m, 'right')), len(self._legs) - 1)
+        leg = self._legs[index]
+        begin_m = float(self._ends_m[index]) - leg.length_m
+        return leg.course((made_m - begin_m) / (leg.length_m or 1.0))
 
     def places(self, time_ns: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return latitudes and longitudes at some times [degrees], each of its time alone.
@@ -68,7 +102,7 @@ class Passage:
         return latitude, longitude
 
 
-def _legs(scene: Scene, voyage: Voyage) -> list[Leg]:
+def _legs(scene: Surroundings, voyage: Voyage) -> list[Leg]:
     """Return the way from place to place."""
     legs: list[Leg] = []
     for index, (start, end) in enumerate(pairwise(voyage.places), 1):
@@ -97,7 +131,7 @@ def _legs(scene: Scene, voyage: Voyage) -> list[Leg]:
     return legs
 
 
-def _arrives_at(scene: Scene, voyage: Voyage, length_m: float) -> float:
+def _arrives_at(scene: Surroundings, voyage: Voyage, length_m: float) -> float:
     """Return the time of arrival from the start [s]."""
     if voyage.speed is None:
         return math.nan if voyage.arrives_at is None else voyage.arrives_at

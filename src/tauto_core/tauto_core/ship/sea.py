@@ -93,7 +93,7 @@ def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
     return sea.frequency[first], sea.frequency[last]
 
 
-def elevation(sea: Sea | SpectrumTable, seed: int) -> Harmonics:
+def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics:
     """Return the wave elevation at a ship at rest, sum a_i cos(omega_i t + eps_i) [m].
 
     The band is cut into `components` bins of equal ratio. Each omega_i is drawn uniformly within
@@ -105,9 +105,11 @@ def elevation(sea: Sea | SpectrumTable, seed: int) -> Harmonics:
     Args:
         sea: spectrum and number of components.
         seed: of the PCG64 generator.
+        stream: of the seed, >= 0; seas of different streams are independent.
     """
+    spawn_key = (_STREAM, stream) if stream else (_STREAM,)
     random = np.random.Generator(
-        np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(_STREAM,)))
+        np.random.PCG64(np.random.SeedSequence(seed, spawn_key=spawn_key))
     )
     if isinstance(sea, SpectrumTable):
         edges_hz = np.geomspace(*band_hz(sea), sea.components + 1)

@@ -18,6 +18,7 @@ from tauto_core.scene.fields import Section
 from tauto_core.ship.response_file import RaoFile, read_operator
 from tauto_core.ship.roll_decay import RollFromDecay, fitted_roll
 from tauto_core.ship.spectrum_file import SpectrumFile, read_spectrum
+from tauto_core.ship.weather_file import RecordFile, read_record
 
 S = TypeVar('S', bound=Section)
 
@@ -26,7 +27,8 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     """Return the keys of a ship with tables and numbers in place of the files of its sea.
 
     `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator at its
-    heading, `ship.roll` with a decay its period and damping ratio. The rest is left as it is.
+    heading, `ship.roll` with a decay its period and damping ratio, `ship.weather` of a record its
+    rows. The rest is left as it is.
 
     Args:
         ship: keys and values as read, not checked yet.
@@ -43,6 +45,8 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
         read['rao'] = _read(RaoFile, read_operator, ship, 'rao.path', origin)
     if _holds(ship, 'roll', 'decay'):
         read['roll'] = _read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
+    if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
+        read['weather'] = _read(RecordFile, read_record, ship, 'weather.path', origin)
     return read
 
 

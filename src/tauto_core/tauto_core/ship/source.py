@@ -8,6 +8,7 @@ import numpy as np
 
 from tauto_core.samples import FloatArray, ImuSamples, PlanarImu, State
 from tauto_core.scene import Scene
+from tauto_core.ship.fading import Fades, SampledFades
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.ship.planar import message
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
@@ -119,7 +120,9 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
     return {f'{ship.reported_as}.{key}': value for key, value in ship.metadata(scene).items()}
 
 
-def _stays_finite(roll: Harmonics | None, heave: Harmonics | None, scene: Scene) -> bool:
+def _stays_finite(
+    roll: Harmonics | Fades | None, heave: Harmonics | Fades | None, scene: Scene
+) -> bool:
     """Return whether no sample can be refused: nothing in it comes near what a float holds."""
     if roll is None:
         return True
@@ -129,5 +132,9 @@ def _stays_finite(roll: Harmonics | None, heave: Harmonics | None, scene: Scene)
     return max(angle, rate, force) < LARGEST
 
 
-def _sampled(harmonics: Harmonics | None, scene: Scene) -> SampledHarmonics | None:
-    return None if harmonics is None else SampledHarmonics(harmonics, scene.step_ns)
+def _sampled(
+    motion: Harmonics | Fades | None, scene: Scene
+) -> SampledHarmonics | SampledFades | None:
+    if isinstance(motion, Fades):
+        return SampledFades(motion, scene.step_ns)
+    return None if motion is None else SampledHarmonics(motion, scene.step_ns)

@@ -10,14 +10,20 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, Strict
 
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag
+from tauto_core.scene.kinds import OneOf
 from tauto_core.ship.encounter import Course
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
+from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.response import operator_answer, roll_answer
 from tauto_core.ship.sea import band_hz, elevation, height_and_period
 from tauto_core.ship.sea_sections import Heading, Rao, Roll, Sea, SpectrumTable
 from tauto_core.ship.waves import Harmonics
+from tauto_core.ship.weather_kind import FOLDER as WEATHERS
+from tauto_core.ship.weather_kind import Setting, State, WeatherKind, checked
+from tauto_core.ship.weather_states import fades_of, seas_at_once, told
 
 
 @dataclass(frozen=True)
@@ -40,10 +46,10 @@ class SeaMotion:
 class SeaShip(ShipKind):
     """Roll, and heave where asked, from a sea that the ship meets at a speed and heading.
 
-    Roll follows from `roll` or from `rao`. Heave is the elevation, or what `rao` makes of it.
+    The sea is one, `sea`, or one after another, `weather`. Roll follows from `roll` or from `rao`.
+    Heave is the elevation, or what `rao` makes of it.
     """
 
-    reported_as = 'sea'
     rank = 3
     starter = {
         'sea': {
@@ -56,11 +62,15 @@ class SeaShip(ShipKind):
     }
 
     kind: Literal['sea'] = 'sea'
-    sea: Annotated[Sea | SpectrumTable, Field(discriminator='spectrum')] = Field(
+    sea: Annotated[Sea | SpectrumTable | None, Field(discriminator='spectrum')] = Field(
+        default=None,
         description='mapping: spectrum, significant_wave_height, peak_period, …; or spectrum '
         'file, path',
         # read before a scene is checked, and then a table
         examples=['file'],
+    )
+    weather: Annotated[WeatherKind, OneOf(WEATHERS)] | None = Field(
+        default=None, description='mapping with `kind`, in place of sea: how the sea changes'
     )
     roll: Roll | None = Field(
         default=None,
@@ -91,15 +101,48 @@ class SeaShip(ShipKind):
 
         return with_files_read(ship, origin)
 
+    @property
+    def reported_as(self) -> str:
+        """`sea`, or `weather`."""
+        return 'sea' if self.weather is None else 'weather'
+
     def channels(self, scene: Surroundings) -> Channels:
-        """Return roll and heave in the sea."""
+        """Return roll and heave in the sea, or in one sea after another."""
+        if self.weather is not None:
+            return weather_channels(scene, self)
         sea = sea_motion(scene, self)
-        warnings = sea_warnings(sea)
-        return Channels(sea.roll, sea.heave, metadata=self.metadata(scene), warnings=warnings)
+        return Channels(
+            sea.roll, sea.heave, metadata=self.metadata(scene), warnings=sea_warnings(sea.left_out)
+        )
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
         """Return what the sea was made from and how the ship meets it."""
-        return sea_metadata(scene, self)
+        return sea_metadata(scene, self) if self.weather is None else weather_metadata(scene, self)
+
+    def states(self, scene: Surroundings) -> tuple[State, ...]:
+        """Return the states of the weather.
+
+        Raises:
+            SceneError: weather that does not go with the scene.
+        """
+        assert self.weather is not None
+        setting = Setting(scene, self.weather, self.relative_heading, self.speed)
+        return checked(self.weather.resolved(setting), scene)
+
+    def in_state(self, state: State) -> Self:
+        """Return the ship in the one sea of a state."""
+        here = {'sea': state.sea, 'weather': None, 'speed': state.speed}
+        if self.rao is None:
+            here['heading'] = state.heading
+        return self.model_copy(update=here)
+
+    def roughest(self, scene: Surroundings) -> ShipKind:
+        """Return the ship in the highest of its seas."""
+        if self.weather is None:
+            return self
+        highest = max(self.states(scene), key=lambda state: state.height)
+        # a voyage may be cut short before she leaves a calm
+        return StillShip() if highest.sea is None else self.in_state(highest)
 
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship with another slope coefficient, or response operator."""
@@ -116,7 +159,11 @@ class SeaShip(ShipKind):
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between its keys."""
-        yield from self.sea.problems(self.rate)
+        if self.sea is not None:
+            yield from self.sea.problems(self.rate)
+        if self.weather is not None:
+            yield from self.weather.problems(self.rate)
+        yield from _sea_or_weather(self)
         yield from _response(self)
         if self.rao is not None:
             yield from self.rao.problems(heave=self.heave)
@@ -124,6 +171,24 @@ class SeaShip(ShipKind):
     def left_out(self) -> tuple[str, ...]:
         """Return the heave where it is not asked for."""
         return () if self.heave else ('heave',)
+
+
+def _sea_or_weather(ship: SeaShip) -> Iterator[Problem]:
+    if ship.sea is None and ship.weather is None:
+        yield Problem(
+            'ship.sea',
+            ABSENT,
+            'is missing, and there is no weather in its place',
+            'Write `sea: …`, mapping: spectrum, significant_wave_height, peak_period, …; or '
+            '`weather: …`, mapping with `kind`.',
+        )
+    if ship.sea is not None and ship.weather is not None:
+        yield Problem(
+            'ship.weather',
+            ABSENT,
+            'does not go with ship.sea: the sea is one, or one after another',
+            'Leave one of them out.',
+        )
 
 
 def _response(ship: SeaShip) -> Iterator[Problem]:
@@ -156,15 +221,24 @@ def course_of(scene: Surroundings, ship: SeaShip) -> Course:
     return Course(ship.speed, ship.relative_heading, scene.gravity)
 
 
-def sea_motion(scene: Surroundings, ship: SeaShip) -> SeaMotion:
-    """Return waves, roll and heave of a scene with a sea.
+def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion:
+    """Return waves, roll and heave of a ship in one sea.
+
+    Args:
+        scene: gives seed and gravity.
+        ship: with a sea.
+        stream: of the seed; each state of a weather has its own.
 
     Raises:
         SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
     """
+    assert ship.sea is not None
     course = course_of(scene, ship)
-    waves = elevation(ship.sea, scene.seed)
-    _check_rate(scene, ship, waves, course)
+    waves = elevation(ship.sea, scene.seed, stream)
+    parametric = isinstance(ship.sea, Sea)
+    key = 'ship.sea.peak_period' if parametric else 'ship.sea.frequency'
+    highest = 2.0 * np.pi * band_hz(ship.sea)[1]
+    _check_rate(scene, ship, np.append(waves.angular_frequency, highest), key)
     met = course.met(waves)
     if ship.rao is not None:
         found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
@@ -174,17 +248,17 @@ def sea_motion(scene: Surroundings, ship: SeaShip) -> SeaMotion:
     return SeaMotion(met, roll, met if ship.heave else None, 0.0)
 
 
-def _check_rate(scene: Surroundings, ship: SeaShip, waves: Harmonics, course: Course) -> None:
+def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str) -> None:
     """Refuse waves that the samples of the motion cannot follow."""
-    omega = np.append(waves.angular_frequency, 2.0 * np.pi * band_hz(ship.sea)[1])
-    shortest = float(np.max(np.abs(course.frequency(omega)))) / (2.0 * np.pi)
+    assert ship.sea is not None
+    shortest = float(np.max(np.abs(course_of(scene, ship).frequency(omega)))) / (2.0 * np.pi)
     if shortest < 0.5 * ship.rate:
         return
     parametric = isinstance(ship.sea, Sea)
     meets = '' if ship.speed == 0.0 else f', met at {ship.speed:g} m/s,'
     raise SceneError(
         scene.name,
-        'ship.sea.peak_period' if parametric else 'ship.sea.frequency',
+        key,
         height_and_period(ship.sea)[1] if parametric else band_hz(ship.sea)[1],
         f'the shortest waves{meets} have {shortest:.6g} Hz, which must be below half of '
         f'ship.rate ({ship.rate!r} Hz)',
@@ -192,9 +266,60 @@ def _check_rate(scene: Surroundings, ship: SeaShip, waves: Harmonics, course: Co
     )
 
 
+def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
+    """Return roll and heave in one sea after another.
+
+    Raises:
+        SceneError: as `sea_motion`, of any state.
+    """
+    states = ship.states(scene)
+    left_out = 0.0
+    for number, state in enumerate(states):
+        if state.sea is not None:
+            here = ship.in_state(state)
+            _check_rate(scene, here, _band(state, scene.gravity), f'{state.key}.peak_period')
+            if ship.rao is not None:
+                left_out = max(left_out, sea_motion(scene, here, number).left_out)
+
+    def motion_of(number: int) -> tuple[Harmonics, Harmonics | None]:
+        found = sea_motion(scene, ship.in_state(states[number]), number)
+        return found.roll, found.heave
+
+    roll, heave = fades_of(states, motion_of, heave=ship.heave)
+    return Channels(roll, heave, metadata=ship.metadata(scene), warnings=sea_warnings(left_out))
+
+
+def _band(state: State, gravity: float) -> FloatArray:
+    """Return both ends of a sea's band [rad/s], and where the frequency of encounter turns."""
+    assert state.sea is not None
+    low, high = (2.0 * np.pi * each for each in band_hz(state.sea))
+    along = state.speed * math.cos(state.heading)
+    turns = 0.5 * gravity / along if along > 0.0 else low
+    return np.array([low, high, min(max(turns, low), high)])
+
+
+def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
+    """Return what the seas were made from and how the ship meets them, for reports and bags."""
+    assert ship.weather is not None
+    weather, states = ship.weather, ship.states(scene)
+    heights = [state.height for state in states]
+    return {
+        'kind': weather.kind,
+        'components': weather.components,
+        'seed': scene.seed,
+        'heave': ship.heave,
+        'highest_m': max(heights),
+        'median_m': float(np.median(heights)),
+        'seas_at_once': seas_at_once(states, scene.duration_ns),
+        **weather.facts(),
+        'states': told(states),
+    }
+
+
 def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
     """Return what a sea was made from and how the ship meets it, for reports and bags."""
     sea = ship.sea
+    assert sea is not None
     height, period = height_and_period(sea)
     metadata: dict[str, Any] = {
         'spectrum': sea.spectrum,
@@ -218,12 +343,16 @@ def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
     return metadata
 
 
-def sea_warnings(motion: SeaMotion) -> tuple[str, ...]:
-    """Say what of the waves the ship does not answer."""
-    if motion.left_out == 0.0:
+def sea_warnings(left_out: float) -> tuple[str, ...]:
+    """Say what of the waves the ship does not answer.
+
+    Args:
+        left_out: share of their energy, the most of any sea.
+    """
+    if left_out == 0.0:
         return ()
     return (
-        f'{100.0 * motion.left_out:.2g} % of the energy of the waves lies outside the '
+        f'{100.0 * left_out:.2g} % of the energy of the waves lies outside the '
         "frequencies of ship.rao: it is left out of the ship's motion",
     )
 

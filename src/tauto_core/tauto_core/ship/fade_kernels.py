@@ -1,0 +1,67 @@
+"""Compiled fading of one motion into another; import on first use only.
+
+Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
+"""
+
+import math
+
+from tauto_core.kernels import entry
+from tauto_core.motion.exact_turns import short_cosine_sine
+from tauto_core.samples import FloatArray
+
+ROOT_HALF = math.sqrt(0.5)
+
+
+@entry
+def fade(
+    first: int,
+    step_ns: int,
+    begin_ns: int,
+    length_ns: int,
+    old: tuple[FloatArray, FloatArray, FloatArray],
+    new: tuple[FloatArray, FloatArray, FloatArray],
+    value: FloatArray | None,
+    rate: FloatArray | None,
+    acceleration: FloatArray | None,
+) -> None:
+    """Fill x = cos(θ) a + sin(θ) b and its derivatives, θ = ½π s(u) (equations: `fading`).
+
+    With p = cos(θ) a + sin(θ) b and q = cos(θ) b − sin(θ) a, and likewise p′, q′, p″ of the
+    derivatives of a and b,
+
+        x = p,    ẋ = p′ + θ̇ q,    ẍ = p″ + 2 θ̇ q′ + θ̈ q − θ̇² p.
+
+    Sine and cosine are those of θ − π/4, which the series takes over its whole range. Outputs
+    that are None are not in the compiled code.
+
+    Args:
+        first: index of the first sample from the start of the scene, >= 0.
+        step_ns: time between samples.
+        begin_ns: time at which the fading begins, from the start of the scene.
+        length_ns: of the fading, > 0.
+        old: a and its first and second derivative [1/s, 1/s2], shape (n,).
+        new: b, likewise.
+        value: output x, shape (n,), or None.
+        rate: output ẋ, likewise.
+        acceleration: output ẍ, likewise.
+    """
+    per_s = 1e9 / length_ns
+    for i in range(len(old[0])):
+        u = ((first + i) * step_ns - begin_ns) / length_ns
+        v = 1.0 - u
+        s = (u * u) * (u * u) * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u)))
+        turning = (0.5 * math.pi * 140.0 * per_s) * ((u * v) * (u * v) * (u * v))
+        cosine, sine = short_cosine_sine((0.5 * math.pi) * (s - 0.5))
+        c, d = ROOT_HALF * (cosine - sine), ROOT_HALF * (cosine + sine)
+        p, q = c * old[0][i] + d * new[0][i], c * new[0][i] - d * old[0][i]
+        if value is not None:
+            value[i] = p
+        if rate is not None:
+            rate[i] = (c * old[1][i] + d * new[1][i]) + turning * q
+        if acceleration is not None:
+            bending = (0.5 * math.pi * 420.0 * per_s * per_s) * ((u * v) * (u * v) * (v - u))
+            across = c * new[1][i] - d * old[1][i]
+            along = c * old[2][i] + d * new[2][i]
+            acceleration[i] = (along + 2.0 * turning * across) + (
+                bending * q - turning * turning * p
+            )

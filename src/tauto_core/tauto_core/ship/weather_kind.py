@@ -1,0 +1,236 @@
+"""What every kind of weather has: the states of the sea that a ship meets one after another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, Strict
+
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.fields import Flag
+from tauto_core.scene.kinds import Kind
+from tauto_core.scene.times import NS_PER_S
+from tauto_core.ship.motion_kind import Surroundings
+from tauto_core.ship.sea_sections import ComponentCount, Sea
+
+if TYPE_CHECKING:
+    from tauto_core.ship.passage import Passage
+
+FOLDER = 'tauto_core.ship.weathers'
+
+LEAST_CHANGE_S = 600.0
+"""Shortest time in which one sea turns into another [s]: beside its waves that is slow, and the
+jump of the fade's fourth derivative is lost in the rounding of the interpolation."""
+
+HIGHEST_M = 30.0
+"""Significant wave height beyond which no sea is known [m]."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A sea that the ship has fully met at an instant.
+
+    Attributes:
+        at_ns: from the start of the scene, maybe before it.
+        sea: None: a calm.
+        heading: direction the waves run to, from the bow to port [rad].
+        speed: of the ship [m/s].
+        key: what of the scene gives it, for errors.
+    """
+
+    at_ns: int
+    sea: Sea | None
+    heading: float
+    speed: float
+    key: str
+
+    @property
+    def height(self) -> float:
+        """Significant wave height [m]."""
+        return 0.0 if self.sea is None else self.sea.significant_wave_height
+
+    def goes_on(self, before: State) -> bool:
+        """Return whether nothing has changed since the state before."""
+        same_way = (self.heading, self.speed) == (before.heading, before.speed)
+        return self.sea == before.sea and (self.sea is None or same_way)
+
+
+class WeatherKind(Kind):
+    """How the sea changes. Each kind is a module of `ship/weathers` and names its model `KIND`."""
+
+    spectrum: Literal['bretschneider', 'jonswap'] = Field(
+        default='bretschneider', description='spectrum of the seas: bretschneider or jonswap'
+    )
+    gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
+        default=3.3, description='peak enhancement of jonswap, 1 to 10'
+    )
+    components: ComponentCount = Field(
+        default=64, description='number of components of each sea, 1 to 4096'
+    )
+    follow_route: Flag = Field(
+        default=False,
+        description='true: the speed is that of the voyage, and where the direction of the waves '
+        'is known the heading follows from the course made good',
+    )
+    kind: str
+
+    def resolved(self, setting: Setting) -> tuple[State, ...]:
+        """Return the states in the order of their times.
+
+        Args:
+            setting: scene and ship, against which times, headings and speeds are resolved.
+
+        Raises:
+            SceneError: weather that does not go with the scene.
+        """
+        raise NotImplementedError
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is wrong between its keys.
+
+        Args:
+            rate_hz: samples of the motion a second.
+        """
+        del rate_hz
+        return iter(())
+
+    def facts(self) -> dict[str, object]:
+        """Return what reports tell of it besides its states."""
+        return {}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a weather is resolved against.
+
+    Attributes:
+        scene: whose weather it is.
+        weather: whose states are made.
+        heading: of the waves where the weather does not say it [rad].
+        speed: of the ship where the weather does not say it [m/s].
+    """
+
+    scene: Surroundings
+    weather: WeatherKind
+    heading: float
+    speed: float
+
+    @cached_property
+    def passage(self) -> Passage | None:
+        """The voyage; None where there is none."""
+        from tauto_core.ship.passage import Passage
+
+        voyage = self.scene.voyage
+        return None if voyage is None else Passage(self.scene, voyage)
+
+    def passage_for(self, key: str, value: object) -> Passage:
+        """Return the voyage that a key needs.
+
+        Raises:
+            SceneError: there is none.
+        """
+        if self.passage is None:
+            problem = 'needs a voyage, and the scene has none'
+            remedy = 'Write `voyage: …`, or give times, headings and speeds in numbers.'
+            raise SceneError(self.scene.name, key, value, problem, remedy)
+        return self.passage
+
+    def time_of_place(self, place: int, key: str) -> int:
+        """Return when the ship is at a place of the voyage [ns].
+
+        Args:
+            place: 0 the departure, then the waypoints, then the arrival.
+            key: that says so.
+
+        Raises:
+            SceneError: there is no such place.
+        """
+        times = self.passage_for(key, place).places_ns
+        if place < len(times):
+            return times[place]
+        problem = f'is no place of the voyage, which has {len(times)}: 0 is the departure, '
+        problem += f'{len(times) - 1} the arrival'
+        remedy = f'Give a number from 0 to {len(times) - 1}, or `at: …` in seconds.'
+        raise SceneError(self.scene.name, key, place, problem, remedy)
+
+    def calm(self, at_ns: int, key: str) -> State:
+        """Return a state without waves."""
+        return State(at_ns, None, self.heading, self.speed, key)
+
+    def state(
+        self,
+        at_ns: int,
+        height: float,
+        period: float,
+        key: str,
+        *,
+        spectrum: Literal['bretschneider', 'jonswap'] | None = None,
+        heading: float | None = None,
+        waves_to: float | None = None,
+        speed: float | None = None,
+    ) -> State:
+        """Return a state with waves.
+
+        Args:
+            at_ns: when it is fully met.
+            height: significant wave height [m].
+            period: of the peak [s].
+            key: what gives it.
+            spectrum: of this sea, where it is not that of the weather.
+            heading: direction the waves run to, from the bow to port [rad].
+            waves_to: the same from north to the east [rad], for `follow_route`.
+            speed: of the ship [m/s], where the route is not followed.
+
+        Raises:
+            SceneError: a sea higher than any known, or no voyage to follow.
+        """
+        if height > HIGHEST_M:
+            problem = f'makes a sea of {height:.3g} m, higher than any known ({HIGHEST_M:g} m)'
+            remedy = 'Correct it, or its unit.'
+            raise SceneError(self.scene.name, key, ABSENT, problem, remedy)
+        weather = self.weather
+        shape = spectrum or weather.spectrum
+        sea = Sea(
+            spectrum=shape,
+            significant_wave_height=height,
+            peak_period=period,
+            components=weather.components,
+            **({'gamma': weather.gamma} if shape == 'jonswap' else {}),
+        )
+        if weather.follow_route:
+            passage = self.passage_for('ship.weather.follow_route', True)
+            speed = passage.speed_m_s if passage.is_under_way(at_ns) else 0.0
+            if waves_to is not None:
+                heading = (passage.course(at_ns) - waves_to) % math.tau
+        return State(
+            at_ns,
+            sea,
+            self.heading if heading is None else heading,
+            self.speed if speed is None else speed,
+            key,
+        )
+
+
+def checked(states: Sequence[State], scene: Surroundings) -> tuple[State, ...]:
+    """Return states that follow each other as they must.
+
+    Raises:
+        SceneError: times that do not rise, or a change that is too quick.
+    """
+    for before, after in pairwise(states):
+        apart_s = (after.at_ns - before.at_ns) / NS_PER_S
+        if apart_s <= 0.0:
+            problem = f'is at {after.at_ns / NS_PER_S:g} s, not later than the state before, at '
+            problem += f'{before.at_ns / NS_PER_S:g} s'
+            remedy = 'Give the states in the order of their times.'
+            raise SceneError(scene.name, after.key, ABSENT, problem, remedy)
+        if apart_s < LEAST_CHANGE_S and not after.goes_on(before):
+            problem = f'comes {apart_s:g} s after the state before; a sea takes at least '
+            problem += f'{LEAST_CHANGE_S:g} s to turn into another'
+            raise SceneError(scene.name, after.key, ABSENT, problem, 'Put them further apart.')
+    return tuple(states)

@@ -1,0 +1,221 @@
+"""Weather drawn from what the sea is like in a part of the ocean (theory F2)."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, Strict
+
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.fields import Flag, NonNegative, Positive, Section
+from tauto_core.scene.times import NS_PER_S, nanoseconds
+from tauto_core.ship.climates import CLIMATES, Climate
+from tauto_core.ship.motion_kind import sampled
+from tauto_core.ship.sea_sections import Heading
+from tauto_core.ship.weather_kind import HIGHEST_M, LEAST_CHANGE_S, Setting, State, WeatherKind
+
+_STREAM = 0x636C696D
+"""Of the seed, apart from those of the seas and of the dial's noise."""
+_NUMBERS = ('median_wave_height', 'log_deviation', 'correlation_time', 'steepness')
+_Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
+
+
+class Region(Section):
+    """A part of the way with a climate: a known one, numbers of one's own, or both."""
+
+    at: NonNegative | None = Field(
+        default=None, description='time from the start at which it begins [s]; of the first: none'
+    )
+    waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
+        default=None,
+        description='or place of the voyage: 0 the departure, then waypoints, then the arrival',
+    )
+    climate: Literal['north_atlantic_winter', 'trades'] | None = Field(
+        default=None, description='north_atlantic_winter or trades: what is left out of the rest'
+    )
+    median_wave_height: _Height | None = Field(
+        default=None, description='median significant wave height [m]'
+    )
+    log_deviation: Annotated[float, Strict(), Field(ge=0.0, le=2.0)] | None = Field(
+        default=None, description='standard deviation of its logarithm, 0 to 2'
+    )
+    correlation_time: Positive | None = Field(
+        default=None, description='time in which its correlation falls e-fold [s]'
+    )
+    steepness: Annotated[float, Strict(), Field(ge=1e-4, le=0.1)] | None = Field(
+        default=None, description='significant steepness 2π Hs/(g Tp²), 0.0001 to 0.1'
+    )
+    waves_to: Heading | None = Field(
+        default=None,
+        description='with follow_route: direction the waves run to, from north to the east [rad]',
+    )
+
+    def resolved(self) -> Climate:
+        """Return its numbers, all of which it has or a known climate."""
+        known = CLIMATES[self.climate]._asdict() if self.climate is not None else {}
+        own = {name: getattr(self, name) for name in (*_NUMBERS, 'waves_to')}
+        given = {name: value for name, value in own.items() if value is not None}
+        return Climate(**({'waves_to': None, 'source': 'the scene'} | known | given))
+
+
+class Port(Section):
+    """The sea where the ship lies before she sails and after her arrival."""
+
+    still: Flag = Field(default=False, description='true: no waves')
+    significant_wave_height: _Height | None = Field(
+        default=None, description='significant wave height, at most 30 [m]'
+    )
+    peak_period: Positive | None = Field(
+        default=None, description='period of the spectral peak [s]'
+    )
+    heading: Heading | None = Field(
+        default=None, description='direction the waves run to, from the bow to port [rad]'
+    )
+
+
+class ClimateWeather(WeatherKind):
+    """Seas drawn from the scene's seed: a log-normal height with a memory, and its period.
+
+    ln Hs is a Gauss–Markov process: over a time d it keeps exp(−d/correlation_time) of its
+    departure from the mean. The peak period goes with the height by the steepness.
+    """
+
+    rank = 3
+    starter: ClassVar[Mapping[str, Any]] = {'regions': [{'climate': 'north_atlantic_winter'}]}
+
+    kind: Literal['climate'] = 'climate'
+    regions: tuple[Region, ...] = Field(
+        description='list of regions in the order of the way: climate, at or waypoint, …'
+    )
+    interval: Annotated[float, Strict(), Field(ge=LEAST_CHANGE_S)] = Field(
+        default=21_600.0, description='time between states, at least 600 [s]'
+    )
+    port: Port | None = Field(
+        default=None,
+        description='mapping: still, or significant_wave_height, peak_period and heading, in the '
+        'ports of the voyage; when left out the climate has no port',
+    )
+
+    def resolved(self, setting: Setting) -> tuple[State, ...]:
+        """Return the states that the seed draws."""
+        scene = setting.scene
+        begin_ns, end_ns = 0, scene.duration_ns + nanoseconds(self.interval)
+        if self.port is not None:
+            passage = setting.passage_for('ship.weather.port', ABSENT)
+            begin_ns, end_ns = passage.sails_ns, min(passage.arrives_ns, end_ns)
+        step_ns = nanoseconds(self.interval)
+        first = begin_ns if self.port is None else begin_ns + step_ns
+        at_sea = list(range(first, end_ns - step_ns // 2, step_ns))
+        normal = np.random.Generator(
+            np.random.PCG64(np.random.SeedSequence(scene.seed, spawn_key=(_STREAM,)))
+        ).standard_normal(len(at_sea))
+        begins = self._begins_ns(setting)
+        states, departure = [], 0.0
+        for index, (at_ns, drawn) in enumerate(zip(at_sea, normal.tolist(), strict=True)):
+            number = max(bisect_right(begins, at_ns) - 1, 0)
+            climate = self.regions[number].resolved()
+            kept = math.exp(-self.interval / climate.correlation_time) if index else 0.0
+            departure = kept * departure + math.sqrt(1.0 - kept * kept) * drawn
+            states.append(_state(setting, at_ns, departure, climate, number))
+        if self.port is None:
+            return tuple(states)
+        ends = [0] * (begin_ns > 0) + [begin_ns], [passage.arrives_ns]
+        before, after = ([_in_port(setting, self.port, at_ns) for at_ns in each] for each in ends)
+        return (*before, *states, *after)
+
+    def _begins_ns(self, setting: Setting) -> list[int]:
+        """Return when the regions begin, from the start of the scene."""
+        found: list[int] = []
+        for index, region in enumerate(self.regions):
+            key = f'ship.weather.regions[{index}]'
+            begins = 0
+            if region.at is not None:
+                begins = nanoseconds(region.at)
+            elif region.waypoint is not None:
+                begins = setting.time_of_place(region.waypoint, f'{key}.waypoint')
+            if found and begins <= found[-1]:
+                problem = f'begins at {begins / NS_PER_S:g} s, not later than the region before'
+                remedy = 'Give the regions in the order of the way.'
+                raise SceneError(setting.scene.name, key, ABSENT, problem, remedy)
+            found.append(begins)
+        return found
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is missing of the regions and the port."""
+        if not self.regions:
+            yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
+        for index, region in enumerate(self.regions):
+            yield from _of_region(region, f'ship.weather.regions[{index}]', first=index == 0)
+        if self.port is not None:
+            yield from _of_port(self.port, rate_hz)
+
+    def facts(self) -> dict[str, object]:
+        """Return the sources of the numbers."""
+        return {'sources': [region.resolved().source for region in self.regions]}
+
+
+def _state(setting: Setting, at_ns: int, departure: float, climate: Climate, number: int) -> State:
+    """Return a state whose ln Hs departs from its mean by so many deviations."""
+    height = climate.median_wave_height * math.exp(climate.log_deviation * departure)
+    period = math.sqrt(math.tau * height / (setting.scene.gravity * climate.steepness))
+    key = f'ship.weather.regions[{number}]'
+    return setting.state(at_ns, height, period, key, waves_to=climate.waves_to)
+
+
+def _in_port(setting: Setting, port: Port, at_ns: int) -> State:
+    key = 'ship.weather.port'
+    if port.significant_wave_height is None or port.peak_period is None:
+        return setting.calm(at_ns, key)
+    return setting.state(
+        at_ns,
+        port.significant_wave_height,
+        port.peak_period,
+        key,
+        heading=port.heading,
+        speed=0.0,
+    )
+
+
+def _of_region(region: Region, key: str, *, first: bool) -> Iterator[Problem]:
+    if region.at is not None and region.waypoint is not None:
+        yield Problem(
+            f'{key}.waypoint', region.waypoint, 'does not go with at', 'Leave one of them out.'
+        )
+    if region.at is None and region.waypoint is None and not first:
+        yield Problem(
+            f'{key}.at',
+            ABSENT,
+            'is missing, and there is no waypoint in its place',
+            'Say where the region begins: `at: …` [s], or `waypoint: …`, number of a place.',
+        )
+    for name in _NUMBERS:
+        if region.climate is None and getattr(region, name) is None:
+            yield Problem(
+                f'{key}.{name}',
+                ABSENT,
+                'is missing, and there is no climate to take it from',
+                f'Write `{name}: …`, or `climate: {" or ".join(CLIMATES)}`.',
+            )
+
+
+def _of_port(port: Port, rate_hz: float) -> Iterator[Problem]:
+    waves = {
+        name: getattr(port, name) for name in ('significant_wave_height', 'peak_period', 'heading')
+    }
+    for name, value in waves.items():
+        key = f'ship.weather.port.{name}'
+        if port.still and value is not None:
+            what = 'does not go with still: a calm has no waves'
+            yield Problem(key, value, what, 'Leave out one of them.')
+        elif not port.still and value is None and name != 'heading':
+            remedy = f'Write `{name}: …`, or `still: true` for a calm.'
+            yield Problem(key, ABSENT, 'is missing', remedy)
+    if port.peak_period is not None:
+        yield from sampled('ship.weather.port.peak_period', port.peak_period, rate_hz)
+
+
+KIND = ClimateWeather

@@ -1,0 +1,101 @@
+"""Weather as a buoy measured it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, Strict
+
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.fields import Number, Positive, Text
+from tauto_core.scene.times import nanoseconds
+from tauto_core.ship.sea_sections import Heading
+from tauto_core.ship.weather_kind import Setting, State, WeatherKind
+
+
+class RecordWeather(WeatherKind):
+    """Seas as a buoy measured them, each row fading into the next.
+
+    The file is read when the scene is loaded; the scene that runs holds its rows.
+    """
+
+    rank = 2
+    starter: ClassVar[Mapping[str, Any]] = {
+        'source': 'a buoy',
+        'time': [0.0, 3600.0],
+        'significant_wave_height': [1.5, 1.7],
+        'peak_period': [7.1, 7.7],
+    }
+
+    kind: Literal['record'] = 'record'
+    source: Text = Field(description='where the record is from')
+    time: tuple[Number, ...] = Field(description='list of rising times from the start [s]')
+    significant_wave_height: tuple[Positive, ...] = Field(
+        description='list of significant wave heights [m], one a time'
+    )
+    peak_period: tuple[Positive, ...] = Field(
+        description='list of periods of the spectral peak [s], one a time'
+    )
+    waves_to: tuple[Heading, ...] | None = Field(
+        default=None,
+        description='list of directions the waves run to, from north to the east [rad]',
+    )
+    max_gap: Positive = Field(
+        default=21_600.0, description='longest gap between rows that was bridged [s]'
+    )
+    gaps_bridged: Annotated[int, Strict(), Field(ge=0)] = Field(
+        default=0, description='number of gaps that were bridged'
+    )
+
+    def resolved(self, setting: Setting) -> tuple[State, ...]:
+        """Return the rows.
+
+        Raises:
+            SceneError: the record ends before the scene.
+        """
+        scene = setting.scene
+        if nanoseconds(self.time[-1]) < scene.duration_ns:
+            raise SceneError(
+                scene.name,
+                'ship.weather.time',
+                self.time[-1],
+                f'is the last time of the record [s], and the scene lasts {scene.duration!r} s',
+                f'Set duration to at most {self.time[-1]:.10g}, or give a longer record.',
+            )
+        directions = self.waves_to or (None,) * len(self.time)
+        rows = zip(
+            self.time, self.significant_wave_height, self.peak_period, directions, strict=True
+        )
+        return tuple(
+            setting.state(
+                nanoseconds(time),
+                height,
+                period,
+                f'ship.weather.time[{index}]',
+                waves_to=waves_to,
+            )
+            for index, (time, height, period, waves_to) in enumerate(rows)
+        )
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is wrong with its lists; whether a rate samples them, shows at a speed."""
+        del rate_hz
+        if not self.time:
+            yield Problem('ship.weather.time', ABSENT, 'is empty', 'Give at least one row.')
+        for name in ('significant_wave_height', 'peak_period', 'waves_to'):
+            values = getattr(self, name)
+            if values is not None and len(values) != len(self.time):
+                yield Problem(
+                    f'ship.weather.{name}',
+                    ABSENT,
+                    f'has {len(values)} values for {len(self.time)} times',
+                    'Give one for each time.',
+                )
+
+    def facts(self) -> dict[str, object]:
+        """Return the source, and what was bridged."""
+        return {'source': self.source, 'gaps_bridged': self.gaps_bridged}
+
+
+KIND = RecordWeather

@@ -1,0 +1,189 @@
+"""Weather as a list of states of the sea."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, Strict
+
+from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.fields import Flag, NonNegative, Positive, Section
+from tauto_core.scene.times import nanoseconds
+from tauto_core.ship.motion_kind import sampled
+from tauto_core.ship.sea_sections import Heading
+from tauto_core.ship.weather_kind import Setting, State, WeatherKind
+
+_OF_WAVES = (
+    'significant_wave_height',
+    'peak_period',
+    'spectrum',
+    'heading',
+    'waves_to',
+    'speed',
+)
+
+
+class SeaState(Section):
+    """A sea that is fully there at an instant; it comes over the time from the state before."""
+
+    at: NonNegative | None = Field(default=None, description='time from the start [s]')
+    waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
+        default=None,
+        description='or place of the voyage: 0 the departure, then waypoints, then the arrival',
+    )
+    still: Flag = Field(default=False, description='true: no waves')
+    significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=30.0)] | None = Field(
+        default=None, description='significant wave height, at most 30 [m]'
+    )
+    peak_period: Positive | None = Field(
+        default=None, description='period of the spectral peak [s]'
+    )
+    spectrum: Literal['bretschneider', 'jonswap'] | None = Field(
+        default=None, description='bretschneider or jonswap, that of the weather when left out'
+    )
+    heading: Heading | None = Field(
+        default=None,
+        description='direction the waves run to, from the bow to port [rad]; ship.heading when '
+        'left out',
+    )
+    waves_to: Heading | None = Field(
+        default=None,
+        description='with follow_route: direction the waves run to, from north to the east [rad]',
+    )
+    speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] | None = Field(
+        default=None, description='speed of the ship [m/s]; ship.speed when left out'
+    )
+
+
+class StatesWeather(WeatherKind):
+    """Seas one after another, each fading into the next.
+
+    The change takes the whole time between two states. Where a state is written twice, the sea
+    goes on from the one time to the other. Before the first state and after the last nothing
+    changes.
+    """
+
+    rank = 1
+    starter: ClassVar[Mapping[str, Any]] = {
+        'states': [
+            {'at': 0.0, 'still': True},
+            {'at': 3600.0, 'significant_wave_height': 2.5, 'peak_period': 9.0},
+        ]
+    }
+
+    kind: Literal['states'] = 'states'
+    states: Annotated[tuple[SeaState, ...], Field(max_length=10_000)] = Field(
+        description='list of states of the sea, each with at or waypoint'
+    )
+
+    def resolved(self, setting: Setting) -> tuple[State, ...]:
+        """Return the states as they are listed."""
+        return tuple(
+            _resolved(state, setting, f'ship.weather.states[{index}]')
+            for index, state in enumerate(self.states)
+        )
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is wrong between the keys of each state, and between their times."""
+        if all(state.still for state in self.states):
+            yield Problem(
+                'ship.weather.states',
+                ABSENT,
+                'has no waves: nothing moves',
+                'Give a state with waves, or use ship kind still.',
+            )
+        for index, state in enumerate(self.states):
+            key = f'ship.weather.states[{index}]'
+            yield from _time(state, key)
+            yield from _waves(state, key, rate_hz)
+            yield from _manner(state, key, follow_route=self.follow_route)
+        timed = [(k, each.at) for k, each in enumerate(self.states) if each.at is not None]
+        for (_, before), (index, at) in pairwise(timed):
+            if not at > before:
+                yield Problem(
+                    f'ship.weather.states[{index}].at',
+                    at,
+                    f'must be later than the time before, {before!r} s',
+                    'Give the states in the order of their times.',
+                )
+
+
+def _resolved(state: SeaState, setting: Setting, key: str) -> State:
+    at_ns = (
+        nanoseconds(state.at)
+        if state.at is not None
+        else setting.time_of_place(state.waypoint or 0, f'{key}.waypoint')
+    )
+    if state.significant_wave_height is None or state.peak_period is None:
+        return setting.calm(at_ns, key)
+    return setting.state(
+        at_ns,
+        state.significant_wave_height,
+        state.peak_period,
+        key,
+        spectrum=state.spectrum,
+        heading=state.heading,
+        waves_to=state.waves_to,
+        speed=state.speed,
+    )
+
+
+def _time(state: SeaState, key: str) -> Iterator[Problem]:
+    if (state.at is None) == (state.waypoint is None):
+        what = 'is missing, and there is no waypoint in its place'
+        remedy = 'Write `at: …`, time from the start [s], or `waypoint: …`, number of a place.'
+        if state.at is not None:
+            what, remedy = 'does not go with waypoint', 'Leave one of them out.'
+        yield Problem(f'{key}.at', ABSENT if state.at is None else state.at, what, remedy)
+
+
+def _waves(state: SeaState, key: str, rate_hz: float) -> Iterator[Problem]:
+    if state.still:
+        given = [name for name in _OF_WAVES if getattr(state, name) is not None]
+        for name in given[:1]:
+            yield Problem(
+                f'{key}.{name}',
+                getattr(state, name),
+                'does not go with still: a calm has no waves',
+                'Leave out one of them.',
+            )
+        return
+    for name in ('significant_wave_height', 'peak_period'):
+        if getattr(state, name) is None:
+            yield Problem(
+                f'{key}.{name}',
+                ABSENT,
+                'is missing',
+                f'Write `{name}: …`, or `still: true` for a calm.',
+            )
+    if state.peak_period is not None:
+        yield from sampled(f'{key}.peak_period', state.peak_period, rate_hz)
+
+
+def _manner(state: SeaState, key: str, *, follow_route: bool) -> Iterator[Problem]:
+    if state.waves_to is not None and state.heading is not None:
+        yield Problem(
+            f'{key}.waves_to',
+            state.waves_to,
+            'does not go with heading: either says where the waves run to',
+            'Leave one of them out.',
+        )
+    elif state.waves_to is not None and not follow_route:
+        yield Problem(
+            f'{key}.waves_to',
+            state.waves_to,
+            'needs the course made good',
+            'Write `follow_route: true` in ship.weather, or give heading.',
+        )
+    if state.speed is not None and follow_route:
+        yield Problem(
+            f'{key}.speed',
+            state.speed,
+            'does not go with follow_route: the voyage has a speed',
+            'Leave one of them out.',
+        )
+
+
+KIND = StatesWeather

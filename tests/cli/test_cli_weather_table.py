@@ -1,0 +1,53 @@
+"""The weather as a table on a terminal."""
+
+from rich.console import Console
+
+from tauto_core.cli.weather_table import ROWS, weather_table, weather_words
+
+
+def weather(count: int) -> dict:
+    states = [
+        {
+            'at_s': 21_600.0 * k,
+            'significant_wave_height_m': 1.0 + 0.1 * k,
+            'peak_period_s': 8.0,
+            'heading_rad': 6.0 if k % 2 else 0.5,
+            'speed_m_s': 1.5,
+        }
+        for k in range(count)
+    ]
+    calm = {'significant_wave_height_m': 0.0, 'peak_period_s': None}
+    states[0] |= {**calm, 'heading_rad': None, 'speed_m_s': None}
+    facts = {'kind': 'climate', 'seed': 7, 'seas_at_once': 1.85, 'highest_m': 5.0, 'median_m': 2.0}
+    return {**facts, 'states': states}
+
+
+def printed(count: int) -> list[str]:
+    console = Console(width=80)
+    with console.capture() as caught:
+        console.print(weather_table(weather(count)))
+    rows = [line for line in caught.get().splitlines() if line.startswith('│')]
+    return rows[1:]  # below the headings
+
+
+def test_a_few_states_have_a_row_each_and_a_calm_has_dashes():
+    rows = [[cell.strip() for cell in line.strip('│').split('│')] for line in printed(3)]
+    assert rows == [
+        ['0.00', '0.00', '–', '–', '–'],
+        ['0.25', '1.10', '8.0', '-16', '1.50'],
+        ['0.50', '1.20', '8.0', '29', '1.50'],
+    ]
+
+
+def test_many_states_share_rows_as_ranges():
+    rows = [[cell.strip() for cell in line.strip('│').split('│')] for line in printed(10 * ROWS)]
+    assert len(rows) == ROWS
+    assert rows[1] == ['2.50', '2.00 to 2.90', '8.0', '-16 to 29', '1.50']
+
+
+def test_a_line_says_what_it_is_made_of():
+    said = weather_words(weather(3))
+    assert said.startswith('climate, 3 states, Hs 2 m in the median, 5 m at most, seed 7')
+    record = {**weather(3), 'source': 'buoy.txt', 'gaps_bridged': 2}
+    assert weather_words(record).startswith('buoy.txt, 3 states')
+    assert weather_words(record).endswith('2 gaps bridged')

@@ -1,0 +1,234 @@
+"""Weather as it is written: records of buoys, their gaps, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.ship import ShipMotion
+
+ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}
+HIGH = {'significant_wave_height': 2.5, 'peak_period': 9.0}
+# columns, missing values and units as in NDBC's files since 2007; hours 1 and 3 have no waves
+NDBC = """\
+#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD   PRES  ATMP  WTMP  DEWP  VIS  TIDE
+#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT   hPa  degC  degC  degC   mi    ft
+2019 01 01 00 00 260  9.1 11.0  2.50  9.09  6.50 270 1016.1  10.1  15.2   7.1 99.0 99.00
+2019 01 01 00 10 260  9.1 11.0 99.00 99.00 99.00 999 1016.1  10.1  15.2   7.1 99.0 99.00
+2019 01 01 01 00  MM   MM   MM    MM    MM    MM  MM     MM    MM    MM    MM   MM    MM
+2019 01 01 02 00 260  9.1 11.0  3.00 10.00  6.60 280 1016.1  10.1  15.2   7.1 99.0 99.00
+2019 01 01 03 00 260  9.1 11.0  3.10 99.00  6.60 999 1016.1  10.1  15.2   7.1 99.0 99.00
+2019 01 01 04 00 260  9.1 11.0  3.20 10.81  6.60 290 1016.1  10.1  15.2   7.1 99.0 99.00
+"""
+# as before 2007: no minutes, no marks, two digits of the year before 1999, latest row first
+OLD = """\
+YY MM DD hh WD   WSPD GST  WVHT  DPD   APD  MWD  BAR    ATMP  WTMP  DEWP  VIS
+98 12 31 23 210  8.0   9.5  1.80  7.69  5.50 999 1015.1  12.1  15.2 999.0 99.0
+98 12 31 22 210  8.0   9.5  1.60  7.14  5.50 999 1015.1  12.1  15.2 999.0 99.0
+"""
+CSV = """\
+time_utc,significant_wave_height_m,peak_period_s,waves_from_deg
+2020-01-01T00:00,1.0,6.0,0
+2020-01-01T06:00,2.0,8.0,90
+2020-01-01T12:00,99.00,99.00,999
+2020-01-01T18:00,,,
+2020-01-02T00:00,1.5,7.0,180
+"""
+
+
+def scene_of(weather: dict[str, Any], duration: float = 3600.0, **keys: Any) -> Scene:
+    ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True}
+    return load_scene('ideal', ship=ship, duration=duration, **keys)
+
+
+def record(folder: Path, text: str, **keys: Any) -> dict[str, Any]:
+    file = folder / 'buoy.txt'
+    file.write_text(text, encoding='utf-8')
+    return {'kind': 'record', 'path': str(file), **keys}
+
+
+def refusal(weather: dict[str, Any], **keys: Any) -> str:
+    with pytest.raises(SceneError) as caught:
+        ShipMotion(scene_of(weather, **keys))
+    return str(caught.value)
+
+
+def states_of(*states: dict[str, Any], **keys: Any) -> dict[str, Any]:
+    return {'kind': 'states', 'states': list(states), **keys}
+
+
+def test_a_standard_meteorological_file_is_read_and_its_gaps_are_bridged(tmp_path: Path) -> None:
+    weather = scene_of(record(tmp_path, NDBC, format='ndbc')).ship.weather  # type: ignore[attr-defined]
+    assert weather.source == 'buoy.txt'
+    assert weather.time == (0.0, 7200.0, 14_400.0)
+    assert weather.significant_wave_height == (2.5, 3.0, 3.2)
+    assert weather.peak_period == (9.09, 10.0, 10.81)
+    # from 270 is to 90
+    assert weather.waves_to == pytest.approx([math.radians(each) for each in (90, 100, 110)])
+    assert weather.gaps_bridged == 0
+
+
+def test_older_files_have_two_digits_of_the_year_and_no_minutes(tmp_path: Path) -> None:
+    asked = record(tmp_path, OLD, format='ndbc', begins='1998-12-31T22:30')
+    weather = scene_of(asked, duration=1800.0).ship.weather  # type: ignore[attr-defined]
+    assert weather.time == (-1800.0, 1800.0)
+    assert weather.significant_wave_height == (1.6, 1.8)
+    assert weather.waves_to is None
+
+
+def test_a_csv_file_may_have_gaps_up_to_the_stated_length(tmp_path: Path) -> None:
+    asked = record(tmp_path, CSV, max_gap=64_800.0)
+    weather = scene_of(asked, duration=86_400.0).ship.weather  # type: ignore[attr-defined]
+    assert weather.time == (0.0, 21_600.0, 86_400.0)
+    assert weather.waves_to == pytest.approx([math.pi, 1.5 * math.pi, 0.0])
+    assert weather.gaps_bridged == 0  # of two steps the longer is the usual one
+    said = refusal(record(tmp_path, CSV, max_gap=64_799.0))
+    assert 'line 6: comes 64800 s after the last row with waves; max_gap is 64799.0 s' in said
+
+
+def test_seconds_count_from_the_first_row(tmp_path: Path) -> None:
+    rows = ''.join(f'{1000 + 3600 * k},{1 + 0.1 * k:.1f},8.0\n' for k in (0, 1, 2, 4, 5))
+    asked = record(tmp_path, f'time_s,significant_wave_height_m,peak_period_s\n{rows}')
+    weather = scene_of(asked, duration=18_000.0).ship.weather  # type: ignore[attr-defined]
+    assert weather.time == (0.0, 3600.0, 7200.0, 14_400.0, 18_000.0)
+    assert weather.gaps_bridged == 1
+
+
+def test_a_bag_needs_no_file_of_the_record(tmp_path: Path) -> None:
+    scene = scene_of(record(tmp_path, NDBC, format='ndbc'))
+    (tmp_path / 'buoy.txt').unlink()
+    again = parse_scene(scene_yaml(scene), 'bag')
+    assert again == scene
+    assert str(tmp_path) not in scene_yaml(scene)
+    assert ShipMotion(again).metadata['source'] == 'buoy.txt'
+
+
+def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
+    voyage = {
+        'departure': [0.0, 0.0],
+        'arrival': [10.0, 0.0],
+        'sails_at': 0.0,
+        'arrives_at': 1e6,
+    }
+    asked = record(tmp_path, NDBC, format='ndbc', follow_route=True)
+    scene = scene_of(asked, voyage=voyage)
+    found = scene.ship.states(scene)  # type: ignore[attr-defined]
+    # bound north: waves to the east run to starboard
+    expected = [math.radians(360.0 - each) for each in (90, 100, 110)]
+    assert [state.heading for state in found] == pytest.approx(expected, abs=1e-9)
+    assert found[0].speed == 0.0
+    assert found[1].speed == pytest.approx(1105854.8 / 1e6, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ('text', 'keys', 'said'),
+    [
+        (CSV.replace('8.0', 'x'), {}, "line 3, peak_period_s = 'x': is not a finite number"),
+        (CSV.replace('8.0', '80'), {}, 'line 3, peak_period_s = 80.0: must be greater than 0'),
+        (CSV.replace('2.0', '-2'), {}, 'height_m = -2.0: must be greater than 0 and at most 30'),
+        (CSV.replace('T06', 'T00'), {}, 'line 3: has the time of another row'),
+        (CSV.replace('2020-01-01T06', 'noon'), {}, "time_utc = 'noon:00': is no date and time"),
+        (CSV.replace(',90', ''), {}, 'line 3: has 3 cells, the header 4'),
+        (CSV.replace('peak_period', 'tp'), {}, 'column peak_period_s: is missing'),
+        (CSV.splitlines()[0], {}, 'holds no row with a wave height and a period'),
+        ('', {}, 'column time_s: is missing'),
+        (CSV, {'begins': 'noon'}, "begins = 'noon': is no date and time"),
+        (CSV, {'begins': '2021-01-01'}, 'is not within the record, from 2020-01-01T00:00 to'),
+        (CSV, {'format': 'ndbc'}, 'column YYYY: is missing'),
+        (NDBC, {'format': 'csv'}, 'column time_s: is missing'),
+        (
+            NDBC.replace('2019 01 01 04', '2019 13 01 04'),
+            {'format': 'ndbc'},
+            'line 8: has no date',
+        ),
+        (NDBC, {'format': 'ndbc', 'max_gap': 3600.0}, 'line 6: comes 7200 s after the last row'),
+    ],
+)
+def test_a_record_that_cannot_be_used_is_refused_by_line(
+    text: str, keys: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    asked = {'max_gap': 1e6, **keys}
+    assert said in refusal(record(tmp_path, text, **asked))
+
+
+def test_a_record_must_last_as_long_as_the_scene(tmp_path: Path) -> None:
+    said = refusal(record(tmp_path, NDBC, format='ndbc'), duration=18_000.0)
+    assert 'ship.weather.time = 14400.0' in said
+    assert 'Set duration to at most 14400' in said
+
+
+def test_a_record_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    said = refusal({'kind': 'record', 'path': str(tmp_path / 'none.txt')})
+    assert 'ship.weather.path' in said
+    assert 'there is no such file' in said
+
+
+@pytest.mark.parametrize(
+    ('weather', 'said'),
+    [
+        (states_of(), 'ship.weather.states: has no waves'),
+        (states_of({'at': 0.0, 'still': True}), 'ship.weather.states: has no waves'),
+        (states_of(HIGH), 'states[0].at: is missing, and there is no waypoint'),
+        (states_of({'at': 0.0, 'waypoint': 0, **HIGH}), 'states[0].at = 0.0: does not go with'),
+        (states_of({'at': 0.0, 'peak_period': 9.0}), 'significant_wave_height: is missing'),
+        (states_of({'at': 0.0, **HIGH, 'still': True}), 'does not go with still'),
+        (states_of({'at': 0.0, **HIGH, 'waves_to': 1.0}), 'needs the course made good'),
+        (
+            states_of({'at': 0.0, **HIGH, 'waves_to': 1.0, 'heading': 1.0}, follow_route=True),
+            'waves_to = 1.0: does not go with heading',
+        ),
+        (states_of({'at': 0.0, **HIGH, 'speed': 1.0}, follow_route=True), 'speed = 1.0: does not'),
+        (states_of({'at': 0.0, **HIGH}, follow_route=True), 'follow_route = True: needs a voyage'),
+        (states_of({'waypoint': 0, **HIGH}), 'states[0].waypoint = 0: needs a voyage'),
+        (states_of({'at': 0.0, **HIGH, 'peak_period': 0.05}), 'peak_period = 0.05: is not longer'),
+        (
+            states_of({'at': 0.0, **HIGH, 'peak_period': 0.3}),
+            'states[0].peak_period = 0.3: the sh',
+        ),
+        (states_of({'at': 9.0, **HIGH}, {'at': 9.0, **HIGH}), 'states[1].at = 9.0: must be later'),
+        (
+            states_of({'at': 0.0, 'still': True}, {'at': 599.0, **HIGH}),
+            'states[1]: comes 599 s after the state before; a sea takes at least 600 s',
+        ),
+        (states_of({'at': 0.0, **HIGH, 'sped': 1.0}), 'Did you mean `speed`?'),
+        ({'kind': 'squall'}, "ship.weather.kind = 'squall': is no kind that is known"),
+        ({'kind': 'climate', 'regions': []}, 'ship.weather.regions: is empty'),
+        ({'kind': 'climate', 'regions': [{}]}, 'regions[0].median_wave_height: is missing'),
+        (
+            {'kind': 'climate', 'regions': [{'climate': 'trades'}, {'climate': 'trades'}]},
+            'regions[1].at: is missing, and there is no waypoint',
+        ),
+        (
+            {'kind': 'climate', 'regions': [{'climate': 'trades'}], 'port': {'still': True}},
+            'ship.weather.port: needs a voyage',
+        ),
+        (
+            {'kind': 'climate', 'regions': [{'climate': 'trades'}], 'port': {'peak_period': 5.0}},
+            'ship.weather.port.significant_wave_height: is missing',
+        ),
+        ({'kind': 'climate', 'regions': [{'climate': 'doldrums'}]}, "climate = 'doldrums': must"),
+    ],
+)
+def test_weather_that_cannot_be_is_refused_by_key(weather: dict[str, Any], said: str) -> None:
+    assert said in refusal(weather)
+
+
+def test_a_place_beyond_the_voyage_is_refused() -> None:
+    ports = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
+    said = refusal(states_of({'waypoint': 2, **HIGH}), voyage=ports)
+    assert 'waypoint = 2: is no place of the voyage, which has 2' in said
+
+
+@pytest.mark.parametrize('keys', [{}, {'sea': {'spectrum': 'bretschneider', **HIGH}}])
+def test_a_ship_has_one_sea_or_weather(keys: dict[str, Any]) -> None:
+    ship = {'kind': 'sea', 'roll': ROLL, **keys}
+    if keys:
+        ship['weather'] = states_of({'at': 0.0, **HIGH})
+    with pytest.raises(SceneError) as caught:
+        load_scene('ideal', ship=ship)
+    said = 'does not go with ship.sea' if keys else 'ship.sea: is missing, and there is no weather'
+    assert said in str(caught.value)

@@ -1,0 +1,213 @@
+"""A ship in one sea after another: what each state is, and how it follows the route."""
+
+import math
+
+import numpy as np
+import pytest
+from geographiclib.geodesic import Geodesic
+
+from tauto_core.samples import join
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
+from tauto_core.ship import Passage, ShipMotion, bag_metadata
+from tauto_core.ship.fading import SampledFades
+from tauto_core.ship.weather_states import seas_at_once
+
+S = 1_000_000_000
+ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}
+HIGH = {'significant_wave_height': 2.5, 'peak_period': 9.0}
+LOW = {'significant_wave_height': 1.0, 'peak_period': 7.0}
+CALM = {'still': True}
+PORTS = {'departure': [50.79, -1.11], 'waypoints': [[32.6, -16.9]], 'arrival': [17.93, -76.84]}
+
+
+def scene_of(*states: dict, duration: float = 7200.0, voyage=None, **keys) -> Scene:
+    weather = {'kind': 'states', 'states': list(states)}
+    weather |= {name: keys.pop(name) for name in ('follow_route', 'spectrum') if name in keys}
+    ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True, 'height': 3.0, **keys}
+    return load_scene('ideal', ship=ship, duration=duration, voyage=voyage)
+
+
+def one_sea(sea: dict, duration: float = 7200.0, **keys) -> Scene:
+    sea = {'spectrum': 'bretschneider', **sea}
+    ship = {'kind': 'sea', 'sea': sea, 'roll': ROLL, 'heave': True, 'height': 3.0, **keys}
+    return load_scene('ideal', ship=ship, duration=duration)
+
+
+def test_weather_of_one_state_is_the_one_sea_bit_for_bit():
+    for keys in ({}, {'heading': 2.0, 'speed': 5.0}):
+        weather = ShipMotion(scene_of({'at': 100.0, **HIGH}, duration=300.0, **keys))
+        alone = ShipMotion(one_sea(HIGH, duration=300.0, **keys))
+        one, other = weather.produce(10**6), alone.produce(10**6)
+        for name in ('stamp_ns', 'orientation', 'angular_velocity', 'linear_acceleration'):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_each_state_has_the_spectrum_of_its_sea_and_phases_of_its_own():
+    """Seas of the same height: the same bins and energy, but no frequency or phase in common."""
+    states = {'at': 0.0, **HIGH}, {'at': 3600.0, **LOW}, {'at': 5400.0, **LOW}
+    scene = scene_of(*states, {'at': 7200.0, **HIGH})
+    heave = scene.ship.channels(scene).heave
+    assert heave.sums == (0, 1, 1, 3)
+    first, low, last = (heave.of(number) for number in (0, 1, 3))
+    for sea, height in ((first, 2.5), (low, 1.0), (last, 2.5)):
+        # 4 √(Σ a²/2) is set to Hs by one factor: a few roundings
+        assert 4.0 * math.sqrt(0.5 * np.sum(sea.amplitude**2)) == pytest.approx(height, rel=1e-14)
+    assert not np.isin(first.period, last.period).any()
+    assert not np.isin(first.phase, last.phase).any()
+    # a bin is 3.3 % wide
+    np.testing.assert_allclose(first.period, last.period, rtol=0.034)
+
+
+def test_heave_and_roll_have_the_variance_of_the_state_and_none_in_a_calm():
+    """Over an hour of a steady sea the variance of heave is within a sixth of Hs²/16."""
+    states = [{'at': 0.0, **CALM}, {'at': 1800.0, **CALM}, {'at': 3600.0, **HIGH}]
+    scene = scene_of(*states, {'at': 7200.0, **HIGH})
+    imu = ShipMotion(scene).produce(10**6)
+    still = slice(0, 1800 * 20)
+    assert (imu.angular_velocity[still] == 0.0).all()
+    assert (imu.linear_acceleration[still] == [0.0, 0.0, scene.gravity]).all()
+    found = scene.ship.channels(scene).heave
+    (heave,) = SampledFades(found, scene.step_ns).between(3600 * 20, 7200 * 20, 0)
+    assert np.var(heave) == pytest.approx(2.5**2 / 16.0, rel=1.0 / 6.0)
+
+
+def test_the_motion_at_the_clock_is_the_second_derivative_of_what_is_sent():
+    """Within a change of ten minutes, where the fade's own derivatives matter most.
+
+    Specific force against differences of fourth order of roll and heave: they leave out
+    h⁴/90 of a sixth derivative, 1e-12 of it, and round to 1e-9.
+    """
+    scene = scene_of({'at': 0.0, **LOW}, {'at': 600.0, **HIGH}, duration=660.0, rate=1000.0)
+    motion = ShipMotion(scene)
+    motion.restore({'next': 300_000})
+    imu = motion.produce(2000)
+    channels = scene.ship.channels(scene)
+    roll, heave = (
+        SampledFades(each, scene.step_ns).between(299_998, 302_002, 0)[0]
+        for each in (channels.roll, channels.heave)
+    )
+    twice = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0 * 1e6
+    roll_2, heave_2 = (np.correlate(x, twice) for x in (roll, heave))
+    rate = np.correlate(roll, np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 * 1e3)
+    g, z0, rho = scene.gravity, 3.0, roll[2:-2]
+    wanted_y = (g + heave_2) * np.sin(rho) - z0 * roll_2
+    wanted_z = (g + heave_2) * np.cos(rho) - z0 * rate**2
+    np.testing.assert_allclose(imu.linear_acceleration[:, 1], wanted_y, rtol=0, atol=3e-9)
+    np.testing.assert_allclose(imu.linear_acceleration[:, 2], wanted_z, rtol=0, atol=3e-9)
+
+
+def test_bits_depend_neither_on_the_split_nor_on_a_resume():
+    scene = scene_of({'at': 0.0, **LOW}, {'at': 900.0, **CALM}, {'at': 1800.0, **HIGH})
+    whole = ShipMotion(scene).produce(10**6)
+    ship, parts = ShipMotion(scene), []
+    for count in (1, 511, 512, 17_999, 3, 700, 20_001):
+        parts.append(ship.produce(count))
+        state = ship.state()
+        ship = ShipMotion(scene)
+        ship.restore(state)
+    parts.append(ship.produce(10**6))
+    joined = join(parts)
+    for name in ('stamp_ns', 'orientation', 'angular_velocity', 'linear_acceleration'):
+        np.testing.assert_array_equal(getattr(joined, name), getattr(whole, name))
+
+
+def test_speed_and_heading_follow_the_route():
+    """Against geographiclib's course; waves to the west meet a ship bound north from abeam."""
+    voyage = {**PORTS, 'sails_at': 1000.0, 'arrives_at': 5_000_000.0}
+    sea = {**HIGH, 'waves_to': 1.5 * math.pi}
+    states = [{'waypoint': 0, **sea}, {'at': 1_000_000.0, **sea}, {'waypoint': 1, **sea}]
+    scene = scene_of(*states, {'waypoint': 2, **sea}, voyage=voyage, follow_route=True)
+    passage = Passage(scene, scene.voyage)
+    found = scene.ship.states(scene)
+    assert [state.at_ns for state in found] == [
+        1000 * S,
+        1_000_000 * S,
+        passage.places_ns[1],
+        5_000_000 * S,
+    ]
+    assert [state.speed for state in found] == [0.0, passage.speed_m_s, passage.speed_m_s, 0.0]
+    for state in found:
+        latitude, longitude = (x[0] for x in passage.places(np.array([state.at_ns])))
+        on_second = state.at_ns >= passage.places_ns[1]
+        goal = PORTS['arrival'] if on_second else PORTS['waypoints'][0]
+        if state.at_ns == 5_000_000 * S:
+            line = Geodesic.WGS84.Inverse(*PORTS['waypoints'][0], *goal)
+            course = math.radians(line['azi2'])
+        else:
+            course = math.radians(Geodesic.WGS84.Inverse(latitude, longitude, *goal)['azi1'])
+        # the series of the leg is good to rounding, its derivative to a few digits less
+        apart = math.remainder(state.heading - (course - 1.5 * math.pi), math.tau)
+        assert abs(apart) < 1e-10
+    north = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0]}
+    voyage = {**north, 'sails_at': 0.0, 'arrives_at': 1_000_000.0}
+    scene = scene_of({'at': 1000.0, **sea}, voyage=voyage, follow_route=True)
+    assert scene.ship.states(scene)[0].heading == pytest.approx(0.5 * math.pi, abs=1e-12)
+
+
+def test_a_rhumb_line_keeps_its_course():
+    voyage = {**PORTS, 'sails_at': 0.0, 'arrives_at': 5e6, 'track': 'rhumb'}
+    scene = scene_of({'at': 0.0, **HIGH}, voyage=voyage)
+    passage = Passage(scene, scene.voyage)
+    courses = {passage.course(k * S) for k in range(0, passage.places_ns[1] // S, 300_000)}
+    assert len(courses) == 1
+    (course,) = courses
+    (a, b), (c, d) = (passage.places(np.array([k * 1000 * S])) for k in (100, 101))
+    north, east = np.diff([a[0], c[0]])[0], np.diff([b[0], d[0]])[0]
+    # over 1000 s the meridian's radius and the parallel change by 1e-5
+    assert math.atan2(east * math.cos(math.radians(a[0])), north) % math.tau == pytest.approx(
+        course, abs=3e-3
+    )
+
+
+def test_the_bag_tells_the_weather():
+    scene = scene_of({'at': 0.0, **CALM}, {'at': 3600.0, **HIGH, 'heading': 2.0, 'speed': 3.0})
+    told = bag_metadata(scene)
+    assert told['weather.kind'] == 'states'
+    assert (told['weather.highest_m'], told['weather.seed']) == (2.5, scene.seed)
+    assert told['weather.states'] == [
+        {
+            'at_s': 0.0,
+            'significant_wave_height_m': 0.0,
+            'peak_period_s': None,
+            'heading_rad': None,
+            'speed_m_s': None,
+        },
+        {
+            'at_s': 3600.0,
+            'significant_wave_height_m': 2.5,
+            'peak_period_s': 9.0,
+            'heading_rad': 2.0,
+            'speed_m_s': 3.0,
+        },
+    ]
+    assert ShipMotion(scene).metadata['states'] == told['weather.states']
+
+
+def test_the_scene_of_a_bag_is_the_same_scene():
+    scene = scene_of({'at': 0.0, **CALM}, {'at': 3600.0, **HIGH, 'spectrum': 'jonswap'})
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+
+
+@pytest.mark.parametrize(
+    ('states', 'expected'),
+    [
+        ([(0.0, HIGH)], 1.0),
+        ([(0.0, HIGH), (3600.0, LOW)], 1.5),
+        ([(0.0, CALM), (3600.0, HIGH), (7200.0, HIGH)], 1.0),
+        ([(0.0, CALM), (3600.0, CALM), (7200.0, HIGH)], 0.5),
+        ([(1800.0, LOW), (5400.0, HIGH)], 1.5),
+    ],
+)
+def test_how_many_seas_are_summed(states, expected):
+    scene = scene_of(*({'at': at, **sea} for at, sea in states))
+    found = seas_at_once(scene.ship.states(scene), scene.duration_ns)
+    assert found == pytest.approx(expected, rel=1e-15)
+
+
+def test_predictions_go_by_the_highest_sea():
+    scene = scene_of(
+        {'at': 0.0, **LOW}, {'at': 3600.0, **HIGH, 'heading': 2.0}, {'at': 7200.0, **LOW}
+    )
+    rough = scene.ship.roughest(scene)
+    assert (rough.sea.significant_wave_height, rough.heading, rough.weather) == (2.5, 2.0, None)
+    assert one_sea(HIGH).ship.roughest(scene) == one_sea(HIGH).ship
