@@ -1,12 +1,14 @@
 """The weather as a table on a terminal."""
 
+from typing import Any
+
 from rich.console import Console
 
 from tauto_core.cli.weather_table import ROWS, weather_table, weather_words
 
 
-def weather(count: int) -> dict:
-    states = [
+def weather(count: int) -> dict[str, Any]:
+    states: list[dict[str, Any]] = [
         {
             'at_s': 21_600.0 * k,
             'significant_wave_height_m': 1.0 + 0.1 * k,
@@ -16,7 +18,7 @@ def weather(count: int) -> dict:
         }
         for k in range(count)
     ]
-    calm = {'significant_wave_height_m': 0.0, 'peak_period_s': None}
+    calm: dict[str, Any] = {'significant_wave_height_m': 0.0, 'peak_period_s': None}
     states[0] |= {**calm, 'heading_rad': None, 'speed_m_s': None}
     facts = {'kind': 'climate', 'seed': 7, 'seas_at_once': 1.85, 'highest_m': 5.0, 'median_m': 2.0}
     return {**facts, 'states': states}

@@ -62,7 +62,7 @@ def states_of(*states: dict[str, Any], **keys: Any) -> dict[str, Any]:
 
 
 def test_a_standard_meteorological_file_is_read_and_its_gaps_are_bridged(tmp_path: Path) -> None:
-    weather = scene_of(record(tmp_path, NDBC, format='ndbc')).ship.weather  # type: ignore[attr-defined]
+    weather = scene_of(record(tmp_path, NDBC, format='ndbc')).ship.weather
     assert weather.source == 'buoy.txt'
     assert weather.time == (0.0, 7200.0, 14_400.0)
     assert weather.significant_wave_height == (2.5, 3.0, 3.2)
@@ -74,7 +74,7 @@ def test_a_standard_meteorological_file_is_read_and_its_gaps_are_bridged(tmp_pat
 
 def test_older_files_have_two_digits_of_the_year_and_no_minutes(tmp_path: Path) -> None:
     asked = record(tmp_path, OLD, format='ndbc', begins='1998-12-31T22:30')
-    weather = scene_of(asked, duration=1800.0).ship.weather  # type: ignore[attr-defined]
+    weather = scene_of(asked, duration=1800.0).ship.weather
     assert weather.time == (-1800.0, 1800.0)
     assert weather.significant_wave_height == (1.6, 1.8)
     assert weather.waves_to is None
@@ -82,7 +82,7 @@ def test_older_files_have_two_digits_of_the_year_and_no_minutes(tmp_path: Path) 
 
 def test_a_csv_file_may_have_gaps_up_to_the_stated_length(tmp_path: Path) -> None:
     asked = record(tmp_path, CSV, max_gap=64_800.0)
-    weather = scene_of(asked, duration=86_400.0).ship.weather  # type: ignore[attr-defined]
+    weather = scene_of(asked, duration=86_400.0).ship.weather
     assert weather.time == (0.0, 21_600.0, 86_400.0)
     assert weather.waves_to == pytest.approx([math.pi, 1.5 * math.pi, 0.0])
     assert weather.gaps_bridged == 0  # of two steps the longer is the usual one
@@ -93,7 +93,7 @@ def test_a_csv_file_may_have_gaps_up_to_the_stated_length(tmp_path: Path) -> Non
 def test_seconds_count_from_the_first_row(tmp_path: Path) -> None:
     rows = ''.join(f'{1000 + 3600 * k},{1 + 0.1 * k:.1f},8.0\n' for k in (0, 1, 2, 4, 5))
     asked = record(tmp_path, f'time_s,significant_wave_height_m,peak_period_s\n{rows}')
-    weather = scene_of(asked, duration=18_000.0).ship.weather  # type: ignore[attr-defined]
+    weather = scene_of(asked, duration=18_000.0).ship.weather
     assert weather.time == (0.0, 3600.0, 7200.0, 14_400.0, 18_000.0)
     assert weather.gaps_bridged == 1
 
@@ -116,7 +116,7 @@ def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
     }
     asked = record(tmp_path, NDBC, format='ndbc', follow_route=True)
     scene = scene_of(asked, voyage=voyage)
-    found = scene.ship.states(scene)  # type: ignore[attr-defined]
+    found = scene.ship.states(scene)
     # bound north: waves to the east run to starboard
     expected = [math.radians(360.0 - each) for each in (90, 100, 110)]
     assert [state.heading for state in found] == pytest.approx(expected, abs=1e-9)

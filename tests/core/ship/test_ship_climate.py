@@ -1,6 +1,7 @@
 """Weather drawn from a climate, against the closed forms of its process (theory F2)."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,9 @@ VOYAGE = {
 }
 
 
-def scene_of(*regions: dict, seed: int = 1, days: float = 400.0, voyage=None, **weather) -> Scene:
+def scene_of(
+    *regions: dict[str, Any], seed: int = 1, days: float = 400.0, voyage=None, **weather
+) -> Scene:
     weather = {'kind': 'climate', 'regions': list(regions), **weather}
     ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True}
     return load_scene('ideal', ship=ship, seed=seed, duration=days * DAY_S, voyage=voyage)

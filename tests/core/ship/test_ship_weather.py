@@ -1,6 +1,7 @@
 """A ship in one sea after another: what each state is, and how it follows the route."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,17 +18,21 @@ ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}
 HIGH = {'significant_wave_height': 2.5, 'peak_period': 9.0}
 LOW = {'significant_wave_height': 1.0, 'peak_period': 7.0}
 CALM = {'still': True}
-PORTS = {'departure': [50.79, -1.11], 'waypoints': [[32.6, -16.9]], 'arrival': [17.93, -76.84]}
+PORTS: dict[str, Any] = {
+    'departure': [50.79, -1.11],
+    'waypoints': [[32.6, -16.9]],
+    'arrival': [17.93, -76.84],
+}
 
 
-def scene_of(*states: dict, duration: float = 7200.0, voyage=None, **keys) -> Scene:
+def scene_of(*states: dict[str, Any], duration: float = 7200.0, voyage=None, **keys) -> Scene:
     weather = {'kind': 'states', 'states': list(states)}
     weather |= {name: keys.pop(name) for name in ('follow_route', 'spectrum') if name in keys}
     ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True, 'height': 3.0, **keys}
     return load_scene('ideal', ship=ship, duration=duration, voyage=voyage)
 
 
-def one_sea(sea: dict, duration: float = 7200.0, **keys) -> Scene:
+def one_sea(sea: dict[str, Any], duration: float = 7200.0, **keys) -> Scene:
     sea = {'spectrum': 'bretschneider', **sea}
     ship = {'kind': 'sea', 'sea': sea, 'roll': ROLL, 'heave': True, 'height': 3.0, **keys}
     return load_scene('ideal', ship=ship, duration=duration)
