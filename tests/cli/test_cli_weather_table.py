@@ -1,12 +1,14 @@
 """The weather as a table on a terminal."""
 
+from typing import Any
+
 from rich.console import Console
 
 from tauto_core.cli.weather_table import ROWS, weather_table, weather_words
 
 
-def weather(count: int) -> dict:
-    states = [
+def weather(count: int) -> dict[str, Any]:
+    states: list[dict[str, Any]] = [
         {
             'at_s': 21_600.0 * k,
             'significant_wave_height_m': 1.0 + 0.1 * k,
