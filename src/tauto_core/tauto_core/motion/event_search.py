@@ -38,7 +38,7 @@ from tauto_core.motion.turning import expand
 DISCERNED = 1e-7
 """Part of the slope at a step's end that its beginning must fall with to count as falling."""
 
-CLEAR = 0.05
+KINK_APART = 0.05
 """Part of a step's largest angle that its nodes keep from a kink that is surely not passed."""
 
 BENT = 0.25
@@ -125,7 +125,7 @@ def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bo
         return False
     if system.kinked:
         nearest = least(side * system.coordinates(work))
-        if not (side * after.coordinate > 0.0 and nearest >= CLEAR * beyond.reach):
+        if not (side * after.coordinate > 0.0 and nearest >= KINK_APART * beyond.reach):
             return False
     state.direction = -state.direction
     state.armed = True
@@ -160,7 +160,7 @@ def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
     system = run.system
     if system.kinked and kind == KINK:
         felt = system.coordinates(run.memory.work)
-        return least(mode.side * felt) < CLEAR * largest(felt)
+        return least(mode.side * felt) < KINK_APART * largest(felt)
     return system.turns_abruptly and kind == TURNING
 
 

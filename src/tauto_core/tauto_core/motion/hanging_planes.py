@@ -24,6 +24,7 @@ from tauto_core.motion.outside import (
     difference,
     nodes_of,
 )
+from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.system import Beyond, Instant, Lanes, Mode, Omega, Plane, State
 from tauto_core.motion.threads import (
@@ -42,9 +43,6 @@ VERTICAL_ROW, GRAVITY_ROW, TURN_ROW = range(FIRST_ROW, FIRST_ROW + 3)
 """Rows of β, g_eff and α̇ at the nodes."""
 
 ROWS = 3
-
-CLEAR = 2.0
-"""Factor by which the square of the swing exceeds what would just keep it clear of the tilt."""
 
 
 class Hanging(NamedTuple):

@@ -47,6 +47,7 @@ from tauto_core.motion.outside import (
     difference,
     nodes_of,
 )
+from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.system import Beyond, Instant, Lanes, Mode, Omega, Plane, State
 from tauto_core.motion.threads import (
@@ -62,9 +63,6 @@ TURN_ROW, TURN_BEND_ROW, UP_ROW, ACROSS_ROW = range(OUTSIDE_ROW, OUTSIDE_ROW + 4
 """Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
 
 ROWS = 4
-
-CLEAR = 2.0
-"""Factor by which the square of the swing exceeds what would just keep it clear."""
 
 
 class Lever(NamedTuple):

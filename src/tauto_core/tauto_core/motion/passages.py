@@ -25,6 +25,9 @@ APART = 0.1
 """Part of the step that nodes must lie before an event to be counted: where it is, is not known
 better yet, and what would be counted at a node behind it would not have happened."""
 
+CLEAR = 2.0
+"""Factor by which the square of the swing exceeds what would just keep it clear of the tilt."""
+
 HALVINGS = 40
 
 

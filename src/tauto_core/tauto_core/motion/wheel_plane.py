@@ -9,7 +9,7 @@ import math
 from typing import Any, NamedTuple, TypeAlias
 
 from tauto_core.curves.levers import LinearLever
-from tauto_core.kernels import compiled
+from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.arc_length import ArcShape
 from tauto_core.motion.lanes import fma, lane, largest, least, load, store, width
 from tauto_core.motion.layout import BEYOND, phase_to
@@ -31,7 +31,7 @@ from tauto_core.motion.outside import (
     node_row,
     outside_at,
 )
-from tauto_core.motion.passages import bounds_of
+from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.sticking import set_off_or_hold
 from tauto_core.motion.system import (
     NOWHERE,
@@ -66,9 +66,6 @@ from tauto_core.samples import FloatArray
 
 Lever: TypeAlias = Any
 """One of `curves.levers`."""
-
-CLEAR = 2.0
-"""Factor by which the square of the swing exceeds what would just keep it clear of the tilt."""
 
 WELL_WITHIN = 0.97
 """Part of the range within which all nodes of a step must lie, that all of it surely does."""
@@ -235,7 +232,7 @@ class Wheel(NamedTuple):
         return (ahead + BEYOND) / pace
 
 
-@compiled
+@inlined
 def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
     machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
     q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
@@ -251,7 +248,7 @@ def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -
     store(work, D2_ROW, more * per_omega)
 
 
-@compiled
+@inlined
 def _along_the_arc(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
     machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
     s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
