@@ -217,7 +217,11 @@ def sail(
     with naming(origin or scene.name, scene.name):
         machine, motion = check_scene(scene)
     heard = out is not None or watch is not None
-    kept = watch is not None or (out is not None and scene.keeps_motion)
+    kept = (
+        bool(scene.drift.covariates)
+        or watch is not None
+        or (out is not None and scene.keeps_motion)
+    )
     source = ShipSource(scene, motion, says_scene=heard, as_messages=kept)
     stages = pipeline(scene, machine)
     summary = Summary(scene, machine)
