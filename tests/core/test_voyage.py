@@ -10,7 +10,16 @@ import pytest
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.readiness import check_scene
-from tauto_core.samples import ESTIMATE, READING, SCENE, SHIP_FIX, SHIP_IMU, join, take
+from tauto_core.samples import (
+    ESTIMATE,
+    OBSERVATION,
+    READING,
+    SCENE,
+    SHIP_FIX,
+    SHIP_IMU,
+    join,
+    take,
+)
 from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
 from tauto_core.summary import Summary
@@ -287,3 +296,44 @@ def test_memory_does_not_grow_with_the_duration(bag, tmp_path, monkeypatch):
     sail(load_scene('second_cam_at_sea', duration=10.0))  # compiles and fills the caches
     short, long = peak_bytes(0.25, out), peak_bytes(1.0, out)
     assert long < short + 150_000
+
+
+def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
+    """The integrals are in drift/estimate: filter and smoother are exact from a thin bag."""
+    drift = {
+        'observation_interval': 30.0,
+        'observation_sigma': 0.001,
+        'gate': 1e9,
+        'covariates': ['heave', 'roll'],
+        'coefficients': {
+            'heave': {'value': 1.0, 'sigma': 0.05},
+            'roll': {'value': 0.01, 'sigma': 0.02},
+        },
+    }
+    log = {'interval': 5.0, 'motion': False}
+    scene = load_scene('involute_weight_at_sea', duration=120.0, drift=drift, log=log)
+    report = sail(scene, tmp_path / 'thin')
+    assert SHIP_IMU not in read_bag(tmp_path / 'thin')
+    told = replay(tmp_path / 'thin', smooth=True)
+    assert told['drift'] == report['drift']
+    assert not told['warnings']
+    # the last observation is at the end, where hindsight knows no more
+    for name in ('offset_s', 'mean_rate_sigma_s_per_day', 'roll_coefficient', 'heave_integral_s'):
+        assert told['smoothed'][name][-1] == pytest.approx(report['drift'][name], rel=1e-9)
+    full = load_scene('involute_weight_at_sea', duration=120.0, drift=drift)
+    assert sail(full, tmp_path / 'full')['drift']['heave_integral_s'] == pytest.approx(
+        report['drift']['heave_integral_s'], rel=1e-12
+    )
+    # a bag of readings and motion alone
+    bag = read_bag(tmp_path / 'full')
+    with BagWriter(tmp_path / 'bare') as writer:
+        writer.write({t: bag.samples(t) for t in (SCENE, READING, SHIP_IMU, OBSERVATION)})
+    again = replay(tmp_path / 'bare')['drift']
+    assert again['heave_integral_s'] == pytest.approx(
+        report['drift']['heave_integral_s'], rel=1e-9
+    )
+    with BagWriter(tmp_path / 'blind') as writer:
+        writer.write({t: bag.samples(t) for t in (SCENE, READING, OBSERVATION)})
+    blind = replay(tmp_path / 'blind')
+    assert blind['drift']['heave_integral_s'] == 0.0
+    assert any('no topic ship/imu' in words for words in blind['warnings'])

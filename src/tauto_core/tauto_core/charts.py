@@ -120,18 +120,14 @@ def _rate(voyage: Voyage) -> Chart:
     every = max((len(voyage.time_s) - 1) // PIECES, 1)
     time, error = voyage.time_s[::every], voyage.clock_error_s[::every]
     measured = np.diff(error) / np.diff(time) * SECONDS_PER_DAY
+    estimated, sigma = voyage.mean_rate_s_per_day, voyage.mean_rate_sigma_s_per_day
     return Chart(
         'Rate of the clock',
         label,
         'rate [s/day], fast is positive',
         [
-            _band(
-                'estimate ± 1σ',
-                voyage.time_s / unit,
-                voyage.rate_s_per_day,
-                voyage.rate_sigma_s_per_day,
-            ),
-            _line('estimated', voyage.time_s / unit, voyage.rate_s_per_day, 'orange'),
+            _band('estimate ± 1σ', voyage.time_s / unit, estimated, sigma),
+            _line('estimated', voyage.time_s / unit, estimated, 'orange'),
             _line('dial', 0.5 * (time[1:] + time[:-1]) / unit, measured),
         ],
     )

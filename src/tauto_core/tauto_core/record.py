@@ -13,6 +13,7 @@ import numpy as np
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, check_folder, read_bag
 from tauto_core.call_words import in_words_of_calls
+from tauto_core.navigation.estimates import MEAN_RATE_NAMES
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -110,8 +111,24 @@ class Voyage:
 
     @property
     def rate_s_per_day(self) -> FloatArray:
-        """Estimated rate of the dial [s/day], fast is positive."""
+        """Estimated rate of the dial [s/day], fast is positive; with covariates at rest."""
         return self._named(ESTIMATE, 'rate_s_per_day')
+
+    @property
+    def mean_rate_s_per_day(self) -> FloatArray:
+        """Estimated rate, with covariates its mean since the start [s/day]."""
+        return self._mean_rate(MEAN_RATE_NAMES[0], 'rate_s_per_day')
+
+    @property
+    def mean_rate_sigma_s_per_day(self) -> FloatArray:
+        """Standard deviation of `mean_rate_s_per_day` [s/day]."""
+        return self._mean_rate(MEAN_RATE_NAMES[1], 'rate_sigma_s_per_day')
+
+    def _mean_rate(self, name: str, steady: str) -> FloatArray:
+        if ESTIMATE not in self.samples:
+            return _NONE
+        named = self._of(ESTIMATE, JointSamples).name
+        return self._named(ESTIMATE, name if name in named else steady)
 
     @property
     def rate_sigma_s_per_day(self) -> FloatArray:

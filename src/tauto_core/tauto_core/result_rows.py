@@ -56,6 +56,9 @@ def _regulator_rows(trochlea: Section) -> list[Row]:
     return rows
 
 
+_COEFFICIENT = '_coefficient'
+
+
 def _clock_rows(clock: Section) -> list[Row]:
     return [
         ('error of the dial', significant(clock['error_s'], signed=True), 's'),
@@ -68,6 +71,19 @@ def _drift_rows(drift: Section) -> list[Row]:
     rows = [
         ('offset', _with_sigma(drift, 'offset_s', 'offset_sigma_s'), 's'),
         ('rate', _with_sigma(drift, 'rate_s_per_day', 'rate_sigma_s_per_day'), 's/day'),
+    ]
+    if 'mean_rate_s_per_day' in drift:
+        rows[1] = ('rate, ship at rest', *rows[1][1:])
+        mean = _with_sigma(drift, 'mean_rate_s_per_day', 'mean_rate_sigma_s_per_day')
+        rows.append(('rate, mean of the voyage', mean, 's/day'))
+    rows += [
+        (
+            f'coefficient of {key[: -len(_COEFFICIENT)]}',
+            _with_sigma(drift, key, f'{key}_sigma'),
+            '',
+        )
+        for key in drift
+        if key.endswith(_COEFFICIENT)
     ]
     wrong = [drift.get(f'{name}_error_sigmas') for name in ('offset', 'rate')]
     if None not in wrong:

@@ -137,8 +137,12 @@ class Stage(Protocol):
     stage from the same scene and calling `restore()`.
     """
 
-    inputs: ClassVar[tuple[str, ...]]
     outputs: ClassVar[tuple[str, ...]]
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Topics that it takes; a scene may ask for more of them."""
+        ...
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take what came on any of the inputs; return what can be said now."""

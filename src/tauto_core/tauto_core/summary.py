@@ -17,9 +17,10 @@ from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
     LongitudeTally,
     RateScatter,
-    clock_model,
     projection,
 )
+from tauto_core.navigation.assumptions import dial_model
+from tauto_core.navigation.estimates import mean_rate
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
@@ -134,8 +135,8 @@ class Summary:
         """Return the last estimate, and its errors in its own standard deviations.
 
         `offset_error_sigmas` holds the estimated offset against the error of the dial and
-        `rate_error_sigmas` the estimated rate against its mean since the start; the latter is left
-        out where there is but one instant.
+        `rate_error_sigmas` the estimated rate against its mean since the start, where it follows
+        the ship's motion its own mean; left out where there is but one instant.
         """
         last, clock = self._last.get(ESTIMATE), self.clock()
         if last is None:
@@ -145,8 +146,8 @@ class Summary:
             wrong_s = found['offset_s'] - clock['error_s']
             found['offset_error_sigmas'] = wrong_s / found['offset_sigma_s']
         if self._first_reading != self._last_reading:
-            wrong = found['rate_s_per_day'] - clock['rate_s_per_day']
-            found['rate_error_sigmas'] = wrong / found['rate_sigma_s_per_day']
+            rate, sigma = mean_rate(found)
+            found['rate_error_sigmas'] = (rate - clock['rate_s_per_day']) / sigma
         return found
 
     def longitude(self) -> dict[str, Any]:
@@ -162,7 +163,7 @@ class Summary:
         if found['unchecked_days'] >= LEAST_UNCHECKED_DAYS or not clock or not estimate:
             return {**found, 'projection': []}
         latitude = found['latitude_deg'] or 0.0
-        model = clock_model(self._scene)
+        model = dial_model(self._scene)
         return {**found, 'projection': projection(clock, estimate, model, latitude)}
 
 

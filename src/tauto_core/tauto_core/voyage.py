@@ -16,6 +16,8 @@ from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
+from tauto_core.navigation.drift import merged
+from tauto_core.navigation.regressors import RecordedIntegrals, integral_names
 from tauto_core.readiness import check_scene, oddities
 from tauto_core.samples import (
     CORRECTED,
@@ -31,6 +33,7 @@ from tauto_core.samples import (
     SHIP_FIX,
     SHIP_IMU,
     Batches,
+    JointSamples,
     Samples,
     Stage,
     State,
@@ -214,7 +217,11 @@ def sail(
     with naming(origin or scene.name, scene.name):
         machine, motion = check_scene(scene)
     heard = out is not None or watch is not None
-    kept = watch is not None or (out is not None and scene.keeps_motion)
+    kept = (
+        bool(scene.drift.covariates)
+        or watch is not None
+        or (out is not None and scene.keeps_motion)
+    )
     source = ShipSource(scene, motion, says_scene=heard, as_messages=kept)
     stages = pipeline(scene, machine)
     summary = Summary(scene, machine)
@@ -333,17 +340,32 @@ def summarise_bag(path: Path) -> dict[str, Any]:
     return {**_report(scene, summary), 'bag': str(path)}
 
 
-def _missing(bag: Bag) -> list[str]:
+def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
     """Say what a replay does without the topics that are not in a bag."""
     without = {
         OBSERVATION: 'the drift is what the scene assumes beforehand',
         SHIP_FIX: 'the ship is taken to lie where the scene begins',
+        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
+        'to lie still',
     }
     return [
         f'{bag.path}: there is no topic {topic}: {so}'
         for topic, so in without.items()
-        if topic not in bag
+        if topic not in bag and topic in (*wanted, SHIP_FIX)
     ]
+
+
+def _recorded_motion(bag: Bag, scene: Scene) -> RecordedIntegrals | None:
+    """Return the integrals of a scene's covariates as a bag has them, None where it has not.
+
+    They are exact however thinly the motion itself is logged.
+    """
+    covariates = scene.drift.covariates
+    if not covariates or ESTIMATE not in bag:
+        return None
+    estimate = cast(JointSamples, bag.samples(ESTIMATE))
+    named = set(integral_names(covariates)) <= set(estimate.name)
+    return RecordedIntegrals(estimate, covariates) if named else None
 
 
 def replay(
@@ -376,13 +398,13 @@ def replay(
     bag = read_bag(path)
     found = bag_scene(bag, scene)
     expect_fix = SHIP_FIX in bag
-    stages = Pipeline(
-        [DriftStage(found, expect_schedule=False), LongitudeStage(found, expect_fix=expect_fix)]
-    )
+    motion = _recorded_motion(bag, found)
+    drift = DriftStage(found, expect_schedule=False, motion=motion)
+    stages = Pipeline([drift, LongitudeStage(found, expect_fix=expect_fix)])
     summary = Summary(found)
     recorded = {
         topic: bag.samples(topic)
-        for topic in (READING, OBSERVATION, SHIP_FIX)
+        for topic in dict.fromkeys((*drift.inputs, SHIP_FIX))
         if topic == READING or topic in bag
     }
     said = stages.feed(recorded)
@@ -403,14 +425,14 @@ def replay(
         'bag': str(path),
         **_sea(found),
         **figures,
-        **(_smoothed(said, found) if smooth else {}),
+        **(_smoothed(merged([said, held]), found) if smooth else {}),
         **(_stability(said) if stable else {}),
         'start_s': start / NS_PER_S,
         'duration_s': (end - start) / NS_PER_S,
         'counts': bag.counts,
         'warnings': [
             *bag.warnings,
-            *_missing(bag),
+            *_missing(bag, drift.inputs),
             *drift_warnings(stages.health(), found),
         ],
     }
@@ -422,7 +444,8 @@ def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
     reading, observation, corrected = (
         cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
     )
-    return {'smoothed': hindsight(reading, observation, corrected, scene)}
+    estimate = cast(JointSamples, said[ESTIMATE])
+    return {'smoothed': hindsight(reading, observation, corrected, estimate, scene)}
 
 
 def _stability(said: Batches) -> dict[str, Any]:

@@ -50,6 +50,9 @@ NS_A_STEP_OF_THREAD = {'lever': 2000.0, 'hanging': 1600.0}
 NS_A_HALF_SWING = 8000.0
 NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0}
 NAVIGATION_NS_A_LOG = 1200.0
+COVARIATE_NS_A_SAMPLE = 45.0
+COEFFICIENT_RUNS_S = 3.0
+"""Trial runs of a machine in small waves, those of the dearest included [s]."""
 
 PERIOD_ERROR = 1e-14
 """Relative error of a period by quadrature, at most (tests of machines)."""
@@ -262,6 +265,9 @@ def _run_s(
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
     felt = motion.total * felt_parts(scene)
+    if scene.drift.covariates:
+        work_ns += motion.total * COVARIATE_NS_A_SAMPLE * len(scene.drift.covariates)
+        work_ns += COEFFICIENT_RUNS_S * NS_PER_S
     if scene.suspension is not None:
         work_ns += felt * SUSPENDED_NS_A_SAMPLE
     if name == 'forced_harmonic':

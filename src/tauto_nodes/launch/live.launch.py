@@ -35,7 +35,7 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
     }
     nodes: dict[str, dict[str, object]] = {
         'longitude': {**stage},
-        'drift_estimator': {**stage},
+        'drift_estimator': {**stage, **sensor},
         'trochlea': {**stage, **sensor},
     }
     if given['out']:

@@ -16,7 +16,7 @@ def _build(settings: Settings) -> Stage:
 
 
 class DriftEstimator(StageNode):
-    """clock/reading and clock/observation in; drift/estimate and clock/corrected out."""
+    """clock/reading, clock/observation in, with covariates ship/imu; estimate, correction out."""
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('drift_estimator', _build, **node_options)

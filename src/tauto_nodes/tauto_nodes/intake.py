@@ -14,7 +14,7 @@ import numpy as np
 
 from tauto_core import samples as s
 from tauto_core.bags import decode
-from tauto_core.navigation.drift import ESTIMATE_NAMES
+from tauto_core.navigation import ESTIMATE_NAMES
 from tauto_core.samples import (
     FixSamples,
     ImuSamples,
@@ -26,7 +26,7 @@ from tauto_core.samples import (
 from tauto_core.scene.errors import BagError
 
 NAMES = {s.ESTIMATE: ESTIMATE_NAMES}
-"""Names that a topic's scalars must have; elsewhere the first message decides."""
+"""Names with which a topic's scalars must begin; elsewhere the first message decides."""
 
 
 class Intake:
@@ -98,8 +98,8 @@ class Intake:
             widths = tuple(number.shape[1] for number in numbers)
             if not all(np.isfinite(number).all() for number in numbers):
                 yield 'not_finite', 'one of its numbers is none'
-        if self._required is not None and names != self._required:
-            yield 'other_names', f'names {names}, not {self._required}'
+        if self._required is not None and names[: len(self._required)] != self._required:
+            yield 'other_names', f'names {names}, which do not begin with {self._required}'
         if self._kind is None:
             self._kind = samples.frame_id, names, widths
         frame, first_names, first_widths = self._kind

@@ -180,7 +180,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         *_COMMON,
     ),
     'trochlea': (*_STAGE, _IMU),
-    'drift_estimator': _STAGE,
+    'drift_estimator': (*_STAGE, _IMU),
     'longitude': _STAGE,
     'recorder': (
         Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),

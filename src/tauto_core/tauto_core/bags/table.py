@@ -223,7 +223,10 @@ TOPICS: dict[str, Topic] = {
             JOINT_STATE,
             'drift_estimator',
             'the estimated error of the clock, names `offset_s`, `offset_sigma_s`, '
-            '`rate_s_per_day`, `rate_sigma_s_per_day`',
+            '`rate_s_per_day`, `rate_sigma_s_per_day`; with `drift.covariates` the rate is that '
+            'at rest, and there are `mean_rate_s_per_day` with the motion since the start, '
+            '`mean_rate_sigma_s_per_day`, and of each covariate, such as heave, '
+            '`heave_coefficient`, `heave_coefficient_sigma` and `heave_integral_s`',
         ),
         Topic(
             s.LONGITUDE_FIX,

@@ -82,6 +82,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
         'nominal_period_s': scene.clock.nominal_period or machine.small_period,
         **_regulator_facts(scene, machine),
         'steady_swing': _steady_swing(scene, machine),
+        **({'covariates': _covariates(scene)} if scene.drift.covariates else {}),
         **({'warnings': warnings} if warnings else {}),
     }
 
@@ -137,6 +138,28 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
     }
 
 
+def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return by covariate what is assumed of its coefficient beforehand.
+
+    Returns:
+        `value` and `sigma`; `at_periods`, the coefficient at each period of the waves [s] of the
+        trial runs, None where the scene states it.
+    """
+    from tauto_core.navigation.coefficient_runs import PERIODS_S, coefficients, runs
+
+    tried = {found.name: found.at_periods for found in runs(scene)}
+    return {
+        name: {
+            'value': value,
+            'sigma': sigma,
+            'at_periods': dict(zip(PERIODS_S, tried[name], strict=True))
+            if name in tried
+            else None,
+        }
+        for name, value, sigma in coefficients(scene)
+    }
+
+
 def facts_table(facts: dict[str, Any]) -> RenderableType:
     """Return the facts of a scene as a table, and its weather as another."""
     from rich import box
@@ -188,7 +211,23 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ('nominal period', f'{facts["nominal_period_s"]:.9f} s'),
         *_regulator_rows(facts),
         *_swing_row(facts['steady_swing']),
+        *_covariate_rows(facts.get('covariates', {})),
     ]
+
+
+def _covariate_rows(covariates: dict[str, dict[str, Any]]) -> list[tuple[str, str]]:
+    rows = []
+    for name, found in covariates.items():
+        said = f'{found["value"]:.4g} ± {found["sigma"]:.2g}'
+        if found['at_periods'] is None:
+            said += ', as the scene says'
+        else:
+            each = (
+                f'{k:.4g} in waves of {period:g} s' for period, k in found['at_periods'].items()
+            )
+            said += f', from trial runs: {", ".join(each)}'
+        rows.append((f'coefficient of {name}', said))
+    return rows
 
 
 def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:

@@ -1,6 +1,9 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
-from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, clock_model, drift_warnings
+from tauto_core.navigation.assumptions import clock_model
+from tauto_core.navigation.drift import DriftStage
+from tauto_core.navigation.drift_warnings import drift_warnings
+from tauto_core.navigation.estimates import ESTIMATE_NAMES, estimate_names
 from tauto_core.navigation.filtering import Filtered, Known, filter_phases
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior, update
 from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
@@ -29,6 +32,7 @@ __all__ = [
     'Route',
     'clock_model',
     'drift_warnings',
+    'estimate_names',
     'filter_phases',
     'predict',
     'prior',

@@ -5,23 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
+from operator import sub
 from typing import ClassVar, cast
 
 import numpy as np
 
 from tauto_core.clockwork.dial_setting import DialSetting
+from tauto_core.navigation.assumptions import clock_model
+from tauto_core.navigation.estimates import Passed, estimates
 from tauto_core.navigation.filtering import REFUSED, REOPENED, Filtered, Known, filter_phases
-from tauto_core.navigation.kalman import (
-    RANDOM_WALK_FM_FLOOR_PER_S,
-    WHITE_FM_FLOOR_S,
-    ClockModel,
-    Estimate,
-    predict,
-    prior,
-    reopen,
-)
+from tauto_core.navigation.kalman import predict, prior, reopen
 from tauto_core.navigation.ordering import AFTER_ALL, BEFORE_ALL, in_order
-from tauto_core.navigation.phases import observed_phases
+from tauto_core.navigation.phases import observed_phases, on_line
+from tauto_core.navigation.regressors import HELD_S, Motion, Regressors
 from tauto_core.navigation.track import Track
 from tauto_core.samples import (
     CORRECTED,
@@ -29,7 +25,6 @@ from tauto_core.samples import (
     NS_PER_S,
     OBSERVATION,
     READING,
-    SECONDS_PER_DAY,
     Batches,
     FloatArray,
     IntArray,
@@ -37,45 +32,18 @@ from tauto_core.samples import (
     State,
     TimeSamples,
     join,
-    same,
-    scalars,
     take,
 )
 from tauto_core.scene import Scene
 from tauto_core.ship.observations import schedule
-from tauto_core.wording import counted
 
-ESTIMATE_NAMES = ('offset_s', 'offset_sigma_s', 'rate_s_per_day', 'rate_sigma_s_per_day')
+HELD_NS = round(HELD_S * NS_PER_S)
+
 HISTORY = 4096
 """Readings remembered, beyond those held back, for observations that come late."""
 
 AHEAD_NS = 86_400 * NS_PER_S
 """An observation stamped later than this after the newest reading is of another clock."""
-
-MOST_NS = 4e18
-"""Beyond the times of ROS, within int64."""
-
-PATIENCE = 3.0
-"""Observation intervals for which the filter trusts itself rather than an outlier."""
-
-
-def clock_model(scene: Scene) -> ClockModel:
-    """Return what `drift` says of the clock, with its noise or that of a good clock (the floors).
-
-    Outliers are refused for three observation intervals: after that, as at a landfall, the
-    clock is likelier to have changed than the observer to be wrong.
-    """
-    drift, clock = scene.drift, scene.clock
-    return ClockModel(
-        observation_sigma_s=drift.observation_sigma,
-        prior_rate_sigma=drift.prior_rate_sigma / SECONDS_PER_DAY,
-        states=drift.states,
-        white_fm_s=max(WHITE_FM_FLOOR_S, clock.white_fm_s),
-        random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, clock.random_walk_fm_per_s),
-        gate=drift.gate,
-        patience_s=PATIENCE * drift.observation_interval,
-        **({} if drift.lunars is None else {'lunar_sigma_s': drift.lunars.sigma}),
-    )
 
 
 class DriftStage:
@@ -89,6 +57,10 @@ class DriftStage:
     on both sides. Outliers are refused (`filtering`) and counted, and so is each time that the
     state was reopened.
 
+    Where the scene has covariates, `ship/imu` is an input too, and readings wait until the motion
+    has reached them. Those of a foreign graph wait no longer than for others `HELD_S` later; then
+    the motion is taken to have gone on as usual, and that is counted.
+
     Args:
         scene: gives the observations' sigma and schedule and the prior.
         expect_schedule: an estimate at t uses every observation with stamp <= t, whatever the
@@ -97,14 +69,21 @@ class DriftStage:
             observation counts for the readings that go out after it came. It may be late by
             `HISTORY` readings, and by `track.REMEMBERED` later observations, which the filter
             then goes over again in the order of the stamps.
+        motion: what knows the integrals of the covariates, in place of `ship/imu`.
     """
 
-    inputs: ClassVar[tuple[str, ...]] = (READING, OBSERVATION)
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
 
-    def __init__(self, scene: Scene, expect_schedule: bool = True) -> None:
+    def __init__(
+        self, scene: Scene, expect_schedule: bool = True, motion: Motion | None = None
+    ) -> None:
         self._model = clock_model(scene)
         self._schedule = schedule(scene) if expect_schedule else None
+        self._motion = motion
+        if motion is None and self._model.coefficients:
+            self._motion = Regressors(scene, live=not expect_schedule)
+        self._integral = np.empty((0, len(self._model.coefficients)))
+        self._begun: tuple[int, tuple[float, ...]] | None = None
         none = np.empty(0, np.int64)
         self._stamp, self._reference = none, none
         self._released = 0
@@ -127,8 +106,15 @@ class DriftStage:
             'dial_settings': 0,
         }
 
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Topics of the dial, of the observations, and of the motion where it counts."""
+        return (READING, OBSERVATION, *(self._motion.inputs if self._motion else ()))
+
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take readings and observations; return what can be said now."""
+        """Take readings, observations and motion; return what can be said now."""
+        if self._motion is not None:
+            self._motion.feed(batches)
         runs = list(_settings(batches.get(READING)))
         if runs and not self._is_set_otherwise(runs[0]):
             self._accept_readings(runs.pop(0))
@@ -136,7 +122,7 @@ class DriftStage:
             self._accept_observations(cast(TimeSamples, batches[OBSERVATION]))
         said: list[Batches] = []
         for reading in runs:
-            said.append(self._release(AFTER_ALL))
+            said.append(self._release(AFTER_ALL, final=True))
             self._begin_again(reading)
             self._accept_readings(reading)
         said.append(self._release(self._next_scheduled_ns()))
@@ -154,6 +140,7 @@ class DriftStage:
         if before is None or setting is None or self._track is None:
             return
         self._stamp = self._reference = np.empty(0, np.int64)
+        self._integral = self._integral[:0]
         self._released = 0
         if not setting.is_same_as(before):
             self._health['dial_settings'] += 1
@@ -163,14 +150,17 @@ class DriftStage:
         self._health['dial_stops'] += 1
         lost_s = (setting.lost_ns - before.lost_ns) / NS_PER_S
         last, at_ns = self._track.last, int(reading.stamp_ns[0])
-        now = predict(last.estimate, max(at_ns - last.stamp_ns, 0) / NS_PER_S, self._model)
+        reached = self._integrals_at(reading.stamp_ns[:1])
+        gained = tuple(map(sub, reached, last.integrals_s))
+        elapsed_s = max(at_ns - last.stamp_ns, 0) / NS_PER_S
+        now = predict(last.estimate, elapsed_s, self._model, gained)
         opened = reopen(now._replace(x=now.x - lost_s), lost_s, math.inf)
-        self._track = Track(Known(at_ns, opened), self._model)
+        self._track = Track(Known(at_ns, opened, integrals_s=reached), self._model)
 
     def finish(self) -> Batches:
         """Release the readings that wait; count the observations that did not come."""
         last = self._last_observation_ns
-        said = self._release(AFTER_ALL)
+        said = self._release(AFTER_ALL, final=True)
         if self._schedule is not None:
             due = (self._schedule > last) & (self._schedule <= self._last_reading_ns)
             self._health['observations_missing'] += int(np.count_nonzero(due))
@@ -190,6 +180,16 @@ class DriftStage:
             'track': None if self._track is None else self._track.state(),
             'setting': None if self._setting is None else self._setting.source(),
             'health': dict(self._health),
+            **self._state_of_motion(),
+        }
+
+    def _state_of_motion(self) -> State:
+        if self._motion is None:
+            return {}
+        return {
+            'integral': self._integral,
+            'begun': self._begun,
+            'motion': self._motion.state(),
         }
 
     def restore(self, state: State) -> None:
@@ -206,6 +206,9 @@ class DriftStage:
             self._track.restore(state['track'])
         self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
         self._health = dict(state['health'])
+        if self._motion is not None:
+            self._integral, self._begun = state['integral'], state['begun']
+            self._motion.restore(state['motion'])
 
     def health(self) -> dict[str, int]:
         """Return counters: refused, missing, unused and delayed samples, states reopened."""
@@ -214,6 +217,7 @@ class DriftStage:
             **self._health,
             'observations_gated': track.count(REFUSED) if track else 0,
             'estimates_reopened': track.count(REOPENED) if track else 0,
+            **(self._motion.health() if self._motion else {}),
         }
 
     def _accept_readings(self, reading: TimeSamples) -> None:
@@ -222,8 +226,6 @@ class DriftStage:
         self._health['readings_out_of_order'] += len(kept) - len(stamps)
         if not len(stamps):
             return
-        if self._track is None:
-            self._track = Track(Known(int(stamps[0]), prior(self._model)), self._model)
         self._last_reading_ns = int(stamps[-1])
         self._stamp = np.concatenate((self._stamp, stamps))
         self._reference = np.concatenate((self._reference, reading.time_ref_ns[kept]))
@@ -254,7 +256,7 @@ class DriftStage:
 
     def _is_foreign_new(self, stamp: int) -> bool:
         """Tell whether an observation can be of this clock and is not a repetition; count."""
-        if self._track is not None and stamp > self._last_reading_ns + AHEAD_NS:
+        if BEFORE_ALL < self._last_reading_ns < stamp - AHEAD_NS:
             self._health['observations_from_future'] += 1
             return False
         if stamp > self._last_observation_ns:
@@ -271,19 +273,56 @@ class DriftStage:
         place = int(np.searchsorted(self._schedule, self._last_observation_ns, 'right'))
         return int(self._schedule[place]) if place < len(self._schedule) else AFTER_ALL
 
-    def _release(self, before_ns: int) -> Batches:
-        """Use the observations and say the readings with stamp < before_ns."""
-        ready = int(np.searchsorted(self._stamp, before_ns))
+    def _release(self, before_ns: int, *, final: bool = False) -> Batches:
+        """Use the observations and say the readings with stamp < before_ns.
+
+        Args:
+            before_ns: end of what is not held back for an observation.
+            final: nor for the motion.
+        """
+        if self._motion is not None and not final:
+            before_ns = min(before_ns, self._moved_ns(self._motion))
+        ready = max(int(np.searchsorted(self._stamp, before_ns)), self._released)
         if not ready:
             return {}
+        if self._motion is not None:
+            new = self._motion.at(self._stamp[len(self._integral) : ready])
+            self._integral = np.concatenate((self._integral, new))
+        if self._track is None:
+            self._begin()
         way = self._use_observations(self._stamp[:ready])
         stamps = self._stamp[self._released : ready]
         references = self._reference[self._released : ready]
+        passed = self._passed(stamps, self._integral[self._released : ready])
         remembered = 1 if self._schedule is not None else HISTORY
         forgotten = max(ready - remembered, 0)
         self._stamp, self._reference = self._stamp[forgotten:], self._reference[forgotten:]
+        self._integral = self._integral[forgotten:]
         self._released = ready - forgotten
-        return _estimates(stamps, references, way, self._model) if len(stamps) else {}
+        return estimates(stamps, references, way, self._model, passed) if len(stamps) else {}
+
+    def _moved_ns(self, motion: Motion) -> int:
+        """Return the end of the readings that need not wait for the motion any longer."""
+        reached_ns = motion.reached_ns
+        if self._schedule is None:
+            reached_ns = max(reached_ns, self._last_reading_ns - HELD_NS)
+        return reached_ns + 1
+
+    def _begin(self) -> None:
+        """Set the dial at the first reading."""
+        first = int(self._stamp[0])
+        reached = tuple(self._integral[0].tolist()) if self._motion is not None else ()
+        self._begun = first, reached
+        known = Known(first, prior(self._model), integrals_s=reached)
+        self._track = Track(known, self._model)
+
+    def _passed(self, stamps: IntArray, integrals: FloatArray) -> Passed | None:
+        """Return how far readings are from the first one, where there are covariates."""
+        if self._motion is None or self._begun is None:
+            return None
+        first, begun = self._begun
+        elapsed_s = (stamps - first) / NS_PER_S
+        return Passed(elapsed_s, integrals, integrals - np.array(begun))
 
     def _use_observations(self, ready: IntArray) -> Filtered:
         """Update with the observations that `ready` reaches; return the filter's way to there."""
@@ -299,7 +338,15 @@ class DriftStage:
         true = np.array([observed[stamp][0] for stamp in stamps], np.int64)
         phases = observed_phases(self._stamp, self._reference, at, true)
         sigmas = [observed[stamp][1] for stamp in stamps]
-        return self._track.use(stamps, phases.tolist(), sigmas)
+        if self._motion is None:
+            return self._track.use(stamps, phases.tolist(), sigmas)
+        known = self._stamp[: len(self._integral)]
+        reached = on_line(known, self._integral, at).tolist()
+        return self._track.use(stamps, phases.tolist(), sigmas, list(map(tuple, reached)))
+
+    def _integrals_at(self, stamp_ns: IntArray) -> tuple[float, ...]:
+        """Return the integrals at one stamp [s]."""
+        return tuple(self._motion.at(stamp_ns)[0].tolist()) if self._motion is not None else ()
 
 
 def _settings(reading: Samples | None) -> Iterator[TimeSamples]:
@@ -318,80 +365,4 @@ def merged(said: list[Batches]) -> Batches:
     return {
         topic: join([cast(TimeSamples, batches[topic]) for batches in said if topic in batches])
         for topic in topics
-    }
-
-
-def _estimates(
-    stamps: IntArray, references: IntArray, way: Filtered, model: ClockModel
-) -> Batches:
-    """Return estimate and corrected time of readings, each from the last state known at it.
-
-    Every reading is predicted from that state in one step: the result does not depend on the
-    log interval.
-    """
-    place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
-    elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
-    now = predict(Estimate(*(column[place] for column in way.states)), elapsed, model)
-    # absurd observations can lead beyond int64; no message holds what is cut to this
-    error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
-    corrected = references - np.rint(error_ns).astype(np.int64)
-    return {
-        ESTIMATE: scalars(stamps, ESTIMATE_NAMES, estimate_values(now)),
-        CORRECTED: TimeSamples(stamps, '', corrected, same('corrected', len(stamps))),
-    }
-
-
-def estimate_values(now: Estimate[FloatArray]) -> FloatArray:
-    """Return the values of `ESTIMATE_NAMES`, (n, 4)."""
-    return np.column_stack(
-        (now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY)
-    )
-
-
-_SAID = {
-    'readings_out_of_order': '{readings} {were} out of order and left out',
-    'observations_out_of_order': '{observations} came after later ones and {were} left out',
-    'observations_repeated': '{observations} had the stamp of another and {were} left out',
-    'observations_delayed': '{observations} came after later ones; the filter went back for '
-    '{them}',
-    'observations_from_future': '{observations} {were} stamped a day or more after the newest '
-    'reading and left out: check whose clock stamped {them}',
-    'observations_unscheduled': '{observations} {were} not at the times of the scene and left out',
-    'observations_missing': '{observations} of the scene did not come',
-    'observations_too_old': '{observations} {were} older than what is remembered and left out',
-    'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
-    'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
-    '{gate:g} sigmas',
-    'dial_stops': 'the dial had stood still {times}; the offset was moved and reopened by that',
-    'dial_settings': 'the dial was set anew {times}; the estimate began again',
-    'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
-    'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
-    '{prior:g} s/day)',
-}
-
-
-def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
-    """Return in words what the drift stage counted.
-
-    Args:
-        health: its counters; those of other stages are passed over.
-        scene: that it ran with.
-    """
-    values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
-    return [
-        f'drift: {words.format(**values, **_agreeing(health[name]))}'
-        for name, words in _SAID.items()
-        if health.get(name)
-    ]
-
-
-def _agreeing(number: int) -> dict[str, str]:
-    """Return the words that depend on how many there are."""
-    return {
-        'observations': counted(number, 'observation'),
-        'readings': counted(number, 'reading'),
-        'were': 'was' if number == 1 else 'were',
-        'them': 'it' if number == 1 else 'them',
-        'outliers': 'an outlier' if number == 1 else 'outliers',
-        'times': 'once' if number == 1 else f'{number} times',
     }

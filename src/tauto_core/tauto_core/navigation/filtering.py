@@ -13,6 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import repeat
+from operator import sub
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +27,7 @@ from tauto_core.navigation.kalman import (
     noise_of,
     predict,
     reopen,
+    same_fields,
 )
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
@@ -46,12 +49,14 @@ class Known(NamedTuple):
         estimate: at that stamp.
         refused: outliers since, in a row.
         used: observations used since the beginning or the last reopening.
+        integrals_s: of the model's covariates, at that stamp [s].
     """
 
     stamp_ns: int
     estimate: Estimate[float]
     refused: int = 0
     used: int = 0
+    integrals_s: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -66,6 +71,7 @@ class Filtered:
         opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
         fate: USED, REFUSED or REOPENED of each observation, (n,).
         start: where it began.
+        integrals_s: of the c covariates, at these stamps [s], (m + 1, c).
     """
 
     stamp_ns: IntArray
@@ -75,6 +81,7 @@ class Filtered:
     opened_s: FloatArray
     fate: NDArray[np.int8]
     start: Known
+    integrals_s: FloatArray
 
     def after(self, count: int) -> Known:
         """Return what was known after the first `count` observations, 0 to n."""
@@ -82,22 +89,28 @@ class Filtered:
         used = np.flatnonzero(fate != REFUSED)
         reopened = np.flatnonzero(fate == REOPENED)
         place = len(used)
-        estimate = Estimate(*(float(column[place]) for column in self.states))
+        estimate = same_fields(self.states, (float(column[place]) for column in self.states))
         return Known(
             int(self.stamp_ns[place]),
             estimate,
             count - int(used[-1]) - 1 if place else self.start.refused + count,
             int(np.sum(used >= reopened[-1])) if len(reopened) else self.start.used + place,
+            tuple(self.integrals_s[place].tolist()) if self.start.integrals_s else (),
         )
 
     def elapsed_s(self) -> FloatArray:
         """Return the time to each observation used from the one before [s], (m,)."""
         return np.diff(self.stamp_ns) / NS_PER_S
 
+    def gained_s(self) -> tuple[FloatArray, ...]:
+        """Return how each integral grew to each observation used from the one before [s], (m,)."""
+        return tuple(np.diff(self.integrals_s, axis=0).T)
+
     def expected(self, model: ClockModel) -> Estimate[FloatArray]:
         """Return the states just before each observation used, reopened or not, (m,)."""
         elapsed = self.elapsed_s()
-        ahead = predict(Estimate(*(column[:-1] for column in self.states)), elapsed, model)
+        before = same_fields(self.states, (column[:-1] for column in self.states))
+        ahead = predict(before, elapsed, model, self.gained_s())
         return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
 
 
@@ -116,6 +129,7 @@ def filter_phases(
     phase_s: Sequence[float],
     model: ClockModel,
     sigma_s: Sequence[float] | None = None,
+    integrals_s: Sequence[Sequence[float]] = (),
 ) -> Filtered:
     """Return what the filter makes of observed phases, in order of their stamps.
 
@@ -128,22 +142,27 @@ def filter_phases(
         phase_s: reading minus observed true time [s]; n values.
         model: noise, variance of the observations, gate.
         sigma_s: of each observation; n values. None: that of the model.
+        integrals_s: where the model has covariates, those at each observation [s]; n rows.
     """
     law, noise = law_of(model), noise_of(model)
     ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
     if sigma_s is None:
         sigma_s = [model.observation_sigma_s] * len(stamp_ns)
     limit = math.inf if model.gate is None else model.gate * model.gate
-    since, now = start.stamp_ns, law.part(start.estimate)
+    since, now, moved = start.stamp_ns, law.part(start.estimate), start.integrals_s
     refused, trust = start.refused, start.used
     stamps, numbers, fate = [since], list(now), bytearray()
     used: list[float] = []
     sigmas: list[float] = []
     opened: dict[int, float] = {}
-    for stamp, phase, sigma in zip(stamp_ns, phase_s, sigma_s, strict=True):
+    integrals, gained = list(moved), tuple[float, ...]()
+    rows = integrals_s if model.coefficients else repeat(moved, len(stamp_ns))
+    for stamp, phase, sigma, reached in zip(stamp_ns, phase_s, sigma_s, rows, strict=True):
         r = sigma * sigma
         elapsed = (stamp - since) / NS_PER_S
-        ahead = ahead_of(now, elapsed, *noise)
+        if moved:
+            gained = tuple(map(sub, reached, moved))
+        ahead = ahead_of(now, elapsed, *noise, *gained)
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:
@@ -165,16 +184,20 @@ def filter_phases(
         used.append(phase)
         sigmas.append(sigma)
         numbers += now
-    rows = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
-    rest = Estimate(*(np.full(len(stamps), value) for value in start.estimate))
+        if moved:
+            moved = tuple(reached)
+            integrals += moved
+    table = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
+    rest = same_fields(start.estimate, (np.full(len(stamps), each) for each in start.estimate))
     opened_s = np.zeros(len(used))
     opened_s[list(opened)] = list(opened.values())
     return Filtered(
         np.array(stamps, np.int64),
-        law.whole(rest, tuple(rows.T)),
+        law.whole(rest, tuple(table.T)),
         np.array(used, np.float64),
         np.array(sigmas, np.float64),
         opened_s,
         np.frombuffer(bytes(fate), np.int8),
         start,
+        np.array(integrals, np.float64).reshape(len(stamps), len(moved)),
     )

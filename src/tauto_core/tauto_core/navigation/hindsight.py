@@ -6,18 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.navigation.drift import ESTIMATE_NAMES, clock_model, estimate_values
+from tauto_core.navigation.assumptions import clock_model
+from tauto_core.navigation.estimates import Passed, estimate_names, estimate_values
 from tauto_core.navigation.filtering import Filtered, Known, filter_phases
 from tauto_core.navigation.kalman import ClockModel, prior
 from tauto_core.navigation.ordering import BEFORE_ALL, in_order
-from tauto_core.navigation.phases import observed_phases
+from tauto_core.navigation.phases import observed_phases, on_line
+from tauto_core.navigation.regressors import RecordedIntegrals
 from tauto_core.navigation.smoother import smooth
-from tauto_core.samples import NS_PER_S, FloatArray, IntArray, TimeSamples, take
+from tauto_core.samples import NS_PER_S, FloatArray, IntArray, JointSamples, TimeSamples, take
 from tauto_core.scene import Scene
 
 
 def filtered_drift(
-    reading: TimeSamples, observation: TimeSamples | None, model: ClockModel
+    reading: TimeSamples,
+    observation: TimeSamples | None,
+    model: ClockModel,
+    motion: RecordedIntegrals | None = None,
 ) -> Filtered:
     """Return what the filter makes of all observations in the order of their stamps.
 
@@ -26,10 +31,12 @@ def filtered_drift(
         observation: None: there were none. Of those of one stamp the first counts; those before
             the first reading and after the last are left out.
         model: of the clock and the observations.
+        motion: where the model has covariates, their integrals.
     """
     reading = take(reading, in_order(reading.stamp_ns, BEFORE_ALL))
     stamps: IntArray = reading.stamp_ns
-    start = Known(int(stamps[0]), prior(model))
+    reached = np.empty((len(stamps), 0)) if motion is None else motion.at(stamps)
+    start = Known(int(stamps[0]), prior(model), integrals_s=tuple(reached[0].tolist()))
     if observation is None:
         return filter_phases(start, [], [], model)
     at, first = np.unique(observation.stamp_ns, return_index=True)
@@ -38,11 +45,16 @@ def filtered_drift(
     phases = observed_phases(stamps, reading.time_ref_ns, at, observed)
     sources = observation.source[first[within]].tolist()
     sigmas = [model.sigma_of(source) for source in sources]
-    return filter_phases(start, at.tolist(), phases.tolist(), model, sigmas)
+    integrals = on_line(stamps, reached, at).tolist()
+    return filter_phases(start, at.tolist(), phases.tolist(), model, sigmas, integrals)
 
 
 def hindsight(
-    reading: TimeSamples, observation: TimeSamples | None, corrected: TimeSamples, scene: Scene
+    reading: TimeSamples,
+    observation: TimeSamples | None,
+    corrected: TimeSamples,
+    estimate: JointSamples,
+    scene: Scene,
 ) -> dict[str, Any]:
     """Return the smoothed drift of the clock, and how well it would have corrected the dial.
 
@@ -50,23 +62,26 @@ def hindsight(
         reading: of the dial, at least one.
         observation: of the true time.
         corrected: the reading less the drift as it was known at the time.
+        estimate: as it was known at the time; has the integrals of covariates.
         scene: says what is assumed of clock and observations.
 
     Returns:
-        `stamp_s` of the observations used and, at each, the smoothed `ESTIMATE_NAMES`, as lists;
+        `stamp_s` of the observations used and, at each, the smoothed `estimate_names`, as lists;
         root mean square and largest size of what is left of the clock's error: `rms_s`, `worst_s`
         in hindsight, `at_the_time_rms_s` and `at_the_time_worst_s` of `corrected`.
     """
     model = clock_model(scene)
-    way = filtered_drift(reading, observation, model)
+    motion = RecordedIntegrals(estimate, model.names) if model.coefficients else None
+    way = filtered_drift(reading, observation, model, motion)
     smoother = smooth(way, model)
     used = way.stamp_ns[1:]
-    values = estimate_values(smoother.at(used))
     kept = take(reading, in_order(reading.stamp_ns, BEFORE_ALL))
+    known = smoother.at(kept.stamp_ns, None if motion is None else motion.at(kept.stamp_ns))
+    values = estimate_values(smoother.at(used, way.integrals_s[1:]), model.names, _passed(way))
     error = (kept.time_ref_ns - kept.stamp_ns) / NS_PER_S
-    rms, worst = _size(error - smoother.at(kept.stamp_ns).x)
+    rms, worst = _size(error - known.x)
     rms_then, worst_then = _size((corrected.time_ref_ns - corrected.stamp_ns) / NS_PER_S)
-    columns = zip(ESTIMATE_NAMES, values.T.tolist(), strict=True)
+    columns = zip(estimate_names(model.names), values.T.tolist(), strict=True)
     return {
         'rms_s': rms,
         'worst_s': worst,
@@ -75,6 +90,15 @@ def hindsight(
         'stamp_s': (used / NS_PER_S).tolist(),
         **dict(columns),
     }
+
+
+def _passed(way: Filtered) -> Passed | None:
+    """Return how far the observations used are from the beginning, where there are covariates."""
+    integrals = way.integrals_s
+    if not integrals.shape[1]:
+        return None
+    elapsed_s = (way.stamp_ns[1:] - way.stamp_ns[0]) / NS_PER_S
+    return Passed(elapsed_s, integrals[1:], integrals[1:] - integrals[0])
 
 
 def _size(error_s: FloatArray) -> tuple[float, float]:

@@ -12,15 +12,21 @@ Over a time τ without observations (Brown and Hwang; Zucca and Tavella, Metrolo
 An observation is a scalar phase z = x + noise of variance R. With two states d and its variances
 are zero and stay so. Formulas are written out in IEEE sums and products: floats and arrays, one
 sample or many, give the same bits.
+
+Where the model has covariates the rate is y + Σ k_j x_j, and the coefficients k_j are states too
+(`coefficients`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections import namedtuple
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, TypeVar
+from functools import cache
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
+from tauto_core.navigation.coefficients import Coefficient, correction, pairs, prediction
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene.errors import EstimationError
 from tauto_core.ship.observations import LUNAR
@@ -48,7 +54,8 @@ observation tells the offset, whether the dial was set exactly, roughly or to an
 class Estimate(NamedTuple, Generic[Number]):
     """Mean and covariance of the state, floats or arrays of one shape.
 
-    Units: x [s], y [1], d [1/s]; `xy` is the covariance of x and y, and so on.
+    Units: x [s], y [1], d [1/s]; `xy` is the covariance of x and y, and so on. Those of a model
+    with coefficients have them too (`estimate_of`).
     """
 
     x: Number
@@ -60,6 +67,32 @@ class Estimate(NamedTuple, Generic[Number]):
     yy: Number
     yd: Number
     dd: Number
+
+
+def same_fields(like: Estimate[Any], values: Iterable[Number]) -> Estimate[Number]:
+    """Return an estimate of the class of another one, from its values in order."""
+    return cast(Estimate[Number], type(like)(*values))
+
+
+@cache
+def estimate_of(coefficients: tuple[str, ...]) -> type[Estimate[Any]]:
+    """Return the class of estimates with these coefficients, `Estimate` where there are none.
+
+    After the fields of `Estimate` come the means, by the coefficients' names, and the covariances
+    with them: `x_heave`, `heave_roll` and so on.
+    """
+    if not coefficients:
+        return Estimate
+    kept = covariances(('x', 'y', 'd', *coefficients))
+    crossed = [field for field in kept if field not in Estimate._fields]
+    fields = [*Estimate._fields, *coefficients, *crossed]
+    return cast(type[Estimate[Any]], namedtuple('Estimate', fields))
+
+
+def covariances(names: tuple[str, ...]) -> list[str]:
+    """Return the fields of the covariances of states, of their upper triangle row by row."""
+    both = [(names[i], names[j]) for i, j in pairs(len(names))]
+    return [f'{one}{other}' if len(other) == 1 else f'{one}_{other}' for one, other in both]
 
 
 @dataclass(frozen=True)
@@ -77,6 +110,7 @@ class ClockModel:
         patience_s: for how long after the last observation that was used others are refused [s],
             > 0 (`filtering`).
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
+        coefficients: of the rate equation, with what is assumed of them.
 
     Raises:
         EstimationError: a value outside its range.
@@ -91,6 +125,7 @@ class ClockModel:
     gate: float | None = None
     patience_s: float = math.inf
     lunar_sigma_s: float = LUNAR_SIGMA_S
+    coefficients: tuple[Coefficient, ...] = ()
 
     def __post_init__(self) -> None:
         if self.states not in (2, 3):
@@ -111,6 +146,13 @@ class ClockModel:
                 f'random_run_per_s3 = {self.random_run_per_s3}: must be 0 with 2 states. '
                 'Take 3 states to let the ageing wander'
             )
+        for coefficient in self.coefficients:
+            _check(f'sigma of {coefficient.name}', coefficient.sigma, above_zero=True)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coefficients."""
+        return tuple(coefficient.name for coefficient in self.coefficients)
 
     def sigma_of(self, source: str) -> float:
         """Return sigma of an observation by what its message says that it is from [s]."""
@@ -131,16 +173,34 @@ def prior(model: ClockModel) -> Estimate[float]:
     rate = model.prior_rate_sigma
     ageing = rate / AGEING_TIME_S if model.states == 3 else 0.0
     sigma = SETTING_SIGMAS * model.observation_sigma_s
-    return Estimate(0.0, 0.0, 0.0, sigma * sigma, 0.0, 0.0, rate * rate, 0.0, ageing * ageing)
+    clock = Estimate(0.0, 0.0, 0.0, sigma * sigma, 0.0, 0.0, rate * rate, 0.0, ageing * ageing)
+    if not model.coefficients:
+        return clock
+    kind = estimate_of(model.names)
+    known = dict.fromkeys(kind._fields, 0.0) | clock._asdict()
+    for name, value, deviation in model.coefficients:
+        known |= {name: value, f'{name}_{name}': deviation * deviation}
+    return kind(**known)
 
 
-def predict(now: Estimate[Number], elapsed_s: Number, model: ClockModel) -> Estimate[Number]:
+def predict(
+    now: Estimate[Number],
+    elapsed_s: Number,
+    model: ClockModel,
+    gained_s: tuple[Number, ...] = (),
+) -> Estimate[Number]:
     """Return the state `elapsed_s` >= 0 later, with no observation in between.
 
     F P Fᵀ + Q(τ) in exact discrete form (see the module).
+
+    Args:
+        now: state before.
+        elapsed_s: time until then [s].
+        model: that it is of.
+        gained_s: by how much the integral of each covariate has grown since [s].
     """
     law = law_of(model)
-    return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model)))
+    return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s))
 
 
 def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate[float]:
@@ -254,12 +314,12 @@ def corrected_two(
 
 @dataclass(frozen=True)
 class Law:
-    """The filter's arithmetic on as many numbers as the model has: five or nine.
+    """The filter's arithmetic on as many numbers as the model has: five, nine, or more.
 
     Args:
         fields: places of these numbers in an `Estimate`.
         xx: place of the variance of x among them.
-        ahead: (numbers, elapsed time, q1, q2, q3) -> numbers predicted.
+        ahead: (numbers, elapsed time, q1, q2, q3, growth of each integral) -> numbers predicted.
         corrected: (numbers predicted, innovation, its variance, R) -> numbers.
     """
 
@@ -274,7 +334,7 @@ class Law:
 
     def whole(self, rest: Estimate[Number], part: tuple[Number, ...]) -> Estimate[Number]:
         """Return an estimate of these numbers and, of those the law lets be, the `rest`."""
-        names = (Estimate._fields[field] for field in self.fields)
+        names = (rest._fields[field] for field in self.fields)
         return rest._replace(**dict(zip(names, part, strict=True)))
 
 
@@ -286,4 +346,13 @@ _LAWS = {
 
 def law_of(model: ClockModel) -> Law:
     """Return the arithmetic of a model: what a scene leaves out is not computed."""
-    return _LAWS[model.states]
+    return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
+
+
+@cache
+def _with(coefficients: tuple[str, ...], states: int) -> Law:
+    """Return the arithmetic of a clock with coefficients."""
+    names = (*('x', 'y', 'd')[:states], *coefficients)
+    size, known = len(names), estimate_of(coefficients)._fields
+    fields = tuple(known.index(field) for field in (*names, *covariances(names)))
+    return Law(fields, size, prediction(states, size), correction(size))

@@ -30,3 +30,19 @@ def observed_phases(
     between = left + (right - left) * ((at_ns - stamp_ns[before]) / span)
     dial_error = np.where(stamp_ns[after] == at_ns, right, between)
     return np.asarray((dial_error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
+
+
+def on_line(stamp_ns: IntArray, values: FloatArray, at_ns: IntArray) -> FloatArray:
+    """Return values at instants between readings on the line between them, (n, c).
+
+    Args:
+        stamp_ns: of the readings, rising, (m,).
+        values: at these stamps, (m, c).
+        at_ns: within the readings, (n,).
+    """
+    after = np.searchsorted(stamp_ns, at_ns)
+    before = np.maximum(after - 1, 0)
+    span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
+    part = ((at_ns - stamp_ns[before]) / span)[:, None]
+    between = values[before] + (values[after] - values[before]) * part
+    return np.where((stamp_ns[after] == at_ns)[:, None], values[after], between)

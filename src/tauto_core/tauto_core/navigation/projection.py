@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from tauto_core.navigation.estimates import mean_rate
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict
 from tauto_core.navigation.longitude import ARCMIN_PER_S
 from tauto_core.samples import SECONDS_PER_DAY
@@ -30,8 +31,9 @@ def projection(
     Args:
         clock: with y, the mean rate of the dial over the run, `rate_s_per_day` [s/day, fast is
             positive], and its standard error or None, `rate_standard_error_s_per_day`.
-        estimate: with ŷ and its standard deviation, `rate_s_per_day`, `rate_sigma_s_per_day`.
-        model: of the clock, for the noise that it gathers under way.
+        estimate: with ŷ and its standard deviation (`estimates.mean_rate`): where the rate follows
+            the ship's motion, that is taken to go on.
+        model: of the clock, for the noise that it gathers under way; without coefficients.
         latitude_deg: φ, where the longitude is judged [degrees].
 
     Returns:
@@ -41,7 +43,8 @@ def projection(
     """
     nmi_per_s = ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
     rate, scatter = clock['rate_s_per_day'], clock['rate_standard_error_s_per_day']
-    left = rate - estimate['rate_s_per_day']
+    estimated, sigma = mean_rate(estimate)
+    left = rate - estimated
 
     def sigma_nmi(days: float, rate_sigma_s_per_day: float) -> float:
         variance = (rate_sigma_s_per_day / SECONDS_PER_DAY) ** 2
@@ -54,7 +57,7 @@ def projection(
             'raw_error_nmi': -rate * days * nmi_per_s,
             'raw_sigma_nmi': None if scatter is None else sigma_nmi(days, scatter),
             'error_nmi': -left * days * nmi_per_s,
-            'sigma_nmi': sigma_nmi(days, estimate['rate_sigma_s_per_day']),
+            'sigma_nmi': sigma_nmi(days, sigma),
         }
         for days in PROJECTED_DAYS
     ]

@@ -18,8 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauto_core.navigation.dense import covariance, estimate, means
 from tauto_core.navigation.filtering import Filtered
-from tauto_core.navigation.kalman import ClockModel, Estimate, predict
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict, same_fields
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
 BLOCK = 65_536
@@ -33,8 +34,8 @@ class Smoother:
     Args:
         way: of the filter.
         model: that it ran with.
-        adjoint: λ just before each observation used, (m, 3).
-        information: Λ just before each, (m, 3, 3).
+        adjoint: λ just before each observation used, (m, n), n = 3 and the coefficients.
+        information: Λ just before each, (m, n, n).
         rate_variance: by which reopening at the observation to come widens the rate from each
             state of the way on, (m + 1,).
     """
@@ -45,41 +46,52 @@ class Smoother:
     information: FloatArray
     rate_variance: FloatArray
 
-    def at(self, stamp_ns: IntArray) -> Estimate[FloatArray]:
+    def at(
+        self, stamp_ns: IntArray, integrals_s: FloatArray | None = None
+    ) -> Estimate[FloatArray]:
         """Return mean and covariance in the light of all observations, (n,).
 
         Args:
             stamp_ns: in any order, none before the start of the filter; after the last
                 observation it is the filter's own prediction. Where the rate is taken to have
                 changed at once, the rate after it.
+            integrals_s: of the covariates at these stamps [s], (n, c); None: there are none.
         """
+        if integrals_s is None:
+            integrals_s = np.empty((len(stamp_ns), 0))
         blocks = [
-            self._block(stamp_ns[first : first + BLOCK])
+            self._block(stamp_ns[first : first + BLOCK], integrals_s[first : first + BLOCK])
             for first in range(0, max(len(stamp_ns), 1), BLOCK)
         ]
-        return Estimate(*(np.concatenate(columns) for columns in zip(*blocks, strict=True)))
+        columns = zip(*blocks, strict=True)
+        return same_fields(self.way.states, (np.concatenate(column) for column in columns))
 
-    def _block(self, stamp_ns: IntArray) -> Estimate[FloatArray]:
-        known = self.way.stamp_ns
+    def _block(self, stamp_ns: IntArray, integrals_s: FloatArray) -> Estimate[FloatArray]:
+        known, passed = self.way.stamp_ns, self.way.integrals_s
         place = np.searchsorted(known[1:], stamp_ns, 'right')
         since = (stamp_ns - known[place]) / NS_PER_S
-        known_then = Estimate(*(column[place] for column in self.way.states))
+        gained = tuple((integrals_s - passed[place]).T)
+        known_then = same_fields(self.way.states, (column[place] for column in self.way.states))
         # where the next observation reopened the state, a changed rate began here
         changed = known_then.yy + self.rate_variance[place]
-        now = predict(known_then._replace(yy=changed), since, self.model)
+        now = predict(known_then._replace(yy=changed), since, self.model, gained)
         later = place < len(self.adjoint)
         if not later.any():
             return now
         ahead = np.minimum(place, len(self.adjoint) - 1)
-        f = _transition(np.where(later, known[ahead + 1] - stamp_ns, 0) / NS_PER_S)
-        p = _covariance(now)
+        f = _transition(
+            np.where(later, known[ahead + 1] - stamp_ns, 0) / NS_PER_S,
+            np.where(later[:, None], passed[ahead + 1] - integrals_s, 0.0),
+        )
+        p = covariance(now, self.model.names)
         weight = later.astype(np.float64)[:, None]
         pulled = p @ np.swapaxes(f, 1, 2)
-        mean = np.column_stack(now[:3]) - weight * (pulled @ self.adjoint[ahead, :, None])[:, :, 0]
+        mean = (
+            means(now, self.model.names)
+            - weight * (pulled @ self.adjoint[ahead, :, None])[:, :, 0]
+        )
         less = pulled @ self.information[ahead] @ np.swapaxes(pulled, 1, 2)
-        spread = p - weight[:, :, None] * less
-        rows, columns = np.triu_indices(3)
-        return Estimate(*mean.T, *spread[:, rows, columns].T)
+        return estimate(mean, p - weight[:, :, None] * less, self.model.names)
 
 
 def smooth(way: Filtered, model: ClockModel) -> Smoother:
@@ -92,13 +104,13 @@ def smooth(way: Filtered, model: ClockModel) -> Smoother:
     expected, elapsed = way.expected(model), way.elapsed_s()
     variance = expected.xx + way.sigma_s * way.sigma_s
     innovation = way.phase_s - expected.x
-    gain = np.column_stack((expected.xx, expected.xy, expected.xd)) / variance[:, None]
-    count = len(elapsed)
-    adjoint, information = np.empty((count, 3)), np.empty((count, 3, 3))
-    between = _transition(elapsed)
-    keep = np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+    gain = covariance(expected, model.names)[:, 0] / variance[:, None]
+    count, size = gain.shape
+    adjoint, information = np.empty((count, size)), np.empty((count, size, size))
+    between = _transition(elapsed, np.diff(way.integrals_s, axis=0))
+    keep = np.broadcast_to(np.eye(size), (count, size, size)).copy()
     keep[:, :, 0] -= gain
-    back, known = np.zeros(3), np.zeros((3, 3))
+    back, known = np.zeros(size), np.zeros((size, size))
     for k in reversed(range(count)):
         back, known = keep[k].T @ back, keep[k].T @ known @ keep[k]
         back[0] -= innovation[k] / variance[k]
@@ -109,16 +121,11 @@ def smooth(way: Filtered, model: ClockModel) -> Smoother:
     return Smoother(way, model, adjoint, information, np.append(rate * rate, 0.0))
 
 
-def _transition(elapsed_s: FloatArray) -> FloatArray:
-    """Return F over each time, (n, 3, 3)."""
-    f = np.broadcast_to(np.eye(3), (len(elapsed_s), 3, 3)).copy()
+def _transition(elapsed_s: FloatArray, gained_s: FloatArray) -> FloatArray:
+    """Return F over each time, (m, n, n), where c integrals grow by `gained_s`, (m, c)."""
+    size = 3 + gained_s.shape[1]
+    f = np.broadcast_to(np.eye(size), (len(elapsed_s), size, size)).copy()
     f[:, 0, 1] = f[:, 1, 2] = elapsed_s
     f[:, 0, 2] = 0.5 * elapsed_s * elapsed_s
+    f[:, 0, 3:] = gained_s
     return f
-
-
-def _covariance(estimate: Estimate[FloatArray]) -> FloatArray:
-    """Return P of each estimate, (n, 3, 3)."""
-    _, _, _, xx, xy, xd, yy, yd, dd = estimate
-    rows = np.array([[xx, xy, xd], [xy, yy, yd], [xd, yd, dd]])
-    return np.moveaxis(rows, 2, 0)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from tauto_core.navigation.filtering import REFUSED, REOPENED, Filtered, Known, filter_phases
-from tauto_core.navigation.kalman import ClockModel, Estimate
+from tauto_core.navigation.kalman import ClockModel, estimate_of
 from tauto_core.samples import State
 
 REMEMBERED = 64
 """Observations at least that can be gone over again."""
+
+Observed: TypeAlias = tuple[int, float, float, tuple[float, ...]]
+"""Stamp [ns], phase and its sigma [s], and integrals of the covariates [s]."""
 
 
 class Seen(NamedTuple):
@@ -20,6 +23,12 @@ class Seen(NamedTuple):
     phase_s: float
     sigma_s: float
     fate: int
+    integrals_s: tuple[float, ...] = ()
+
+    @property
+    def observed(self) -> Observed:
+        """What was handed over."""
+        return self.stamp_ns, self.phase_s, self.sigma_s, self.integrals_s
 
 
 class Track:
@@ -60,44 +69,45 @@ class Track:
         stamp_ns: Sequence[int],
         phase_s: Sequence[float],
         sigma_s: Sequence[float] | None = None,
+        integrals_s: Sequence[tuple[float, ...]] = (),
     ) -> Filtered:
         """Take observations of new stamps, none before `oldest_ns`; return the way from there.
 
-        It begins at the last state before the first of them, or earlier. Without `sigma_s` their
-        sigma is that of the model.
+        It begins at the last state before the first of them, or earlier. Arguments are those of
+        `filter_phases`.
         """
         if sigma_s is None:
             sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
-        new = sorted(zip(stamp_ns, phase_s, sigma_s, strict=True))
+        integrals_s = integrals_s or [()] * len(stamp_ns)
+        new = sorted(zip(stamp_ns, phase_s, sigma_s, integrals_s, strict=True))
         start, kept = self._last, self._seen
         if kept and new and new[0][0] < kept[-1].stamp_ns:
             start, kept = self._base, []
-            new = sorted(new + [seen[:3] for seen in self._seen])
-        way = filter_phases(
-            start,
-            [stamp for stamp, _, _ in new],
-            [phase for _, phase, _ in new],
-            self._model,
-            [sigma for _, _, sigma in new],
-        )
+            new = sorted(new + [seen.observed for seen in self._seen])
+        way = self._filtered(start, new)
         self._last = way.after(len(new))
         self._remember(kept, new, way)
         return way
 
-    def _remember(
-        self, kept: list[Seen], new: list[tuple[int, float, float]], way: Filtered
-    ) -> None:
+    def _filtered(self, start: Known, new: Sequence[Observed]) -> Filtered:
+        stamps, phases, sigmas, integrals = zip(*new, strict=True) if new else ((), (), (), ())
+        return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
+
+    def _remember(self, kept: list[Seen], new: list[Observed], way: Filtered) -> None:
         """Let the base move up where more than enough has been seen since.
 
         Args:
             kept: seen since the base, before the observations of the way.
-            new: stamp, phase and sigma of these observations.
+            new: these observations.
             way: what the filter made of them.
         """
         total = len(kept) + len(new)
         first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
         fates = way.fate[first:].tolist()
-        tail = [Seen(*each, fate) for each, fate in zip(new[first:], fates, strict=True)]
+        tail = [
+            Seen(stamp, phase, sigma, fate, integrals)
+            for (stamp, phase, sigma, integrals), fate in zip(new[first:], fates, strict=True)
+        ]
         self._seen = kept + tail
         if total < 2 * REMEMBERED:
             return
@@ -107,10 +117,8 @@ class Track:
             gone = [*(seen.fate for seen in kept), *way.fate[:first].tolist()]
         else:
             old, tail = self._seen[:-REMEMBERED], self._seen[-REMEMBERED:]
-            stamps, phases = [seen.stamp_ns for seen in old], [seen.phase_s for seen in old]
-            sigmas = [seen.sigma_s for seen in old]
-            again = filter_phases(self._base, stamps, phases, self._model, sigmas)
-            self._base = again.after(len(old))
+            again = [seen.observed for seen in old]
+            self._base = self._filtered(self._base, again).after(len(old))
             self._oldest_ns = old[-1].stamp_ns + 1
             gone = [seen.fate for seen in old]
         self._seen = tail
@@ -129,16 +137,16 @@ class Track:
 
     def restore(self, state: State) -> None:
         """Go on from a state."""
-        self._base, self._last = _known(state['base']), _known(state['last'])
+        self._base, self._last = self._known(state['base']), self._known(state['last'])
         self._oldest_ns = state['oldest_ns']
         self._seen = [Seen(*seen) for seen in state['seen']]
         self._counts = dict(state['counts'])
 
+    def _known(self, plain: tuple[Any, ...]) -> Known:
+        stamp_ns, estimate, *others = plain
+        return Known(stamp_ns, estimate_of(self._model.names)(*estimate), *others)
 
-def _plain(known: Known) -> tuple[int, tuple[float, ...], int, int]:
-    return known.stamp_ns, tuple(known.estimate), known.refused, known.used
 
-
-def _known(plain: tuple[int, tuple[float, ...], int, int]) -> Known:
-    stamp_ns, estimate, refused, used = plain
-    return Known(stamp_ns, Estimate(*estimate), refused, used)
+def _plain(known: Known) -> tuple[Any, ...]:
+    stamp_ns, estimate, *others = known
+    return stamp_ns, tuple(estimate), *others

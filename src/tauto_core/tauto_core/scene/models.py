@@ -156,6 +156,7 @@ class Scene(Section):
             self._lookahead,
         ).problems()
         yield from self.ship.problems()
+        yield from self.drift.problems()
         if self.suspension is not None:
             yield from self.suspension.problems(still=self.lies_still)
         if self.voyage is not None:
@@ -180,6 +181,13 @@ class Scene(Section):
                 'suspension': self.suspension,
             }
             yield from self.regulator.problems(others, self.ship.kind, still=self.lies_still)
+            if self.drift.covariates:
+                yield Problem(
+                    'drift.covariates',
+                    list(self.drift.covariates),
+                    'does not go with regulator: a body in a fluid does not go to sea',
+                    'Leave it out.',
+                )
         if self.trochlea is not None:
             yield from self.trochlea.problems(
                 self.gravity, self.drag, self.escapement, still=self.lies_still

@@ -69,6 +69,29 @@ class Lunars(Section):
     )
 
 
+Covariate: TypeAlias = Literal['heave', 'roll']
+
+
+class CoefficientPrior(Section):
+    """A coefficient of the rate equation as it is taken to be before any observation."""
+
+    value: Number = Field(description='expected coefficient; of a weight in heave about 1')
+    sigma: Annotated[float, Strict(), Field(ge=1e-9, le=1e9)] = Field(
+        description='its standard deviation, 1e-9 to 1e9'
+    )
+
+
+class Coefficients(Section):
+    """Coefficients of the rate equation that are known better than by trial runs."""
+
+    heave: CoefficientPrior | None = Field(
+        default=None, description='mapping: value, sigma; when left out: from trial runs'
+    )
+    roll: CoefficientPrior | None = Field(
+        default=None, description='mapping: value, sigma; when left out: from trial runs'
+    )
+
+
 class DriftSettings(Section):
     """What the navigator observes, and what his estimate of the drift assumes."""
 
@@ -96,6 +119,32 @@ class DriftSettings(Section):
         description='sigmas beyond which an observation is refused as an outlier, 1 to 1e9 '
         '(1e9: none is)',
     )
+    covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
+        default=None,
+        description='list of heave, roll: motions of the ship that the rate is taken to follow '
+        '(theory E11)',
+    )
+    coefficients: Coefficients | None = Field(
+        default=None,
+        description='mapping: heave, roll; what is assumed of the coefficients of the covariates',
+    )
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the covariates."""
+        named = list(self.covariates or ())
+        for name in sorted(set(named)):
+            if named.count(name) > 1:
+                yield Problem(
+                    'drift.covariates', named, f'names {name} twice', 'Name each of them once.'
+                )
+        given = {} if self.coefficients is None else self.coefficients.model_dump()
+        for key in (key for key, stated in given.items() if stated and key not in named):
+            yield Problem(
+                f'drift.coefficients.{key}',
+                given[key],
+                f'has no use: drift.covariates does not name {key}',
+                f'Write covariates: [{", ".join([*named, key])}], or leave the coefficient out.',
+            )
 
 
 class Log(Section):

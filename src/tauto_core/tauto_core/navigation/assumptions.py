@@ -1,0 +1,50 @@
+"""What the navigator assumes of clock and observations before any of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tauto_core.navigation.kalman import (
+    LUNAR_SIGMA_S,
+    RANDOM_WALK_FM_FLOOR_PER_S,
+    WHITE_FM_FLOOR_S,
+    ClockModel,
+)
+from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.scene import Scene
+
+PATIENCE = 3.0
+"""Observation intervals for which the filter trusts itself rather than an outlier."""
+
+
+def clock_model(scene: Scene) -> ClockModel:
+    """Return what `drift` says of clock and covariates.
+
+    Of the coefficients it is what the scene says, or else trial runs of its machine
+    (`coefficient_runs`).
+    """
+    model = dial_model(scene)
+    if not scene.drift.covariates:
+        return model
+    from tauto_core.navigation.coefficient_runs import coefficients
+
+    return replace(model, coefficients=coefficients(scene))
+
+
+def dial_model(scene: Scene) -> ClockModel:
+    """Return what `drift` says of the clock, with its noise or that of a good clock (the floors).
+
+    Outliers are refused for three observation intervals: after that, as at a landfall, the
+    clock is likelier to have changed than the observer to be wrong.
+    """
+    drift, clock = scene.drift, scene.clock
+    return ClockModel(
+        observation_sigma_s=drift.observation_sigma,
+        prior_rate_sigma=drift.prior_rate_sigma / SECONDS_PER_DAY,
+        states=drift.states,
+        white_fm_s=max(WHITE_FM_FLOOR_S, clock.white_fm_s),
+        random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, clock.random_walk_fm_per_s),
+        gate=drift.gate,
+        patience_s=PATIENCE * drift.observation_interval,
+        lunar_sigma_s=LUNAR_SIGMA_S if drift.lunars is None else drift.lunars.sigma,
+    )

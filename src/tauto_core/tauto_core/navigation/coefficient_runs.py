@@ -1,0 +1,224 @@
+"""What the coefficients of the rate equation are, by short runs of the scene's own machine.
+
+The clock is run in a small monochromatic heave, or roll, and on a ship that keeps still but for
+that. What the motion adds to the rate, by the mean of the regressor, is the coefficient. Of
+several runs with the wave at other phases the mean is taken: what depends on the phase at which
+the wheel was released belongs to no sea. The coefficient is the mean over several periods of the
+waves, and its standard deviation their spread with what a single wave cannot show (theory E11).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import LeverMachine, Machine, NoSteadySwing, compile_machine, steady_swing
+from tauto_core.navigation.coefficients import Coefficient
+from tauto_core.samples import NS_PER_S, READING, SHIP_IMU, FloatArray, TimeSamples
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import ABSENT, SceneError, TautoError
+from tauto_core.scene.sections import Clock, DriftSettings, Log
+from tauto_core.scene.times import step_of_rate
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.motion_kind import ShipKind
+from tauto_core.ship.motions.components import Component, ComponentsShip
+
+PERIODS_S = (6.0, 9.0, 13.0)
+"""Of the waves that are tried [s]: about the energy of wind sea and swell."""
+
+PHASES = tuple(0.5 * math.pi * k for k in range(4))
+"""Of the wave at the release: what is odd in the wave cancels between opposite ones, what turns
+twice with its phase between quarters."""
+
+HEAVE = 0.05
+"""Acceleration of the heave that is tried, by gravity: its square counts, the next power of it is
+3e-4 of that."""
+
+ROLL_RAD = 0.05
+"""Amplitude of the roll that is tried."""
+
+RUN_S = 600.0
+"""Length of a run after the swing has settled [s]: 46 of the longest waves."""
+
+SETTLED = 6.0
+"""Time constants of the steady swing after which it counts as settled: e⁻⁶ is 1/400."""
+
+LONGEST_SETTLING_S = 3600.0
+"""No swing is awaited longer [s]."""
+
+PART, LEAST = 0.05, 0.005
+"""Standard deviation of what one small wave cannot show, by the coefficient, and at least."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """What trial runs showed of one covariate.
+
+    Attributes:
+        name: of the covariate.
+        at_periods: the coefficient at each of `PERIODS_S`.
+    """
+
+    name: str
+    at_periods: tuple[float, ...]
+
+    @property
+    def coefficient(self) -> Coefficient:
+        """Mean and standard deviation."""
+        mean = float(np.mean(self.at_periods))
+        spread = float(np.std(self.at_periods, ddof=1))
+        return Coefficient(self.name, mean, math.hypot(spread, PART * mean, LEAST))
+
+
+def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
+    """Return what is assumed of the coefficients of a scene's covariates, in their order.
+
+    Raises:
+        SceneError: the machine cannot be run in the small waves that are tried.
+    """
+    tried = {found.name: found.coefficient for found in runs(scene)}
+    return tuple(tried.get(name) or _stated(scene, name) for name in scene.drift.covariates or ())
+
+
+def _stated(scene: Scene, name: str) -> Coefficient:
+    given = getattr(scene.drift.coefficients, name)
+    return Coefficient(name, given.value, given.sigma)
+
+
+def runs(scene: Scene) -> tuple[Runs, ...]:
+    """Return what trial runs of a scene's machine show of the coefficients that it does not state.
+
+    Raises:
+        SceneError: the machine cannot be run in the small waves that are tried.
+    """
+    given = scene.drift.coefficients
+    names = tuple(n for n in scene.drift.covariates or () if getattr(given, n, None) is None)
+    if not names:
+        return ()
+    try:
+        return _runs(_Tried(_alone(scene)), names)
+    except TautoError as error:
+        raise SceneError(
+            scene.name,
+            'drift.coefficients',
+            ABSENT,
+            f'cannot be found by running the machine in small waves: {error}',
+            f'Give value and sigma of {" and ".join(names)}.',
+        ) from error
+
+
+def _alone(scene: Scene) -> Scene:
+    """Return the machine of a scene on a ship that only the trials move."""
+    ship = ComponentsShip(rate=scene.ship.rate, height=scene.ship.height)
+    step_ns = step_of_rate(ship.rate)
+    interval_s = max(NS_PER_S // step_ns, 1) * step_ns / NS_PER_S
+    return scene.model_copy(
+        update={
+            'name': '',
+            'ship': ship,
+            'starts_at': 1.0,
+            'seed': 0,
+            'clock': Clock(nominal_period=scene.clock.nominal_period),
+            'voyage': None,
+            'drift': DriftSettings(),
+            'log': Log(interval=interval_s),
+        }
+    )
+
+
+class _Tried(NamedTuple):
+    """What is run, equal where all of it is."""
+
+    scene: Scene
+
+    def __hash__(self) -> int:
+        return hash(self.scene.model_dump_json())
+
+
+@lru_cache(maxsize=16)
+def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
+    run, ship, gravity = _Run(tried.scene), tried.scene.ship, tried.scene.gravity
+    assert isinstance(ship, ComponentsShip)
+    calm = run.error_s(ship)
+    found = []
+    for name in names:
+        move = _MOVES[name]
+        at_periods = []
+        for period_s in PERIODS_S:
+            moved = (move.ship(ship, gravity, period_s, phase) for phase in PHASES)
+            rates = [_slope(run.error_s(each) - calm, run.interval_s) for each in moved]
+            at_periods.append(float(np.mean(rates)) / move.mean)
+        found.append(Runs(name, tuple(at_periods)))
+    return tuple(found)
+
+
+class _Run:
+    """Runs the clock of a scene on one ship after the other; its stage is built once."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.interval_s = scene.log.interval
+        self._settled = math.ceil(_settling_s(scene) / self.interval_s)
+        logs = self._settled + math.ceil(RUN_S / self.interval_s)
+        self._scene = scene.model_copy(update={'duration': logs * self.interval_s})
+        self._stage = TrochleaStage(self._scene)
+        self._fresh = self._stage.state()
+
+    def error_s(self, ship: ShipKind) -> FloatArray:
+        """Return the error of the dial at the logged instants once the swing has settled [s]."""
+        motion = ShipMotion(self._scene.model_copy(update={'ship': ship}))
+        self._stage.restore(self._fresh)
+        said = self._stage.feed({SHIP_IMU: motion.produce(motion.total)}), self._stage.finish()
+        readings = [cast(TimeSamples, each[READING]) for each in said if READING in each]
+        parts = [(reading.time_ref_ns - reading.stamp_ns) / NS_PER_S for reading in readings]
+        return np.concatenate(parts)[self._settled :]
+
+
+def _heave(ship: ComponentsShip, gravity: float, period_s: float, phase: float) -> ComponentsShip:
+    amplitude = HEAVE * gravity * (period_s / math.tau) ** 2
+    wave = Component(amplitude=amplitude, period=period_s, phase=phase)
+    return ship.model_copy(update={'heave': (wave,)})
+
+
+def _roll(ship: ComponentsShip, gravity: float, period_s: float, phase: float) -> ComponentsShip:
+    del gravity
+    wave = Component(amplitude=ROLL_RAD, period=period_s, phase=phase)
+    return ship.model_copy(update={'components': (wave,)})
+
+
+class _Move(NamedTuple):
+    """How a ship is moved by a wave of a period and a phase, and the mean of the regressor."""
+
+    ship: Callable[[ComponentsShip, float, float, float], ComponentsShip]
+    mean: float
+
+
+_MOVES = {'heave': _Move(_heave, -(HEAVE**2) / 16.0), 'roll': _Move(_roll, 0.5 * ROLL_RAD**2)}
+
+
+def _settling_s(scene: Scene) -> float:
+    """Return how long the swing is given to become steady [s]."""
+    machine = compile_machine(scene)
+    if not isinstance(machine, Machine | LeverMachine):
+        return 0.0
+    swing = steady_swing(machine)
+    if isinstance(swing, NoSteadySwing) or not math.isfinite(swing.time_constant):
+        return 0.0
+    return min(SETTLED * swing.time_constant, LONGEST_SETTLING_S)
+
+
+def _slope(error_s: FloatArray, interval_s: float) -> float:
+    """Return the mean rate of evenly spaced errors, of which oscillations add nothing.
+
+    The straight line is fitted with weights that fall to zero smoothly at both ends (cos⁴), so
+    that what swings about it to and fro, at any period, cancels.
+    """
+    count = len(error_s)
+    at = (np.arange(count) - 0.5 * (count - 1)) * interval_s
+    weight = np.cos(math.pi * at / (count * interval_s)) ** 4
+    return float(np.sum(weight * at * error_s) / np.sum(weight * at * at))

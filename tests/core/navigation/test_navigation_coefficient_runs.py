@@ -1,0 +1,104 @@
+"""Trial runs of a machine in small waves, against Mathieu's equation and other closed forms."""
+
+import math
+
+import pytest
+from scipy.optimize import brentq
+
+from tauto_core.navigation import clock_model
+from tauto_core.navigation.coefficient_runs import HEAVE, PERIODS_S, runs
+from tauto_core.scene import parse_scene
+from tauto_core.scene.errors import SceneError
+
+SCENE = """
+duration: 600.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {cam}
+  thread: {thread}
+  power: {power}
+  release_angle: 1.0
+ship:
+  kind: sea
+  sea: {{spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}}
+  roll: {{natural_period: 11.0, damping_ratio: 0.08, slope_coefficient: 0.7}}
+  heave: true
+  height: 3.0
+  rate: 10.0
+drift: {{observation_interval: 60.0, covariates: [{covariates}]{more}}}
+log: {{interval: 1.0}}
+"""
+LINEAR = {
+    'cam': '{kind: involute, base_radius: 0.010}',
+    'thread': '{kind: vertical}',
+    'power': '{kind: weight, mass: 0.16, massless: true}',
+}
+SECOND_CAM = {
+    'cam': '{kind: hole, lever_rate: 0.010}',
+    'thread': '{kind: hole, distance: 0.080}',
+    'power': '{kind: force, force: 2.0}',
+}
+
+
+def scene_of(machine, covariates='heave, roll', more=''):
+    return parse_scene(SCENE.format(**machine, covariates=covariates, more=more), 'test')
+
+
+def mathieu(wave_s, swing_s):
+    """Change of the frequency by that of a slow heave, -ε²/16, of y'' + ω²(1 + ε cos Ωt) y = 0.
+
+    Characteristic exponent of Mathieu's equation, Abramowitz & Stegun 20.3.15.
+    """
+    a = (2.0 * wave_s / swing_s) ** 2
+    q = 0.5 * a * HEAVE
+
+    def left(nu):
+        square = nu * nu
+        fourth = (5.0 * square + 7.0) * q**4 / (32.0 * (square - 1.0) ** 3 * (square - 4.0))
+        return square + q * q / (2.0 * (square - 1.0)) + fourth - a
+
+    nu = brentq(left, 0.9 * math.sqrt(a), 1.1 * math.sqrt(a), xtol=1e-13)
+    return (nu / math.sqrt(a) - 1.0) / (-(HEAVE**2) / 16.0)
+
+
+def test_a_weight_on_a_linear_lever_is_mathieus():
+    swing_s = math.tau * math.sqrt(4.0e-4 / (0.16 * 9.80665 * 0.010))
+    heave, roll = runs(scene_of(LINEAR))
+    for period_s, found in zip(PERIODS_S, heave.at_periods, strict=True):
+        # a reading is told to a nanosecond, and the run is 46 waves long
+        assert found == pytest.approx(mathieu(period_s, swing_s), rel=1e-4)
+    # nearly 1: the correction for waves that are not slow is (Ω/2ω)²
+    assert heave.coefficient.value == pytest.approx(1.004, abs=0.002)
+    assert 0.05 < heave.coefficient.sigma < 0.06
+    for period_s, found in zip(PERIODS_S, roll.at_periods, strict=True):
+        # the sway at the clock adds <y''²>/(4 g²), met twice a wave: another (Ω/ω)²
+        sway = 3.0 * (math.tau / period_s) ** 2 / 9.80665
+        assert found == pytest.approx(0.25 * sway * sway, rel=0.05)
+
+
+def test_a_force_does_not_feel_the_sea():
+    for found in runs(scene_of(SECOND_CAM)):
+        assert found.at_periods == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_what_a_scene_states_is_not_tried():
+    more = ', coefficients: {roll: {value: 0.25, sigma: 0.125}}'
+    scene = scene_of(LINEAR, more=more)
+    assert [found.name for found in runs(scene)] == ['heave']
+    heave, roll = clock_model(scene).coefficients
+    assert roll == ('roll', 0.25, 0.125)
+    assert heave.value == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ('covariates', 'more', 'words'),
+    [
+        ('heave, heave', '', 'names heave twice'),
+        ('roll', ', coefficients: {heave: {value: 1.0, sigma: 0.1}}', 'does not name heave'),
+        ('pitch', '', "'heave' or 'roll'"),
+        ('heave', ', coefficients: {heave: {value: 1.0, sigma: 0.0}}', 'sigma'),
+    ],
+)
+def test_impossible_covariates_are_refused_by_name(covariates, more, words):
+    with pytest.raises(SceneError, match=words):
+        scene_of(LINEAR, covariates, more)
