@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 from importlib.metadata import EntryPoint
 from typing import Annotated
 
@@ -9,7 +10,6 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
-from tauto_core.cli import plugins
 from tauto_core.cli.app import app
 from tauto_core.scene.errors import UsageError
 
@@ -29,7 +29,7 @@ def install(monkeypatch: pytest.MonkeyPatch, *entries: EntryPoint) -> None:
     def found(*, group: str, name: str) -> list[EntryPoint]:
         return [entry for entry in entries if (entry.group, entry.name) == (group, name)]
 
-    monkeypatch.setattr(plugins, 'entry_points', found)
+    monkeypatch.setattr(importlib.metadata, 'entry_points', found)
 
 
 def graph(*arguments: str) -> Result:

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import TOPICS, encode
-from tauto_core.navigation.drift import ESTIMATE_NAMES
+from tauto_core.navigation import ESTIMATE_NAMES
 from tauto_core.navigation.longitude import ERROR_NAMES
 from tauto_core.samples import JOINT_STATES, SHIP_IMU, scalars
 from tauto_core.ship.imu import imu_from_roll
