@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tauto_core.scene.errors import BagError
 
 if TYPE_CHECKING:
-    from mcap.records import ChunkIndex, McapRecord
+    from mcap.records import McapRecord
 
 CHUNK_BYTES = 64 * 1024
 
@@ -27,6 +27,7 @@ _MAGIC = b'\x89MCAP0\r\n'
 _MESSAGE = struct.Struct('<BQHIQQ')
 _MESSAGE_BYTES = 22
 _MESSAGE_INDEX = struct.Struct('<BQHI')
+_HELD = struct.Struct('<HI')
 _FOOTER_BYTES = 20
 
 
@@ -48,6 +49,19 @@ class _Pending(NamedTuple):
     channel: int
     stamp_ns: int
     record: bytes
+
+
+class _Written(NamedTuple):
+    """A chunk in the file, in few bytes, since all of them are kept to the end.
+
+    `record` is that of the file's index, `held` pairs of a channel and its messages.
+    """
+
+    record: bytes
+    first_ns: int
+    last_ns: int
+    end: int
+    held: bytes
 
 
 class McapOut:
@@ -82,7 +96,7 @@ class McapOut:
         self._definitions: list[McapRecord] = []
         self._channels = 0
         self._schemas: dict[str, int] = {}
-        self._chunks: list[tuple[ChunkIndex, dict[int, int]]] = []
+        self._chunks: list[_Written] = []
         self._pending: dict[int, list[_Pending]] = {}
         self._pending_bytes = 0
         head = _MAGIC + _record(Header('ros2', library))
@@ -97,8 +111,8 @@ class McapOut:
     def counts(self) -> dict[int, int]:
         """Messages in the file by channel, without those of the chunk to come."""
         counts = dict.fromkeys(range(1, self._channels + 1), 0)
-        for _, held in self._chunks:
-            for channel, number in held.items():
+        for chunk in self._chunks:
+            for channel, number in _HELD.iter_unpack(chunk.held):
                 counts[channel] += number
         return counts
 
@@ -107,16 +121,13 @@ class McapOut:
         """Earliest and latest stamp in the file [ns]; `None` if it holds no message."""
         if not self._chunks:
             return None
-        first_ns = min(index.message_start_time for index, _ in self._chunks)
-        return first_ns, max(index.message_end_time for index, _ in self._chunks)
+        first_ns = min(chunk.first_ns for chunk in self._chunks)
+        return first_ns, max(chunk.last_ns for chunk in self._chunks)
 
     @property
     def end(self) -> int:
         """Where the last chunk ends [bytes]."""
-        if not self._chunks:
-            return self._head_bytes
-        index = self._chunks[-1][0]
-        return index.chunk_start_offset + index.chunk_length + index.message_index_length
+        return self._chunks[-1].end if self._chunks else self._head_bytes
 
     def add_channel(self, declared: DeclaredTopic) -> int:
         """Register a topic; return its channel's number, from 1."""
@@ -209,7 +220,7 @@ class McapOut:
         self._pending.pop(len(self._chunks) - 1, None)
         self._pending_bytes = 0
 
-    def _chunk(self, pending: list[_Pending]) -> tuple[bytes, tuple[ChunkIndex, dict[int, int]]]:
+    def _chunk(self, pending: list[_Pending]) -> tuple[bytes, _Written]:
         """Return a chunk with its message indices, and what the file's index says of it."""
         from mcap.records import Chunk, ChunkIndex
 
@@ -243,7 +254,10 @@ class McapOut:
             message_index_offsets=offsets,
             **span,
         )
-        return chunk + indices, (index, {channel: len(found) for channel, found in rows.items()})
+        octets = chunk + indices
+        held = b''.join(_HELD.pack(channel, len(found)) for channel, found in rows.items())
+        end = self.end + len(octets)
+        return octets, _Written(_record(index), min(stamps), max(stamps), end, held)
 
     def _summary(self, start: int, metadata: McapRecord) -> bytes:
         """Return the summary section, which begins at `start`, and the footer."""
@@ -252,16 +266,16 @@ class McapOut:
 
         schemas = [record for record in self._definitions if isinstance(record, Schema)]
         channels = [record for record in self._definitions if not isinstance(record, Schema)]
-        groups: list[tuple[int, list[McapRecord]]] = [
-            (int(Opcode.SCHEMA), [*schemas]),
-            (Opcode.CHANNEL, channels),
-            (Opcode.STATISTICS, [self._statistics()]),
-            (Opcode.CHUNK_INDEX, [index for index, _ in self._chunks]),
-            (Opcode.METADATA_INDEX, [metadata]),
-        ]
+        groups = (
+            (Opcode.SCHEMA, map(_record, schemas)),
+            (Opcode.CHANNEL, map(_record, channels)),
+            (Opcode.STATISTICS, [_record(self._statistics())]),
+            (Opcode.CHUNK_INDEX, [chunk.record for chunk in self._chunks]),
+            (Opcode.METADATA_INDEX, [_record(metadata)]),
+        )
         octets, offsets = b'', b''
         for opcode, records in groups:
-            group = b''.join(map(_record, records))
+            group = b''.join(records)
             if group:
                 offsets += _record(SummaryOffset(opcode, start + len(octets), len(group)))
             octets += group
