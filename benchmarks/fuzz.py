@@ -184,7 +184,8 @@ def main() -> int:
     parser.add_argument('--count', type=int, default=1_000_000, help='inputs of each kind')
     parser.add_argument('--what', nargs='+', choices=('mcap', 'scene'), default=['mcap', 'scene'])
     parser.add_argument('--seed', type=int, default=1727)
-    parser.add_argument('--keep', type=Path, default=Path('/tmp/tauto_fuzz'))
+    kept = Path(tempfile.gettempdir()) / 'tauto_fuzz'
+    parser.add_argument('--keep', type=Path, default=kept)
     asked = parser.parse_args()
     signal.signal(signal.SIGALRM, _hang)
     faults: list[str] = []
