@@ -141,26 +141,25 @@ def _on(
 ) -> Iterator[Ended[Result]]:
     news: queue.SimpleQueue[tuple[int, float] | Future[Result]] = queue.SimpleQueue()
     client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
-    futures: list[Future[Result]] = client.map(
-        partial(_run, task), list(enumerate(items)), pure=False, retries=0
-    )
-    places = {future.key: place for place, future in enumerate(futures)}
-    for future in futures:
+    futures = client.map(partial(_run, task), list(enumerate(items)), pure=False)
+    left: dict[object, tuple[int, Future[Result]]] = {}
+    for place, future in enumerate(futures):
+        left[future.key] = place, future
         future.add_done_callback(news.put)
+    del futures  # what has been handed on is let go of
     shares = _Shares(len(items), progress)
     try:
-        while places:
+        while left:
             new = news.get()
             if isinstance(new, tuple):
                 shares.tell(*new)
                 continue
-            place = places.pop(new.key)
-            futures[place] = None  # type: ignore[call-overload]  # lets go of the result
+            place, _ = left.pop(new.key)
             shares.tell(place, 1.0)
             yield _ended(place, new)
     finally:
         client.unsubscribe_topic(_TOPIC)
-        client.cancel([future for future in futures if future is not None])
+        client.cancel([future for _, future in left.values()])
 
 
 def _ended(place: int, future: Future[Result]) -> Ended[Result]:
