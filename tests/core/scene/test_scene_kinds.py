@@ -12,6 +12,7 @@ from tauto_core import scene as names
 from tauto_core.scene import SceneError, parse_scene, scene_yaml
 from tauto_core.scene.kinds import kind_of
 from tauto_core.scene.reference import all_kinds, page
+from tauto_core.scene.schema import schema
 
 ROOT = Path(__file__).parents[3]
 TROCHLEA = """
@@ -26,6 +27,14 @@ trochlea:
 
 def test_the_reference_page_is_that_of_the_models() -> None:
     assert (ROOT / 'docs' / 'scenes.md').read_text(encoding='utf-8') == page()
+
+
+def test_the_reference_page_has_every_key_of_the_schema_that_editors_read() -> None:
+    found = page()
+    assert 'Undefined' not in found
+    for name, definition in schema()['$defs'].items():
+        keys = [f'| `{key}` |' for key in definition.get('properties', ())]
+        assert all(key in found for key in keys), name
 
 
 def test_every_kind_goes_by_its_name_and_says_what_it_is() -> None:

@@ -13,13 +13,15 @@ from tauto_core.scene.explain import models_of, one_of
 from tauto_core.scene.fields import Section
 from tauto_core.scene.kinds import Kind, OneOf
 from tauto_core.scene.models import Scene
+from tauto_core.ship.sea_files import FILE_FORMS
 
 _HEAD = """\
 # Scenes: sections, kinds and keys
 
 Generated from the models of the code (`python -m tauto_core.scene.reference`); a test keeps the
 two equal. Numbers are SI and radians. A key without a default must be given; what may be left out
-is then not simulated.
+is then not simulated. A section *from a file* is read when the scene is loaded, and the scene that
+runs, and that a bag holds, has its numbers instead.
 """
 
 
@@ -47,6 +49,10 @@ def page() -> str:
             names = [] if kind is None or len(models) == 1 else list(get_args(kind.annotation))
             title = f'`{key}`' + ''.join(f', {" or ".join(names)}' for _ in names[:1])
             parts.append(_of_model(title, model))
+        form = FILE_FORMS.get(key.removeprefix('ship.'))
+        if form is not None:
+            parts.append(_of_model(f'`{key}`, from a file', form))
+            parts += [_of_model(f'`{part}`', each) for part, (each,) in _sections(form, key)]
     return '\n'.join(parts)
 
 
@@ -63,7 +69,7 @@ def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[typ
 
 def _of_model(title: str, model: type[BaseModel]) -> str:
     rows = [
-        f'| `{name}` | {_default(field)} | {_meaning(name, field, model)} |'
+        f'| `{name}` | {_default(field)} | {_meaning(name, field)} |'
         for name, field in model.model_fields.items()
     ]
     said = ' '.join((model.__doc__ or '').split())
@@ -82,13 +88,13 @@ def _default(field: FieldInfo) -> str:
     return f'`{value!r}`'
 
 
-def _meaning(name: str, field: FieldInfo, model: type[BaseModel]) -> str:
+def _meaning(name: str, field: FieldInfo) -> str:
     kinds = one_of(field)
     if kinds is not None:
         names = ', '.join(str(each.model_fields['kind'].default) for each in kinds.models)
         return f'{field.description}: {names}'
-    if name == 'kind':
-        return f'{model.model_fields["kind"].default}'
+    if name == 'kind' and not field.description:
+        return f'{field.default}'
     return (field.description or '').replace('|', '\\|')
 
 

@@ -12,9 +12,7 @@ from typing import Any
 
 from tauto_core.scene.models import Scene
 from tauto_core.scene.reference import all_kinds
-from tauto_core.ship.response_file import RaoFile
-from tauto_core.ship.roll_decay import RollFromDecay
-from tauto_core.ship.spectrum_file import SpectrumFile
+from tauto_core.ship.sea_files import FILE_FORMS
 from tauto_core.ship.weather_file import RecordFile
 
 FILE = Path(__file__).with_name('scene.schema.json')
@@ -29,7 +27,7 @@ def schema() -> dict[str, Any]:
     """Return the schema, of JSON Schema 2020-12."""
     found = Scene.model_json_schema(ref_template=_REF + '{model}')
     definitions = found['$defs']
-    for form in (SpectrumFile, RaoFile, RollFromDecay, RecordFile):
+    for form in FILE_FORMS.values():
         of_file = form.model_json_schema(ref_template=_REF + '{model}')
         definitions |= of_file.pop('$defs', {})
         definitions[form.__name__] = of_file

@@ -22,6 +22,14 @@ from tauto_core.ship.weather_file import RecordFile, read_record
 
 S = TypeVar('S', bound=Section)
 
+FILE_FORMS: dict[str, type[Section]] = {
+    'sea': SpectrumFile,
+    'rao': RaoFile,
+    'roll': RollFromDecay,
+    'weather': RecordFile,
+}
+"""What a section of a sea's ship may be written as, by its key, where a file gives its values."""
+
 
 def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     """Return the keys of a ship with tables and numbers in place of the files of its sea.
