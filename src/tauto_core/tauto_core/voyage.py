@@ -14,6 +14,7 @@ import numpy as np
 from tauto_core.answer import answer
 from tauto_core.bags import Bag, BagWriter, read_bag
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import merged
@@ -251,11 +252,11 @@ def compile_kernels(scene: Scene) -> None:
     """Compile what a scene's ship and clock run with messages between them, or see that it is.
 
     The first seconds are sailed, and what they say is dropped. An error of theirs is left to the
-    voyage, which says when it happens.
+    voyage, which says when it happens. All is optimised now: a node that sails cannot wait for it.
     """
     source, stages = ShipSource(scene), pipeline(scene)
     samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
-    with suppress(TautoError):
+    with optimised(), suppress(TautoError):
         stages.feed(source.produce(samples))
         stages.finish()
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tauto_core.kernels import KernelCacheWarning, source, store, used
+from tauto_core.kernels import KernelCacheWarning, optimised, source, store, used
 from tauto_core.kernels.progress import listening
 
 LAWS = """
@@ -51,9 +51,14 @@ class Program:
             sys.modules[path.stem] = module
             spec.loader.exec_module(module)
             importlib.invalidate_caches()
+        self.loaded = module.run
+        return self.again(x)
+
+    def again(self, x: float = 1.0) -> tuple[float, int]:
+        """The same by the same process."""
         compiled = []
         with listening(lambda name, _left: compiled.append(name)):
-            found = module.run(sys.modules[self.laws.stem].Law(2.0, 0.5), x)
+            found = self.loaded(sys.modules[self.laws.stem].Law(2.0, 0.5), x)
         return found, compiled.count(None)
 
 
@@ -185,3 +190,25 @@ def test_the_compiler_itself_is_a_source(program, monkeypatch):
     assert {'translation.py', 'operations.py', 'program.py', 'target.py'} <= own
     other = dict.fromkeys(header['files'], 'another')
     assert not used.is_as_it_was(other, header['names'])
+
+
+def test_what_has_run_for_a_while_is_optimised_once(program, monkeypatch):
+    assert [program.run(), program.again()] == [(19.0, 1), (19.0, 0)]
+    monkeypatch.setattr(entry_module_of(), 'OPTIMISED_AFTER_S', 0.0)
+    assert [program.again(), program.again()] == [(19.0, 1), (19.0, 0)]
+    assert len(list(store.folder().iterdir())) == 2
+
+
+def test_another_run_prefers_what_has_been_optimised(program, monkeypatch):
+    with optimised():
+        assert program.run() == (19.0, 1)
+    monkeypatch.setattr(entry_module_of(), 'OPTIMISED_AFTER_S', 0.0)
+    assert [program.run(), program.again()] == [(19.0, 0), (19.0, 0)]
+    assert len(list(store.folder().iterdir())) == 1
+
+
+def test_where_nothing_may_stall_quick_code_is_optimised_at_once(program):
+    program.run()
+    with optimised():
+        assert [program.again(), program.again()] == [(19.0, 1), (19.0, 0)]
+    assert program.again() == (19.0, 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ def text_of(kernel: Any, *args: Any) -> tuple[str, Any]:
     return str(program.module), program.result
 
 
-def test_a_processor_without_vectors_gives_the_same_bits():
+def test_a_processor_without_vectors_gives_the_same_bits_optimised_or_not():
     """Plain x86-64 has no fused multiply-add: the C library's stands in."""
     if not target.processor()[0].startswith('x86_64'):
         pytest.skip('x86-64 alone has processors that differ so much')
@@ -37,9 +38,10 @@ def test_a_processor_without_vectors_gives_the_same_bits():
     text, layout = text_of(of_lanes, rows, 0.7)
     plain = target.processor()[0], 'x86-64', ''
     found = []
-    for number, processor in enumerate((target.processor(), plain)):
+    made = product((target.processor(), plain), target.Effort)
+    for number, (processor, effort) in enumerate(made):
         name = f'entry_{number}'
-        code = target.object_code(text.replace('entry_of_a_test', name), processor)
+        code = target.object_code(text.replace('entry_of_a_test', name), processor, effort)
         call, (words, unpack) = target.loaded(code, name), unpacker(layout)
         import ctypes
         import struct
@@ -47,7 +49,8 @@ def test_a_processor_without_vectors_gives_the_same_bits():
         mine, back = rows.copy(), (ctypes.c_int64 * words)()
         assert call(struct.pack('qd', id(mine), 0.7), back) == 0
         found.append((unpack(back), mine.tobytes()))
-    assert found[0] == found[1]
+    assert len(found) == 4
+    assert all(each == found[0] for each in found)
 
 
 def test_code_for_arm64_can_be_made():

@@ -1,6 +1,6 @@
 """Kernels: functions in a subset of Python that are compiled through LLVM (docs/kernels.md)."""
 
-from tauto_core.kernels.entries import Entry, entry
+from tauto_core.kernels.entries import Entry, entry, optimised
 from tauto_core.kernels.errors import KernelCacheWarning, KernelError
 from tauto_core.kernels.marks import compiled, inlined, intrinsic, overload
 from tauto_core.kernels.progress import listening
@@ -14,5 +14,6 @@ __all__ = [
     'inlined',
     'intrinsic',
     'listening',
+    'optimised',
     'overload',
 ]

@@ -1,11 +1,17 @@
-"""Kernels that are called from Python: compiled at the first call for arguments of a structure."""
+"""Kernels that are called from Python: compiled at the first call for arguments of a structure.
+
+LLVM's optimisation is most of the time that compiling takes, and a run of minutes never earns it
+back. So an entry is compiled without it first, and again, optimised, when it has run for a while.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import hashlib
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +32,25 @@ from tauto_core.kernels.used import digest, is_as_it_was
 
 _LOCK = threading.RLock()
 """LLVM is used by one thread at a time."""
+
+OPTIMISED_AFTER_S = 0.25
+"""Time that quick code of an entry runs in a process [s] until optimised code takes its place.
+
+Quick code takes up to half as long again, so that no run loses more than a tenth of a second.
+"""
+
+_no_hurry: list[None] = []
+"""As many as there are `optimised` around."""
+
+
+@contextmanager
+def optimised() -> Iterator[None]:
+    """Let entries that are called, or prepared, be optimised at once: where nothing may stall."""
+    _no_hurry.append(None)
+    try:
+        yield
+    finally:
+        _no_hurry.pop()
 
 
 @cache
@@ -99,41 +124,79 @@ class Entry:
             if any(old(*plain(args)) is not None for old, *_ in self._made):
                 return
             check_arrays()
-            layout, code, name = self._code(structures)
-            from tauto_core.kernels.target import loaded
+            from tauto_core.kernels.target import Effort
 
+            efforts = [Effort.OPTIMISED] if _no_hurry else [Effort.OPTIMISED, Effort.QUICK]
+            layout, call, effort = self._compiled(structures, efforts)
+            if effort is Effort.QUICK:
+                call = self._timed(call, structures)
             words, unpack = unpacker(layout)
-            call = loaded(code, name)
             self._made = [(pack, call, ctypes.c_int64 * words, unpack), *self._made]
 
-    def _code(self, structures: list[Any]) -> tuple[Any, bytes, str]:
-        """Return the layout of the result, object code and the name of the entry in it."""
-        function = self.python
+    def _timed(self, quick: Any, structures: list[Any]) -> Any:
+        """Return quick code that gives way to optimised code when it has run for a while."""
+        from tauto_core.kernels.target import Effort
+
+        ran_s, best = 0.0, None
+
+        def call(packed: bytes, back: Any) -> Any:
+            nonlocal ran_s, best
+            if best is None and (_no_hurry or ran_s > OPTIMISED_AFTER_S):
+                with _LOCK:
+                    best = best or self._compiled(structures, [Effort.OPTIMISED])[1]
+            if best is not None:
+                return best(packed, back)
+            began = time.thread_time()
+            failed = quick(packed, back)
+            ran_s += time.thread_time() - began
+            return failed
+
+        return call
+
+    def _compiled(self, structures: list[Any], efforts: list[Any]) -> tuple[Any, Any, Any]:
+        """Return the layout of the result, the entry in memory, and with which effort it is made.
+
+        What is kept of the first effort is taken, else of the next; else the last is made.
+        """
+        from tauto_core.kernels.target import loaded
+
+        for effort in efforts:
+            file, name = self._file_and_name(structures, effort)
+            kept = store.read(file)
+            if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
+                return kept[0]['result'], loaded(kept[1], name), effort
+        layout, code = self._translated(structures, efforts[-1])
+        return layout, loaded(code, name), effort
+
+    def _file_and_name(self, structures: list[Any], effort: Any) -> tuple[str, str]:
+        """Return the file in which code is kept, and the name of the entry in it."""
         identity = '\n'.join(
             [
-                function.__code__.co_filename,
-                f'{function.__module__}.{function.__qualname__}',
+                self.python.__code__.co_filename,
+                f'{self.python.__module__}.{self.python.__qualname__}',
                 *(in_words(structure) for structure in structures),
+                effort.name,
                 _stamp(),
             ]
         )
         tag = hashlib.sha256(identity.encode()).hexdigest()[:32]
-        file, name = f'{function.__name__}.{tag}', f'{ENTRY}_{tag}'
-        kept = store.read(file)
-        if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
-            return kept[0]['result'], kept[1], name
+        return f'{self.python.__name__}.{tag}', f'{ENTRY}_{tag}'
+
+    def _translated(self, structures: list[Any], effort: Any) -> tuple[Any, bytes]:
+        """Compile, and keep it; return the layout of the result and object code."""
         from tauto_core.kernels.program import Program
         from tauto_core.kernels.target import object_code, processor
 
+        function, (file, name) = self.python, self._file_and_name(structures, effort)
         with compiling(f'{function.__module__}.{function.__qualname__}') as translated:
             program = Program(function, structures, name)
             text = str(program.module)
-            translated(text.count('\n'))
-            code = object_code(text, processor())
+            translated(text.count('\n') / effort.lines_per_s)
+            code = object_code(text, processor(), effort)
         used = program.used
         header = {'files': _compiler() | used.files, 'names': used.names, 'result': program.result}
         store.write(file, header, code)
-        return program.result, code, name
+        return program.result, code
 
 
 def _fits(x: Any) -> bool:

@@ -6,9 +6,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-LINES_PER_S = 9_000.0
-"""Lines of LLVM's text that this compiler and LLVM take a second for, on a common machine."""
-
 _listeners: list[Callable[[str | None, float], None]] = []
 
 
@@ -28,8 +25,8 @@ def listening(listener: Callable[[str | None, float], None]) -> Iterator[None]:
 
 
 @contextmanager
-def compiling(name: str) -> Iterator[Callable[[int], Any]]:
-    """Tell the listeners that a kernel compiles; yield what tells them its lines."""
+def compiling(name: str) -> Iterator[Callable[[float], Any]]:
+    """Tell the listeners that a kernel compiles; yield what tells them the seconds left."""
 
     def say(kernel: str | None, left_s: float) -> None:
         for listener in _listeners:
@@ -37,6 +34,6 @@ def compiling(name: str) -> Iterator[Callable[[int], Any]]:
 
     say(name, 0.0)
     try:
-        yield lambda lines: say(name, lines / LINES_PER_S)
+        yield lambda left_s: say(name, left_s)
     finally:
         say(None, 0.0)
