@@ -1,10 +1,12 @@
 """Fleets: two workers against one and against two plain processes, overhead, memory, long fleets.
 
-    .venv/bin/python benchmarks/fleets.py [--ships N] [--long] [--out FILE]
+    .venv/bin/python benchmarks/fleets.py [--ships N] [--long {cam,escapement}] [--out FILE]
 
-Everything is measured in one run and written to benchmarks/fleets.json. `--long` adds the two
-fleets of a thousand ships. Ratios of two workers are compared with what the machine gives to two
-plain processes that sail the same ships and share nothing.
+What is measured is written to benchmarks/fleets.json. Ratios of two workers are compared with what
+the machine gives, in the same run, to two plain processes that sail the same ships and share
+nothing. `--long` sails a fleet of a thousand ships instead, and adds what it took to the file: the
+wall time, the processor time of all processes, and the load of the machine, which tells whether
+others used it too.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import json
 import multiprocessing
 import os
 import platform
+import resource
 import time
 from contextlib import closing
 from functools import partial
@@ -156,30 +159,45 @@ def efficiency(make: Any, duration: float, ships: int) -> dict[str, float]:
     }
 
 
-def whole_s(fleet: Plan) -> dict[str, float]:
-    """Return how long a fleet takes from the command to the answer."""
-    began = time.perf_counter()
-    found = sail_fleet(fleet, Crew(2))
-    failed = sum(found.answers.failures.values())
-    return {'ships': fleet.ships, 'failed': failed, 'wall_s': time.perf_counter() - began}
+def whole(fleet: Plan) -> dict[str, Any]:
+    """Return how long a fleet takes from the command to the answer, and what it answers."""
+    began, load = time.perf_counter(), [os.getloadavg()[0]]
+    told = time.monotonic()
+
+    def look(_ships: float) -> None:
+        nonlocal told
+        if time.monotonic() > told + 60.0:
+            told = time.monotonic()
+            load.append(os.getloadavg()[0])
+
+    found = sail_fleet(fleet, Crew(2), progress=look)
+    wall_s = time.perf_counter() - began
+    used = [
+        resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    ]
+    first = found.answers.within['corrected'][0]
+    return {
+        'ships': fleet.ships,
+        'failed': sum(found.answers.failures.values()),
+        'wall_s': wall_s,
+        'processor_s': sum(each.ru_utime + each.ru_stime for each in used),
+        'processor_s_in_ships': sum(row['run_s'] for row in found.rows),
+        'mean_load': sum(load) / len(load),
+        'within_30_nmi': [first.share, first.low, first.high],
+    }
 
 
-def main() -> None:
-    """Measure, print and write down."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--ships', type=int, default=24)
-    parser.add_argument('--long', action='store_true')
-    parser.add_argument('--out', type=Path, default=Path(__file__).with_suffix('.json'))
-    asked = parser.parse_args()
-    sizes = memory_mb(10 * asked.ships)
-    found: dict[str, Any] = {
+def short(ships: int) -> dict[str, Any]:
+    """Return gain of two workers, overhead and memory."""
+    sizes = memory_mb(10 * ships)
+    return {
         'machine': {
             'cpus': os.cpu_count(),
             'python': platform.python_version(),
             **{name: version(name) for name in ('distributed', 'numpy', 'llvmlite')},
         },
-        'second cam, ten days': efficiency(second_cam, 10.0 * DAY_S, asked.ships),
-        'weight and escapement, a day': efficiency(escapement, DAY_S, asked.ships),
+        'second cam, ten days': efficiency(second_cam, 10.0 * DAY_S, ships),
+        'weight and escapement, a day': efficiency(escapement, DAY_S, ships),
         'overhead a ship [s]': {
             'second cam': overhead_s(second_cam, 10),
             'weight and escapement': overhead_s(escapement, 10),
@@ -190,9 +208,27 @@ def main() -> None:
             'at the end': sizes[-1],
         },
     }
+
+
+LONG = {
+    'cam': ('1000 ships of the second cam, 81 days', second_cam, PASSAGE_S),
+    'escapement': ('1000 ships with an escapement, a day', escapement, DAY_S),
+}
+
+
+def main() -> None:
+    """Measure, print and write down."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--ships', type=int, default=24)
+    parser.add_argument('--long', choices=tuple(LONG), help='a fleet of a thousand ships')
+    parser.add_argument('--out', type=Path, default=Path(__file__).with_suffix('.json'))
+    asked = parser.parse_args()
+    found = json.loads(asked.out.read_text('utf-8')) if asked.out.exists() else {}
     if asked.long:
-        found['1000 ships of the second cam, 81 days'] = whole_s(plan(second_cam(PASSAGE_S), 1000))
-        found['1000 ships with an escapement, a day'] = whole_s(plan(escapement(DAY_S), 1000))
+        name, make, duration = LONG[asked.long]
+        found[name] = whole(plan(make(duration), 1000))
+    else:
+        found.update(short(asked.ships))
     asked.out.write_text(json.dumps(found, indent=2) + '\n', 'utf-8')
     print(json.dumps(found, indent=2))
 

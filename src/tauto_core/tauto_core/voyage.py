@@ -50,6 +50,9 @@ from tauto_core.summary import Summary
 CHUNK = 65_536
 """Motion samples handled at once; the result does not depend on it."""
 
+QUIET_CHUNK = 2 * CHUNK
+"""The same where nobody wants the motion as messages: a fifth less time for a linear machine."""
+
 SAILED_TO_COMPILE_S = 20.0
 """How much of a voyage calls all kernels that it needs, long pieces of forcing among them [s]."""
 
@@ -230,7 +233,7 @@ def sail(
         bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
         if bag is not None:
             bag.describe(bag_metadata(scene))
-        for batches in _voyage(source, stages):
+        for batches in _voyage(source, stages, CHUNK if kept else QUIET_CHUNK):
             _check_refused(stages.health(), source.produced * scene.step_ns / NS_PER_S)
             summary.feed(batches)
             if watch is not None:
@@ -261,9 +264,9 @@ def compile_kernels(scene: Scene) -> None:
         stages.finish()
 
 
-def _voyage(source: ShipSource, stages: Pipeline) -> Iterator[Batches]:
+def _voyage(source: ShipSource, stages: Pipeline, chunk: int) -> Iterator[Batches]:
     while source.produced < source.total:
-        yield stages.feed(source.produce(CHUNK))
+        yield stages.feed(source.produce(chunk))
     yield stages.finish()
 
 

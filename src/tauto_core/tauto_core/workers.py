@@ -38,6 +38,16 @@ _ALIKE = ('tauto_core', 'numpy', 'scipy', 'llvmlite', 'pydantic')
 
 _TOPIC = 'tauto-share'
 
+_UNWATCHED = {
+    'distributed.worker.profile.enabled': False,
+    'distributed.worker.memory.monitor-interval': '1s',
+    'distributed.admin.tick.interval': '1s',
+    'distributed.admin.system-monitor.interval': '10s',
+    'distributed.admin.system-monitor.gil.enabled': False,
+}
+"""Of a cluster of this machine: what dask measures for its dashboard, which is not shown, costs a
+tenth of the processor time of the workers, and as much again in this process."""
+
 
 class WorkerError(TautoError):
     """Processes that cannot be had, or that died."""
@@ -197,21 +207,23 @@ def _run(task: Task[Item, Result], placed: tuple[int, Item]) -> Result:
 @contextmanager
 def _client(crew: Crew) -> Iterator[Client]:
     """Yield a client of the crew's processes; leave none of this machine's running."""
+    import dask
     import distributed
 
     if crew.scheduler is not None:
         with _joined(crew.scheduler) as client:
             yield client
         return
-    cluster = distributed.LocalCluster(
-        n_workers=crew.jobs,
-        threads_per_worker=1,
-        processes=True,
-        host='127.0.0.1',
-        dashboard_address='127.0.0.1:0',  # None would ask for one port of the whole machine
-        scheduler_kwargs={'dashboard': False},
-        silence_logs=logging.CRITICAL,
-    )
+    with dask.config.set(_UNWATCHED):
+        cluster = distributed.LocalCluster(
+            n_workers=crew.jobs,
+            threads_per_worker=1,
+            processes=True,
+            host='127.0.0.1',
+            dashboard_address='127.0.0.1:0',  # None would ask for one port of the whole machine
+            scheduler_kwargs={'dashboard': False},
+            silence_logs=logging.CRITICAL,
+        )
     with cluster, distributed.Client(cluster, set_as_default=False) as client:
         yield client
 

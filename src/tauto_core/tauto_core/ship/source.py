@@ -17,7 +17,7 @@ LARGEST = 1e150
 """What is larger may overflow when it is squared."""
 
 KEPT_BYTES = 2**24
-"""Twice what the arrays of a chunk take (`voyage.CHUNK`)."""
+"""What the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
 
 
 class ShipMotion:
