@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command_name
 
 from tauto_core.cli import (
     bag,
@@ -129,7 +130,20 @@ def main() -> None:
     # no plugin has a say in what a scene means: to look for one reads all that is installed
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
+    _leave_out_all_but(*sys.argv[1:2])
     app()
+
+
+def _leave_out_all_but(word: str = '') -> None:
+    """Forget the other commands where the first word names one: to build them all takes time."""
+    commands = [
+        each
+        for each in app.registered_commands
+        if each.callback and get_command_name(each.name or each.callback.__name__) == word
+    ]
+    groups = [each for each in app.registered_groups if each.name == word]
+    if commands or groups:
+        app.registered_commands, app.registered_groups = commands, groups
 
 
 def _tell(words: str, error: BaseException) -> None:

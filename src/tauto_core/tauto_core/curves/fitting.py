@@ -118,12 +118,29 @@ def _interpolated(function: Law, terms: int, blur: float = 0.0) -> FloatArray | 
     noise = blur * float(np.ptp(values))
     if not np.max(np.abs(series[-2:])) <= RESOLVED * np.max(np.abs(series)) + noise:
         return None
-    whole = chebyshev.Chebyshev(series, domain=[0.0, 1.0])
-    found = whole.convert(kind=np.polynomial.Polynomial, domain=[-1, 1]).coef
-    row = np.asarray(np.pad(found, (0, terms - len(found))), np.float64)
+    row = _monomials(np.asarray(series, np.float64))
     wanted = function(_CHECKED)
     wrong = np.abs(np.polynomial.polynomial.polyval(_CHECKED, row) - wanted)
     return row if np.all(wrong <= 8.0 * (RESOLVED * np.abs(wanted) + noise)) else None
+
+
+def _monomials(series: FloatArray) -> FloatArray:
+    """Return the coefficients of x^j of Σ series_k T_k(2x − 1), by Clenshaw's recurrence.
+
+    `Chebyshev.convert` does the same with an object a coefficient, at twenty times the cost.
+    """
+    last, before = np.zeros((2, len(series)))
+    for coefficient in series[:0:-1]:
+        last, before = _plus_shifted(coefficient, -before, 2.0 * last), last
+    return _plus_shifted(series[0], -before, last)
+
+
+def _plus_shifted(constant: float, row: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the coefficients of a constant + Σ row_j x^j + (2x − 1) Σ other_j x^j."""
+    shifted = -other
+    shifted[1:] += 2.0 * other[:-1]
+    row[0] += constant
+    return row + shifted
 
 
 def _rough(angle: float) -> FitError:

@@ -44,9 +44,26 @@ def _resolvers() -> dict[str, list[tuple[str, re.Pattern[str]]]]:
 
 
 class _Loader(yaml.SafeLoader):
-    """PyYAML's scanner with the scalars of YAML 1.2."""
+    """PyYAML's scanner with the scalars of YAML 1.2.
+
+    It refuses anchors, and nesting so deep that it would cost much time and stack to read.
+    """
 
     yaml_implicit_resolvers = _resolvers()
+    depth = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Return the next node, with all that is in it."""
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        if isinstance(event, yaml.AliasEvent) or event.anchor:
+            raise _RefusedError(event, 'anchors and aliases are not read', 'Write the value out.')
+        if isinstance(event, yaml.CollectionStartEvent) and self.depth == _DEEPEST:
+            problem = f'is nested more than {_DEEPEST} deep'
+            raise _RefusedError(event, problem, 'A scene is at most five levels deep.')
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
 
 
 class _Dumper(yaml.SafeDumper):
@@ -79,7 +96,6 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
         SceneError: syntax (with line and column), not a mapping, duplicate or non-string keys.
     """
     try:
-        _screen(text)
         node = yaml.compose(text, Loader=_Loader)
         content = None if node is None else _value(node)
     except _RefusedError as error:
@@ -98,19 +114,6 @@ def write_mapping(content: dict[str, Any]) -> str:
     """Return a mapping of plain values as YAML that `read_mapping` reads back unchanged."""
     text: str = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=99)
     return text
-
-
-def _screen(text: str) -> None:
-    """Refuse anchors, and nesting so deep that it would cost much time and stack to read."""
-    depth = 0
-    for event in yaml.parse(text, Loader=_Loader):
-        if isinstance(event, yaml.AliasEvent) or getattr(event, 'anchor', None):
-            raise _RefusedError(event, 'anchors and aliases are not read', 'Write the value out.')
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > _DEEPEST:
-            problem = f'is nested more than {_DEEPEST} deep'
-            raise _RefusedError(event, problem, 'A scene is at most five levels deep.')
 
 
 def _value(node: yaml.Node) -> Any:

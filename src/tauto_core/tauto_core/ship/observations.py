@@ -45,7 +45,7 @@ def landfalls(scene: Scene) -> IntArray:
     made = [-(-time // interval) for time in Passage(scene, scene.voyage).landfalls_ns]
     checked = [interval * (logged + 1) for logged in made]
     within = [time for time in checked if time <= scene.duration_ns]
-    return scene.starts_at_ns + np.unique(np.array(within, np.int64))
+    return scene.starts_at_ns + np.array(sorted(set(within)), np.int64)
 
 
 def _in_port(scene: Scene) -> IntArray:
