@@ -6,7 +6,7 @@ Every input is a valid one with a few changes: bits, bytes and numbers, pieces r
 or exchanged, of scenes also values and keys. Input k of a seed is always the same. What
 ends other than by an error of the package, takes longer than 10 s or makes the process larger by
 more than 64 MiB after the first thousand is printed with its number; its input is kept in --keep,
-and the exit code is 1.
+and the exit code is 1. Results so far, of each kind: benchmarks/fuzz.json.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import FrameType
 
@@ -33,8 +34,10 @@ from tauto_core.scene.loader import _SHIPPED
 from tauto_core.voyage import sail
 
 LIMIT_S = 10
-GROWTH_KIB = 64 * 1024
+GROWTH_MIB = 64
 WARM = 1000
+TELL = 5_000
+RESULTS = Path(__file__).with_suffix('.json')
 MOST_CHANGES = 6
 NUMBERS = (0, 1, 0x7F, 0x80, 0xFF, 2**15, 2**31 - 1, 2**31, 2**32 - 1, 2**63, 2**64 - 1)
 VALUES = [
@@ -42,6 +45,9 @@ VALUES = [
     *('[]', '{}', '""', '[1, 2]', '{a: 1}', '2026-01-01', '1727-02-29T00:00:00Z', 'measured'),
     *('&a', '*a', '!!python/object:os.system x', '[' * 2000, '{a: ' * 500, 'x' * 5000),
 ]
+
+
+Change = Callable[[random.Random, Sequence[bytes]], bytes]
 
 
 class HangError(Exception):
@@ -101,7 +107,12 @@ def mutated_scene(rng: random.Random, seeds: Sequence[bytes]) -> bytes:
     return '\n'.join(lines).encode()
 
 
-def read_mcap(data: bytes, folder: Path) -> None:
+def changed(change: Change, seeds: Sequence[bytes], seed: int, number: int) -> bytes:
+    """Return an input, always the same one of a seed and a number."""
+    return change(random.Random(f'{seed} {number}'), seeds)
+
+
+def read_mcap(folder: Path, data: bytes) -> None:
     """Read all of a file as `tauto replay` does."""
     file = folder / 'mutated.mcap'
     file.write_bytes(data)
@@ -112,12 +123,14 @@ def read_mcap(data: bytes, folder: Path) -> None:
     _ = bag.scene
 
 
-def read_scene(data: bytes, folder: Path) -> None:
-    """Read a scene as the recorder does, and as a file."""
+def read_scene(folder: Path, data: bytes) -> None:
+    """Read a scene as a file, or, of odd length, as the recorder does."""
+    if len(data) % 2:
+        parse_scene(data.decode('utf-8', 'replace'), 'fuzz')
+        return
     file = folder / 'mutated.yaml'
     file.write_bytes(data)
     load_scene(file)
-    parse_scene(data.decode('utf-8', 'replace'), 'fuzz')
 
 
 def mcap_seeds(folder: Path) -> list[bytes]:
@@ -132,8 +145,11 @@ def mcap_seeds(folder: Path) -> list[bytes]:
 
 @dataclass
 class Findings:
-    """What came of the inputs: how often each end, and the faults."""
+    """What came of the inputs: how many there were, how often each end, growth, faults."""
 
+    inputs: int = 0
+    seconds: float = 0.0
+    grown_mib: float = 0.0
     ends: Counter[str] = field(default_factory=Counter)
     faults: list[str] = field(default_factory=list)
 
@@ -145,8 +161,8 @@ def fuzz(
     count: int,
     keep: Path,
 ) -> Findings:
-    """Read this many inputs."""
-    found = Findings()
+    """Read this many inputs; say every TELL of them how far it is."""
+    found, began_s = Findings(), time.monotonic()
     warm_kib = 0
     for number in range(count):
         data = inputs(number)
@@ -165,12 +181,24 @@ def fuzz(
                 found.faults.append(f'{name} {number}: {end}: {str(error)[:200]}')
         finally:
             signal.alarm(0)
-        if number == WARM:
+        found.inputs = number + 1
+        if found.inputs == WARM:
             warm_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    grown_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - warm_kib
-    if warm_kib and grown_kib > GROWTH_KIB:
-        found.faults.append(f'{name}: the process grew by {grown_kib / 1024:.0f} MiB')
+        if found.inputs % TELL == 0 or found.inputs == count:
+            now_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            found.grown_mib = round((now_kib - (warm_kib or now_kib)) / 1024, 1)
+            found.seconds = round(time.monotonic() - began_s, 1)
+            tell(name, found)
+    if found.grown_mib > GROWTH_MIB:
+        found.faults.append(f'{name}: the process grew by {found.grown_mib:.0f} MiB')
     return found
+
+
+def tell(name: str, found: Findings) -> None:
+    """Print how far it is, and write it down beside what is known of the other kind."""
+    print(json.dumps({'what': name, **vars(found)}), flush=True)
+    known = json.loads(RESULTS.read_text('utf-8')) if RESULTS.is_file() else {}
+    RESULTS.write_text(json.dumps({**known, name: vars(found)}, indent=2) + '\n', 'utf-8')
 
 
 def _hang(number: int, frame: FrameType | None) -> None:
@@ -197,17 +225,8 @@ def main() -> int:
             else:
                 seeds = [file.read_bytes() for file in sorted(_SHIPPED.glob('*.yaml'))]
                 change, read = mutated_scene, read_scene
-
-            def made(number: int, seeds=seeds, change=change) -> bytes:  # type: ignore[no-untyped-def]
-                return change(random.Random(f'{asked.seed} {number}'), seeds)
-
-            began_s = time.monotonic()
-            found = fuzz(
-                what, lambda data, read=read: read(data, folder), made, asked.count, asked.keep
-            )
-            faults += found.faults
-            seconds = round(time.monotonic() - began_s, 1)
-            print(json.dumps({'what': what, 'seconds': seconds, **dict(found.ends)}))
+            made = partial(changed, change, seeds, asked.seed)
+            faults += fuzz(what, partial(read, folder), made, asked.count, asked.keep).faults
     print('\n'.join(faults))
     return 1 if faults else 0
 

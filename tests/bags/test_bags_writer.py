@@ -6,6 +6,7 @@ import struct
 import subprocess
 import sys
 import textwrap
+import tracemalloc
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -167,6 +168,24 @@ def test_counts_and_bytes(tmp_path: Path) -> None:
         assert writer.bytes_written > 100_000
         assert not (tmp_path / 'voyage/metadata.yaml').exists()
     assert writer.path == tmp_path / 'voyage'
+
+
+def test_memory_does_not_grow_with_the_chunks(tmp_path: Path) -> None:
+    """A record of the index takes more than 100 bytes: kept, 2000 of them would be seen."""
+    payload = encode(s.SHIP_IMU, example(s.ImuSamples, 1))[0]
+    with BagWriter(tmp_path / 'voyage', chunk_bytes=1) as writer:
+        held = []
+        tracemalloc.start()
+        for stamp_ns in range(3000):
+            writer.write_raw(s.SHIP_IMU, payload, stamp_ns)
+            if stamp_ns in {999, 2999}:
+                held.append(tracemalloc.get_traced_memory()[0])
+        tracemalloc.stop()
+    assert held[1] - held[0] < 50_000
+    with (tmp_path / 'voyage/voyage_0.mcap').open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert len(summary.chunk_indexes) == 3000
 
 
 def test_empty_batches_and_an_empty_bag(tmp_path: Path) -> None:

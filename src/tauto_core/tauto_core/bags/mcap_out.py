@@ -1,17 +1,21 @@
 """One MCAP file being written, so that it is whole wherever the writing stops.
 
 The writer of the mcap library changes its state before it writes a chunk: after an interrupt or
-a full disk it cannot finish the file. Here one list, of the chunks that are in the file, is the
-only state; a chunk counts once it is appended there, and whatever lies behind the last one is cut
-off. Records other than messages and their index are the library's.
+a full disk it cannot finish the file. Here one value says what is in the file; a chunk counts
+once that value is replaced, and whatever lies behind its end is cut off. The index, of which each
+chunk has a record and which comes last, waits in a nameless file: memory does not grow with the
+voyage. Records other than messages and their index are the library's.
 """
 
 from __future__ import annotations
 
 import os
 import struct
+import tempfile
 import zlib
-from io import FileIO
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from io import FileIO, RawIOBase
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,8 +31,9 @@ _MAGIC = b'\x89MCAP0\r\n'
 _MESSAGE = struct.Struct('<BQHIQQ')
 _MESSAGE_BYTES = 22
 _MESSAGE_INDEX = struct.Struct('<BQHI')
-_HELD = struct.Struct('<HI')
 _FOOTER_BYTES = 20
+_PIECE_BYTES = 1 << 20
+_NO_STAMP_NS = 2**64 - 1
 
 
 class DeclaredTopic(NamedTuple):
@@ -51,17 +56,18 @@ class _Pending(NamedTuple):
     record: bytes
 
 
-class _Written(NamedTuple):
-    """A chunk in the file, in few bytes, since all of them are kept to the end.
+class _Stored(NamedTuple):
+    """What is in the file: chunks up to `end`, whose records of the index end at `index_end`.
 
-    `record` is that of the file's index, `held` pairs of a channel and its messages.
+    `counts` are the messages by channel, stamps the earliest and the latest if there are any.
     """
 
-    record: bytes
-    first_ns: int
-    last_ns: int
     end: int
-    held: bytes
+    counts: Counter[int]
+    index_end: int = 0
+    chunks: int = 0
+    first_ns: int = _NO_STAMP_NS
+    last_ns: int = 0
 
 
 class McapOut:
@@ -96,38 +102,32 @@ class McapOut:
         self._definitions: list[McapRecord] = []
         self._channels = 0
         self._schemas: dict[str, int] = {}
-        self._chunks: list[_Written] = []
         self._pending: dict[int, list[_Pending]] = {}
         self._pending_bytes = 0
         head = _MAGIC + _record(Header('ros2', library))
-        self._head_bytes = len(head)
+        self._stored = _Stored(len(head), Counter())
         try:
             self._raw = FileIO(path, 'x')
+            self._index = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115
+            _write(self._raw, 0, head)
         except OSError as error:
             raise refused(path, error) from error
-        self._write(0, head)
 
     @property
     def counts(self) -> dict[int, int]:
         """Messages in the file by channel, without those of the chunk to come."""
-        counts = dict.fromkeys(range(1, self._channels + 1), 0)
-        for chunk in self._chunks:
-            for channel, number in _HELD.iter_unpack(chunk.held):
-                counts[channel] += number
-        return counts
+        return {channel: self._stored.counts[channel] for channel in range(1, self._channels + 1)}
 
     @property
     def span_ns(self) -> tuple[int, int] | None:
         """Earliest and latest stamp in the file [ns]; `None` if it holds no message."""
-        if not self._chunks:
-            return None
-        first_ns = min(chunk.first_ns for chunk in self._chunks)
-        return first_ns, max(chunk.last_ns for chunk in self._chunks)
+        stored = self._stored
+        return (stored.first_ns, stored.last_ns) if stored.chunks else None
 
     @property
     def end(self) -> int:
         """Where the last chunk ends [bytes]."""
-        return self._chunks[-1].end if self._chunks else self._head_bytes
+        return self._stored.end
 
     def add_channel(self, declared: DeclaredTopic) -> int:
         """Register a topic; return its channel's number, from 1."""
@@ -187,10 +187,16 @@ class McapOut:
         data_end = _record(DataEnd(0))
         index = MetadataIndex(offset=end, length=len(described), name='rosbag2')
         start = end + len(described) + len(data_end)
-        self._write(end, described + data_end + self._summary(start, index) + _MAGIC)
+        at, crc = start, 0
         try:
+            _write(self._raw, end, described + data_end)
+            for piece in self._summary(start, index):
+                _write(self._raw, at, piece)
+                at, crc = at + len(piece), zlib.crc32(piece, crc)
+            _write(self._raw, at, struct.pack('<I', crc) + _MAGIC)
             os.fsync(self._raw.fileno())
         except OSError as error:
+            self._raw.truncate(end)
             raise refused(self.path, error) from error
 
     def give_up(self) -> None:
@@ -200,10 +206,11 @@ class McapOut:
     def close(self) -> None:
         """Close the file."""
         self._raw.close()
+        self._index.close()
 
     def _collected(self) -> list[_Pending]:
         """Return the records of the chunk to come; a chunk that counts begins a new list."""
-        return self._pending.setdefault(len(self._chunks), [])
+        return self._pending.setdefault(self._stored.chunks, [])
 
     def _define(self, record: McapRecord) -> None:
         self._definitions.append(record)
@@ -214,14 +221,20 @@ class McapOut:
         pending = self._collected()
         if not any(entry.channel for entry in pending):
             return
-        octets, entry = self._chunk(pending)
-        self._write(self.end, octets)
-        self._chunks.append(entry)
-        self._pending.pop(len(self._chunks) - 1, None)
+        octets, index, after = self._chunk(pending)
+        stored = self._stored
+        try:
+            _write(self._raw, stored.end, octets)
+            _write(self._index, stored.index_end, index)
+        except OSError as error:
+            self._raw.truncate(stored.end)
+            raise refused(self.path, error) from error
+        self._stored = after
+        self._pending.pop(stored.chunks, None)
         self._pending_bytes = 0
 
-    def _chunk(self, pending: list[_Pending]) -> tuple[bytes, _Written]:
-        """Return a chunk with its message indices, and what the file's index says of it."""
+    def _chunk(self, pending: list[_Pending]) -> tuple[bytes, bytes, _Stored]:
+        """Return a chunk and its indices, its record of the index, and what is stored then."""
         from mcap.records import Chunk, ChunkIndex
 
         rows: dict[int, list[tuple[int, int]]] = {}
@@ -254,34 +267,49 @@ class McapOut:
             message_index_offsets=offsets,
             **span,
         )
-        octets = chunk + indices
-        held = b''.join(_HELD.pack(channel, len(found)) for channel, found in rows.items())
-        end = self.end + len(octets)
-        return octets, _Written(_record(index), min(stamps), max(stamps), end, held)
+        octets, record, stored = chunk + indices, _record(index), self._stored
+        after = _Stored(
+            stored.end + len(octets),
+            stored.counts + Counter({channel: len(found) for channel, found in rows.items()}),
+            stored.index_end + len(record),
+            stored.chunks + 1,
+            min(stored.first_ns, *stamps),
+            max(stored.last_ns, *stamps),
+        )
+        return octets, record, after
 
-    def _summary(self, start: int, metadata: McapRecord) -> bytes:
-        """Return the summary section, which begins at `start`, and the footer."""
+    def _summary(self, start: int, metadata: McapRecord) -> Iterator[bytes]:
+        """Yield the summary section, which begins at `start`, and the footer without its CRC."""
         from mcap.opcode import Opcode
         from mcap.records import Schema, SummaryOffset
 
         schemas = [record for record in self._definitions if isinstance(record, Schema)]
         channels = [record for record in self._definitions if not isinstance(record, Schema)]
-        groups = (
+        groups: tuple[tuple[Opcode, Iterable[bytes]], ...] = (
             (Opcode.SCHEMA, map(_record, schemas)),
             (Opcode.CHANNEL, map(_record, channels)),
             (Opcode.STATISTICS, [_record(self._statistics())]),
-            (Opcode.CHUNK_INDEX, [chunk.record for chunk in self._chunks]),
+            (Opcode.CHUNK_INDEX, self._index_pieces()),
             (Opcode.METADATA_INDEX, [_record(metadata)]),
         )
-        octets, offsets = b'', b''
-        for opcode, records in groups:
-            group = b''.join(records)
-            if group:
-                offsets += _record(SummaryOffset(opcode, start + len(octets), len(group)))
-            octets += group
-        footer = struct.pack('<BQQQ', Opcode.FOOTER, _FOOTER_BYTES, start, start + len(octets))
-        summed = octets + offsets + footer
-        return summed + struct.pack('<I', zlib.crc32(summed))
+        at, offsets = start, b''
+        for opcode, pieces in groups:
+            group_start = at
+            for piece in pieces:
+                at += len(piece)
+                yield piece
+            if at > group_start:
+                offsets += _record(SummaryOffset(opcode, group_start, at - group_start))
+        yield offsets + struct.pack('<BQQQ', Opcode.FOOTER, _FOOTER_BYTES, start, at)
+
+    def _index_pieces(self) -> Iterator[bytes]:
+        """Yield the records of the chunks that wait in the index."""
+        self._index.seek(0)
+        left = self._stored.index_end
+        while left:
+            piece = self._index.read(min(left, _PIECE_BYTES))
+            left -= len(piece)
+            yield piece
 
     def _statistics(self) -> McapRecord:
         from mcap.records import Statistics
@@ -292,7 +320,7 @@ class McapOut:
             attachment_count=0,
             channel_count=self._channels,
             channel_message_counts=counts,
-            chunk_count=len(self._chunks),
+            chunk_count=self._stored.chunks,
             message_count=sum(counts.values()),
             message_start_time=first_ns,
             message_end_time=last_ns,
@@ -300,16 +328,13 @@ class McapOut:
             schema_count=len(self._schemas),
         )
 
-    def _write(self, at: int, octets: bytes) -> None:
-        """Write all of it there, or cut the file there."""
-        rest = memoryview(octets)
-        try:
-            self._raw.seek(at)
-            while rest:
-                rest = rest[self._raw.write(rest) :]
-        except OSError as error:
-            self._raw.truncate(at)
-            raise refused(self.path, error) from error
+
+def _write(stream: RawIOBase, at: int, octets: bytes) -> None:
+    """Write all of it there."""
+    rest = memoryview(octets)
+    stream.seek(at)
+    while rest:
+        rest = rest[stream.write(rest) or 0 :]
 
 
 def refused(path: Path, error: OSError) -> BagError:
