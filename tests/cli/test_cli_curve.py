@@ -98,3 +98,19 @@ def test_a_suffix_that_contradicts_the_format_is_refused(tmp_path: Path) -> None
     run = CliRunner().invoke(app, ['cam', 'ideal', '--svg', str(tmp_path / 'cam.png')])
     assert run.exit_code == 2
     assert 'ends in .png, and what is written is SVG' in run.stderr
+
+
+def test_the_cheeks_go_half_as_far_again_as_the_wheel_swings(tmp_path: Path) -> None:
+    file = tmp_path / 'cam.csv'
+    said = CliRunner().invoke(app, ['cam', 'involute_weight_at_sea', '--csv', str(file)])
+    assert 'the cheeks end at 1.5 rad, for a wheel released at 1 rad' in said.stderr
+    x, y = outline_mm(file)
+    assert np.max(np.hypot(x, y)) == pytest.approx(5.0 * math.hypot(1.0, 1.5), rel=1e-12)
+    # the cheek of positive angles, the second half, stays on its own side
+    assert np.all(x[len(x) // 2 + 1 :] < 0.0)
+
+
+def test_an_extent_at_which_the_cheeks_cross_is_said(tmp_path: Path) -> None:
+    asked = ['cam', 'involute_weight_at_sea', '--svg', str(tmp_path / 'cam.svg'), '--reach']
+    assert 'cross at 4.493 rad' in CliRunner().invoke(app, [*asked, '4.5']).stderr
+    assert 'cross' not in CliRunner().invoke(app, [*asked, '4.49']).stderr

@@ -107,13 +107,16 @@ def cam(
     Args:
         scene: as of `load`.
         points: how many, >= 2.
-        reach_rad: angle of the last of them [rad]; None: all of the cam, at most one turn.
+        reach_rad: angle of the last of them [rad]; None: half as far again as the wheel swings,
+            within the cam and before its two cheeks meet.
 
     Raises:
         UsageError: the scene has no cam of one shape for both sides, or arguments out of range.
         SceneError: the cam cannot be built.
     """
     import numpy as np
+
+    from tauto_core.cam_extent import cam_extent
 
     loaded = load(scene)
     if loaded.trochlea is None or loaded.trochlea.cam.kind == 'lever_corrected':
@@ -129,7 +132,7 @@ def cam(
             f'reach_rad = {reach_rad!r}: must be > 0 and within the range of the cam, '
             f'{curve.range_rad!r} rad. Give another, or leave it out'
         )
-    angle = np.linspace(0.0, curve.drawn_rad if reach_rad is None else reach_rad, points)
+    angle = np.linspace(0.0, cam_extent(loaded) if reach_rad is None else reach_rad, points)
     return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
 
 

@@ -41,7 +41,9 @@ def cam(
     reach: Annotated[
         float | None,
         typer.Option(
-            metavar='RAD', help='Largest angle drawn; default: all of the cam, at most one turn.'
+            metavar='RAD',
+            help='Largest angle drawn; default: half as far again as the wheel swings, within '
+            'the cam and before the cheeks meet.',
         ),
     ] = None,
     points: Annotated[
@@ -80,12 +82,12 @@ def cam(
             )
     loaded = load_scene(scene)
     with naming(scene, loaded.name), progress_bar(f'cam of {loaded.name}'):
-        if loaded.trochlea is not None and loaded.trochlea.cam.kind == 'lever_corrected':
-            shown = _lever_cheeks(loaded, files, reach, points, thread)
-        elif loaded.regulator is None:
-            shown = _cheeks(loaded, files, reach, points, thread)
-        else:
+        if loaded.trochlea is None:
             shown = _in_fluid(loaded, files, reach, points, thread)
+        else:
+            end = _extent(loaded) if reach is None else reach
+            drawn = _lever_cheeks if loaded.trochlea.cam.kind == 'lever_corrected' else _cheeks
+            shown = drawn(loaded, files, end, points, thread)
     if shown is not None:
         _print_rows(*shown)
     for file in files.values():
@@ -93,23 +95,35 @@ def cam(
             say(f'wrote {file}')
 
 
+def _extent(scene: Scene) -> float:
+    """Return the angle up to which the cheeks are drawn unless the user asks for another [rad]."""
+    from tauto_core.cam_extent import cam_extent
+
+    assert scene.trochlea is not None
+    extent, release = cam_extent(scene), abs(scene.trochlea.release_angle)
+    say(
+        f'the cheeks end at {extent:.4g} rad, for a wheel released at {release:g} rad; --reach '
+        'asks for another end'
+    )
+    return extent
+
+
 def _cheeks(
-    scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
+    scene: Scene, files: dict[str, Path | None], reach: float, points: int, thread_mm: float
 ) -> Rows | None:
     """Write the cheeks of a scene's cam, or return a few points of one.
 
     Raises:
-        UsageError: a reach beyond the cam, or no cam.
+        UsageError: a reach beyond the cam, or a thread too thick for it.
         SceneError: a cam that cannot be built.
     """
     from tauto_core.cli import cam_files
-    from tauto_core.curves import cheeks
+    from tauto_core.curves.drawing import cheeks, cheeks_meet_rad
     from tauto_core.curves.workshop import draw
 
-    if scene.trochlea is None:
-        raise UsageError(f'{scene.name}: has no trochlea, so there is no cam')
+    assert scene.trochlea is not None
     curve = scene.trochlea.made_cam(scene.gravity)
-    if reach is not None and not 0.0 < reach <= curve.range_rad:
+    if not 0.0 < reach <= curve.range_rad:
         raise UsageError(
             f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, '
             f'{curve.range_rad!r} rad. Give another, or leave it out'
@@ -117,7 +131,17 @@ def _cheeks(
     if not any(files.values()):
         _refuse_thickness(thread_mm)
         return HEADER, _few_of_cam(curve, reach)
-    cut = cheeks(curve, points, reach, thread_mm / MM_PER_M)
+    try:
+        cut = cheeks(curve, points, reach, thread_mm / MM_PER_M)
+    except UsageError as error:
+        if not thread_mm:
+            raise
+        raise UsageError(f'--thread = {thread_mm:g} mm: {error}') from None
+    if cut.angle[-1] > (meeting := cheeks_meet_rad(curve)):
+        say(
+            f'the cheeks cross at {meeting:.4g} rad and cannot be cut from one plate beyond it: '
+            'give a smaller --reach'
+        )
     _check_thread(scene, thread_mm, float(cut.angle[0]))
     if (csv := files['csv']) is not None:
         cam_files.write_points(csv, cut)
@@ -126,7 +150,7 @@ def _cheeks(
 
 
 def _lever_cheeks(
-    scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
+    scene: Scene, files: dict[str, Path | None], reach: float, points: int, thread_mm: float
 ) -> Rows | None:
     """Write the cheeks of a lever's own cam, no mirror images, or return a few points of one.
 
@@ -146,12 +170,12 @@ def _lever_cheeks(
     assert isinstance(machine, LeverMachine)
     assert isinstance(machine.geometry, CorrectedLeverGeometry)
     shape, edge = machine.geometry, machine.range_rad
-    if reach is not None and not 0.0 < reach <= edge:
+    if not 0.0 < reach <= edge:
         raise UsageError(
             f'--reach = {reach!r} rad: must be > 0 and within the range of the cam, {edge!r} rad. '
             'Give another, or leave it out'
         )
-    ends = shape.tau_of(np.array([-1.0, 1.0]) * (edge if reach is None else reach)).tolist()
+    ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
     if not any(files.values()):
         _refuse_thickness(thread_mm)
         tau = np.linspace(0.0, ends[1], 11)
@@ -256,10 +280,10 @@ def _write_drawings(drawing: Drawing, files: dict[str, Path | None]) -> None:
         cam_files.write_dxf(dxf, drawing)
 
 
-def _few_of_cam(curve: Cam, reach: float | None) -> Sequence[FloatArray]:
+def _few_of_cam(curve: Cam, reach: float) -> Sequence[FloatArray]:
     import numpy as np
 
-    angle = np.linspace(0.0, curve.drawn_rad if reach is None else reach, 11)
+    angle = np.linspace(0.0, reach, 11)
     lengths = (curve.lever_arm(angle), *curve.contact(angle), curve.radius_of_curvature(angle))
     return angle, *(MM_PER_M * length for length in lengths)
 

@@ -7,10 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tauto_core.curves.bisection import bisect
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.curvature import too_sharp
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import UsageError
+
+_PROBES = 2001
+"""Angles at which the cheeks are probed for the place where they meet."""
 
 
 class Cheeks(NamedTuple):
@@ -90,6 +94,30 @@ def outline(
     """
     _, x, y, _ = cheeks(cam, points, reach_rad)
     return np.concatenate([-x[:0:-1], x]), np.concatenate([y[:0:-1], y])
+
+
+def cheeks_meet_rad(cam: Cam) -> float:
+    """Return the angle at which the two mirror-image cheeks meet again beyond their tip [rad].
+
+    There the contact point of the thread comes back to the line x = 0. Cheeks that go further
+    cross each other and can't be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad.
+
+    Args:
+        cam: the cam, looked at up to `cam.drawn_rad`.
+
+    Returns:
+        The smallest such angle; inf where the cheeks do not meet.
+    """
+    angles = np.linspace(0.0, cam.drawn_rad, _PROBES)
+    # at positive angles the thread lies on the cheek at x < 0
+    apart = cam.contact(angles)[0] < 0.0
+    meets = np.flatnonzero(apart[:-1] & ~apart[1:])
+    if not len(meets):
+        return math.inf
+    first = int(meets[0])
+    return bisect(
+        lambda at: bool(cam.contact(at)[0] < 0.0), float(angles[first]), float(angles[first + 1])
+    )[0]
 
 
 def _followed(cam: Cam, radius: float, reach: float) -> tuple[float, float]:

@@ -1,0 +1,51 @@
+"""How far a cheek is drawn and cut where nobody asks for a certain angle."""
+
+from __future__ import annotations
+
+import math
+
+from tauto_core.curves.drawing import cheeks_meet_rad
+from tauto_core.machines import (
+    AnyMachine,
+    HangingMachine,
+    NoSteadySwing,
+    compile_trochlea,
+    steady_swing,
+)
+from tauto_core.scene import Scene
+
+MARGIN = 1.5
+"""The extent as a multiple of the swing: a ship's motion and an escapement change the swing."""
+
+
+def cam_extent(scene: Scene) -> float:
+    """Return the largest angle of the wheel for which a scene's cheeks are drawn [rad].
+
+    The extent is half as far again as the wheel swings, rounded to two digits, but neither beyond
+    the range of the cam nor beyond the angle at which the two cheeks would meet. The swing is the
+    angle of release or, where an escapement drives the wheel, the amplitude that it settles at on
+    land, whichever is larger.
+
+    Args:
+        scene: of a machine with a trochlea.
+
+    Raises:
+        SceneError: a machine that cannot be built.
+    """
+    machine = compile_trochlea(scene)
+    assert scene.trochlea is not None
+    ends = [machine.range_rad, math.tau]
+    if scene.trochlea.cam.kind != 'lever_corrected':
+        curve = scene.trochlea.made_cam(scene.gravity)
+        ends += [curve.drawn_rad, cheeks_meet_rad(curve)]
+    swing = _swing(machine)
+    return min([float(f'{MARGIN * swing:.2g}')] * (swing > 0.0) + ends)
+
+
+def _swing(machine: AnyMachine) -> float:
+    """Return the larger of the release and of the steady amplitude [rad]."""
+    released = abs(machine.release_angle)
+    if isinstance(machine, HangingMachine) or machine.escapement is None:
+        return released
+    found = steady_swing(machine)
+    return released if isinstance(found, NoSteadySwing) else max(released, found.amplitude)
