@@ -21,6 +21,7 @@ SHIP = {
     'kind': 'sea',
     'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7},
     'heave': True,
+    'height': 3.0,
     'rate': 10.0,
 }
 

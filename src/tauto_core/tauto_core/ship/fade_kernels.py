@@ -4,10 +4,13 @@ Each sample is computed by itself and in a fixed order: the bits do not depend o
 """
 
 import math
+from typing import Any
 
-from tauto_core.kernels import entry
+from tauto_core.kernels import entry, inlined
 from tauto_core.motion.exact_turns import short_cosine_sine
+from tauto_core.motion.lanes import SIZE, splat, store, with_lane
 from tauto_core.samples import FloatArray
+from tauto_core.ship.source_kernels import eight
 
 ROOT_HALF = math.sqrt(0.5)
 
@@ -32,7 +35,7 @@ def fade(
         x = p,    ẋ = p′ + θ̇ q,    ẍ = p″ + 2 θ̇ q′ + θ̈ q − θ̇² p.
 
     Sine and cosine are those of θ − π/4, which the series takes over its whole range. Outputs
-    that are None are not in the compiled code.
+    that are None are not in the compiled code, nor are derivatives that no output needs.
 
     Args:
         first: index of the first sample from the start of the scene, >= 0.
@@ -41,27 +44,38 @@ def fade(
         length_ns: of the fading, > 0.
         old: a and its first and second derivative [1/s, 1/s2], shape (n,).
         new: b, likewise.
-        value: output x, shape (n,), or None.
+        value: output x, shape (n',), n' >= n a multiple of eight, or None.
         rate: output ẋ, likewise.
         acceleration: output ẍ, likewise.
     """
-    per_s = 1e9 / length_ns
-    for i in range(len(old[0])):
-        u = ((first + i) * step_ns - begin_ns) / length_ns
+    per_s, length = 1e9 / length_ns, float(length_ns)
+    for k in range(-(-len(old[0]) // SIZE)):
+        u = _since((first + SIZE * k) * step_ns - begin_ns, step_ns) / length
         v = 1.0 - u
         s = (u * u) * (u * u) * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u)))
         turning = (0.5 * math.pi * 140.0 * per_s) * ((u * v) * (u * v) * (u * v))
         cosine, sine = short_cosine_sine((0.5 * math.pi) * (s - 0.5))
         c, d = ROOT_HALF * (cosine - sine), ROOT_HALF * (cosine + sine)
-        p, q = c * old[0][i] + d * new[0][i], c * new[0][i] - d * old[0][i]
+        a, b = eight(old[0], k), eight(new[0], k)
+        p, q = c * a + d * b, c * b - d * a
         if value is not None:
-            value[i] = p
+            store(value, k, p)
+        if rate is not None or acceleration is not None:
+            a, b = eight(old[1], k), eight(new[1], k)
         if rate is not None:
-            rate[i] = (c * old[1][i] + d * new[1][i]) + turning * q
+            store(rate, k, (c * a + d * b) + turning * q)
         if acceleration is not None:
             bending = (0.5 * math.pi * 420.0 * per_s * per_s) * ((u * v) * (u * v) * (v - u))
-            across = c * new[1][i] - d * old[1][i]
-            along = c * old[2][i] + d * new[2][i]
-            acceleration[i] = (along + 2.0 * turning * across) + (
-                bending * q - turning * turning * p
-            )
+            across = c * b - d * a
+            along = c * eight(old[2], k) + d * eight(new[2], k)
+            turned = bending * q - turning * turning * p
+            store(acceleration, k, (along + 2.0 * turning * across) + turned)
+
+
+@inlined
+def _since(time_ns: int, step_ns: int) -> Any:
+    """Return eight times, a step apart, as floats: each is exact, or rounded by itself."""
+    times = splat(0.0)
+    for r in range(SIZE):
+        times = with_lane(times, r, float(time_ns + r * step_ns))
+    return times

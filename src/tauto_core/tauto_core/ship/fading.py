@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauto_core.samples import FloatArray
-from tauto_core.ship.waves import Harmonics, SampledHarmonics
+from tauto_core.ship.waves import TOGETHER, Harmonics, SampledHarmonics
 
 KEPT = 3
 """Sums kept at hand: two that fade into each other, and one that has ended or comes next."""
@@ -128,12 +128,13 @@ class SampledFades:
             parts = self._alone(number, span, tuple(range(orders[-1] + 1)))
             # what is not asked for is not read
             motions.append((*parts, *[parts[0]] * (3 - len(parts))))
+        samples = span[1] - span[0]
         outputs: list[FloatArray | None] = [None, None, None]
         for order in orders:
-            outputs[order] = np.empty(span[1] - span[0])
+            outputs[order] = np.empty(-(-samples // TOGETHER) * TOGETHER)
         begin_ns, end_ns = self._fades.at_ns[state : state + 2]
         fade(span[0], self._step_ns, begin_ns, end_ns - begin_ns, *motions, *outputs)
-        return [out for out in outputs if out is not None]
+        return [out[:samples] for out in outputs if out is not None]
 
     def _sampled(self, number: int) -> SampledHarmonics | None:
         """Return a sum ready to be sampled; None in a calm."""

@@ -51,6 +51,9 @@ class ShipMotion:
         self._heave = _sampled(channels.heave, scene)
         self._force_y = _sampled(channels.force_y, scene)
         self._force_z = _sampled(channels.force_z, scene)
+        # the acceleration of roll that fades has the other two in it: one pass makes all three
+        with_bend = isinstance(self._roll, SampledFades) and scene.ship.height != 0.0
+        self._orders = (0, 1, 2) if with_bend else (0, 1)
         self._is_planar = _stays_finite(channels.roll, channels.heave, scene)
 
     def produce(self, count: int) -> ImuSamples:
@@ -90,15 +93,17 @@ class ShipMotion:
         if self._roll is None or first == last:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, zero + scene.gravity)
-        roll, rate = self._roll.between(first, last, 0, 1)
+        roll, rate, *bend = self._roll.between(first, last, *self._orders)
         if self._force_y is not None and self._force_z is not None:
             y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
             return imu_from_roll(stamps, roll, rate, y, z)
         turning, heave = self._roll if scene.ship.height else None, self._heave
 
         def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
-            bend = None if turning is None else turning.between(first, last, 2)[0]
-            return bend, None if heave is None else heave.between(first, last, 2)[0]
+            if turning is not None and not bend:
+                bend.extend(turning.between(first, last, 2))
+            up = None if heave is None else heave.between(first, last, 2)[0]
+            return (bend[0] if bend else None), up
 
         imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.gravity)
         return imu if self._is_planar else message(imu)
