@@ -41,7 +41,7 @@ def assess(member: Member, now_s: float, recent: dict[str, int] | None = None) -
     """Return the worst level and the reasons for it.
 
     Args:
-        member: whose status it is.
+        member: the node whose status it is.
         now_s: steady time [s], as time.monotonic gives it.
         recent: by how much counters have risen in the last RECENT_S; None: since the start.
     """

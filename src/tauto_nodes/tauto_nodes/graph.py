@@ -54,9 +54,9 @@ class Plan:
         out: folder of the bag.
         force: replace a bag that is there.
         compose: all nodes in one process.
-        namespace: of the graph; empty: the root.
-        executor: of all nodes, `events` or `single`.
-        packed: at full speed the nodes send each other many messages in one.
+        namespace: namespace of the graph; empty: the root.
+        executor: executor of all nodes, `events` or `single`.
+        packed: whether at full speed the nodes send each other many messages in one.
     """
 
     scene: str
@@ -203,7 +203,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
     Args:
         plan: what to run; its scene and folder have been checked.
         scene: the same scene, loaded.
-        progress: told the fraction that is recorded, from 0 to 1.
+        progress: called with the fraction that is recorded, from 0 to 1.
 
     Raises:
         GraphError: a node died, would not end, or the graph stood still for STALL_S.

@@ -43,7 +43,7 @@ class Intake:
         self._required = NAMES.get(topic)
 
     def samples(self, payloads: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
-        """Return the samples of the messages that can be used, None of none, and these messages.
+        """Return the samples of the usable messages, None if there are none, and these messages.
 
         Messages without a header are stamped 0.
         """

@@ -32,7 +32,7 @@ class Member(PortNode):
     """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
 
     Args:
-        role: which node of the table in parameters.py this is; also its default name.
+        role: says which node of the table in parameters.py this is; also its default name.
         node_options: handed to rclpy.node.Node.
     """
 
@@ -57,7 +57,7 @@ class Member(PortNode):
         """Take what came, by topic."""
 
     def at_end(self) -> None:
-        """Say what is held back: no more input will come."""
+        """Publish what is still held back, since no more input will come."""
 
     def tick(self) -> None:
         """Do what is due; called every TICK_S of the steady clock and when credits come."""

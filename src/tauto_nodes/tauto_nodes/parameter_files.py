@@ -21,7 +21,7 @@ def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
 
     Args:
         node: fully qualified name.
-        arguments: of the command line that names the files.
+        arguments: arguments of the command line that names the files.
     """
     shared: set[str] = set()
     own = {word.partition(':=')[0] for word in arguments if ':=' in word}

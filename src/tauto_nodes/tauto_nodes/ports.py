@@ -83,7 +83,7 @@ class PortNode(Node):
     """A node with the parameters of its role and counted ports. Subclasses say `received`.
 
     Args:
-        role: which node of the table in parameters.py this is; also its default name.
+        role: says which node of the table in parameters.py this is; also its default name.
         node_options: handed to rclpy.node.Node.
     """
 

@@ -73,7 +73,7 @@ def message_class(ros_type: str) -> Any:
 
 
 def port(topic: str, imu_reliability: str = 'reliable') -> Port:
-    """Return the port of a topic of the table; `imu_reliability` tells for ship/imu only."""
+    """Return the port of a topic of the table; `imu_reliability` matters for ship/imu only."""
     entry = TOPICS[topic]
     best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
     reliability = (

@@ -51,8 +51,8 @@ def topics_of(settings: Settings) -> list[str]:
 class Recorder(Member):
     """Writes its topics to a bag until their ends have come, or until it is stopped.
 
-    The bag is closed cleanly either way; then received, written and lost are told per topic.
-    The exit code is 1 if anything was lost.
+    The bag is closed cleanly either way; then the numbers received, written and lost are reported
+    for each topic. The exit code is 1 if anything was lost.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -165,7 +165,7 @@ class Recorder(Member):
     def counts(self) -> dict[str, dict[str, int | None]]:
         """Return received, written and lost by topic; lost is None where nobody can know.
 
-        With flow control senders say how many they have sent. Without, the middleware tells of
+        With flow control senders say how many they have sent. Without it, the middleware reports
         messages that did not arrive, but not of those that a full queue dropped.
         """
         totals = self.flow.totals if self.flow is not None else {}

@@ -34,7 +34,7 @@ class SourceNode(Member):
     subscriber or after the parameter `wait`.
 
     Args:
-        role: which node of the parameter table this is.
+        role: says which node of the parameter table this is.
         pace: name of the parameter with the pace, stamped seconds per second; 0: unpaced.
         node_options: handed to rclpy.node.Node.
     """

@@ -37,7 +37,7 @@ class StageNode(Member):
     started again.
 
     Args:
-        role: which node of the parameter table this is.
+        role: says which node of the parameter table this is.
         build: makes the stage from the settings.
         node_options: handed to rclpy.node.Node.
     """

@@ -42,7 +42,7 @@ class Supervisor:
 
     Args:
         folder: for the logs.
-        environment: of the children.
+        environment: environment of the children.
     """
 
     folder: Path

@@ -42,7 +42,7 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
     itself, the new bag says `cut_short`.
 
     Args:
-        path: of the damaged bag, a folder or an .mcap file.
+        path: path of the damaged bag, a folder or an .mcap file.
         out: folder of the new bag, which must not exist; absent: beside the old one, with
             `_recovered` behind its name.
 

@@ -19,7 +19,7 @@ def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -
 
     Args:
         scene: what runs.
-        machine: of the scene.
+        machine: the machine of the scene.
         propagator: its name.
     """
     if isinstance(machine, FluidPendulum):
@@ -137,7 +137,7 @@ def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] 
 
     Returns:
         Length [m], own period [s] and departure from the apparent vertical of a thread that
-        swings, None of an ideal one; the lengths [m] far between which the two agree.
+        swings, None for an ideal one; the lengths [m] far between which the two agree.
     """
     from tauto_core.following import lengths_between, thread_following
 
@@ -159,7 +159,7 @@ def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
 
     Args:
         scene: what runs.
-        machine: of the scene.
+        machine: the machine of the scene.
     """
     if isinstance(machine, FluidPendulum):
         return []

@@ -1,6 +1,7 @@
 """All clocks of a comparison sailed, several at once, each by itself.
 
-The motion of ship and case is made anew for each, so that processes have nothing to hand on.
+Each clock computes the motion of ship and case for itself, so that processes need not exchange
+any.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ class Row:
         error_nmi: the same by the reading corrected for the rate observed in port.
         raw_prize_pounds: what the Act of 1714 would have paid for the former.
         prize_pounds: what for the latter.
-        stopped: the event that ended its motion, or when its swing became too small to go on;
-            None of a clock that goes.
+        stopped: the event that ended its motion, or when its swing became too small to go on; None
+            for a clock that still goes.
         time_s: ends of the pieces, from the start, up to an event.
         trace_s: the clock's error then [s].
         run_s: processor time it took.
@@ -81,7 +82,7 @@ class Comparison:
     """A comparison carried through.
 
     Attributes:
-        duration_s: of the run [s].
+        duration_s: length of the run [s].
         piece_s: length of the pieces that `rate_spread_s_per_day` and the traces are of [s].
         wall_s: what it took [s].
         rows: in the order of the entries.
@@ -99,7 +100,7 @@ def compare(
     """Return what became of every entry.
 
     Args:
-        entries: from `make_entries`, at least one.
+        entries: what `make_entries` returned, at least one.
         jobs: processes at once, >= 1; 1: in this one.
         progress: called with the fraction done, from 0 to 1.
 

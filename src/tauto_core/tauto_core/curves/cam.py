@@ -94,8 +94,8 @@ class Cam(ABC):
 
         Args:
             amplitude: what the cam should feel [rad], > 0.
-            mass: that rides on the thread [kg].
-            period: of small swings [s].
+            mass: the mass that rides on the thread [kg].
+            period: period of small swings [s].
         """
         del amplitude, mass, period
         return ' or give the cam a wider range'

@@ -35,7 +35,7 @@ class Normal(Section):
         """Return a value.
 
         Args:
-            random: where chance comes from.
+            random: the generator of random numbers.
             given: the scene's value, for a mean that is absent.
 
         Raises:
@@ -125,7 +125,7 @@ def as_draws(content: dict[str, Any], origin: str) -> dict[str, Normal | Uniform
 
     Args:
         content: paths of keys, and for each what `kind` says.
-        origin: where it is from, for errors.
+        origin: where it comes from, for error messages.
 
     Raises:
         SceneError: as of `read_draws`.

@@ -21,15 +21,15 @@ _CLOCKS = {
     'corrected': ('rated and corrected', '#c8553d'),
 }
 _LEAST_NMI = 0.01
-"""Left end of the axis: nearer than 20 m nobody tells ships apart."""
+"""Left end of the axis: nearer than 20 m ships cannot be distinguished."""
 
 
 def draw(fleet: Fleet, path: Path) -> None:
     """Draw a fleet; replaces the file.
 
     Args:
-        fleet: that has sailed.
-        path: ending in .svg, .png or .pdf.
+        fleet: the fleet that has sailed.
+        path: name of the file, ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.

@@ -38,8 +38,8 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dic
     processor time of the thread, the only column that another run changes.
 
     Args:
-        plan: of the fleet.
-        number: of the ship.
+        plan: the plan of the fleet.
+        number: number of the ship.
         progress: called with the fraction done, from 0 to 1.
     """
     ship, began, failure = plan.ship(number), time.thread_time(), None

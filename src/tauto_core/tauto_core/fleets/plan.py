@@ -29,7 +29,7 @@ class Ship:
     Attributes:
         number: from 0.
         drawn: value of each key that is drawn, by its path.
-        scene: that she sails.
+        scene: the scene that she sails.
     """
 
     number: int
@@ -45,7 +45,7 @@ class Plan:
     more keys drawn, change nothing of what is drawn for her of the others.
 
     Attributes:
-        scene: that they vary.
+        scene: the scene that they vary.
         origin: what the user called it by.
         ships: how many.
         draws: how keys are drawn, by their paths.

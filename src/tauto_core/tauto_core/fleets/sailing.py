@@ -23,9 +23,9 @@ class Fleet:
     """A fleet that has sailed.
 
     Attributes:
-        plan: of it.
+        plan: the plan of it.
         rows: of `member.sail_ship`, in the order of the ships.
-        answers: what they tell.
+        answers: what follows from them.
     """
 
     plan: Plan
@@ -42,7 +42,7 @@ def sail_fleet(
     """Sail a fleet, or what is left of it.
 
     Args:
-        plan: of the fleet.
+        plan: the plan of the fleet.
         crew: processes that sail it.
         out: folder for the rows, written as ships come in; ships whose rows it holds already do
             not sail again. None: the rows are returned and no more.

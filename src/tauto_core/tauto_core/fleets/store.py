@@ -54,7 +54,7 @@ class Store:
 
     Args:
         folder: is made where it is not there.
-        plan: of the fleet.
+        plan: the plan of the fleet.
 
     Raises:
         UsageError: the folder holds something else, or another fleet.

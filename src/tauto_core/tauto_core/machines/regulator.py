@@ -60,8 +60,8 @@ class Regulator(Protocol):
         """Return the angle that `range_rad` bounds [rad].
 
         Args:
-            angle: of the wheel in its case [rad].
-            tilt: of the apparent vertical in the case, β − α_c [rad].
+            angle: angle of the wheel in its case [rad].
+            tilt: tilt of the apparent vertical in the case, β − α_c [rad].
         """
         ...
 

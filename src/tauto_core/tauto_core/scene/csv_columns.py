@@ -16,7 +16,7 @@ class Columns:
     """What was read of a CSV file.
 
     Attributes:
-        name: of the file as the user wrote it.
+        name: name of the file as the user wrote it.
         lines: line number of each row.
         values: the finite numbers of each column, as many as there are lines.
     """

@@ -109,7 +109,7 @@ def naming(file: str, name: str) -> Iterator[None]:
 
     Args:
         file: what the user called the scene by.
-        name: of the scene.
+        name: name of the scene.
     """
     try:
         yield

@@ -1,8 +1,8 @@
 """Kinds of a section, one module each, found in the folder where they lie.
 
-A section such as `trochlea.cam` is of one of several kinds, which its key `kind` tells apart.
-The module of a kind owns all of it: keys, what it refuses, its law, its words. It lies in a
-folder with its siblings and names its model `KIND`; nothing else lists it.
+A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. The module
+of a kind owns all of it: keys, what it refuses, its law, its words. It lies in a folder with its
+siblings and names its model `KIND`; nothing else lists it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class OneOf:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Return the schema of the union that `kind` tells apart."""
+        """Return the schema of the union whose members `kind` distinguishes."""
         del source
         if len(self.models) == 1:
             return handler.generate_schema(self.models[0])

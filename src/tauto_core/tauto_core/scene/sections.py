@@ -53,7 +53,7 @@ class Clock(Section):
 
 
 class Lunars(Section):
-    """Lunar distances at sea, which tell the time by the Moon's way among the stars.
+    """Lunar distances at sea, which give the time by the Moon's motion among the stars.
 
     She moves by half a degree an hour: half a minute of arc, what sextant and almanac together
     erred by, is a minute of time. Flinders says of one set of six sights that its longitude may be

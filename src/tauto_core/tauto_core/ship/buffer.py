@@ -315,7 +315,7 @@ class MotionBuffer:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._times = np.array(state['times'])
         self._data = {name: np.array(values) for name, values in state['data'].items()}
         self._first, self._next = state['first'], state['next']

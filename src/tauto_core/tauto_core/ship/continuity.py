@@ -178,7 +178,7 @@ class Continuity:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._last = state['last'] and Place(*state['last'])
         self._kept, self._before_ns = state['kept'], state['before_ns']
         self._suspects = [(Place(*place), sample) for place, sample in state['suspects']]

@@ -35,7 +35,7 @@ class Course:
         It is negative where the ship overtakes the waves.
 
         Args:
-            omega: of the waves in deep water [rad/s], > 0, any shape.
+            omega: angular frequencies of the waves in deep water [rad/s], > 0, any shape.
         """
         if self.speed == 0.0:
             return omega
@@ -47,7 +47,7 @@ class Course:
 
         Args:
             waves: give omega and eps.
-            amplitude: of the answers, shape (n,).
+            amplitude: amplitude of the answers, shape (n,).
             lead: phase of the answers before that of the waves [rad], shape (n,).
         """
         phase = waves.phase + lead

@@ -55,8 +55,8 @@ class SampledFades:
     """Values and derivatives of a motion that fades, at sample indices k, t = k step.
 
     A sample's bits depend on its index alone. Only the sums that are present are computed: none in
-    a calm, one in a steady sea, two in a change. What `SampledHarmonics` gives of a sum is handed
-    on as it is where the sum is alone.
+    a calm, one in a steady sea, two in a change. Where a single sum is present, its samples are
+    those of `SampledHarmonics`, unchanged.
 
     Args:
         fades: the motion.
@@ -76,7 +76,7 @@ class SampledFades:
         Args:
             first: >= 0.
             last: > first.
-            orders: of the derivatives, rising, as of `SampledHarmonics`.
+            orders: the orders of the derivatives, rising, as for `SampledHarmonics`.
         """
         parts = []
         while first < last:

@@ -94,7 +94,7 @@ class ShipKind(Kind):
 
     @property
     def reported_as(self) -> str:
-        """Key under which reports and bags tell its metadata; '': they don't."""
+        """Key under which reports and bags state its metadata; '' if they do not."""
         return ''
 
     @property
@@ -108,7 +108,7 @@ class ShipKind(Kind):
 
         Args:
             ship: keys and values as read.
-            origin: of the scene, for errors.
+            origin: what the user called the scene, for error messages.
 
         Raises:
             SceneError: keys or files that are wrong.
@@ -126,7 +126,7 @@ class ShipKind(Kind):
         raise NotImplementedError
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
-        """Return what reports and bags tell of it, where `reported_as` names it."""
+        """Return the metadata in reports and bags, where `reported_as` names it."""
         del scene
         return {}
 

@@ -34,7 +34,8 @@ def landfalls(scene: Scene) -> IntArray:
     """Return the stamps of the observations at landfalls [ns], in order, none beyond the end.
 
     The land is made at the first logged instant at or after the ship's passing it, and the clock
-    checked at the next one: so the estimate at the landfall is what the clock told beforehand.
+    checked at the next one: so the estimate at the landfall is what the clock showed before the
+    check.
 
     Raises:
         SceneError: a voyage that cannot be sailed, as `Passage` says.
@@ -75,7 +76,7 @@ class Observations:
     distance, and whether clouds hide an observation, from streams of the seed of their own.
 
     Attributes:
-        stamps: of the observations, as `schedule` says.
+        stamps: stamps of the observations, as `schedule` says.
     """
 
     def __init__(self, scene: Scene) -> None:

@@ -61,8 +61,8 @@ class Record:
     """A measured motion as read; arrays of shape (n,).
 
     Attributes:
-        name: of the file, for messages.
-        time_s: from the first sample [s], strictly increasing.
+        name: name of the file, for messages.
+        time_s: time from the first sample [s], strictly increasing.
         where: for each sample, its line or message number, for messages.
         channels: `roll` [rad]; `heave` [m] or `force_y`, `force_z` [m/s2] where measured.
         warnings: what was odd about the file.
@@ -84,7 +84,7 @@ class RecordedMotion:
         heave: upwards [m]; None where not measured.
         force_y: measured specific force along the ship's y [m/s2]; None for a CSV.
         force_z: likewise along z.
-        length_s: of the record.
+        length_s: length of the record.
         gaps: number of gaps bridged by interpolation.
         warnings: what was odd about the file.
     """

@@ -130,7 +130,7 @@ def released(
     last quarter of the test.
 
     Args:
-        name: of the file, for messages.
+        name: name of the file, for messages.
         time: [s], increasing, shape (n,).
         roll: [rad], shape (n,).
         cycles: how many.

@@ -104,8 +104,9 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 
     Args:
         sea: spectrum and number of components.
-        seed: of the PCG64 generator.
-        stream: of the seed, >= 0; seas of different streams are independent.
+        seed: seed of the PCG64 generator.
+        stream: number of the stream of random numbers from the seed, >= 0; seas of different
+            streams are independent.
     """
     spawn_key = (_STREAM, stream) if stream else (_STREAM,)
     random = np.random.Generator(

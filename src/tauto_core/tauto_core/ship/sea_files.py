@@ -32,7 +32,7 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
 
     Args:
         ship: keys and values as read, not checked yet.
-        origin: of the scene, for errors.
+        origin: what the user called the scene, for error messages.
 
     Raises:
         SceneError: keys that are wrong, with their path; files that are missing or wrong, with

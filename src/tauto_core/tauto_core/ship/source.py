@@ -80,7 +80,7 @@ class ShipMotion:
         return {'next': self._next}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._next = int(state['next'])
 
     def _samples(self, first: int, last: int) -> ImuSamples | PlanarImu:

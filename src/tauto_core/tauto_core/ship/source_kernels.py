@@ -41,7 +41,7 @@ def sum_blocks(
         increment: advance of the phase in a block [2^-64 turns], shape (n,).
         amplitude: a, shape (n,).
         omega: angular frequency [rad/s], shape (n,).
-        table: of eight j after another, of each component, cos(theta_j), then sin(theta_j);
+        table: table of eight j after another, of each component, cos(theta_j), then sin(theta_j);
             shape (block n/4, 8).
         value: output, shape (blocks, block), or None.
         rate: output, likewise.
@@ -136,7 +136,7 @@ def encode(
         rate: rho', shape (n,).
         acceleration: rho'', shape (n,), or None where height is 0.
         heave: z_s'' [m/s2], shape (n,), or None.
-        height: of the clock above the roll axis [m].
+        height: height of the clock above the roll axis [m].
         gravity: g [m/s2].
         orientation: output, shape (n', 4), n' >= n a multiple of eight.
         angular_velocity: output, shape (n', 3).

@@ -84,7 +84,7 @@ def check_spectrum(
     """Refuse a table that is no spectrum.
 
     Args:
-        name: of its file.
+        name: name of its file.
         where: for each row, its line or frequency, for messages.
         frequency: [Hz].
         density: [m2/Hz], as many.

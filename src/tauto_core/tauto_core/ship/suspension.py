@@ -197,7 +197,7 @@ class Suspension:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._released = state['released']
         self._last = np.array(state['last'])
         self._buffer.restore(state['buffer'])

@@ -93,7 +93,8 @@ class SampledHarmonics:
         Args:
             first: >= 0.
             last: > first.
-            orders: of the derivatives, rising: 0 (the value), 1, 2; with 0 or 2 among them.
+            orders: the orders of the derivatives, rising: 0 (the value), 1, 2; with 0 or 2 among
+                them.
         """
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
         if first < begin or last > begin + len(blocks[0]):

@@ -62,10 +62,10 @@ class Row:
     """What a buoy measured.
 
     Attributes:
-        line: of the file.
+        line: line of the file.
         time_s: from 1970 in UTC, or as the file counts.
         height: significant wave height [m].
-        period: of the peak [s].
+        period: period of the peak [s].
         waves_from: direction the waves come from, from north to the east [degrees]; None: unknown.
     """
 

@@ -39,7 +39,7 @@ class State:
         at_ns: from the start of the scene, maybe before it.
         sea: None: a calm.
         heading: direction the waves run to, from the bow to port [rad].
-        speed: of the ship [m/s].
+        speed: speed of the ship [m/s].
         key: what of the scene gives it, for errors.
     """
 
@@ -100,7 +100,7 @@ class WeatherKind(Kind):
         return iter(())
 
     def facts(self) -> dict[str, object]:
-        """Return what reports tell of it besides its states."""
+        """Return what reports say about it besides its states."""
         return {}
 
 
@@ -109,10 +109,10 @@ class Setting:
     """What a weather is resolved against.
 
     Attributes:
-        scene: whose weather it is.
-        weather: whose states are made.
-        heading: of the waves where the weather does not say it [rad].
-        speed: of the ship where the weather does not say it [m/s].
+        scene: the scene whose weather it is.
+        weather: the weather whose states are made.
+        heading: heading of the waves where the weather does not say it [rad].
+        speed: speed of the ship where the weather does not say it [m/s].
     """
 
     scene: Surroundings
@@ -145,7 +145,7 @@ class Setting:
 
         Args:
             place: 0 the departure, then the waypoints, then the arrival.
-            key: that says so.
+            key: the key that says so.
 
         Raises:
             SceneError: there is no such place.
@@ -179,12 +179,12 @@ class Setting:
         Args:
             at_ns: when it is fully met.
             height: significant wave height [m].
-            period: of the peak [s].
+            period: period of the peak [s].
             key: what gives it.
-            spectrum: of this sea, where it is not that of the weather.
+            spectrum: the spectrum of this sea, where it is not that of the weather.
             heading: direction the waves run to, from the bow to port [rad].
             waves_to: the same from north to the east [rad], for `follow_route`.
-            speed: of the ship [m/s], where the route is not followed.
+            speed: speed of the ship [m/s], where the route is not followed.
 
         Raises:
             SceneError: a sea higher than any known, or no voyage to follow.

@@ -1,4 +1,4 @@
-"""What states of the sea make of a ship's motion, and what is told of them."""
+"""A ship's motion in each state of the sea, and how reports describe the states."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Hole(LinearCam):
 
     Attributes:
         rate: lever arm per angle b [m/rad], > 0.
-        distance: of the hole from the axle, a [m], > 0.
+        distance: distance of the hole from the axle, a [m], > 0.
     """
 
     rate: float

@@ -61,7 +61,7 @@ class CorrectedLeverGeometry:
         weight_torque: W = m g AD of the weight about the fulcrum, the lever level [N m], > 0.
         turned_inertia: J of weight and lever about the fulcrum [kg m2], ≥ 0.
         arm: AB, from the fulcrum to the thread [m], > 0.
-        length: of the free thread at rest [m], > 0.
+        length: length of the free thread at rest [m], > 0.
     """
 
     inertia: float

@@ -31,7 +31,7 @@ class SpringCorrected(CorrectedCam):
     Attributes:
         rate: b = t'(0) [m/rad], > 0.
         stiffness_ratio: κ/P [1/m], ≥ 0.
-        distance: of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
     """
 
     rate: float

@@ -40,7 +40,7 @@ class WeightCorrected(CorrectedCam):
     Attributes:
         rate: r = t'(0) = I ω²/(m g) [m/rad], > 0.
         mass_ratio: m/I [1/m²], > 0.
-        distance: of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
     """
 
     rate: float

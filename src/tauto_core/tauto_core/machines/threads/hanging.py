@@ -53,7 +53,8 @@ class HangingMachine:
         gravity: g [m/s2].
         drag: torques on the wheel against its motion in the case, or None.
         escapement: impulses on the wheel, or None.
-        release_angle: of the wheel in its case, at rest there; the thread hangs plumb [rad].
+        release_angle: angle of release of the wheel in its case, at rest there; the thread hangs
+            plumb [rad].
     """
 
     inertia: float

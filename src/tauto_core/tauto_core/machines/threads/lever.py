@@ -37,12 +37,13 @@ class LeverMachine:
         inertia: I of the wheel about its axle [kg m2], > 0.
         mass: m of the weight [kg], > 0.
         weight_arm: AD, from the fulcrum to the weight [m], > 0.
-        lever_inertia: of the lever itself about its fulcrum, where it is balanced [kg m2], ≥ 0.
+        lever_inertia: moment of inertia of the lever itself about its fulcrum, where it is
+            balanced [kg m2], ≥ 0.
         geometry: cam, thread and lever.
         gravity: g [m/s2].
         drag: torques against the motion in the case, or None.
         escapement: impulses, or None.
-        release_angle: of the wheel in its case, at rest at the start [rad].
+        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
     """
 
     inertia: float

@@ -31,7 +31,7 @@ class SeaMotion:
     """What a ship meets and does in a sea, at frequencies of encounter.
 
     Attributes:
-        elevation: of the waves at the ship [m], upwards.
+        elevation: elevation of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
         heave: [m], upwards; None: not asked for.
         left_out: share of the waves' energy outside the response operator.
@@ -226,8 +226,9 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
 
     Args:
         scene: gives seed and gravity.
-        ship: with a sea.
-        stream: of the seed; each state of a weather has its own.
+        ship: the ship, with a sea.
+        stream: number of the stream of random numbers from the seed; each state of a weather has
+            its own.
 
     Raises:
         SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
