@@ -33,7 +33,7 @@ from tauto_nodes.supervisor import Supervisor, noted_signals
 
 NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 SILENT_S = 120.0
-"""A node that has not been heard for so long, though each speaks once a second, is frozen [s]."""
+"""Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
 OWN_PAUSE_S = 1.0
 STALL_S = 600.0
@@ -72,7 +72,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it.
+    """The result of a run of the graph.
 
     Args:
         counts: received, written and lost, by topic.
@@ -155,7 +155,7 @@ def graph_environment() -> Iterator[dict[str, str]]:
 
 
 class _Watch:
-    """Hears the credits of the graph: how far the recorder is, and whether anything moves."""
+    """Listens to the credits of the graph, for progress and for a standstill."""
 
     def __init__(self, namespace: str) -> None:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)

@@ -1,4 +1,4 @@
-"""What the launch files share: arguments checked before anything starts, ends that are seen."""
+"""Shared by the launch files: arguments checked before anything starts, and the end of nodes."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
 
 
 def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
-    """Return what the table of parameters says against launch arguments of the same names."""
+    """Return what is wrong with launch arguments, by the table of parameters of the same names."""
     problems = []
     for parameter in PARAMETERS[role]:
         if parameter.name not in given:
@@ -166,7 +166,7 @@ def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: 
 
 
 def end_of(name: str, event: Any, context: Any, *, last: str) -> list[Any]:
-    """Return what a launch does when a node has ended: it ends, and well only if all was well.
+    """Return what a launch does when a node has ended: it ends too, and fails with the node.
 
     Args:
         name: name of the node.

@@ -1,4 +1,4 @@
-"""One parameter of a node: its type, its limits, and what is said of a value that is refused."""
+"""One parameter of a node: its type, its limits, and the message for a value that is refused."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ MIN_DEPTH = 1000
 """Least KEEP_LAST depth under flow control: above what may be in flight (flow.WINDOW)."""
 
 INFINITE_NS = 2**63 - 1
-"""What rmw reports for a time without limit."""
+"""The value that rmw reports for a time without limit."""
 
 CREDIT_QOS = QoSProfile(depth=100)
 END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)

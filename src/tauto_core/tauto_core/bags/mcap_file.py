@@ -80,7 +80,7 @@ class Span(NamedTuple):
 
 @dataclass
 class McapFile:
-    """What a file holds.
+    """The content of a file.
 
     `warnings` grows when damage is met later, while messages are read. `indexed` says whether a
     sound and complete index listed what the file holds, `ended` whether its writer closed the data

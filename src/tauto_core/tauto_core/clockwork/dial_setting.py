@@ -1,4 +1,4 @@
-"""The description of a dial that a live sensor drives: when it was set, and how much it has lost."""
+"""The description of a dial on a live sensor: when it was set, and how much it has lost."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of a clock. Figures at the end are None where an event ended its motion.
+    """The result for one clock. Figures at the end are None where an event ended its motion.
 
     Attributes:
         clock: name of the scene.
@@ -42,7 +42,7 @@ class Row:
         suspended: whether its case hung in a suspension.
         roll_deg: significant amplitude of the ship's roll [deg]; None: measured.
         release: angle of the wheel [rad], or arc of a body in a fluid [m], at the start.
-        propagator: what moved it.
+        propagator: name of the propagator that computed its motion.
         rate_s_per_day: mean rate over the run.
         rate_spread_s_per_day: standard deviation of the rates over pieces of the run (`piece_s`
             of the comparison); up to the event of a clock that stopped.
@@ -97,7 +97,7 @@ class Comparison:
 def compare(
     entries: Sequence[Entry], *, jobs: int = 2, progress: Progress | None = None
 ) -> Comparison:
-    """Return what became of every entry.
+    """Return the comparison of all entries.
 
     Args:
         entries: what `make_entries` returned, at least one.
@@ -106,7 +106,7 @@ def compare(
 
     Raises:
         UsageError: jobs below 1.
-        TautoError: whatever but an event in the motion ends a clock ends all.
+        TautoError: a clock failed otherwise than by an event in its motion; that ends all.
     """
     crew = Crew(min(jobs, len(entries)))
     began, order = time.perf_counter(), _dearest_first(entries)

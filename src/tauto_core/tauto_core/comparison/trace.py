@@ -1,4 +1,4 @@
-"""The error of a clock along a passage, at so many instants as a figure needs."""
+"""The error of a clock along a passage, at as many instants as a figure needs."""
 
 from __future__ import annotations
 

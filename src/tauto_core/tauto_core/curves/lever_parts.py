@@ -128,7 +128,7 @@ class LeverShape(Protocol):
         ...
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         ...
 
     def of_inertia(self, inertia: float) -> LeverShape:

@@ -18,12 +18,13 @@ LEAST_RANKED = 10
 """Fewest voyages from which a correlation is computed."""
 
 ERRORS = {'raw': 'raw_error_nmi', 'corrected': 'error_nmi'}
-"""Which clock is judged, and its column: the dial, or the dial less the estimated drift."""
+"""The clocks that are judged, with their columns: the dial, and the dial less the estimated drift.
+"""
 
 
 @dataclass(frozen=True)
 class Within:
-    """Share of all ships that put themselves within a limit; one that failed did not.
+    """Share of all ships whose longitude was within a limit; a ship that failed counts as outside.
 
     Attributes:
         limit_nmi: limit of the Act of 1714.
@@ -41,7 +42,7 @@ class Within:
 
 @dataclass(frozen=True)
 class Influence:
-    """How a key that was drawn goes with the size of the error.
+    """How a key that was drawn is correlated with the size of the error.
 
     Attributes:
         key: path in the scene.
@@ -61,8 +62,9 @@ class Answers:
     Attributes:
         ships: how many sailed.
         failures: reasons for which voyages ended, with how many.
-        within: by clock (`ERRORS`), a line a limit.
-        quantiles_nmi: by clock, of the size of the error, at QUANTILES; None where none arrived.
+        within: for each clock (`ERRORS`), one entry for each limit.
+        quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES; None if
+            no ship arrived.
         influences: the influences of keys that are numbers, the strongest on the corrected clock
             first.
     """

@@ -1,4 +1,4 @@
-"""A fleet drawn: how the errors are distributed, and which key they go with."""
+"""A picture of a fleet: the distribution of the errors, and the keys with which they correlate."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def draw(fleet: Fleet, path: Path) -> None:
 
 
 def figure_of(fleet: Fleet) -> Figure:
-    """Return the figure: distribution of the errors and, of what was drawn, the influence."""
+    """Return the figure: the distribution of the errors, and the influence of the keys drawn."""
     from matplotlib.figure import Figure
 
     ranked = fleet.answers.influences

@@ -96,7 +96,7 @@ class Machine:
         return angle - tilt if self.follows_apparent_vertical else angle
 
     def wider_range(self, amplitude: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         return self.cam.wider(amplitude, self.carried_mass, self.small_period)
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:

@@ -13,7 +13,7 @@ from tauto_core.scene.errors import ABSENT, SceneError
 
 @dataclass(frozen=True)
 class Columns:
-    """What was read of a CSV file.
+    """The content of a CSV file.
 
     Attributes:
         name: name of the file as the user wrote it.

@@ -45,7 +45,7 @@ def data_path(path: str) -> Path:
 
 
 def source_name(path: str) -> str:
-    """Return what a scene says of a file whose contents it holds: its name, not its folder."""
+    """Return how a scene names a file whose contents it holds: its name, not its folder."""
     return path if is_shipped(path) else Path(path).name
 
 

@@ -1,7 +1,7 @@
 """A scene to start from: every key with its unit and meaning, and values that sail.
 
-Values are those of the kinds (`Kind.starter`); they fit together, whatever goes together: a wheel
-of 4 kg cm2 that swings about once a second by a radian. The dial is regulated on land.
+Values are those of the kinds (`Kind.starter`), chosen so that all kinds that go together fit: a
+wheel of 4 kg cm2 that swings about once a second by a radian. The dial is regulated on land.
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def all_that_go() -> tuple[dict[str, str], ...]:
 
 
 def _oddity(row: Mapping[str, str]) -> tuple[int, int]:
-    """Return how many kinds are not the usual ones, and whether cam and power are among them."""
+    """Return how many kinds are unusual, and whether cam and power are among them."""
     odd = [key for key, usual in _USUAL.items() if row[key] != usual]
     return len(odd), sum(key in ('cam', 'power') for key in odd)
 

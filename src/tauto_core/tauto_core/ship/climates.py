@@ -15,7 +15,7 @@ HOUR_S = DAY_S / 24.0
 
 
 class Climate(NamedTuple):
-    """What the sea is like in a part of the ocean and of the year.
+    """The wave climate of a part of the ocean in a part of the year.
 
     Attributes:
         median_wave_height: median of the significant wave heights [m].

@@ -11,7 +11,9 @@ from tauto_core.samples import FloatArray
 from tauto_core.ship.waves import Harmonics
 
 STANDING = 1e-12
-"""Least frequency of encounter [rad/s]: a wave that keeps up with the ship stands still."""
+"""Least frequency of encounter [rad/s]: a slower wave moves with the ship and seems to stand
+still.
+"""
 
 
 @dataclass(frozen=True)

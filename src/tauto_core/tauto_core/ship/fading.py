@@ -22,7 +22,9 @@ from tauto_core.samples import FloatArray
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 KEPT = 3
-"""Sums kept at hand: two that fade into each other, and one that has ended or comes next."""
+"""Number of sums kept in memory: two that fade into each other, and one that has ended or comes
+next.
+"""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What every kind of ship's motion has: its keys, its harmonics, and its words."""
+"""The base of all kinds of ship's motion: keys, harmonics, and words."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ FOLDER = 'tauto_core.ship.motions'
 
 
 class Surroundings(Protocol):
-    """What of a scene a ship's motion depends on."""
+    """The parts of a scene on which a ship's motion depends."""
 
     @property
     def name(self) -> str:
-        """Of the scene, for errors."""
+        """Name of the scene, for error messages."""
         ...
 
     @property
@@ -55,7 +55,7 @@ class Surroundings(Protocol):
 
 @dataclass(frozen=True)
 class Channels:
-    """What moves; None: not simulated. The force is given where it was measured.
+    """The quantities that move; None if not simulated. The force is given if it was measured.
 
     A motion is a sum of harmonics, or in weather one that fades from sum to sum.
 
@@ -64,8 +64,8 @@ class Channels:
         heave: [m], upwards.
         force_y: specific force along the ship's y [m/s2].
         force_z: likewise along z.
-        metadata: what the motion was made from.
-        warnings: what was odd about it.
+        metadata: describes what the motion was computed from.
+        warnings: what was unusual about it.
     """
 
     roll: Harmonics | Fades | None = None
@@ -117,7 +117,7 @@ class ShipKind(Kind):
         return ship
 
     def channels(self, scene: Surroundings) -> Channels:
-        """Return what moves.
+        """Return the motions.
 
         Raises:
             MotionDataError: measured motion that cannot be used.
@@ -133,7 +133,7 @@ class ShipKind(Kind):
     def roughest(self, scene: Surroundings) -> ShipKind:
         """Return the ship in the highest sea that it meets, for as long as the scene lasts.
 
-        By it costs and errors are predicted. Its channels are harmonics.
+        Costs and errors are predicted for it. Its channels are harmonics.
         """
         del scene
         return self

@@ -1,4 +1,4 @@
-"""The passage: which way the ship takes, and when she is where."""
+"""The passage: the route of the ship, and her position at each time."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The files that a sea is made from, read into the scene before it is checked.
+"""The files from which a sea is computed, read into the scene before it is checked.
 
-A scene that runs holds tables and numbers, no paths: what its text says is all that a bag needs.
+A scene that runs holds tables and numbers, no paths: a bag needs nothing but its text.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Compiled sums of harmonics and what an IMU reads; import on first use only.
+"""Compiled sums of harmonics and readings of an IMU; import on first use only.
 
 Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
 """
@@ -77,7 +77,7 @@ def _accumulate(
 ) -> None:
     """Sum factor times table over the components, for the orders asked for.
 
-    Eight samples on either side at one go: their sums stay in registers over all components.
+    Eight samples on either side are summed together: their sums stay in registers.
 
     Args:
         begin: place of the block in the outputs, in eights of samples.
@@ -129,7 +129,7 @@ def encode(
     angular_velocity: FloatArray,
     force: FloatArray,
 ) -> None:
-    """Fill what an IMU beside the clock reads (equations: `imu.imu_samples`).
+    """Fill the readings of an IMU beside the clock (equations: `imu.imu_samples`).
 
     Args:
         angle: rho, shape (n,).

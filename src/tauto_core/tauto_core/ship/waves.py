@@ -16,7 +16,7 @@ from tauto_core.samples import NS_PER_S, FloatArray
 
 BLOCK = 512
 TOGETHER = 8
-"""Samples summed at one go (source_kernels)."""
+"""Number of samples summed together (source_kernels)."""
 _UNITS_PER_TURN = 2**64
 _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 

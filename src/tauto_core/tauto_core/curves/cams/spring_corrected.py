@@ -107,7 +107,7 @@ class SpringCorrected(CorrectedCam):
         return self.rate * angle * np.expm1(-0.5 * np.log1p(self.bend * angle * angle))
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 

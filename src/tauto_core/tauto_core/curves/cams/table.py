@@ -1,4 +1,4 @@
-"""A cam by its numbers: a lever arm tabulated in a CSV file, or computed to rounding."""
+"""A cam given by numbers: a lever arm tabulated in a CSV file, or computed to rounding."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ class WeightCorrected(CorrectedCam):
         return gain
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         A heavier weight needs shorter lever arms, a longer period likewise.
         """

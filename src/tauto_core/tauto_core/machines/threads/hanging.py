@@ -116,7 +116,7 @@ class HangingMachine:
         return angle - tilt
 
     def wider_range(self, amplitude: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
 
         def holds(length: float, radius: float) -> bool:
