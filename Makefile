@@ -57,7 +57,8 @@ test: lint  ## lint and every test
 docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
 	.venv/bin/zensical build --strict --clean
 
-bench: setup  ## messages per second through the graph, and run time against error beside others
+bench: setup  ## the eight clocks of the README, messages per second, run time against error
+	.venv/bin/python docs/outputs.py --clocks
 	.venv/bin/python benchmarks/graph_throughput.py
 	.venv/bin/python -m pip install --quiet -r benchmarks/requirements.txt
 	.venv/bin/python -m benchmarks.work_precision $(BENCH) --first --passage --readme README.md \

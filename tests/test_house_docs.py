@@ -7,11 +7,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from typer.testing import CliRunner
 
+import tauto_core as tauto
 from tauto_core.cli.app import app
+from tauto_core.comparison import CLOCKS
 from tauto_core.scene import shipped_scenes
 
 ROOT = Path(__file__).parents[1]
@@ -80,15 +83,58 @@ def test_every_make_target_of_the_pages_exists() -> None:
             assert re.search(f'^{target}:', makefile, re.MULTILINE), (page.name, target)
 
 
-def test_the_readme_shows_what_its_commands_print() -> None:
-    """`python docs/outputs.py` renews it."""
+@pytest.fixture(scope='module')
+def outputs() -> ModuleType:
     spec = importlib.util.spec_from_file_location('outputs', ROOT / 'docs' / 'outputs.py')
     assert spec is not None
     assert spec.loader is not None
     outputs = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(outputs)
+    return outputs
+
+
+def test_the_readme_shows_what_its_commands_print(outputs: ModuleType) -> None:
+    """`python docs/outputs.py` renews it."""
     assert outputs.BLOCK.search(README)
     assert outputs.renewed(README) == README
+
+
+def cells(table: str) -> list[list[str]]:
+    return [[cell.strip() for cell in line.split('|')[1:-1]] for line in table.splitlines()]
+
+
+def test_the_table_of_the_clocks_is_one_that_its_maker_makes(outputs: ModuleType) -> None:
+    """Its voyages of 81 days are too long for a test: `python docs/outputs.py --clocks`."""
+    found = outputs.TABLE.search(README)
+    assert found
+    head, _, *rows = cells(found[3])
+    assert head == list(outputs.HEADINGS)
+    assert [row[0] for row in rows] == [outputs.CLOCKS[name] for name in CLOCKS]
+    assert f'    tauto {found[2]}' in README
+    for _, *figures in rows:
+        for figure in figures:
+            assert re.fullmatch(r'[+−]?[\d.,]+(e-\d+)?|£[\d,]+', figure), figure
+
+
+def test_the_maker_s_figures_are_those_of_the_voyages(outputs: ModuleType) -> None:
+    names = ('clock_second_cam_force', 'clock_own_cam_spring')
+    table = outputs.clocks_table(
+        f'compare {" ".join(names)} --suspension without --duration 600 --jobs 1'
+    )
+    for name, row in zip(names, cells(table)[2:], strict=True):
+        scene = tauto.load(name, duration=600.0)
+        result = tauto.sail(scene.model_copy(update={'suspension': None})).result
+        assert row[0] == outputs.CLOCKS[name]
+        for cell, figure in zip(
+            (row[1], row[2], row[4]),
+            (
+                result['clock']['rate_s_per_day'],
+                result['longitude']['raw_error_nmi'],
+                result['longitude']['error_nmi'],
+            ),
+            strict=True,
+        ):
+            assert float(cell.replace('−', '-')) == pytest.approx(figure, rel=5e-4)
 
 
 def test_the_glossary_explains_the_words_of_a_result() -> None:

@@ -1,4 +1,4 @@
-"""What the page of a report needs to move the machine: outlines, and the motion part by part."""
+"""The data with which a report moves the machine: outlines, and the motion in several parts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from tauto_core.scene.errors import UsageError
 from tauto_core.seaway import PART_S, seaway
 
 MOST_PARTS = 13
-"""A longer voyage is shown in so many parts of ten minutes, evenly spread from start to end."""
+"""Number of parts of ten minutes in which a longer voyage is shown, evenly spread over it."""
 _ROLL_STEP_S = 0.2
 _TURNS_WITH_WHEEL = ('wheel', 'cheeks', 'axle', '')
 _MM = 1000.0
 
 
 def animation(voyage: Voyage) -> dict[str, Any]:
-    """Return outlines and motion, ready for JSON; `why` there is none.
+    """Return outlines and motion, ready for JSON; or `why` there are none.
 
     The wheel stands at A cos φ: phase φ and amplitude A are interpolated between logged samples,
     which may be a minute apart, where the angle itself swings once a second.

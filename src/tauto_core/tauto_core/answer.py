@@ -9,7 +9,7 @@ from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.wording import significant, span
 
 _LEAST_NMI = 1e-3
-"""Two metres: nearer than that, only the bound is said."""
+"""Two metres: of a shorter distance only this bound is stated."""
 
 
 def answer(result: Mapping[str, Any]) -> str:

@@ -1,6 +1,6 @@
-"""What a script or a notebook calls: the commands as functions.
+"""The commands as functions, for scripts and notebooks.
 
-Errors are those of the command line, with options named as arguments.
+Errors are those of the command line, in which options are named as arguments.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ class CamOutline:
     """The working edge of a cam's right cheek, in the frame of the wheel, origin at the axle.
 
     Attributes:
-        angle_rad: of the wheel where the thread touches, (n,) [rad].
-        lever_arm_m: of the thread there [m].
-        x_m: of the point of contact, across the thread at rest [m].
+        angle_rad: angle of the wheel where the thread touches, (n,) [rad].
+        lever_arm_m: lever arm of the thread there [m].
+        x_m: x of the point of contact, across the thread at rest [m].
         y_m: along the thread at rest [m].
     """
 
@@ -74,8 +74,8 @@ def sail(scene: str | Path | Scene, **overrides: object) -> Voyage:
     """Return the voyage of a scene, sailed offline.
 
     Args:
-        scene: as of `load`.
-        overrides: as of `load`.
+        scene: as for `load`.
+        overrides: as for `load`.
 
     Raises:
         TautoError: bad scene, or an event that ends the motion.
@@ -105,7 +105,7 @@ def cam(
     """Return the outline of a scene's cam, from the middle to its end.
 
     Args:
-        scene: as of `load`.
+        scene: as for `load`.
         points: how many, >= 2.
         reach_rad: angle of the last of them [rad]; None: half as far again as the wheel swings,
             within the cam and before its two cheeks meet.
@@ -144,12 +144,12 @@ def compare(
     suspension: Literal['both', 'with', 'without'] = 'both',
     jobs: int = 2,
 ) -> Comparison:
-    """Return what becomes of several clocks in the same sea.
+    """Return a comparison of several clocks in the same sea.
 
     Args:
         clocks: files or shipped names; none: the shipped clocks.
         ship_of: a scene whose ship and voyage all of them get.
-        duration: of the run [s].
+        duration: length of the run [s].
         roll_deg: significant amplitudes of the roll [degrees], a run each.
         suspension: `both`, `with` or `without`: cases hung as in the scenes, or fixed.
         jobs: processes at once.
@@ -184,13 +184,13 @@ def fleet(
     out: str | Path | None = None,
     **overrides: object,
 ) -> Fleet:
-    """Return what becomes of many ships on the voyage of one scene, each with its own seed.
+    """Return the voyages of many ships on one scene, each ship with its own seed.
 
     Called from a script with `jobs` above 1, it must stand under `if __name__ == '__main__':`, as
     every program that starts Python processes.
 
     Args:
-        scene: as of `load`.
+        scene: as for `load`.
         ships: how many.
         vary: keys of the scene that are drawn for each ship, for example
             `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`, or a YAML file of
@@ -198,10 +198,10 @@ def fleet(
         jobs: processes at once.
         scheduler: address of a dask scheduler whose workers sail instead.
         out: folder for the rows in Parquet; ships whose rows it has do not sail again.
-        overrides: as of `load`.
+        overrides: as for `load`.
 
     Returns:
-        `rows`, a mapping for each ship, and `answers`, what they tell.
+        `rows`, a mapping for each ship, and `answers`, what follows from them.
 
     Raises:
         TautoError: a ship that no scene allows, arguments out of range, or no processes.
@@ -226,11 +226,11 @@ def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None
     Args:
         source: a voyage; or a bag, which is replayed; or a scene, which is sailed.
         what: one of `tauto_core.charts.PICTURES`, for example `error`, `longitude` or `machine`.
-        file: ending in .svg, .png or .pdf; is replaced.
+        file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
 
     Raises:
-        UsageError: no such picture, or a file that a picture cannot become.
-        TautoError: whatever keeps the source from being read.
+        UsageError: no such picture, or a file of another format than those of pictures.
+        TautoError: the source cannot be read or sailed.
     """
     from tauto_core.pictures import check_picture, picture
 

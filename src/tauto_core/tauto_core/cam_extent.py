@@ -27,7 +27,7 @@ def cam_extent(scene: Scene) -> float:
     land, whichever is larger.
 
     Args:
-        scene: of a machine with a trochlea.
+        scene: a scene whose machine has a trochlea.
 
     Raises:
         SceneError: a machine that cannot be built.

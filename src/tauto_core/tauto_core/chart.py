@@ -21,8 +21,8 @@ class Line:
         name: in the legend; empty for none.
         x: (n,), in the unit of the axis.
         y: (n,), of a band the lower edge.
-        colour: by its role: blue the dial or the machine, orange what is estimated, green the
-            ship, grey what is given.
+        colour: follows from its role: blue the dial or the machine, orange what is estimated,
+            green the ship, grey what is given.
         kind: how it is drawn; an area is a closed line with its inside filled.
         high: upper edge of a band or end of a bar, (n,).
     """
@@ -41,8 +41,8 @@ class Chart:
 
     Attributes:
         title: what it shows.
-        x_label: with the unit.
-        y_label: with the unit.
+        x_label: the x label, with the unit.
+        y_label: the y label, with the unit.
         lines: from the back to the front.
         log_x, log_y: whether an axis is logarithmic.
         equal: whether both axes have one scale.

@@ -20,11 +20,11 @@ from tauto_core.scene.errors import EstimationError, UsageError
 from tauto_core.seaway import LOWEST_HZ, PART_S, seaway
 
 MOST_POINTS = 2000
-"""Points of a line that are drawn; more are thinned so that every extreme stays."""
+"""Most points of a line that are drawn; longer lines are thinned so that every extreme stays."""
 PIECES = 25
-"""Pieces of a voyage of which the rate is measured."""
+"""Number of pieces of a voyage over which the rate is measured."""
 SEGMENT_S = 120.0
-"""Length of the segments of which spectra are averaged [s]."""
+"""Length of the segments whose spectra are averaged [s]."""
 
 
 def chart(voyage: Voyage, what: str) -> Chart:
@@ -41,7 +41,7 @@ def chart(voyage: Voyage, what: str) -> Chart:
 def thinned(
     x: FloatArray, y: FloatArray, most: int = MOST_POINTS
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a line with at most so many points: of each stretch the least and the greatest.
+    """Return a line with at most `most` points: the least and the greatest of each stretch.
 
     Args:
         x: rising, (n,).

@@ -19,7 +19,7 @@ _NO_DATE: dict[str, dict[str, Any]] = {
     '.png': {'Software': None},
     '.pdf': {'CreationDate': None},
 }
-"""What is left out of a file, so that it does not change from run to run."""
+"""Metadata left out of a file, so that it does not change from run to run."""
 
 
 class FigureError(TautoError):
@@ -27,11 +27,11 @@ class FigureError(TautoError):
 
 
 def check_plot(path: Path, option: str = '--plot') -> None:
-    """Refuse, before anything runs, a file that a figure cannot become.
+    """Refuse, before anything runs, a file to which a figure cannot be written.
 
     Args:
-        path: of the file.
-        option: that named it.
+        path: the file.
+        option: the option that named it.
 
     Raises:
         UsageError: a suffix other than .svg, .png and .pdf, or a folder that is not there.
@@ -47,8 +47,8 @@ def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot')
 
     Args:
         draw: makes the figure.
-        path: ending in .svg, .png or .pdf.
-        option: that named it, for errors.
+        path: name of the file, ending in .svg, .png or .pdf.
+        option: the option that named it, for error messages.
 
     Raises:
         FigureError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""How well what hangs on the ship keeps to the apparent vertical, told before a run.
+"""How well what hangs on the ship follows the apparent vertical, predicted before a run.
 
 A thread that swings and a case on its axle are one link with a body (theory C), answered by
 e θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. To a wave
@@ -25,7 +25,9 @@ from tauto_core.ship.felt_step import case_modes
 from tauto_core.voyage_cost import Waves, scene_waves
 
 LARGEST_DEPARTURE = 1.0
-"""By the tilt of the apparent vertical: beyond, what hangs swings wider than what it follows."""
+"""Departure, as a share of the tilt of the apparent vertical, beyond which what hangs swings wider
+than what it follows.
+"""
 LARGEST_STRETCH = 0.02
 """Share by which a swinging thread may change the period of small swings."""
 NEAR_PERIOD = 0.05
@@ -37,7 +39,7 @@ class Following:
     """A link that hangs on the ship.
 
     Attributes:
-        periods_s: of its own small swings, the slower first [s].
+        periods_s: periods of its own small swings, the slower first [s].
         departure_rad: rms of its departure from the apparent vertical [rad].
         departure: the same by the rms of the apparent vertical's tilt; None where that keeps
             upright, or the motion is measured.
@@ -59,7 +61,7 @@ def lengths_between(
     vertical; None for Ω as for `Following.departure`.
 
     Returns:
-        None of a machine whose thread carries no weight that can swing.
+        None for a machine whose thread carries no weight that can swing.
     """
     if isinstance(machine, Machine | HangingMachine) and machine.follows_apparent_vertical:
         waves = scene_waves(scene)
@@ -73,8 +75,8 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
     """Return how a thread that swings keeps to the apparent vertical: θ, its inclination.
 
     Args:
-        scene: of the machine.
-        machine: whose thread it is.
+        scene: the scene of the machine.
+        machine: the machine whose thread it is.
     """
     k_squared = machine.inertia / machine.mass
     waves = scene_waves(scene)
@@ -95,8 +97,8 @@ def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
     """Return how a suspended case keeps to the apparent vertical: φ, its tilt.
 
     Args:
-        scene: of the machine.
-        machine: whose wheel the case may shake.
+        scene: the scene of the machine.
+        machine: the machine whose wheel the case may shake.
 
     Returns:
         None without a suspension.

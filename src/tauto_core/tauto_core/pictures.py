@@ -19,12 +19,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
-"""Of Okabe and Ito, told apart by the colour-blind; grey reads on white and on black."""
+"""The palette of Okabe and Ito, safe for the colour-blind; its grey reads on white and black."""
 _DASHES = {'blue': '-', 'orange': '--', 'green': '-', 'grey': '-'}
 
 
 def check_picture(what: str, file: str | Path | None) -> None:
-    """Refuse, before anything runs, a picture that there is not or a file it cannot become.
+    """Refuse, before anything runs, an unknown picture or a file to which it cannot be written.
 
     Raises:
         UsageError: see `charts.chart` and `figure_file.check_plot`.
@@ -39,9 +39,9 @@ def picture(voyage: Voyage, what: str, file: str | Path | None = None) -> Figure
     """Return a picture as a figure, and write it where a file is named.
 
     Args:
-        voyage: that it is of.
+        voyage: the voyage that the picture shows.
         what: one of `charts.PICTURES`.
-        file: ending in .svg, .png or .pdf; is replaced.
+        file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
 
     Raises:
         UsageError: no such picture, nothing to draw it from, or another suffix.
@@ -59,7 +59,7 @@ def draw(of: Chart, name: str) -> Figure:
 
     Args:
         of: what to draw.
-        name: of the scene, for the title.
+        name: name of the scene, for the title.
     """
     from matplotlib.figure import Figure
 

@@ -1,4 +1,4 @@
-"""Whether a scene can sail: what only shows when machine, dial and ship meet."""
+"""Whether a scene can sail: checks that need machine, dial and ship together."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
 FASTEST_M_S = 25.0
-"""Of any merchantman or man-of-war: 49 knots."""
+"""More than any merchantman or man-of-war has sailed: 49 knots."""
 
 
 class Built(NamedTuple):
-    """What a scene was found to be made of: built once, and handed on to what runs it.
+    """The parts that a scene was found to consist of: built once, and passed to what runs it.
 
     Attributes:
         machine: its regulator.
-        motion: of its ship, from the start.
+        motion: the motion of its ship, from the start.
     """
 
     machine: AnyMachine | FluidPendulum
@@ -46,7 +46,7 @@ class Built(NamedTuple):
 
 
 def check_scene(scene: Scene) -> Built:
-    """Refuse what only shows when the parts meet, before anything is started or overwritten.
+    """Check how the parts of a scene fit together, before anything is started or overwritten.
 
     Returns:
         Machine and ship's motion, for what runs the scene.
@@ -74,7 +74,7 @@ def check_scene(scene: Scene) -> Built:
 
 
 def oddities(scene: Scene) -> list[str]:
-    """Return warnings of what is possible in a scene that can sail, and probably a slip."""
+    """Return warnings about a scene that can sail: what is possible, but probably a slip."""
     found = implausible(scene)
     if scene.voyage is None:
         return found
@@ -140,7 +140,7 @@ def _resolvable(
     """Return the nearest machines whose motion is resolved, empty where none is near.
 
     Args:
-        machine: whose motion is not.
+        machine: the machine whose motion is not resolved.
         resolved: of a machine whose range holds its release.
     """
 
@@ -203,7 +203,7 @@ def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
 
 
 def _check_dial(scene: Scene, frequency: float) -> None:
-    """Refuse a dial that would leave the times of ROS."""
+    """Refuse a dial whose readings would leave the range of ROS times."""
     regulator = 'trochlea' if scene.regulator is None else 'regulator'
     period = math.tau / frequency if frequency > 0.0 else math.inf
     nominal = scene.clock.nominal_period or period

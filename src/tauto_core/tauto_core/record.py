@@ -50,19 +50,19 @@ Kind = TypeVar('Kind', bound=Samples)
 
 _NONE = np.empty(0)
 _STATED = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
-"""Topics that a replay does not make anew."""
+"""Topics that a replay does not compute again."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Voyage:
     """What a clock did on a voyage.
 
-    Arrays are (n,) with one value a logged sample, at `time_s` from the start, in seconds and
-    radians; those that begin with `motion_` have the full rate of the ship's motion, and are
-    empty where the voyage keeps none (`log.motion`). What a bag does not hold is empty.
+    Arrays are (n,) with one value for each logged sample, at `time_s` from the start, in seconds
+    and radians; those that begin with `motion_` have the full rate of the ship's motion, and are
+    empty where the voyage keeps none (`log.motion`). Arrays that a bag does not hold are empty.
 
     Attributes:
-        scene: that was sailed.
+        scene: the scene that was sailed.
         result: the figures, as `tauto sail --json` and `tauto replay --json` print them.
         samples: by topic, field for field what the messages carry.
     """

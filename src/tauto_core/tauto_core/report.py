@@ -1,6 +1,6 @@
 """A voyage as one HTML page: figures, pictures to zoom, and the machine in the rolling ship.
 
-The page holds all it needs, Bokeh's script included, and asks nothing of any network.
+The page holds all it needs, Bokeh's script included, and uses no network.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ReportError(TautoError):
 
 
 def check_report(file: Path) -> None:
-    """Refuse, before anything runs, a file that cannot become a report.
+    """Refuse, before anything runs, a file to which a report cannot be written.
 
     Raises:
         UsageError: a suffix other than .html, or a folder that is not there.
@@ -62,9 +62,9 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
     """Write the page of a voyage; replaces the file.
 
     Args:
-        voyage: what it is of.
-        file: ending in .html.
-        command: that made it, to be shown.
+        voyage: the voyage that the page shows.
+        file: name of the file, ending in .html.
+        command: the command line that made it, which the page shows.
 
     Raises:
         UsageError, ReportError: see `check_report`; or the file cannot be written.
@@ -83,8 +83,8 @@ def page(voyage: Voyage, command: str) -> str:
     """Return the page of a voyage.
 
     Args:
-        voyage: what it is of.
-        command: that made it, to be shown.
+        voyage: the voyage that the page shows.
+        command: the command line that made it, which the page shows.
     """
     from bokeh.embed import components
     from bokeh.resources import Resources

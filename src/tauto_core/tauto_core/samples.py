@@ -1,6 +1,6 @@
-"""Samples: what flows between the stages, field for field what the messages carry.
+"""Samples: what flows between the stages, with the same fields as the messages.
 
-`PlanarImu` alone is no message: it stands for an `ImuSamples` where nobody wants that.
+`PlanarImu` alone is no message: it replaces `ImuSamples` where nobody needs all its fields.
 
 A batch holds n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
 nanoseconds, strictly increasing within a topic. Angles are radians, lengths metres, except where
@@ -63,7 +63,7 @@ class ImuSamples:
 
 @dataclass(frozen=True)
 class PlanarImu:
-    """What an IMU reads of a ship that rolls and heaves alone, before it is an `ImuSamples`.
+    """The motion of a ship that only rolls and heaves, from which `ImuSamples` could be made.
 
     A clock needs two or four of the ten numbers of such a sample; `ship.planar` reads them with
     the bits that it would read from the ten. None of these would be refused
@@ -130,7 +130,7 @@ S = TypeVar('S', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)
 
 
 class Stage(Protocol):
-    """A box of the pipeline: time-ordered samples in, samples out.
+    """A stage of the pipeline: takes time-ordered samples and returns samples.
 
     Feeding `a + b` at once or `a` then `b` gives the same bits, and so does taking `state()`
     (plain numbers, strings, arrays, samples, and lists, tuples or dicts of them), making a new
@@ -141,15 +141,15 @@ class Stage(Protocol):
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Topics that it takes; a scene may ask for more of them."""
+        """Topics that it takes; they may depend on the scene."""
         ...
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take what came on any of the inputs; return what can be said now."""
+        """Take new samples of any input; return what can be published now."""
         ...
 
     def finish(self) -> Batches:
-        """Say what is still held back: no more input will come."""
+        """Return what is still held back, since no more input will come."""
         ...
 
     def state(self) -> State:
@@ -157,11 +157,11 @@ class Stage(Protocol):
         ...
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         ...
 
     def health(self) -> dict[str, int]:
-        """Return counters of what was refused or bridged; empty where nothing can be."""
+        """Return counters of what was refused or bridged; empty for a stage that has none."""
         ...
 
 

@@ -13,9 +13,9 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude
 
 PART_S = 600.0
-"""Length of a part [s]: waves are not to be seen in a voyage of weeks."""
+"""Length of a part [s]: in a picture of weeks no wave could be seen."""
 LOWEST_HZ = 0.03
-"""Slower than this an accelerometer knows more of its own drift than of the waves."""
+"""Lowest frequency [Hz]: below it an accelerometer shows its own drift rather than waves."""
 TAPER_S = 30.0
 """At both ends of a record the heave fades in and out over this time [s]."""
 
@@ -25,7 +25,7 @@ class Seaway:
     """The motion on a part of a voyage.
 
     Attributes:
-        time_s: from the first reading, (n,) [s].
+        time_s: time from the first reading, (n,) [s].
         roll_rad: (n,), starboard side down is positive.
         vertical_m_s2: acceleration of the clock upwards, less its mean, (n,).
         note: what a reader must know; may be empty.
@@ -61,7 +61,7 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
     """Return the motion from a time on; made anew from the scene where a voyage keeps none.
 
     Args:
-        voyage: of which ship.
+        voyage: the voyage whose ship is shown.
         from_s: since the first reading [s], >= 0.
         length_s: how much of it [s], > 0; less at the end of the voyage.
     """

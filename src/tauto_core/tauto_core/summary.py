@@ -1,4 +1,4 @@
-"""The figures of a voyage, from what is on the topics alone.
+"""The figures of a voyage, from the contents of the topics alone.
 
 `tauto sail`, `tauto graph` and `tauto replay` share this: whatever ran the stages, the summary is
 the same function of the same messages.
@@ -40,11 +40,11 @@ from tauto_core.scene import Scene
 
 
 class Summary:
-    """Keeps the last sample of each topic, and the worst where that counts.
+    """Keeps the last sample of each topic, and the worst one where a figure needs it.
 
     Args:
-        scene: of the voyage.
-        machine: of the scene, where it is built already.
+        scene: the scene of the voyage.
+        machine: the regulator of the scene, if it has been built already.
     """
 
     def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
@@ -88,7 +88,7 @@ class Summary:
     def clock(self) -> dict[str, Any]:
         """Return the dial's reading since the start, its error and its mean rate.
 
-        `rate_standard_error_s_per_day` is that of `RateScatter`, None of too short a run.
+        `rate_standard_error_s_per_day` is that of `RateScatter`, None for a run that is too short.
         """
         if self._first_reading is None or self._last_reading is None or self._scatter is None:
             return {}

@@ -2,10 +2,10 @@
 
 The beginning is sailed as the scene asks, and again with finer samples of the motion and a finer
 tolerance; at the same instants the two readings differ by what sampling and steps cost. That
-carries with it what a formula for the interpolation would have to be told of each machine: the
-first pieces of motion, whose windows lie on one side, what a wrong amplitude does to the rate, a
-case or a thread that swings, impulses, resonance. What both runs have in common is not seen:
-the machine's own numbers, and rounding.
+includes what a formula for the interpolation would have to know about each machine: the first
+pieces of motion, whose windows lie on one side, what a wrong amplitude does to the rate, a case or
+a thread that swings, impulses, resonance. What both runs have in common is not seen: the machine's
+own numbers, and rounding.
 """
 
 from __future__ import annotations
@@ -24,30 +24,34 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 
 SAFETY = 3.0
-"""By what the difference found is multiplied: the finer run is not exact either, and more swings
-may add up worse than those tried."""
+"""Factor by which the difference found is multiplied: the finer run is not exact either, and later
+swings may add up worse than those tried.
+"""
 
 FINER = (*range(4, 65), 3, 2)
-"""Parts of a step of the motion in the finer run: the first that are whole nanoseconds."""
+"""Numbers of parts into which the finer run divides a step; the first that gives whole nanoseconds
+is used.
+"""
 
 FINER_TOLERANCE = 1e-3
 """The same for the tolerance."""
 
 CHUNK = 4096
-"""Samples fed at once."""
+"""Number of samples fed at once."""
 
 STEEPEST = 3.0
 """Power of time by which an error grows, at most: a force in resonance turns a swing's amplitude
 by t, its phase by t² where the rate goes with the amplitude."""
 
 CHAOTIC = 1.5, 12.0
-"""An error grows exponentially that grows by more in the second half of a trial than in its second
-quarter, by logarithms, and by more than this factor."""
+"""An error is taken to grow exponentially if its logarithm grows by more in the second half of a
+trial than in its second quarter, and the error by more than this factor.
+"""
 
 
 @dataclass(frozen=True)
 class Dial:
-    """What turns phases into readings.
+    """The quantities that turn phases into readings.
 
     Attributes:
         nominal_s: what it gains in a turn of the phase [s].
@@ -60,14 +64,15 @@ class Dial:
 
 @dataclass(frozen=True)
 class Trial:
-    """What trying the beginning of a scene showed.
+    """The errors that trial runs of the beginning of a scene showed.
 
     Attributes:
         tried_s: length of the beginning [s].
         sampling_s: bound of what sampling the motion costs the reading in the whole run [s]; None
             on a ship that lies still, or where no finer step is a whole number of nanoseconds.
-        steps_s: likewise of the steps; 0 where none are taken. Where a finer tolerance divides the
-            motion into other pieces, what these change counts as sampling or as steps by chance.
+        steps_s: the same for the steps; 0 where none are taken. A finer tolerance may divide the
+            motion into other pieces; the difference that these make may count as sampling or as
+            steps.
     """
 
     tried_s: float
@@ -80,9 +85,9 @@ def try_out(scene: Scene, dial: Dial, longest_s: float, tolerance: float | None)
 
     Args:
         scene: one that can sail, on a ship that moves or with a propagator that takes steps.
-        dial: of the scene.
+        dial: the dial of the scene.
         longest_s: how much of it to sail, in whole log intervals, at least two [s].
-        tolerance: of the steps; None where none are taken.
+        tolerance: tolerance of the steps; None where none are taken.
     """
     interval_s = scene.log_interval_ns / NS_PER_S
     logs = min(max(int(longest_s / interval_s), 2), scene.log_count - 1)
@@ -144,7 +149,7 @@ def _sailed(scene: Scene) -> FloatArray:
 
 
 def _bound(one: FloatArray, other: FloatArray, scene: Scene, dial: Dial) -> float:
-    """Return how far two runs of a beginning are apart at the end of a scene, at most [s]."""
+    """Return a bound of the difference between two runs at the end of a scene [s]."""
     both = min(len(one), len(other))
     half_turns = (one[:both] - other[:both]).sum(axis=1)
     apart: FloatArray = 0.5 * dial.nominal_s * half_turns
@@ -165,7 +170,7 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
         rounding_s: size below which the error is noise.
 
     Returns:
-        At most `end_s`: a clock that far off tells nothing.
+        At most `end_s`: a clock that is so far off says nothing.
     """
     if len(times) < 2:
         return 0.0

@@ -1,4 +1,4 @@
-"""The stages joined: a whole voyage offline, or the navigator's part again from a bag."""
+"""The stages joined: a whole voyage offline, or the navigator's part repeated from a bag."""
 
 from __future__ import annotations
 
@@ -48,13 +48,15 @@ from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.summary import Summary
 
 CHUNK = 65_536
-"""Motion samples handled at once; the result does not depend on it."""
+"""Number of motion samples processed at once; the result does not depend on it."""
 
 QUIET_CHUNK = 2 * CHUNK
 """The same where nobody wants the motion as messages: a fifth less time for a linear machine."""
 
 SAILED_TO_COMPILE_S = 20.0
-"""How much of a voyage calls all kernels that it needs, long pieces of forcing among them [s]."""
+"""Length of a voyage that calls all kernels it needs, those for long pieces of forcing included
+[s].
+"""
 
 
 class ShipSource:
@@ -62,7 +64,7 @@ class ShipSource:
 
     Args:
         scene: what to simulate.
-        motion: of its ship from the start, where it is built already.
+        motion: the motion of its ship from the start, if it has been built already.
         says_scene: whether the scene's text comes first.
         as_messages: whether somebody wants the motion as messages, beside the clock.
     """
@@ -92,7 +94,7 @@ class ShipSource:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was odd about measured motion."""
+        """Warnings about measured motion."""
         return self._motion.warnings
 
     @property
@@ -126,13 +128,13 @@ class ShipSource:
         return {'produced': self._produced, 'motion': self._motion.state()}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._produced = state['produced']
         self._motion.restore(state['motion'])
 
 
 class Pipeline:
-    """Stages in their order: what one says is fed to all that follow.
+    """Stages in their order: what one returns is fed to all that follow.
 
     Args:
         stages: in the order of the flow.
@@ -142,7 +144,7 @@ class Pipeline:
         self._stages = list(stages)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Return all that the stages said, and what they were fed."""
+        """Return all that the stages returned, and what they were fed."""
         return self._run(dict(batches), final=False)
 
     def finish(self) -> Batches:
@@ -164,7 +166,7 @@ class Pipeline:
         return {'stages': [stage.state() for stage in self._stages]}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         for stage, saved in zip(self._stages, state['stages'], strict=True):
             stage.restore(saved)
 
@@ -185,7 +187,7 @@ def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) ->
 
     Args:
         scene: what to simulate.
-        machine: of the scene, where it is built already.
+        machine: the regulator of the scene, if it has been built already.
     """
     trochlea = TrochleaStage(scene, machine=machine)
     return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])
@@ -252,10 +254,11 @@ def sail(
 
 
 def compile_kernels(scene: Scene) -> None:
-    """Compile what a scene's ship and clock run with messages between them, or see that it is.
+    """Compile the kernels of a scene's ship and clock, unless they are compiled already.
 
-    The first seconds are sailed, and what they say is dropped. An error of theirs is left to the
-    voyage, which says when it happens. All is optimised now: a node that sails cannot wait for it.
+    The first seconds are sailed and their output is dropped. Errors are left to the voyage itself,
+    which reports them with their time.
+    The kernels are optimised at once, since a node under way cannot wait for that.
     """
     source, stages = ShipSource(scene), pipeline(scene)
     samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
@@ -271,7 +274,7 @@ def _voyage(source: ShipSource, stages: Pipeline, chunk: int) -> Iterator[Batche
 
 
 def _check_refused(health: Mapping[str, int], time_s: float) -> None:
-    """Refuse to go on where the stages left out samples of the scene's own ship."""
+    """Refuse to continue where the stages left out samples of the scene's own ship."""
     refused = {reason: health[reason] for reason in REFUSALS if reason in health}
     if refused:
         said = ', '.join(f'{number} {reason}' for reason, number in refused.items())
@@ -283,7 +286,7 @@ def _check_refused(health: Mapping[str, int], time_s: float) -> None:
 
 
 def _kept(scene: Scene, batches: Batches) -> Batches:
-    """Return what the log asks for."""
+    """Return the samples that the log keeps."""
     if scene.keeps_motion:
         return batches
     return {topic: samples for topic, samples in batches.items() if topic != SHIP_IMU}
@@ -345,7 +348,7 @@ def summarise_bag(path: Path) -> dict[str, Any]:
 
 
 def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
-    """Say what a replay does without the topics that are not in a bag."""
+    """Return warnings about the topics that are not in a bag."""
     without = {
         OBSERVATION: 'the drift is what the scene assumes beforehand',
         SHIP_FIX: 'the ship is taken to lie where the scene begins',
@@ -360,7 +363,7 @@ def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
 
 
 def _recorded_motion(bag: Bag, scene: Scene) -> RecordedIntegrals | None:
-    """Return the integrals of a scene's covariates as a bag has them, None where it has not.
+    """Return the integrals of a scene's covariates from a bag; None if it has none.
 
     They are exact however thinly the motion itself is logged.
     """
@@ -387,7 +390,7 @@ def replay(
             distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
         smooth: also estimate the drift in the light of all observations (`hindsight`).
-        stable: also tell the stability of the clock (`stability_of`).
+        stable: also estimate the stability of the clock (`stability_of`).
         watch: called with all that was read and said on any topic.
 
     Returns:
@@ -397,7 +400,7 @@ def replay(
 
     Raises:
         BagError: not a bag, no readings, or no scene.
-        EstimationError: readings whose stability cannot be told.
+        EstimationError: readings whose stability cannot be estimated.
     """
     bag = read_bag(path)
     found = bag_scene(bag, scene)

@@ -1,4 +1,4 @@
-"""What a voyage will cost in run time, and how exact it will be, predicted before it is sailed.
+"""The run time of a voyage and the error of its simulation, predicted before it is sailed.
 
 A cost is rough: the number of things to do times the nanoseconds measured for one. Errors are
 those of the simulation against its own equations and the exact sea, not the clock's error; they
@@ -52,14 +52,14 @@ NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0
 NAVIGATION_NS_A_LOG = 1200.0
 COVARIATE_NS_A_SAMPLE = 45.0
 COEFFICIENT_RUNS_S = 3.0
-"""Trial runs of a machine in small waves, those of the dearest included [s]."""
+"""Run time of trial runs in small waves, for the most expensive machine [s]."""
 
 PERIOD_ERROR = 1e-14
 """Relative error of a period by quadrature, at most (tests of machines)."""
 UNIT_ROUNDING = 2.0**-53
 
 TRIAL_RUN_S = 0.8
-"""Run time of the trials together [s], about: they cover as much of a scene as takes so long."""
+"""Approximate run time of all trials together [s]; it limits how much of a scene they cover."""
 WORK_OF_TRIALS = 6.0
 """Work of all trials by that of the scene as it is: up to two more of the same, one four times
 finer."""
@@ -106,8 +106,8 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
 
     Args:
         scene: one that can sail.
-        machine: of the scene.
-        motion: of the scene's ship.
+        machine: the machine of the scene.
+        motion: the motion of the scene's ship.
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
@@ -225,7 +225,7 @@ class Waves:
 def scene_waves(scene: Scene) -> Waves:
     """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (theory E1).
 
-    None of a ship that lies still, or whose motion was measured; in weather those of the highest
+    None for a ship that lies still, or whose motion was measured; in weather those of the highest
     sea.
     """
     ship = scene.ship

@@ -76,7 +76,7 @@ class Ended(Generic[Result]):
     """A run that has ended.
 
     Attributes:
-        place: of its item.
+        place: place of its item.
         result: what the task returned; None where it failed.
         error: what it raised, or why it has no result; None where it has one.
     """
@@ -98,8 +98,8 @@ def run_each(
     closed, runs that have not begun are dropped, and processes on this machine end.
 
     Args:
-        task: called with an item and a function to tell the share done; both, and the result, go
-            from process to process.
+        task: called with an item and a function that reports the share done; both, and the result,
+            go from process to process.
         items: at least one.
         crew: where to run.
         progress: called with the share of all that is done, rising from 0 to 1.

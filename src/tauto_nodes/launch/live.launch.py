@@ -44,5 +44,5 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the clock; the sensor is somebody else's."""
+    """Return the nodes of the clock; the sensor is not among them."""
     return described(DEFAULTS, 'foreign_imu.yaml', _parameters)

@@ -1,4 +1,4 @@
-"""A whole voyage: ship, trochlea, drift estimator, longitude and recorder on one scene.
+"""A whole voyage: ship, trochlea, drift estimator, longitude and recorder for one scene.
 
 ros2 launch tauto_nodes voyage.launch.py scene:=measured speed:=60.0 out:=bags/out/measured
 

@@ -30,7 +30,7 @@ OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX)
 """Topics that a graph on a live sensor may do without."""
 
 RECENT_S = 10.0
-"""For so long after a counter has risen it is worth a warning [s]."""
+"""Time after a counter has risen during which it causes a warning [s]."""
 
 LAST_WORDS_S = 1
 
@@ -41,7 +41,7 @@ def assess(member: Member, now_s: float, recent: dict[str, int] | None = None) -
     """Return the worst level and the reasons for it.
 
     Args:
-        member: whose status it is.
+        member: the node whose status it is.
         now_s: steady time [s], as time.monotonic gives it.
         recent: by how much counters have risen in the last RECENT_S; None: since the start.
     """
@@ -79,7 +79,7 @@ def _findings(member: Member, now_s: float, risen: dict[str, int]) -> Iterator[F
 
 
 def _missing(member: Member, now_s: float) -> Iterator[Finding]:
-    """Yield what does not come: nodes, publishers, messages."""
+    """Yield what is missing: nodes, publishers, messages."""
     if member.waiting:
         yield DiagnosticStatus.WARN, f'waiting for {", ".join(member.waiting)}'
     lonely = [topic for topic, source in member.inputs.items() if not source.matched]

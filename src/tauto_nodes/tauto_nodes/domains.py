@@ -12,7 +12,7 @@ from tauto_nodes.errors import GraphError
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
 LAST_DOMAIN = 101
-"""Above it the ports of DDS reach into Linux' ephemeral ports."""
+"""Largest domain whose DDS ports lie below Linux' ephemeral ports."""
 
 _PORT_BASE = 7400
 _PORTS_PER_DOMAIN = 250
@@ -25,7 +25,7 @@ def local_discovery() -> dict[str, str]:
 
 @dataclass
 class Domain:
-    """A ROS domain that is ours until it is released or the process ends.
+    """A ROS domain reserved for this process until it is released or the process ends.
 
     Args:
         number: ROS_DOMAIN_ID.

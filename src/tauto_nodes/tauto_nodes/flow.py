@@ -1,8 +1,8 @@
-"""Flow control by credits, without ROS: who has taken how much, who may send, when it is over.
+"""Flow control by credits, without ROS: what each node has taken, who may send, and when it ends.
 
 A consumer reports how many messages of each topic it has taken. A sender keeps at most WINDOW
 messages of a topic in flight to its slowest consumer; the queues in between are deeper, so none
-overflows. docs/nodes.md has the argument why this neither loses nor deadlocks.
+overflows. docs/nodes.md explains why this neither loses messages nor deadlocks.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 
 @dataclass(frozen=True)
 class Report:
-    """What a node says on `_tauto/credit`; the latest says it all.
+    """The report of a node on `_tauto/credit`; the latest one replaces all earlier ones.
 
     Args:
         node: its name in the namespace.
@@ -74,7 +74,7 @@ class Report:
 
 @dataclass(frozen=True)
 class End:
-    """What a node says on `_tauto/end`: how many messages of each topic it has sent in all."""
+    """The end marker of a node on `_tauto/end`: how many messages of each topic it has sent."""
 
     node: str
     sent: dict[str, int]
@@ -112,7 +112,7 @@ class Flow:
     totals: dict[str, int] = field(default_factory=dict)
 
     def hear(self, report: Report) -> None:
-        """Take a node's report; those of nodes outside the graph are left aside."""
+        """Take a node's report; those of nodes outside the graph are ignored."""
         if report.node in self.graph:
             self.reports[report.node] = report
 
@@ -135,7 +135,7 @@ class Flow:
         return sent - min(taken, default=sent)
 
     def waiting(self, found: dict[str, set[str]]) -> list[str]:
-        """Return what its outputs wait for before anything may be sent; empty: ready.
+        """Return what its outputs wait for before anything may be sent; empty if ready.
 
         Args:
             found: by output, the names of the nodes that its publisher has matched.

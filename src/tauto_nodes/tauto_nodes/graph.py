@@ -33,7 +33,7 @@ from tauto_nodes.supervisor import Supervisor, noted_signals
 
 NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 SILENT_S = 120.0
-"""A node that has not been heard for so long, though each speaks once a second, is frozen [s]."""
+"""Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
 OWN_PAUSE_S = 1.0
 STALL_S = 600.0
@@ -54,9 +54,9 @@ class Plan:
         out: folder of the bag.
         force: replace a bag that is there.
         compose: all nodes in one process.
-        namespace: of the graph; empty: the root.
-        executor: of all nodes, `events` or `single`.
-        packed: at full speed the nodes send each other many messages in one.
+        namespace: namespace of the graph; empty: the root.
+        executor: executor of all nodes, `events` or `single`.
+        packed: whether at full speed the nodes send each other many messages in one.
     """
 
     scene: str
@@ -72,7 +72,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it.
+    """The result of a run of the graph.
 
     Args:
         counts: received, written and lost, by topic.
@@ -155,7 +155,7 @@ def graph_environment() -> Iterator[dict[str, str]]:
 
 
 class _Watch:
-    """Hears the credits of the graph: how far the recorder is, and whether anything moves."""
+    """Listens to the credits of the graph, for progress and for a standstill."""
 
     def __init__(self, namespace: str) -> None:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -203,7 +203,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
     Args:
         plan: what to run; its scene and folder have been checked.
         scene: the same scene, loaded.
-        progress: told the fraction that is recorded, from 0 to 1.
+        progress: called with the fraction that is recorded, from 0 to 1.
 
     Raises:
         GraphError: a node died, would not end, or the graph stood still for STALL_S.

@@ -1,8 +1,8 @@
-"""From serialised messages to samples: what is no message of the topic is counted and left aside.
+"""From serialised messages to samples; invalid messages are counted and ignored.
 
 Anybody may publish anything on a topic. A message that cannot be decoded, belongs to another
-frame, has other names or numbers that are no numbers neither ends a node nor hides those beside
-it; what becomes of a message does not depend on which others came with it.
+frame, or has wrong names or NaN neither ends a node nor hides its neighbours. The fate of a
+message does not depend on the others that came with it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tauto_core.samples import (
 from tauto_core.scene.errors import BagError
 
 NAMES = {s.ESTIMATE: ESTIMATE_NAMES}
-"""Names with which a topic's scalars must begin; elsewhere the first message decides."""
+"""Names with which a topic's scalars must begin; for other topics the first message decides."""
 
 
 class Intake:
@@ -34,7 +34,7 @@ class Intake:
 
     Args:
         topic: of the table.
-        note: called with a reason and the words for it, once a message that is left aside.
+        note: called with a reason and its description, once for each message that is ignored.
     """
 
     def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
@@ -43,7 +43,7 @@ class Intake:
         self._required = NAMES.get(topic)
 
     def samples(self, payloads: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
-        """Return the samples of the messages that can be used, None of none, and these messages.
+        """Return the samples of the usable messages, None if there are none, and these messages.
 
         Messages without a header are stamped 0.
         """

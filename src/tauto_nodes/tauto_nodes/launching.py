@@ -1,4 +1,4 @@
-"""What the launch files share: arguments checked before anything starts, ends that are seen."""
+"""Shared by the launch files: arguments checked before anything starts, and the end of nodes."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ ARGUMENTS = {
     'executor': 'what spins the nodes: events or single',
     'params_file': 'parameters of all nodes',
 }
-"""What the launch files may be told, each those that it has a default for."""
+"""Arguments that launch files take: each file takes those for which it has a default."""
 
 _ROLES = {
     'speed': 'ship_motion',
@@ -84,7 +84,7 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
 
 
 def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
-    """Return what the table of parameters says against launch arguments of the same names."""
+    """Return what is wrong with launch arguments, by the table of parameters of the same names."""
     problems = []
     for parameter in PARAMETERS[role]:
         if parameter.name not in given:
@@ -115,12 +115,12 @@ def described(
     launch, even if it is killed.
 
     Args:
-        defaults: of its arguments, names of ARGUMENTS.
+        defaults: the default values of its arguments, names of ARGUMENTS.
         config: name of the default `params_file` in the share folder.
         parameters: called with the arguments, once they have been checked; returns the
             parameters of each node to start, by executable.
         last: the node whose good end is the end of the voyage; empty: there is none.
-        environment: of the nodes, besides.
+        environment: environment of the nodes, besides.
     """
     from launch import LaunchDescription  # type: ignore[attr-defined]  # our folder, to mypy
     from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
@@ -166,12 +166,12 @@ def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: 
 
 
 def end_of(name: str, event: Any, context: Any, *, last: str) -> list[Any]:
-    """Return what a launch does when a node has ended: it ends, and well only if all was well.
+    """Return what a launch does when a node has ended: it ends too, and fails with the node.
 
     Args:
-        name: of the node.
+        name: name of the node.
         event: launch's ProcessExited.
-        context: of the launch.
+        context: the context of the launch.
         last: the node whose good end is the end of the voyage; empty: there is none.
 
     Raises:

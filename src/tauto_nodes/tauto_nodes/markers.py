@@ -37,7 +37,7 @@ from tauto_nodes.stage_node import scene_of
 MARKERS, TF = 'markers', '/tf'
 MM = 1e-3
 TURNING = ('wheel', 'cheeks', 'axle', '')
-"""Lines of the drawing that are fast to the wheel; those without a name continue one of them."""
+"""Lines of the drawing that move with the wheel; those without a name continue one of them."""
 
 COLOURS = {
     'grey': (0.5, 0.5, 0.5),
@@ -117,7 +117,7 @@ def transforms(ship: Rotation, wheel: Rotation) -> list[TransformStamped]:
 class Markers(Member):
     """Draws the latest motion at most `rate` times a second, and only while somebody subscribes.
 
-    Nobody there, it has no subscriptions of its own and costs the graph nothing.
+    While nobody subscribes it has no subscriptions of its own and costs the graph nothing.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -157,7 +157,7 @@ class Markers(Member):
                 self._angle_rad = float(samples.position[-1, 0])
 
     def tick(self) -> None:
-        """Listen while somebody looks; draw when it is due."""
+        """Listen while somebody subscribes; draw when it is due."""
         wanted = any(output.matched for output in self.outputs.values())
         if wanted and not self._listening:
             reliability = self.settings.text('imu_reliability')

@@ -1,4 +1,4 @@
-"""What every node has: work on what has come, flow control, an end."""
+"""The base of all nodes: they work on messages, take part in flow control, and end."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ SOON_S = 0.1
 REPEAT_S = 1.0
 LOST_AFTER_S = 10.0
 ALARM_S = 10.0
-"""For so long after an error that has passed /diagnostics still reports it [s]."""
+"""Time for which /diagnostics still reports an error that has passed [s]."""
 
 
 class Member(PortNode):
     """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
 
     Args:
-        role: which node of the table in parameters.py this is; also its default name.
+        role: says which node of the table in parameters.py this is; also its default name.
         node_options: handed to rclpy.node.Node.
     """
 
@@ -54,16 +54,16 @@ class Member(PortNode):
     # What a subclass says.
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Take what came, by topic."""
+        """Take messages that have arrived, by topic."""
 
     def at_end(self) -> None:
-        """Say what is held back: no more input will come."""
+        """Publish what is still held back, since no more input will come."""
 
     def tick(self) -> None:
         """Do what is due; called every TICK_S of the steady clock and when credits come."""
 
     def close(self) -> None:
-        """Leave the graph in good order; the context is still alive."""
+        """Leave the graph cleanly; the context is still alive."""
 
     def health(self) -> dict[str, int]:
         """Return counters of what was refused or bridged."""
@@ -71,13 +71,13 @@ class Member(PortNode):
 
     @property
     def trouble(self) -> str:
-        """What keeps the node from its work at present; empty where nothing does."""
+        """What keeps the node from working at present; empty if nothing does."""
         return ''
 
     # What it notices.
 
     def intake(self, topic: str) -> Intake:
-        """Return what decodes the messages of a topic."""
+        """Return the decoder of the messages of a topic."""
         if topic not in self._intakes:
             self._intakes[topic] = Intake(topic, partial(self.note, topic))
         return self._intakes[topic]
@@ -138,7 +138,7 @@ class Member(PortNode):
     # In.
 
     def received(self, source: Input, payloads: list[bytes]) -> None:
-        """Keep what has come; work on it where it is much."""
+        """Keep the messages; process them if there are many."""
         if self.input_over:
             return
         source.received += len(payloads)
@@ -261,7 +261,7 @@ class Member(PortNode):
         self.end_input()
 
     def end_input(self) -> None:
-        """Take what is pending and say what is held back; later input is left aside."""
+        """Process what is pending and publish what is held back; later input is ignored."""
         if not self.input_over:
             self._work()
             self.input_over = True

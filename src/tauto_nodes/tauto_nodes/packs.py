@@ -1,4 +1,4 @@
-"""Many messages in one, between the nodes of our own graph: what a message costs is paid once.
+"""Many messages in one, between the nodes of our own graph: the overhead is paid once.
 
 A pack is a std_msgs/UInt8MultiArray. Its data are, as little-endian uint32, the number of
 messages and their lengths, then the messages, with their exact lengths: DDS pads none of them.
@@ -12,10 +12,10 @@ from collections.abc import Iterator, Sequence
 from tauto_nodes.errors import NodesError
 
 PACK_TOPIC = '_tauto/pack/'
-"""Before the name of the topic that is packed."""
+"""Prefix of the name of a packed topic."""
 
 MOST_BYTES = 60_000
-"""In a pack of more than one message: a UDP datagram holds it."""
+"""Largest size of a pack of more than one message: it fits into a UDP datagram."""
 
 # CDR: encapsulation, no dimensions, no offset, length of the data.
 _HEAD = struct.Struct('<4sIII')

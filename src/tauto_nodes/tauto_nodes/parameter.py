@@ -1,4 +1,4 @@
-"""One parameter of a node: its type, its limits, and what is said of a value that is refused."""
+"""One parameter of a node: its type, its limits, and the message for a value that is refused."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Parameter:
         name: as in a parameter file.
         default: its type is the parameter's type (double, bool, string or string array).
         description: what it sets.
-        unit: of the value, empty where it has none.
+        unit: unit of the value, empty where it has none.
         low, high: closed range of a double.
         choices: the strings allowed; empty: any.
         required: an empty string is refused.

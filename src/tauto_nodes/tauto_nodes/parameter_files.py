@@ -15,13 +15,13 @@ _FILE = '--params-file'
 
 
 def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
-    """Return the names that stand in the section `/**` of the files, and nowhere for this node.
+    """Return the names in the section `/**` of the files that no section for this node sets.
 
     What the command line sets (`-p`) is not among them, whatever files say.
 
     Args:
         node: fully qualified name.
-        arguments: of the command line that names the files.
+        arguments: arguments of the command line that names the files.
     """
     shared: set[str] = set()
     own = {word.partition(':=')[0] for word in arguments if ':=' in word}

@@ -34,7 +34,7 @@ QOS_PREFIX = 'qos_overrides.'
 
 @dataclass(frozen=True)
 class Settings:
-    """What a node's parameters are set to at its start, by name, each in its type."""
+    """The values of a node's parameters at its start, by name, each in its type."""
 
     values: Mapping[str, Value]
 

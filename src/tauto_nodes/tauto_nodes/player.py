@@ -70,7 +70,7 @@ class Player(SourceNode):
         self.start(self._items_of(bag, ports))
 
     def tick(self) -> None:
-        """Send what is due, and tell how far the bag is."""
+        """Send what is due, and report how far the bag has been played."""
         super().tick()
         if self._progress is not None:
             played_ns = max(self.sent_until_ns - self._begin_ns, 0)

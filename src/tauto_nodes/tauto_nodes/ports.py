@@ -1,4 +1,4 @@
-"""Publishers and subscriptions for serialised messages, and what becomes of them.
+"""Publishers and subscriptions for serialised messages, and their counters.
 
 Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
 message object, so a payload in the graph is the payload in the bag.
@@ -32,8 +32,8 @@ P = ParamSpec('P')
 class Input:
     """State of one subscription.
 
-    `last_s`: when a message or a publisher came last [s]; `lost`: what the middleware says that
-    did not arrive; `others`: its publishers, where there is more than one.
+    `last_s`: when a message or a publisher came last [s]; `lost`: messages that, by the
+    middleware, did not arrive; `others`: its publishers, where there is more than one.
     """
 
     received: int = 0
@@ -51,7 +51,7 @@ class Output:
     """State of one publisher.
 
     `carrier`: of packs, where the graph has them; the topic itself then carries what others
-    subscribe to, `watchers` in number. `matched` counts who of the graph listens.
+    subscribe to, `watchers` in number. `matched` counts the subscribers within the graph.
     """
 
     publisher: Any
@@ -83,7 +83,7 @@ class PortNode(Node):
     """A node with the parameters of its role and counted ports. Subclasses say `received`.
 
     Args:
-        role: which node of the table in parameters.py this is; also its default name.
+        role: says which node of the table in parameters.py this is; also its default name.
         node_options: handed to rclpy.node.Node.
     """
 
@@ -116,7 +116,7 @@ class PortNode(Node):
         refuse_unknown_qos(self)
 
     def guard(self, callback: Callable[P, None]) -> Callable[P, None]:
-        """Return the callback; what it raises ends the node with that as the reason."""
+        """Return the callback, wrapped so that an error ends the node with that reason."""
 
         def guarded(*args: P.args, **kwargs: P.kwargs) -> None:
             if self.failure is not None:
@@ -129,7 +129,7 @@ class PortNode(Node):
         return guarded
 
     def fail(self, error: Exception) -> None:
-        """Give up: nothing is taken or sent any more; /rosout and /diagnostics hear why."""
+        """Give up: nothing is taken or sent any more; /rosout and /diagnostics get the reason."""
         if self.failure is None:
             self.failure = error
             self.get_logger().fatal(f'{type(error).__name__}: {error}')

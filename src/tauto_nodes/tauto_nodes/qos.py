@@ -29,7 +29,7 @@ MIN_DEPTH = 1000
 """Least KEEP_LAST depth under flow control: above what may be in flight (flow.WINDOW)."""
 
 INFINITE_NS = 2**63 - 1
-"""What rmw reports for a time without limit."""
+"""The value that rmw reports for a time without limit."""
 
 CREDIT_QOS = QoSProfile(depth=100)
 END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
@@ -73,7 +73,7 @@ def message_class(ros_type: str) -> Any:
 
 
 def port(topic: str, imu_reliability: str = 'reliable') -> Port:
-    """Return the port of a topic of the table; `imu_reliability` tells for ship/imu only."""
+    """Return the port of a topic of the table; `imu_reliability` matters for ship/imu only."""
     entry = TOPICS[topic]
     best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
     reliability = (

@@ -51,8 +51,8 @@ def topics_of(settings: Settings) -> list[str]:
 class Recorder(Member):
     """Writes its topics to a bag until their ends have come, or until it is stopped.
 
-    The bag is closed cleanly either way; then received, written and lost are told per topic.
-    The exit code is 1 if anything was lost.
+    The bag is closed cleanly either way; then the numbers received, written and lost are reported
+    for each topic. The exit code is 1 if anything was lost.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -80,9 +80,9 @@ class Recorder(Member):
         self._bag.__enter__()
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Write what came: from our own graph without the wire's padding, else as it is.
+        """Write what arrived, without the padding of the wire if it is from our own graph.
 
-        Our own graph's scene is written first: whatever ends the recording, the bag says of what.
+        The scene of our own graph is written first, so that any bag says what it holds.
         """
         if self._waits_for_scene:
             for topic, messages in payloads.items():
@@ -163,9 +163,9 @@ class Recorder(Member):
             self._tell()
 
     def counts(self) -> dict[str, dict[str, int | None]]:
-        """Return received, written and lost by topic; lost is None where nobody can know.
+        """Return the numbers received, written and lost by topic; lost is None if unknown.
 
-        With flow control senders say how many they have sent. Without, the middleware tells of
+        With flow control senders say how many they have sent. Without it, the middleware reports
         messages that did not arrive, but not of those that a full queue dropped.
         """
         totals = self.flow.totals if self.flow is not None else {}

@@ -25,7 +25,7 @@ OUTPUTS = (s.SCENE, s.SHIP_FIX, s.OBSERVATION, s.SHIP_IMU)
 
 
 class Source(Protocol):
-    """What yields the ship's batches: the next `count` steps, nothing at the end."""
+    """A source of the ship's batches: the next `count` steps, nothing at the end."""
 
     def produce(self, count: int) -> s.Batches:
         """Return the batches of the next steps, by topic."""

@@ -21,7 +21,7 @@ from tauto_nodes.member import Member
 Item: TypeAlias = tuple[int, str, bytes]
 
 BURST = 1000
-"""Messages sent in one tick at most, so that a node going flat out still hears the others."""
+"""Most messages sent in one tick, so that a node at full speed still hears the others."""
 
 CLOCK_TOPIC = '/clock'
 LOOK_S = 1.0
@@ -34,7 +34,7 @@ class SourceNode(Member):
     subscriber or after the parameter `wait`.
 
     Args:
-        role: which node of the parameter table this is.
+        role: says which node of the parameter table this is.
         pace: name of the parameter with the pace, stamped seconds per second; 0: unpaced.
         node_options: handed to rclpy.node.Node.
     """
@@ -70,7 +70,7 @@ class SourceNode(Member):
         return self._last_ns
 
     def all_sent(self) -> None:
-        """Do what is left when the last item is out."""
+        """Do what remains when the last item has been sent."""
 
     def tick(self) -> None:
         """Send what is due."""

@@ -37,7 +37,7 @@ class StageNode(Member):
     started again.
 
     Args:
-        role: which node of the parameter table this is.
+        role: says which node of the parameter table this is.
         build: makes the stage from the settings.
         node_options: handed to rclpy.node.Node.
     """
@@ -61,7 +61,7 @@ class StageNode(Member):
         self.diagnostics = Diagnostics(self)
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Feed the stage what came and send what it says."""
+        """Feed the stage with what arrived and send what it returns."""
         batches = {}
         for topic, raw in payloads.items():
             samples, _ = self.intake(topic).samples(raw)
@@ -76,11 +76,11 @@ class StageNode(Member):
 
     @property
     def trouble(self) -> str:
-        """What keeps the stage from saying anything; empty where nothing does."""
+        """What keeps the stage from publishing anything; empty if nothing does."""
         return str(getattr(self.stage, 'trouble', ''))
 
     def at_end(self) -> None:
-        """Send what the stage still holds back; there is nothing to go on from then."""
+        """Send what the stage still holds back; no state remains to continue from."""
         self._send(self.stage.finish())
         if self._file is not None:
             self._file.remove()
@@ -132,7 +132,7 @@ class StageNode(Member):
                 self.send(topic, self._encoded(topic, samples))
 
     def _encoded(self, topic: str, samples: Samples) -> list[bytes]:
-        """Return the messages; what no message can hold is left out and counted."""
+        """Return the messages; samples that no message can hold are left out and counted."""
         try:
             return encode(topic, samples)
         except BagError as error:

@@ -37,7 +37,7 @@ class StateFile:
     Args:
         folder: where it lies; made if it is not there.
         node: fully qualified name of the node.
-        scene: that the stage was made from; a state of another one is refused.
+        scene: the scene that the stage was made from; a state of another one is refused.
     """
 
     def __init__(self, folder: Path, node: str, scene: Scene) -> None:

@@ -24,7 +24,7 @@ TAIL_LINES = 15
 
 @dataclass
 class Child:
-    """One node's process, with the file its words go to."""
+    """One node's process, with the file that takes its output."""
 
     name: str
     process: subprocess.Popen[bytes]
@@ -42,7 +42,7 @@ class Supervisor:
 
     Args:
         folder: for the logs.
-        environment: of the children.
+        environment: environment of the children.
     """
 
     folder: Path
@@ -67,17 +67,17 @@ class Supervisor:
         """Raise if a node has ended before its time.
 
         Args:
-            ended: names of the nodes that may have.
+            ended: names of the nodes that may have ended.
 
         Raises:
-            GraphError: which node, how, and its last words.
+            GraphError: names the node, how it ended, and its last output.
         """
         for child in self.children:
             if child.process.poll() is not None and child.name not in ended:
                 raise self.died(child.name)
 
     def died(self, name: str) -> GraphError:
-        """Return the error that says how a node ended, with its last words."""
+        """Return the error that says how a node ended, with its last output."""
         child = next(child for child in self.children if child.name == name)
         code = child.process.returncode
         how = f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'

@@ -80,12 +80,12 @@ class Span(NamedTuple):
 
 @dataclass
 class McapFile:
-    """What a file holds.
+    """The content of a file.
 
-    `warnings` grows when damage is met later, while messages are read. `indexed` tells whether
-    a sound and complete index said what the file holds, `ended` whether its writer closed the
-    data section; `description` is the rosbag2 metadata that the file repeats, YAML, if the file
-    was walked and has it.
+    `warnings` grows when damage is met later, while messages are read. `indexed` says whether a
+    sound and complete index listed what the file holds, `ended` whether its writer closed the data
+    section; `description` is the rosbag2 metadata that the file repeats, YAML, if the file was
+    walked and has it.
     """
 
     path: Path
@@ -103,7 +103,7 @@ class McapFile:
         """Yield the messages of a span in the order of the file; warn of a damaged chunk.
 
         Args:
-            span: of this file.
+            span: the span of this file.
             stream: this file, open.
             channels: those wanted; absent: all.
         """

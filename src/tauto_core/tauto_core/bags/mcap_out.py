@@ -77,7 +77,7 @@ class McapOut:
         path: a file that must not exist.
         library: what the header says wrote it.
         chunk_bytes: size, before compression, at which a chunk is written.
-        compression: of the chunks, `zstd` or `none`.
+        compression: compression of the chunks, `zstd` or `none`.
 
     Raises:
         BagError: whatever the file system refuses, then and in use. What has been written can

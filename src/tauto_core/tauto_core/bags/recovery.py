@@ -1,4 +1,4 @@
-"""A bag anew from what can be read of one whose recording did not end by itself."""
+"""Makes a new bag from what can be read of one whose recording was cut short."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tauto_core.scene.errors import BagError, BagPlaceError
 
 @dataclass(frozen=True)
 class Recovered:
-    """What a recovery gave.
+    """The result of a recovery.
 
     Args:
         path: folder of the new bag.
@@ -42,7 +42,7 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
     itself, the new bag says `cut_short`.
 
     Args:
-        path: of the damaged bag, a folder or an .mcap file.
+        path: path of the damaged bag, a folder or an .mcap file.
         out: folder of the new bag, which must not exist; absent: beside the old one, with
             `_recovered` behind its name.
 

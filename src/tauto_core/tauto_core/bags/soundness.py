@@ -21,7 +21,7 @@ _ENTRY = struct.Struct('<QQ')
 
 @dataclass
 class Soundness:
-    """What was found in a bag.
+    """The findings about a bag.
 
     `damage` is what `recover` mends: ends, chunks, indices, metadata. `faults` are in what was
     recorded: messages that do not decode, stamps that go back. `notes` take nothing from it.

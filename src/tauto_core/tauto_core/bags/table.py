@@ -29,7 +29,7 @@ class Field:
         kind: primitive on the wire. `time` is int32 seconds and uint32 nanoseconds, in the sample
             one integer of nanoseconds.
         length: number of consecutive primitives; in the sample the last axis where above 1.
-        unit: of the value, empty where it has none.
+        unit: unit of the value, empty where it has none.
         shared: whether the sample class holds one value for the whole batch.
     """
 

@@ -66,9 +66,9 @@ class BagWriter:
     Args:
         folder: the bag's folder; parents are made.
         force: replace a bag that is there.
-        namespace: of the topics, for example `clock_a`; empty for the root.
+        namespace: namespace of the topics, for example `clock_a`; empty for the root.
         chunk_bytes: size, before compression, at which a chunk is written.
-        compression: of the chunks, `zstd` or `none`.
+        compression: compression of the chunks, `zstd` or `none`.
 
     Raises:
         BagError: the folder may not be written to (see `check_folder`); in use, also an unknown
@@ -159,7 +159,7 @@ class BagWriter:
         Args:
             topic: relative name, a key of `TOPICS`.
             payload: CDR of the topic's type.
-            stamp_ns: of its header, or of the start where it has none; >= 0.
+            stamp_ns: stamp in its header, or that of the start if it has no header; >= 0.
         """
         if topic not in self._channels:
             self.declare(topic, _declared(self._prefix, _topic(topic)))

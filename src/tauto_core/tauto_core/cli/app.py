@@ -48,7 +48,7 @@ class Commands(TyperGroup):
     """All commands, with one answer to what goes wrong in any of them, and one `--quiet`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Take `--quiet` out of the words of the command line, wherever it stands."""
+        """Remove `--quiet` from the command line, wherever it stands."""
         ours = args[: args.index('--')] if '--' in args else args
         be_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
         kept = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
@@ -80,7 +80,7 @@ class Commands(TyperGroup):
 
 
 def _decimal_comma(words: Sequence[str]) -> str:
-    """Return what to write where a number has a decimal comma; nothing else."""
+    """Return what to write where a number has a decimal comma; otherwise an empty string."""
     found = [word for word in words if re.fullmatch(r'[-+]?\d*,\d+', word.rpartition('=')[2])]
     return ''.join(f'. Write {word.replace(",", ".")}, with a decimal point' for word in found[:1])
 
@@ -147,18 +147,18 @@ def _leave_out_all_but(word: str = '') -> None:
 
 
 def _tell(words: str, error: BaseException) -> None:
-    """Say on stderr what went wrong and what its notes add."""
+    """Print on stderr what went wrong, with the notes of the error."""
     for line in (words, *getattr(error, '__notes__', ())):
         typer.echo(f'tauto: {line}', err=True)
 
 
 def _drop_output() -> None:
-    """Let what stdout could not take go, or the interpreter fails on it once more at its end."""
+    """Discard output that stdout refused, or the interpreter fails on it again at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _warn(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
-    """Say on stderr what was odd about the input, less what was said already."""
+    """Print warnings about the input on stderr, except those that were printed already."""
     for warning in warnings:
         if warning not in said:
             say(warning)

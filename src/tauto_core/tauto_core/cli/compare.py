@@ -120,7 +120,7 @@ def _print(result: Comparison) -> None:
 
 
 def failures(result: Comparison) -> list[str]:
-    """Return why clocks stopped, a line a clock and case, at the roll that stopped it first."""
+    """Return why clocks stopped: one line for each clock and case, at its first such roll."""
     found: dict[tuple[str, str], str] = {}
     for row in result.rows:
         if row.stopped is not None:
@@ -129,7 +129,7 @@ def failures(result: Comparison) -> list[str]:
 
 
 def comparison_table(result: Comparison) -> Table:
-    """Return a line a clock: rate, its spread, error at the end, longitudes, prizes if any."""
+    """Return one line for each clock: rate, spread, error at the end, longitudes, prizes."""
     from rich import box
     from rich.table import Table
 

@@ -213,7 +213,7 @@ def _lever_words(
 
 
 def _check_thread(scene: Scene, thread_mm: float, acts_from_rad: float) -> None:
-    """Refuse a thread that no swing lays on the cheeks; say from where on they act.
+    """Refuse a thread too thick to touch the cheeks; say at which angle these begin to act.
 
     Raises:
         UsageError: the cheeks begin beyond the angle that the wheel is released at.

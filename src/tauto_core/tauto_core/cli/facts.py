@@ -107,7 +107,7 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[
 
 
 def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
-    """Return the swing in which the clock settles on land; None of what has no one swing.
+    """Return the swing in which the clock settles on land; None if there is no such swing.
 
     Returns:
         Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],

@@ -39,7 +39,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def _run(ctx: typer.Context) -> None:
-    """Hand the rest of the command line to the command of the same name."""
+    """Pass the rest of the command line to the command of the same name."""
     name = str(ctx.info_name)
     try:
         function = _load(name)

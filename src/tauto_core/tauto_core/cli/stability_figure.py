@@ -25,8 +25,8 @@ def draw(stability: Mapping[str, Any], title: str, path: Path) -> None:
 
     Args:
         stability: what `stability_of` returns.
-        title: of the figure.
-        path: ending in .svg, .png or .pdf.
+        title: title of the figure.
+        path: name of the file, ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""What the commands say beside their result: on stderr, and nothing of it with --quiet."""
+"""Messages of the commands beside their result: on stderr, and none with --quiet."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _state = {'quiet': False}
 
 
 def be_quiet(quiet: bool) -> None:
-    """Say nothing but results and errors from now on, or speak again."""
+    """Print nothing but results and errors from now on, or print messages again."""
     _state['quiet'] = quiet
 
 
@@ -18,6 +18,6 @@ def is_quiet() -> bool:
 
 
 def say(words: str) -> None:
-    """Say on stderr what a user may want to know and can do without."""
+    """Print on stderr what a user may want to know but does not need."""
     if not is_quiet():
         typer.echo(f'tauto: {words}', err=True)

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 ROWS = 24
-"""Most rows of a table: of more states several share a row."""
+"""Most rows of a table; if there are more states, several share a row."""
 
 DAY_S = 86_400.0
 
@@ -58,7 +58,7 @@ def _degrees(heading_rad: float | None) -> float | None:
 
 
 def _range(values: Sequence[float | None], decimals: int) -> str:
-    """Return the least and the largest of the values that are known; of a calm a dash."""
+    """Return the least and the largest of the values that are known; for a calm a dash."""
     known = [value for value in values if value is not None]
     if not known:
         return '–'

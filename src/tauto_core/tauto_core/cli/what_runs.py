@@ -1,4 +1,4 @@
-"""In words: why a scene runs as it does, and what it leaves out and does not pay for."""
+"""Why a scene runs with its propagator, and which terms it leaves out, in words."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -
 
     Args:
         scene: what runs.
-        machine: of the scene.
+        machine: the machine of the scene.
         propagator: its name.
     """
     if isinstance(machine, FluidPendulum):
@@ -69,7 +69,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str
 
 
 def _uneven(machine: Machine) -> str:
-    """Return what makes a well other than harmonic; empty if nothing does."""
+    """Return what makes a potential well anharmonic; empty if nothing does."""
     if machine.is_linear:
         return ''
     parts = {
@@ -133,11 +133,11 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
 
 
 def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
-    """Return how fair a model an ideal vertical thread is, None where none hangs freely.
+    """Return how good a model an ideal vertical thread is; None if no thread hangs freely.
 
     Returns:
         Length [m], own period [s] and departure from the apparent vertical of a thread that
-        swings, None of an ideal one; the lengths [m] far between which the two agree.
+        swings, None for an ideal one; the lengths [m] far between which the two agree.
     """
     from tauto_core.following import lengths_between, thread_following
 
@@ -155,11 +155,11 @@ def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] 
 
 
 def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
-    """Return warnings of a thread or a case that swings in resonance with the wheel or the waves.
+    """Return warnings about a thread or a case in resonance with the wheel or the waves.
 
     Args:
         scene: what runs.
-        machine: of the scene.
+        machine: the machine of the scene.
     """
     if isinstance(machine, FluidPendulum):
         return []

@@ -80,5 +80,5 @@ class DialNoise:
         return {'index': self._index, 'x': self._x, 'y': self._y}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._index, self._x, self._y = state['index'], state['x'], state['y']

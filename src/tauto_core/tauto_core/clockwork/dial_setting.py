@@ -1,4 +1,4 @@
-"""What `clock/reading` says of a dial that a live sensor drives: when it was set, what it lost."""
+"""The description of a dial on a live sensor: when it was set, and how much it has lost."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _PATTERN = re.compile(
 
 @dataclass(frozen=True)
 class DialSetting:
-    """Since when a dial goes, and how long it has stood still since.
+    """The setting of a dial, and how long it has stood still since.
 
     Args:
         set_ns: true time at which it was set to that time [ns].
         lost_ns: time during which it stood still [ns].
-        stops: how often.
-        number: of the setting, from 1.
+        stops: how often it has stood still.
+        number: number of the setting, from 1.
     """
 
     set_ns: int
@@ -47,7 +47,7 @@ class DialSetting:
 
     @staticmethod
     def of(source: str) -> DialSetting | None:
-        """Return what a source says; None of a dial that says nothing of it."""
+        """Return the setting that a source describes; None if it describes none."""
         found = _PATTERN.fullmatch(source)
         if found is None:
             return None

@@ -1,4 +1,4 @@
-"""Motions of the regulator that no machine can have: whatever made them, no reading counts."""
+"""Motions of the regulator that no machine can have; readings from them are refused."""
 
 from __future__ import annotations
 
@@ -13,23 +13,25 @@ from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import attitude
 
 MOST_RELEASES = math.tau
-"""Largest amplitude believed, by that of the release: a whole turn where the release is 1 rad."""
+"""Largest amplitude that is accepted, as a multiple of the release: a whole turn for a release of
+1 rad.
+"""
 
 GROWTH_MARGIN = 2.0
-"""For swings that are not harmonic, and impulses."""
+"""Allowance for impulses and for swings that are not harmonic."""
 GROWTH_RELEASES = 0.25
-"""Growth from one reading to the next that is always believed, by the release."""
+"""Growth from one reading to the next that is always accepted, as a share of the release."""
 
 
 class Limits:
     """Checks the amplitude A = √(θ² + (θ̇/ω)²) and its growth from reading to reading.
 
-    A harmonic wheel whose neutral line is inclined by γ obeys θ̈ = −ω² (θ − γ), so that
-    dA/dt ≤ ω |γ|. More growth than that, by the largest inclination that the sensor has shown, is
-    energy out of nothing.
+    A harmonic wheel whose neutral line is inclined by γ obeys θ̈ = −ω² (θ − γ), so that dA/dt ≤ ω
+    |γ|. More growth than this, with the largest inclination that the sensor has shown, would be
+    energy from nowhere.
 
     Args:
-        scene: whose machine it is.
+        scene: the scene whose machine it is.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -101,6 +103,6 @@ class Limits:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._stamp_ns, self._amplitude = state['stamp_ns'], state['amplitude']
         self._felt_ns, self._tilt = state['felt_ns'], state['tilt']

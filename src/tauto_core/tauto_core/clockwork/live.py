@@ -1,10 +1,10 @@
-"""The trochlea on a live sensor: it holds where the motion is lost, and says what that cost.
+"""The trochlea on a live sensor: the dial stops where the motion is lost.
 
 Where the motion breaks off for more than `MAX_GAP_S`, jumps, or makes the wheel do what no wheel
-can, the run ends at its last reading. The next good motion releases the wheel anew; the dial goes
-on from where it stood, so that it loses the time between, and each reading says so (`source`,
-DialSetting). Where the stamps themselves have gone back – sim time was reset, a bag begins again –
-the dial is set anew.
+can, the run ends at its last reading. The next good motion releases the wheel again; the dial
+continues from where it stood, so that it loses the time between, and each reading states this time
+(`source`, DialSetting). Where the stamps themselves have gone back – sim time was reset, a bag
+begins again – the dial is set anew.
 """
 
 from __future__ import annotations
@@ -75,12 +75,12 @@ class LiveTrochlea:
         return self._trouble
 
     def news(self) -> list[str]:
-        """Return what has happened to the dial since the last call, in words."""
+        """Return in words what has happened to the dial since the last call."""
         news, self._news = self._news, []
         return news
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take motion samples; return what is known by now."""
+        """Take motion samples; return the samples that are known by now."""
         imu = batches.get(SHIP_IMU)
         if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
             return {}
@@ -126,7 +126,7 @@ class LiveTrochlea:
         self._trouble = refused and f'what comes on ship/imu cannot be used ({refused})'
 
     def _begin(self, origin_ns: int) -> None:
-        """Release the wheel anew; see what became of the time since the last reading."""
+        """Release the wheel again, and account for the time since the last reading."""
         self._stage.restore(self._fresh)
         self._limits.begin()
         shown = self._shown
@@ -151,7 +151,7 @@ class LiveTrochlea:
         )
 
     def _fail(self, why: str) -> None:
-        """Give a run up; the next sample begins another."""
+        """Abandon a run; the next sample begins another."""
         self._run = None
         self._trouble = why
         self._counts['runs_failed'] += 1
@@ -159,7 +159,7 @@ class LiveTrochlea:
         self._continuity.restart()
 
     def _believe(self, batches: Batches, said: list[Batches]) -> None:
-        """Check what the stage says, and say it with the reading of this dial."""
+        """Check the output of the stage, and publish it with the reading of this dial."""
         run, wheel = self._run, batches.get(JOINT_STATES)
         if run is None or not isinstance(wheel, JointSamples) or not len(wheel.stamp_ns):
             return
@@ -186,7 +186,7 @@ class LiveTrochlea:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._stage.restore(state['stage'])
         self._continuity.restore(state['continuity'])
         self._limits.restore(state['limits'])
@@ -197,7 +197,7 @@ class LiveTrochlea:
         self._trouble = state['trouble']
 
     def health(self) -> dict[str, int]:
-        """Return what was refused or left out, by reason, gaps bridged, and stops of the dial."""
+        """Return counters of samples refused or left out, gaps bridged, and stops of the dial."""
         return {**self._refused, **self._continuity.counts, **self._counts}
 
 

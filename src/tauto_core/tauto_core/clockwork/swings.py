@@ -1,4 +1,4 @@
-"""How far the wheel swings and whether it still does, from the topics alone."""
+"""The amplitude of the wheel and whether it still swings, from the topics alone."""
 
 from __future__ import annotations
 
@@ -21,10 +21,12 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 
 LAST_SWINGS = 100
-"""Logged samples at the end whose mean energy gives the amplitude."""
+"""Number of logged samples at the end whose mean energy gives the amplitude."""
 
 SILENCE_PERIODS = 2.0
-"""Small periods without a beat, or without an impulse, after which a clock counts as stopped."""
+"""Number of periods of small swings without a beat, or without an impulse, after which a clock
+counts as stopped.
+"""
 
 
 class SwingTally:
@@ -34,8 +36,8 @@ class SwingTally:
     apparent vertical adds ⟨τ²⟩ to the square of a swing that follows it.
 
     Args:
-        scene: whose clock it is.
-        machine: of the scene, where it is built already.
+        scene: the scene whose clock it is.
+        machine: the regulator of the scene, if it has been built already.
     """
 
     def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:

@@ -56,7 +56,7 @@ class TrochleaStage:
         scene: what to simulate; its motion comes through `feed`.
         anchor: 'scene': the first stamp must be `starts_at`, the run ends with the scene.
             'first': time starts at the first stamp, whatever it is, and runs on.
-        machine: of the scene, where it is built already.
+        machine: the regulator of the scene, if it has been built already.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -106,7 +106,7 @@ class TrochleaStage:
         self._refused: dict[str, int] = {}
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take motion samples; return what is known by now.
+        """Take motion samples; return the samples that are known by now.
 
         Raises:
             PropagationError: slack thread, edge of the cam, a case that leaves its bearing, a
@@ -221,7 +221,7 @@ class TrochleaStage:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._origin_ns = state['origin_ns']
         self._last_stamp = state['last_stamp']
         self._released = state['released']

@@ -1,4 +1,4 @@
-"""What is compared: clocks, each in its case fixed or hung, in one sea or in seas of more roll."""
+"""The entries of a comparison: clocks, fixed or hung, in one sea or in seas with more roll."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLOCKS = (
 """The shipped clocks, in the order of the story: all with the same wheel, drag and escapement."""
 
 SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'ship', 'voyage', 'drift', 'log')
-"""Keys of a scene that are the passage, not the clock's."""
+"""Keys of a scene that belong to the passage, not to the clock."""
 
 Cases: TypeAlias = Literal['both', 'with', 'without']
 
@@ -57,9 +57,9 @@ def make_entries(
     rolls_deg: Sequence[float] = (),
     cases: Cases = 'both',
 ) -> list[Entry]:
-    """Return what is to be compared, each checked as before a voyage.
+    """Return the entries of a comparison, each checked as before a voyage.
 
-    By roll, then by clock, fixed before hung.
+    They are in the order of roll, then clock, with fixed cases before hung ones.
 
     Args:
         names: files or shipped names; none: CLOCKS.

@@ -33,7 +33,7 @@ def draw(result: Comparison, path: Path) -> None:
 
     Args:
         result: what `compare` returns.
-        path: ending in .svg, .png or .pdf.
+        path: name of the file, ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.

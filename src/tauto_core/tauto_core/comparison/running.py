@@ -1,6 +1,7 @@
 """All clocks of a comparison sailed, several at once, each by itself.
 
-The motion of ship and case is made anew for each, so that processes have nothing to hand on.
+Each clock computes the motion of ship and case for itself, so that processes need not exchange
+any.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class Stop:
 
 @dataclass(frozen=True)
 class Row:
-    """What became of a clock. Figures at the end are None where an event ended its motion.
+    """The result for one clock. Figures at the end are None where an event ended its motion.
 
     Attributes:
         clock: name of the scene.
@@ -41,7 +42,7 @@ class Row:
         suspended: whether its case hung in a suspension.
         roll_deg: significant amplitude of the ship's roll [deg]; None: measured.
         release: angle of the wheel [rad], or arc of a body in a fluid [m], at the start.
-        propagator: what moved it.
+        propagator: name of the propagator that computed its motion.
         rate_s_per_day: mean rate over the run.
         rate_spread_s_per_day: standard deviation of the rates over pieces of the run (`piece_s`
             of the comparison); up to the event of a clock that stopped.
@@ -50,8 +51,8 @@ class Row:
         error_nmi: the same by the reading corrected for the rate observed in port.
         raw_prize_pounds: what the Act of 1714 would have paid for the former.
         prize_pounds: what for the latter.
-        stopped: the event that ended its motion, or when its swing became too small to go on;
-            None of a clock that goes.
+        stopped: the event that ended its motion, or when its swing became too small to go on; None
+            for a clock that still goes.
         time_s: ends of the pieces, from the start, up to an event.
         trace_s: the clock's error then [s].
         run_s: processor time it took.
@@ -81,7 +82,7 @@ class Comparison:
     """A comparison carried through.
 
     Attributes:
-        duration_s: of the run [s].
+        duration_s: length of the run [s].
         piece_s: length of the pieces that `rate_spread_s_per_day` and the traces are of [s].
         wall_s: what it took [s].
         rows: in the order of the entries.
@@ -96,16 +97,16 @@ class Comparison:
 def compare(
     entries: Sequence[Entry], *, jobs: int = 2, progress: Progress | None = None
 ) -> Comparison:
-    """Return what became of every entry.
+    """Return the comparison of all entries.
 
     Args:
-        entries: from `make_entries`, at least one.
+        entries: what `make_entries` returned, at least one.
         jobs: processes at once, >= 1; 1: in this one.
         progress: called with the fraction done, from 0 to 1.
 
     Raises:
         UsageError: jobs below 1.
-        TautoError: whatever but an event in the motion ends a clock ends all.
+        TautoError: a clock failed otherwise than by an event in its motion; that ends all.
     """
     crew = Crew(min(jobs, len(entries)))
     began, order = time.perf_counter(), _dearest_first(entries)

@@ -1,4 +1,4 @@
-"""The error of a clock along a passage, at so many instants as a figure needs."""
+"""The error of a clock along a passage, at as many instants as a figure needs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ErrorTrace:
     A piece is a whole number of log intervals; what is left at the end is no piece.
 
     Args:
-        scene: whose readings will come.
+        scene: the scene whose readings will come.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -55,6 +55,6 @@ class ErrorTrace:
         return np.array(self._errors, np.int64) / NS_PER_S
 
     def rate_spread(self) -> float | None:
-        """Return the standard deviation of the rates over the pieces [s/day]; None of one."""
+        """Return the standard deviation of the rates of the pieces [s/day]; None for one piece."""
         rates = np.diff(self.error_s) / self.piece_s * SECONDS_PER_DAY
         return float(np.std(rates, ddof=1)) if len(rates) > 1 else None

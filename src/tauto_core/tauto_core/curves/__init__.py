@@ -1,6 +1,6 @@
 """Euler's curves as geometry: cams for the trochlea.
 
-What few scenes have, the curves of the second paper among it, is loaded at its first use.
+Modules that few scenes need, for example the curves of the second paper, are loaded at first use.
 """
 
 from typing import TYPE_CHECKING

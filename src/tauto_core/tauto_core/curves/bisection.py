@@ -1,11 +1,13 @@
-"""Where a condition ceases to hold, by halving."""
+"""Finds where a condition ceases to hold, by bisection."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 HALVINGS = 60
-"""After them the interval is a rounding of its first length, or less."""
+"""Number of halvings, after which the interval is no longer than the rounding error of its first
+length.
+"""
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:

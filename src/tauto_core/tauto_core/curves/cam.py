@@ -52,11 +52,11 @@ class Cam(ABC):
     @property
     @abstractmethod
     def range_rad(self) -> float:
-        """Largest |ϑ| at which the thread lies on the cheek [rad]; inf where there is none."""
+        """Largest |ϑ| at which the thread lies on the cheek [rad]; inf if there is no limit."""
 
     @property
     def drawn_rad(self) -> float:
-        """Up to which angle the cheek is drawn unless asked otherwise [rad]: at most a turn."""
+        """Angle up to which the cheek is looked at by default [rad]: at most a turn."""
         return min(self.range_rad, math.tau)
 
     @property
@@ -90,12 +90,12 @@ class Cam(ABC):
         return False
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         Args:
             amplitude: what the cam should feel [rad], > 0.
-            mass: that rides on the thread [kg].
-            period: of small swings [s].
+            mass: the mass that rides on the thread [kg].
+            period: period of small swings [s].
         """
         del amplitude, mass, period
         return ' or give the cam a wider range'
@@ -110,11 +110,11 @@ class Cam(ABC):
 
     @abstractmethod
     def lever_curvature(self, angle: ArrayLike) -> FloatArray:
-        """Return d²t/dϑ² [m/rad²]; of a kinked cam at ±0, the limit from that side."""
+        """Return d²t/dϑ² [m/rad²]; for a kinked cam at ±0, the limit from that side."""
 
     @abstractmethod
     def lift(self, angle: ArrayLike) -> FloatArray:
-        """Return h = ∫ t dϑ from 0 [m]: what the weight rises or the spring is drawn."""
+        """Return h = ∫ t dϑ from 0 [m]: the rise of the weight, or the extension of the spring."""
 
     @abstractmethod
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:

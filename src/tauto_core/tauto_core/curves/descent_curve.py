@@ -1,4 +1,4 @@
-"""Curves on which a body slides through a fluid, told by one signed arc.
+"""Curves on which a body slides through a fluid, as functions of one signed arc.
 
 Euler, *Curva tautochrona in fluido* (1729). The arc s [m] is counted from the point A: s > 0 on
 the branch of descent AM, s < 0 on that of ascent AN; the half swing forward goes from s > 0 to
@@ -93,7 +93,7 @@ class Cycloid:
     """Huygens' curve, γ f dx/ds = s: the tautochrone in vacuum, put into a fluid (1729, 18).
 
     Attributes:
-        kappa: of the fluid, which the curve leaves out of account [1/m].
+        kappa: kappa of the fluid, which the curve leaves out of account [1/m].
         gamma: acceleration in the fluid, by that in vacuum.
         pendulum_length: f [m].
     """
@@ -138,7 +138,7 @@ class SymmetricCurve:
     direction. The curve does not need to know which way the body goes.
 
     Attributes:
-        kappa: of the fluid [1/m].
+        kappa: kappa of the fluid [1/m].
         gamma: acceleration in the fluid, by that in vacuum.
         pendulum_length: f [m].
     """
@@ -188,7 +188,7 @@ class ActaCurve:
     not, so that each start needs a curve of its own. At A the slope is κS²/γf.
 
     Attributes:
-        kappa: of the fluid [1/m].
+        kappa: kappa of the fluid [1/m].
         gamma: acceleration in the fluid, by that in vacuum.
         pendulum_length: f [m].
         start: S [m], > 0.

@@ -21,11 +21,11 @@ class Cheeks(NamedTuple):
     """Both cheeks as they are cut, in the wheel's frame.
 
     Attributes:
-        angle: of the wheel where the thread leaves the cheek at each point [rad], shape (n,),
-            increasing from above 0; at the other cheek it is the negative.
-        x: of the cheek for positive angles [m], shape (n,); mirrored, of the other.
-        y: of both [m], shape (n,).
-        thread_thickness: of the thread they are cut for [m].
+        angle: angle of the wheel where the thread leaves the cheek at each point [rad], shape
+            (n,), increasing from above 0; at the other cheek it is the negative.
+        x: x of the cheek for positive angles [m], shape (n,); mirrored, of the other.
+        y: y of both [m], shape (n,).
+        thread_thickness: thickness of the thread that they are cut for [m].
     """
 
     angle: FloatArray

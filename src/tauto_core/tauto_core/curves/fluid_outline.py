@@ -60,8 +60,8 @@ def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
     to cusp.
 
     Args:
-        curve: with a cusp at both ends.
-        arc: of the point on the original curve [m].
+        curve: the curve, with a cusp at both ends.
+        arc: arc of the point on the original curve [m].
         cusps: passed on the side of descent, ≥ 0.
 
     Raises:
@@ -85,7 +85,7 @@ def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, F
     The branch of ascent ends at its cusp, but not above the cusp of descent: no body gets there.
 
     Args:
-        curve: with a cusp on the branch of descent.
+        curve: the curve, with a cusp on the branch of descent.
         points: on each branch, A counted, ≥ 2; the shapes are (2·points − 1,).
 
     Raises:

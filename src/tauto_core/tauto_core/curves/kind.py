@@ -21,7 +21,7 @@ class Pull(NamedTuple):
         carried_mass: m of the inertia that rides on the thread [kg].
         pulling_mass: mass whose weight pulls [kg].
         force: constant pull, a spring's at zero draw [N].
-        stiffness: of a spring [N/m].
+        stiffness: stiffness of a spring [N/m].
     """
 
     carried_mass: float = 0.0
@@ -39,9 +39,9 @@ class Setting(NamedTuple):
 
     Attributes:
         inertia: I of the wheel [kg m2].
-        pull: of the power.
+        pull: the pull of the power.
         gravity: g [m/s2].
-        distance: of the hole from the axle [m]; inf where the thread hangs vertically.
+        distance: distance of the hole from the axle [m]; inf where the thread hangs vertically.
     """
 
     inertia: float

@@ -95,7 +95,7 @@ class LeverGeometry:
         return float(min(-low, high))
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         A smaller cam winds up less; a longer lever or thread may do.
         """

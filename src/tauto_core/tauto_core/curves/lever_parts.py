@@ -29,7 +29,7 @@ class LeverSetting(NamedTuple):
         weight_torque: m g AD of the weight about the fulcrum, the lever level [N m].
         turned_inertia: J of weight and lever about the fulcrum [kg m2].
         arm: AB, from the fulcrum to the thread [m].
-        length: of the free thread at rest [m].
+        length: length of the free thread at rest [m].
     """
 
     inertia: float
@@ -43,8 +43,8 @@ class Loads(NamedTuple):
     """What a heavier weight would change of a lever, by the mass [kg].
 
     Attributes:
-        mass: of the weight there is [kg].
-        period: of small swings [s].
+        mass: mass of the weight there is [kg].
+        period: period of small swings [s].
         of_mass: torque about the fulcrum [N m] and inertia about it [kg m2] of a mass.
     """
 
@@ -128,7 +128,7 @@ class LeverShape(Protocol):
         ...
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         ...
 
     def of_inertia(self, inertia: float) -> LeverShape:

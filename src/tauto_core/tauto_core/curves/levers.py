@@ -27,7 +27,7 @@ class ArcLever(NamedTuple):
 
     Attributes:
         root_depth: depth of the cheek's root under the axle [m], > 0; it is t'(0).
-        radius: of the arc [m], > 0.
+        radius: radius of the arc [m], > 0.
     """
 
     root_depth: float
@@ -64,7 +64,7 @@ class SpringLever(NamedTuple):
 
 
 class SmoothLever(NamedTuple):
-    """An analytic law as polynomials in |ϑ|, to rounding: no joint can be told from the law.
+    """An analytic law as polynomials in |ϑ|, to rounding: no joint is visible in the law.
 
     On n pieces as TableLever, of any degree. Up to knots[1], with u = (ϑ/knots[1])²,
     t = ϑ Σ_j middle[0, j]·u^j, t' = Σ_j middle[1, j]·u^j and h = ϑ² Σ_j middle[2, j]·u^j.

@@ -30,7 +30,8 @@ def integrate(
     found. An integral has the same bits whatever other intervals are asked for with it.
 
     Args:
-        function: of an array of any shape, element by element, smooth within each interval.
+        function: a function of an array of any shape, element by element, smooth within each
+            interval.
         lower: shape (n,).
         upper: shape (n,).
 
@@ -72,9 +73,9 @@ def gauss(
     """Return 24-point Gauss–Legendre sums over intervals, shape (n,).
 
     Args:
-        function: of an array of any shape, element by element.
+        function: a function of an array of any shape, element by element.
         left: where the intervals begin, shape (n,).
-        width: of the intervals, shape (n,).
+        width: lengths of the intervals, shape (n,).
     """
     nodes, weights = _rule()
     values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
@@ -92,8 +93,8 @@ def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
     """Return the integrals from the first edge to each node, and to the last edge.
 
     Args:
-        values: of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
-        edges: of the panels, ascending, shape (panels + 1,).
+        values: the values of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
+        edges: edges of the panels, ascending, shape (panels + 1,).
     """
     width = 0.5 * np.diff(edges)
     parts = width * np.sum(values * _rule()[1], axis=-1)
@@ -106,7 +107,7 @@ def unresolved(values: FloatArray) -> float:
     """Return the size of the last Legendre coefficients of the panels against the largest value.
 
     Args:
-        values: at `panel_nodes`, shape (panels, 24).
+        values: the values at `panel_nodes`, shape (panels, 24).
     """
     nodes, weights = _rule()
     last = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]

@@ -162,7 +162,7 @@ def synthesised_cam(
 
     Args:
         synthesis: as `synthesise` returns.
-        distance: of the hole from the axle [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle [m]; inf for a vertical thread.
         edge: range of the cam [rad], > 0; when left out, all that there is.
 
     Raises:

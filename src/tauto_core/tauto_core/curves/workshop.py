@@ -70,7 +70,7 @@ class Drawing:
     """What is drawn, in the wheel's frame [mm]: origin at the axle, +y along the thread at rest.
 
     Attributes:
-        title: of the drawing.
+        title: title of the drawing.
         lines: the cheeks first.
         circles: axle, base circle, hole.
         notes: dimensions in words, from the top down, no wider than the drawing or 75 mm.
@@ -129,7 +129,7 @@ def draw_uneven(
 
     Args:
         left: (x, y) of the cheek for positive angles, from the tip on [mm].
-        right: of the other.
+        right: the same for the other cheek.
         rate: lever arm a radian at rest [mm].
         title: the scene's name, for example.
         words: dimensions, a line each.

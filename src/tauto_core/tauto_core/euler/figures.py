@@ -22,7 +22,7 @@ class Plate:
     """A figure of the page.
 
     Attributes:
-        name: of its file, without ending.
+        name: name of its file, without ending.
         paper: whose.
         caption: paragraph and what is seen, in a line or two.
         draw: makes it.

@@ -58,7 +58,7 @@ def slope(s: float, kappa: float = GLOBE, length: float = F) -> float:
     Args:
         s: arc [m], < 0 on the branch of ascent.
         kappa: κ [1/m].
-        length: of the pendulum [m].
+        length: length of the pendulum [m].
     """
     root, _ = quad(lambda r: math.exp(-kappa * r), 0.0, s, epsabs=0.0, epsrel=1e-13)
     return root * math.exp(kappa * s) / (GAMMA * length)
@@ -110,7 +110,7 @@ def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
     Args:
         start: arc [m]; < 0: backward, down the branch of ascent.
         friction: μ, constant resistance by the weight in the fluid; its curve is steeper by μ.
-        length: of the pendulum [m].
+        length: length of the pendulum [m].
     """
     found = _motion(start, friction, length, to_rest=False)
     return found[0]

@@ -1,6 +1,6 @@
 """The page of claims: every claim of the papers in tables, with the figures drawn again.
 
-Numbers are told to fewer digits than computers differ in, so that the text is the same on all.
+Numbers are given to so few digits that the text is the same on all.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TITLES: dict[Paper, str] = {
     'mobilis* (1780)',
 }
 ROUNDING = 1e-9
-"""Differences from here on are told in digits; below, only what they do not exceed."""
+"""Larger differences are given in digits; of smaller ones only a bound."""
 
 _HEAD = """# Euler's papers, claim by claim
 

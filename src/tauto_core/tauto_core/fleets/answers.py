@@ -1,4 +1,4 @@
-"""What a fleet tells: how often the longitude was found, how far off ships were, and from what."""
+"""The answers of a fleet: how often the longitude was found, the errors, and their causes."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from tauto_core.samples import FloatArray
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST_RANKED = 10
-"""Voyages below which no correlation is told."""
+"""Fewest voyages from which a correlation is computed."""
 
 ERRORS = {'raw': 'raw_error_nmi', 'corrected': 'error_nmi'}
-"""Which clock is judged, and its column: the dial, or the dial less the estimated drift."""
+"""The clocks that are judged, with their columns: the dial, and the dial less the estimated drift.
+"""
 
 
 @dataclass(frozen=True)
 class Within:
-    """Share of all ships that put themselves within a limit; one that failed did not.
+    """Share of all ships whose longitude was within a limit; a ship that failed counts as outside.
 
     Attributes:
-        limit_nmi: of the Act of 1714.
+        limit_nmi: limit of the Act of 1714.
         ships: how many.
-        share: of all.
+        share: the share of all.
         low, high: Wilson's interval for the share of such voyages, at CONFIDENCE.
     """
 
@@ -41,7 +42,7 @@ class Within:
 
 @dataclass(frozen=True)
 class Influence:
-    """How a key that was drawn goes with the size of the error.
+    """How a key that was drawn is correlated with the size of the error.
 
     Attributes:
         key: path in the scene.
@@ -56,14 +57,16 @@ class Influence:
 
 @dataclass(frozen=True)
 class Answers:
-    """What a fleet tells.
+    """The answers of a fleet.
 
     Attributes:
         ships: how many sailed.
         failures: reasons for which voyages ended, with how many.
-        within: by clock (`ERRORS`), a line a limit.
-        quantiles_nmi: by clock, of the size of the error, at QUANTILES; None where none arrived.
-        influences: of keys that are numbers, the strongest on the corrected clock first.
+        within: for each clock (`ERRORS`), one entry for each limit.
+        quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES; None if
+            no ship arrived.
+        influences: the influences of keys that are numbers, the strongest on the corrected clock
+            first.
     """
 
     ships: int
@@ -74,10 +77,10 @@ class Answers:
 
 
 def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
-    """Return what the rows of a fleet tell.
+    """Return the answers that follow from the rows of a fleet.
 
     Args:
-        plan: of the fleet.
+        plan: the plan of the fleet.
         rows: at least one.
     """
     arrived = [row for row in rows if row['failure'] is None]

@@ -1,4 +1,4 @@
-"""How a key of the scene is drawn anew for each ship of a fleet."""
+"""How a key of the scene is drawn for each ship of a fleet."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Value: TypeAlias = float | int | str | bool
 
 
 class Normal(Section):
-    """A normal distribution, cut off where `low` and `high` say so."""
+    """A normal distribution, cut off at `low` and `high` where they are given."""
 
     kind: Literal['normal']
     sigma: Positive = Field(description='standard deviation')
@@ -35,8 +35,8 @@ class Normal(Section):
         """Return a value.
 
         Args:
-            random: where chance comes from.
-            given: the scene's value, for a mean that is absent.
+            random: the generator of random numbers.
+            given: the value in the scene, used if the mean is absent.
 
         Raises:
             ValueError: that value is no number.
@@ -68,7 +68,7 @@ class Uniform(Section):
         return self
 
     def draw(self, random: np.random.Generator, given: Value | None) -> Value:
-        """Return a value; arguments as of `Normal.draw`."""
+        """Return a value; arguments as for `Normal.draw`."""
         if self.half_width is not None:
             return _centre(given) + self.half_width * (2.0 * random.random() - 1.0)
         low, high = cast(float, self.low), cast(float, self.high)
@@ -89,7 +89,7 @@ class OneOf(Section):
         return self
 
     def draw(self, random: np.random.Generator, given: Value | None) -> Value:
-        """Return a value; arguments as of `Normal.draw`."""
+        """Return a value; arguments as for `Normal.draw`."""
         del given
         return self.values[int(random.integers(len(self.values)))]
 
@@ -108,7 +108,7 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
             `kind` is normal, uniform or list.
 
     Raises:
-        SceneError: the file cannot be read, or says what no distribution is.
+        SceneError: the file cannot be read, or describes no distribution.
     """
     try:
         content = read_mapping(path.read_text('utf-8'), str(path))
@@ -124,11 +124,11 @@ def as_draws(content: dict[str, Any], origin: str) -> dict[str, Normal | Uniform
     """Return how keys are drawn, from the mapping that such a file holds.
 
     Args:
-        content: paths of keys, and for each what `kind` says.
-        origin: where it is from, for errors.
+        content: paths of keys, each with a mapping whose `kind` names the distribution.
+        origin: where it comes from, for error messages.
 
     Raises:
-        SceneError: as of `read_draws`.
+        SceneError: as for `read_draws`.
     """
     draws, problems = {}, []
     for key, said in content.items():

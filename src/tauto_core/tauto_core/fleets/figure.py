@@ -1,4 +1,4 @@
-"""A fleet drawn: how the errors are distributed, and which key they go with."""
+"""A picture of a fleet: the distribution of the errors, and the keys with which they correlate."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _CLOCKS = {
     'corrected': ('rated and corrected', '#c8553d'),
 }
 _LEAST_NMI = 0.01
-"""Left end of the axis: nearer than 20 m nobody tells ships apart."""
+"""Left end of the axis: nearer than 20 m ships cannot be distinguished."""
 
 
 def draw(fleet: Fleet, path: Path) -> None:
     """Draw a fleet; replaces the file.
 
     Args:
-        fleet: that has sailed.
-        path: ending in .svg, .png or .pdf.
+        fleet: the fleet that has sailed.
+        path: name of the file, ending in .svg, .png or .pdf.
 
     Raises:
         FigureError: the file cannot be written.
@@ -39,7 +39,7 @@ def draw(fleet: Fleet, path: Path) -> None:
 
 
 def figure_of(fleet: Fleet) -> Figure:
-    """Return the figure: distribution of the errors and, of what was drawn, the influence."""
+    """Return the figure: the distribution of the errors, and the influence of the keys drawn."""
     from matplotlib.figure import Figure
 
     ranked = fleet.answers.influences

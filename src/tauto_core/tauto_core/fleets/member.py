@@ -1,4 +1,4 @@
-"""One ship of a fleet sailed: a row of figures, or the reason why there are none."""
+"""The voyage of one ship of a fleet: a row of figures, or the reason why there are none."""
 
 from __future__ import annotations
 
@@ -27,19 +27,21 @@ FIGURES: dict[str, tuple[str, str]] = {
     'worst_at_s': ('longitude', 'worst_at_s'),
     'stopped_s': ('trochlea', 'stopped_s'),
 }
-"""Columns of a row, and where `voyage.sail` says them: of the sample by which a voyage is judged,
-the last one before the landfall or the end (`navigation.tally`), positive to the east."""
+"""Columns of a row, and their place in the result of `voyage.sail`. They belong to the sample by
+which a voyage is judged, the last one before the landfall or the end (`navigation.tally`), and are
+positive to the east.
+"""
 
 
 def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dict[str, Any]:
     """Return the row of a ship: her number and seed, what was drawn, FIGURES, and what it took.
 
-    `failure` is None, or the words of what ended the voyage, with no figures then. `run_s` is the
+    `failure` is None, or says what ended the voyage; there are no figures then. `run_s` is the
     processor time of the thread, the only column that another run changes.
 
     Args:
-        plan: of the fleet.
-        number: of the ship.
+        plan: the plan of the fleet.
+        number: number of the ship.
         progress: called with the fraction done, from 0 to 1.
     """
     ship, began, failure = plan.ship(number), time.thread_time(), None

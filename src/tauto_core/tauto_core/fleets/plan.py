@@ -1,4 +1,4 @@
-"""What a fleet is: a scene, the keys that are drawn anew for each ship, and how many ships."""
+"""The definition of a fleet: scene, keys that are drawn for each ship, number of ships."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tauto_core.scene.yaml_text import read_mapping
 MOST_SHIPS = 1_000_000
 
 _STREAM = 3
-"""Which of the streams of the scene's seed ships and draws are of."""
+"""Streams of random numbers from the scene's seed for ships and draws."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Ship:
     Attributes:
         number: from 0.
         drawn: value of each key that is drawn, by its path.
-        scene: that she sails.
+        scene: the scene that she sails.
     """
 
     number: int
@@ -41,11 +41,11 @@ class Ship:
 class Plan:
     """A fleet: every ship has a seed of her own, and her own value of each key that is drawn.
 
-    What a ship is depends on the scene, its seed, her number and the draws alone: more ships, or
-    more keys drawn, change nothing of what is drawn for her of the others.
+    A ship depends on the scene, its seed, her number and the draws alone: with more ships, or more
+    keys drawn, the other values drawn for her stay the same.
 
     Attributes:
-        scene: that they vary.
+        scene: the scene that they vary.
         origin: what the user called it by.
         ships: how many.
         draws: how keys are drawn, by their paths.
@@ -94,7 +94,7 @@ class Plan:
             raise self._refused(number, first, *further) from None
 
     def check(self) -> None:
-        """Refuse a fleet of which any ship's scene is none, before any of them sails.
+        """Refuse a fleet in which the scene of any ship is invalid, before any of them sails.
 
         Raises:
             SceneError: naming the ship, the key, the value that was drawn and the limit.

@@ -1,4 +1,4 @@
-"""A fleet sailed: each ship by herself, on as many processes as there are."""
+"""Sailing a fleet: each ship by herself, on as many processes as there are."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class Fleet:
     """A fleet that has sailed.
 
     Attributes:
-        plan: of it.
-        rows: of `member.sail_ship`, in the order of the ships.
-        answers: what they tell.
+        plan: the plan of the fleet.
+        rows: what `member.sail_ship` returned, in the order of the ships.
+        answers: what follows from them.
     """
 
     plan: Plan
@@ -42,14 +42,14 @@ def sail_fleet(
     """Sail a fleet, or what is left of it.
 
     Args:
-        plan: of the fleet.
+        plan: the plan of the fleet.
         crew: processes that sail it.
         out: folder for the rows, written as ships come in; ships whose rows it holds already do
             not sail again. None: the rows are returned and no more.
         progress: called with the number of ships that have come in, parts of voyages included.
 
     Raises:
-        SceneError: a ship whose scene, as drawn, is none, before any sails.
+        SceneError: the scene of a ship, as drawn, is invalid; no ship has sailed then.
         UsageError: the folder holds something else.
         FleetError: the folder cannot be used.
         WorkerError: there are no processes to be had.

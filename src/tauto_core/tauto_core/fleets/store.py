@@ -1,4 +1,4 @@
-"""The rows of a fleet on disk: Parquet, written as ships come in, and gone on with.
+"""The rows of a fleet on disk: Parquet, written as ships finish, and continued after a break.
 
 The folder holds `fleet.yaml`, which says what fleet it is, and `ships.parquet`. While the fleet
 sails, its rows lie in small files in `ships/`, each written whole or not at all; at the end they
@@ -35,7 +35,7 @@ class FleetError(TautoError):
 
 
 def need_parquet() -> None:
-    """Refuse what needs Parquet files where they cannot be written.
+    """Refuse an option that needs Parquet files if they cannot be written.
 
     Raises:
         UsageError: pyarrow is not installed.
@@ -54,7 +54,7 @@ class Store:
 
     Args:
         folder: is made where it is not there.
-        plan: of the fleet.
+        plan: the plan of the fleet.
 
     Raises:
         UsageError: the folder holds something else, or another fleet.
@@ -76,7 +76,7 @@ class Store:
             _write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
 
     def add(self, row: dict[str, Any]) -> None:
-        """Take the row of a ship that came in; write it now or within `EVERY_S` of the next."""
+        """Take the row of a ship that finished; write it now, or within `EVERY_S` with the next."""
         self._waiting.append(row)
         if time.monotonic() >= self._written_s + EVERY_S:
             self.flush()
@@ -101,7 +101,7 @@ class Store:
             (self._folder / _PARTS).rmdir()
 
     def _identity(self) -> dict[str, Any]:
-        """Return what the rows of this folder depend on: all but how many there are."""
+        """Return all that the rows of this folder depend on, except the number of ships."""
         return {
             'scene': self._plan.content,
             'vary': {
@@ -195,7 +195,7 @@ def _type_of(draw: Normal | Uniform | OneOf) -> pa.DataType:
 
 @contextmanager
 def _saying(folder: Path) -> Iterator[None]:
-    """Turn what keeps a folder from being used into words."""
+    """Turn errors of the file system into a clear message."""
     try:
         yield
     except OSError as error:
@@ -206,7 +206,7 @@ def _saying(folder: Path) -> Iterator[None]:
 
 
 def _write_whole(file: Path, content: Any) -> None:
-    """Write a file that is there whole or not at all, also after a crash."""
+    """Write a file so that it is whole or absent, also after a crash."""
     draft = file.with_name(f'.{file.name}.{os.getpid()}')
     try:
         with draft.open('wb') as stream:

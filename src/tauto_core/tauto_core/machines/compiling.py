@@ -27,7 +27,7 @@ class Parts(Protocol):
 
     @property
     def name(self) -> str:
-        """Of the scene, for errors."""
+        """Name of the scene, for error messages."""
         ...
 
     @property

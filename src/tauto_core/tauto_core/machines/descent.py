@@ -1,9 +1,9 @@
 """Motion along Euler's tautochrone in a fluid, in closed form (Euler 1729, 13–15, 21, 31–35).
 
 Forward, towards −s, z = (1 − e^{−κs})/κ obeys z̈ = −(g/f) z: the harmonic coordinate. A speed V is
-told, as Euler does, by the height v = V²/2g; b is that at A. `curve` is a `FluidTautochrone`;
-constant friction as its curve allows for changes nothing in the motion, but then A is not the
-lowest point. `gravity` is g [m/s2] in vacuum.
+given, as in Euler's paper, by the height v = V²/2g; b is that at A. `curve` is a
+`FluidTautochrone`; constant friction as its curve allows for changes nothing in the motion, but
+then A is not the lowest point. `gravity` is g [m/s2] in vacuum.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def half_swing(
     """Return arc [m] and ds/dt [m/s] at times since the release at rest [s].
 
     Args:
-        curve: with its fluid.
+        curve: the curve, with its fluid.
         gravity: g [m/s2].
         start: arc of the release [m], > 0.
         time: 0 to π√(f/g), which all of the half swing takes; of the same shape.
@@ -82,7 +82,7 @@ def velocity_height(curve: FluidTautochrone, arc: ArrayLike, at_lowest: float) -
     """Return v(s) = b e^{2κs} − (e^{κs} − 1)²/(2κ²f) [m] (§31–32).
 
     Args:
-        curve: with its fluid.
+        curve: the curve, with its fluid.
         arc: s [m], within the half swing.
         at_lowest: b, the height of fall of the speed at A [m].
     """
@@ -110,7 +110,7 @@ def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
     body is fastest at an arc before A equal to what it loses.
 
     Args:
-        curve: with its fluid.
+        curve: the curve, with its fluid.
         at_lowest: b, the height of fall of the speed at A [m], 0 < b < 1/(2κ²f).
 
     Raises:

@@ -45,7 +45,7 @@ class Design:
     """A regulator with a linear lever arm under a pull without inertia.
 
     Attributes:
-        period: of a full swing [s].
+        period: period of a full swing [s].
         inertia: I of the wheel [kg m2].
         pull: P in the thread [N].
         lever_rate: b, the base radius of an involute [m/rad].
@@ -115,7 +115,7 @@ def check_size(name: str, value: float) -> None:
     """Refuse a quantity that no design has.
 
     Args:
-        name: of the quantity, for the message.
+        name: name of the quantity, for the message.
         value: in whatever unit.
 
     Raises:
@@ -208,7 +208,7 @@ def length_of_thick_disc(weight: float, radius: float, pull: float, base_radius:
 
     Args:
         weight: Q of the small disc [N].
-        radius: of the large disc [m].
+        radius: radius of the large disc [m].
         pull: P in the thread [N], > 0.
         base_radius: r [m], > 0.
     """

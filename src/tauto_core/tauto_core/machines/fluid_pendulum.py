@@ -61,8 +61,8 @@ class FluidPendulum:
     """A body on a curve in a fluid, in numbers.
 
     Attributes:
-        curve: with κ and γ of the body in the fluid, and the pendulum length f.
-        weight: of the body less that of the fluid displaced, in vacuum's gravity [N].
+        curve: the curve, with κ and γ of the body in the fluid, and the pendulum length f.
+        weight: weight of the body less that of the fluid displaced, in vacuum's gravity [N].
         gravity: g [m/s2].
         release_arc: where it is released at rest [m], < 0 on the branch of ascent.
     """

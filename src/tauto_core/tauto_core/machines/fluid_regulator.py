@@ -102,9 +102,9 @@ def compile_fluid_pendulum(
     """Return the regulator in numbers.
 
     Args:
-        name: of the scene, for errors.
+        name: name of the scene, for errors.
         gravity: g [m/s2].
-        regulator: of the scene.
+        regulator: the regulator of the scene.
 
     Raises:
         SceneError: a body that does not sink, or a release beyond the cusp.

@@ -60,7 +60,7 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
     """Return the time from rest at an arc to A [s].
 
     Args:
-        curve: with its fluid; its slope must be positive between A and the start.
+        curve: the curve, with its fluid; its slope must be positive between A and the start.
         gravity: g [m/s2].
         start: arc of the release [m], > 0, at most at the cusp.
 
@@ -83,7 +83,7 @@ def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
     For the half swing backward ask with `Mirrored(curve)`.
 
     Args:
-        curve: with its fluid; A must be its lowest point.
+        curve: the curve, with its fluid; A must be its lowest point.
         gravity: g [m/s2].
         start: arc of the release [m], > 0, at most at the cusp.
 
@@ -154,7 +154,7 @@ def cosines(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid)
     """Return the cosine coefficients of √g dt/dθ, shape (n, grid.nodes).
 
     Args:
-        curve: with its fluid.
+        curve: the curve, with its fluid.
         start: S of n half swings [m], (n,).
         end: S₁ of the same [m], (n,).
         grid: nodes that resolve them.
@@ -178,7 +178,7 @@ def place(
     The same bits for each whatever others are asked for with it.
 
     Args:
-        curve: with its fluid.
+        curve: the curve, with its fluid.
         gravity: g [m/s2].
         start: S [m], (n,).
         end: S₁ [m], (n,).
@@ -229,10 +229,10 @@ def _mean(
     """Return the mean of e^{±2κ(σ − near)} p(σ) over σ from near to far, of any shape.
 
     Args:
-        curve: with its fluid.
+        curve: the curve, with its fluid.
         far: end of the swing [m].
         near: where the body is, on the same side of A [m].
-        panels: of 24 nodes each.
+        panels: number of panels, of 24 nodes each.
         sign: −1 where the body comes from `far`, 1 where it goes there.
     """
     shares = ((np.arange(panels)[:, None] + 0.5 * (1.0 + _NODES)) / panels).ravel()

@@ -60,8 +60,8 @@ def common_swing(
 
     Args:
         accelerations: ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays.
-        amplitude: of ψ [rad], > 0.
-        frequency: of the mode [rad/s].
+        amplitude: amplitude of ψ [rad], > 0.
+        frequency: frequency of the mode [rad/s].
         share: δ/ψ in the mode.
 
     Raises:

@@ -18,8 +18,8 @@ class Cheek(NamedTuple):
     """One cheek, in the wheel's frame, from the tip on; arrays of shape (n,).
 
     Attributes:
-        angle: of the wheel where the thread leaves the cheek [rad].
-        x: of the cheek [m].
+        angle: angle of the wheel where the thread leaves the cheek [rad].
+        x: x of the cheek [m].
         y: likewise.
     """
 
@@ -37,7 +37,7 @@ def cheek(
     begins where the radius of curvature reaches e/2; up to there the thread bends round its edge.
 
     Args:
-        shape: of the cam.
+        shape: the shape of the cam.
         end: τ up to which it is drawn, < 0 for negative angles.
         points: ≥ 2.
         thread_thickness: e [m], ≥ 0.

@@ -60,8 +60,8 @@ class Regulator(Protocol):
         """Return the angle that `range_rad` bounds [rad].
 
         Args:
-            angle: of the wheel in its case [rad].
-            tilt: of the apparent vertical in the case, β − α_c [rad].
+            angle: angle of the wheel in its case [rad].
+            tilt: tilt of the apparent vertical in the case, β − α_c [rad].
         """
         ...
 
@@ -70,7 +70,7 @@ class Regulator(Protocol):
         ...
 
     def wider_range(self, amplitude: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         Args:
             amplitude: what should be within the range [rad], > 0.

@@ -62,7 +62,7 @@ class Trochlea(Section):
         """Return the cam with the thread it is made for.
 
         Args:
-            gravity: of the scene [m/s2].
+            gravity: acceleration of gravity of the scene [m/s2].
 
         Raises:
             SceneError: a cam, a thread and a power that don't go together, a cheek that no thread
@@ -91,9 +91,9 @@ class Trochlea(Section):
         """Yield what is wrong between its keys and with what acts on it.
 
         Args:
-            gravity: of the scene [m/s2].
-            drag: of the scene.
-            escapement: of the scene.
+            gravity: acceleration of gravity of the scene [m/s2].
+            drag: the drag of the scene.
+            escapement: the escapement of the scene.
             still: whether the ship lies still.
         """
         fitting = self.cam.threads

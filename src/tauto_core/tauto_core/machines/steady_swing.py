@@ -52,8 +52,8 @@ class SteadySwing:
 
     Attributes:
         amplitude: A; of the lever, the turning point on the positive side [rad].
-        period: of the swing with drag and impulses [s].
-        free_period: of a free swing of the same amplitude [s].
+        period: period of the swing with drag and impulses [s].
+        free_period: period of a free swing of the same amplitude [s].
         time_constant: in which a small departure of the swing's energy from the steady one falls
             e-fold, to first order in the loss [s]; inf where nothing drives and nothing resists.
     """

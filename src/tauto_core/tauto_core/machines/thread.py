@@ -25,7 +25,7 @@ class Parts(NamedTuple):
         inertia: I of the wheel [kg m2].
         cam: on the wheel.
         power: what pulls.
-        release_angle: of the wheel in its case, at rest at the start [rad].
+        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
         gravity: g [m/s2].
         drag: torques against the motion in the case, the friction of resting teeth among them.
         escapement: impulses.

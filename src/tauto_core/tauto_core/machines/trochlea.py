@@ -38,12 +38,12 @@ class Machine:
         force: P, constant pull, a spring's at zero draw [N]; 0 for a weight.
         stiffness: κ of the spring [N/m]; 0 unless a spring.
         gravity: g [m/s2].
-        cam: with its thread.
+        cam: the cam, with its thread.
         follows_apparent_vertical: whether the thread's neutral line is the apparent vertical
             (γ = β: a weight on a vertical thread) instead of the case's (γ = α_c).
         drag: torques against the motion in the case, or None.
         escapement: impulses, or None.
-        release_angle: of the wheel in its case, at rest at the start [rad].
+        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
     """
 
     inertia: float
@@ -96,7 +96,7 @@ class Machine:
         return angle - tilt if self.follows_apparent_vertical else angle
 
     def wider_range(self, amplitude: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         return self.cam.wider(amplitude, self.carried_mass, self.small_period)
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
@@ -223,7 +223,7 @@ class Machine:
         Args:
             kinetic: ½ M ϑ̇² [J], shape (n,).
             near: about the angle [rad], shape (n,); up to the amplitude the arm is smooth.
-            amplitude: of the swing [rad].
+            amplitude: amplitude of the swing [rad].
         """
         pull = float(self.pull(self.cam.lift(amplitude), self.gravity))
         drop = 2.0 * kinetic / (pull + np.sqrt(pull * pull - 2.0 * self.stiffness * kinetic))

@@ -1,4 +1,4 @@
-"""What the navigator assumes of clock and observations before any of them."""
+"""What the navigator assumes about the clock and the observations before the voyage."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.scene import Scene
 
 PATIENCE = 3.0
-"""Observation intervals for which the filter trusts itself rather than an outlier."""
+"""Number of observation intervals for which the filter rejects outliers."""
 
 
 def clock_model(scene: Scene) -> ClockModel:
-    """Return what `drift` says of clock and covariates.
+    """Return the clock model that `drift` describes, with covariates.
 
-    Of the coefficients it is what the scene says, or else trial runs of its machine
-    (`coefficient_runs`).
+    The coefficients are those of the scene or, where it states none, those of trial runs of its
+    machine (`coefficient_runs`).
     """
     model = dial_model(scene)
     if not scene.drift.covariates:
@@ -32,7 +32,7 @@ def clock_model(scene: Scene) -> ClockModel:
 
 
 def dial_model(scene: Scene) -> ClockModel:
-    """Return what `drift` says of the clock, with its noise or that of a good clock (the floors).
+    """Return the clock model that `drift` describes, with at least the noise of a good clock.
 
     Outliers are refused for three observation intervals: after that, as at a landfall, the
     clock is likelier to have changed than the observer to be wrong.

@@ -1,10 +1,10 @@
-"""What the coefficients of the rate equation are, by short runs of the scene's own machine.
+"""The coefficients of the rate equation, from short runs of the scene's own machine.
 
-The clock is run in a small monochromatic heave, or roll, and on a ship that keeps still but for
-that. What the motion adds to the rate, by the mean of the regressor, is the coefficient. Of
-several runs with the wave at other phases the mean is taken: what depends on the phase at which
-the wheel was released belongs to no sea. The coefficient is the mean over several periods of the
-waves, and its standard deviation their spread with what a single wave cannot show (theory E11).
+The clock is run on a ship that only heaves, or only rolls, in a small wave of one period. The
+coefficient is what this motion adds to the rate, divided by the mean of the regressor. The mean is
+taken over several runs with the wave at different phases, since a sea does not know the phase at
+which the wheel was released. The coefficient is the mean over several periods of the waves, and
+its standard deviation their spread with what a single wave cannot show (theory E11).
 """
 
 from __future__ import annotations
@@ -30,18 +30,21 @@ from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.components import Component, ComponentsShip
 
 PERIODS_S = (6.0, 9.0, 13.0)
-"""Of the waves that are tried [s]: about the energy of wind sea and swell."""
+"""Periods of the waves of the trial runs [s]: those at which wind sea and swell have their energy.
+"""
 
 PHASES = tuple(0.5 * math.pi * k for k in range(4))
-"""Of the wave at the release: what is odd in the wave cancels between opposite ones, what turns
-twice with its phase between quarters."""
+"""Phases of the wave at the release. Odd effects of the wave cancel between opposite phases,
+effects of twice its phase between quarters.
+"""
 
 HEAVE = 0.05
-"""Acceleration of the heave that is tried, by gravity: its square counts, the next power of it is
-3e-4 of that."""
+"""Acceleration of the heave in the trial runs, divided by gravity. Its square counts; the next
+power is 3e-4 of that.
+"""
 
 ROLL_RAD = 0.05
-"""Amplitude of the roll that is tried."""
+"""Amplitude of the roll in the trial runs."""
 
 RUN_S = 600.0
 """Length of a run after the swing has settled [s]: 46 of the longest waves."""
@@ -50,10 +53,12 @@ SETTLED = 6.0
 """Time constants of the steady swing after which it counts as settled: e⁻⁶ is 1/400."""
 
 LONGEST_SETTLING_S = 3600.0
-"""No swing is awaited longer [s]."""
+"""Longest time that a swing is given to settle [s]."""
 
 PART, LEAST = 0.05, 0.005
-"""Standard deviation of what one small wave cannot show, by the coefficient, and at least."""
+"""Standard deviation of what one small wave cannot show: as a share of the coefficient, and at
+least.
+"""
 
 
 @dataclass(frozen=True)
@@ -61,7 +66,7 @@ class Runs:
     """What trial runs showed of one covariate.
 
     Attributes:
-        name: of the covariate.
+        name: name of the covariate.
         at_periods: the coefficient at each of `PERIODS_S`.
     """
 
@@ -77,7 +82,7 @@ class Runs:
 
 
 def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
-    """Return what is assumed of the coefficients of a scene's covariates, in their order.
+    """Return what is assumed about the coefficients of a scene's covariates, in their order.
 
     Raises:
         SceneError: the machine cannot be run in the small waves that are tried.
@@ -133,7 +138,7 @@ def _alone(scene: Scene) -> Scene:
 
 
 class _Tried(NamedTuple):
-    """What is run, equal where all of it is."""
+    """The input of trial runs; two are equal if all their parts are."""
 
     scene: Scene
 
@@ -213,7 +218,7 @@ def _settling_s(scene: Scene) -> float:
 
 
 def _slope(error_s: FloatArray, interval_s: float) -> float:
-    """Return the mean rate of evenly spaced errors, of which oscillations add nothing.
+    """Return the mean rate of evenly spaced errors; oscillations do not change it.
 
     The straight line is fitted with weights that fall to zero smoothly at both ends (cos⁴), so
     that what swings about it to and fro, at any period, cancels.

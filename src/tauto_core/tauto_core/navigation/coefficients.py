@@ -1,6 +1,6 @@
 """The coefficients of the rate equation as further states of the drift filter (theory E11).
 
-The rate of the dial is y + Σ k_j x_j, with regressors x_j that an inertial sensor tells and
+The rate of the dial is y + Σ k_j x_j, with regressors x_j that an inertial sensor measures and
 coefficients k_j that do not change. Over a time τ in which the integrals of the regressors grow by
 ΔX_j, the transition of the clock (`kalman`) has these in the row of the offset:
 
@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 
 
 class Coefficient(NamedTuple):
-    """What is assumed of a coefficient before any observation.
+    """What is assumed about a coefficient before any observation.
 
     Attributes:
-        name: of its covariate.
+        name: name of its covariate.
         value: expected k [1].
         sigma: its standard deviation [1], > 0.
     """

@@ -1,4 +1,4 @@
-"""Estimates of many instants as vectors and matrices, for what is not a filter's step."""
+"""Estimates at many instants as vectors and matrices, for use outside the filter's steps."""
 
 from __future__ import annotations
 

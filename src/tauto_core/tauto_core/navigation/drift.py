@@ -47,19 +47,19 @@ AHEAD_NS = 86_400 * NS_PER_S
 
 
 class DriftStage:
-    """Estimates offset and rate of the dial and takes the offset from its readings.
+    """Estimates offset and rate of the dial, and subtracts the offset from its readings.
 
     One `drift/estimate` and one `clock/corrected` go out for each `clock/reading`, at its stamp.
-    The dial is taken as set right, within `kalman.SETTING_SIGMAS`, at the first reading, and
-    anew where a reading says that it was set since (`DialSetting`). Where one says that the dial
-    has stood still, the offset moves by that much, and the state is reopened on it. An
-    observation is compared with the reading at its stamp, or with the line between the readings
-    on both sides. Outliers are refused (`filtering`) and counted, and so is each time that the
-    state was reopened.
+    The dial is assumed to be set right, within `kalman.SETTING_SIGMAS`, at the first reading, and
+    again wherever a reading says that it was set since (`DialSetting`). Where a reading says that
+    the dial has stood still, the offset moves by that time, and its variance grows accordingly. An
+    observation is compared with the reading at its stamp, or with the line between the readings on
+    both sides. Outliers are refused (`filtering`) and counted, and so is each time that the state
+    was reopened.
 
     Where the scene has covariates, `ship/imu` is an input too, and readings wait until the motion
-    has reached them. Those of a foreign graph wait no longer than for others `HELD_S` later; then
-    the motion is taken to have gone on as usual, and that is counted.
+    has reached them. In a foreign graph they wait at most until readings `HELD_S` later have come;
+    then the motion is assumed to have continued as usual, and that is counted.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.
@@ -69,7 +69,7 @@ class DriftStage:
             observation counts for the readings that go out after it came. It may be late by
             `HISTORY` readings, and by `track.REMEMBERED` later observations, which the filter
             then goes over again in the order of the stamps.
-        motion: what knows the integrals of the covariates, in place of `ship/imu`.
+        motion: a source of the integrals of the covariates that replaces `ship/imu`.
     """
 
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
@@ -112,7 +112,7 @@ class DriftStage:
         return (READING, OBSERVATION, *(self._motion.inputs if self._motion else ()))
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take readings, observations and motion; return what can be said now."""
+        """Take readings, observations and motion; return what can be published now."""
         if self._motion is not None:
             self._motion.feed(batches)
         runs = list(_settings(batches.get(READING)))
@@ -129,12 +129,12 @@ class DriftStage:
         return merged(said)
 
     def _is_set_otherwise(self, reading: TimeSamples) -> bool:
-        """Tell whether readings come from a dial set, or stopped, since the last one."""
+        """Return whether readings come from a dial set, or stopped, since the last one."""
         setting = DialSetting.of(str(reading.source[0]))
         return setting is not None and setting != self._setting
 
     def _begin_again(self, reading: TimeSamples) -> None:
-        """Forget the readings before; go on from the estimate as far as it still holds."""
+        """Forget the earlier readings; continue from the estimate as far as it still holds."""
         before, setting = self._setting, DialSetting.of(str(reading.source[0]))
         self._setting = setting or before
         if before is None or setting is None or self._track is None:
@@ -193,7 +193,7 @@ class DriftStage:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._stamp = state['stamp']
         self._reference = state['reference']
         self._released = state['released']
@@ -241,7 +241,7 @@ class DriftStage:
                 self._last_observation_ns = max(stamp, self._last_observation_ns)
 
     def _is_due(self, stamp: int) -> bool:
-        """Tell whether an observation is the next of the schedule, or one after it; count."""
+        """Return whether an observation is the next of the schedule, or one after it; count."""
         assert self._schedule is not None
         if stamp <= self._last_observation_ns:
             self._health['observations_out_of_order'] += 1
@@ -255,7 +255,7 @@ class DriftStage:
         return True
 
     def _is_foreign_new(self, stamp: int) -> bool:
-        """Tell whether an observation can be of this clock and is not a repetition; count."""
+        """Return whether an observation can be of this clock and is not a repetition; count."""
         if BEFORE_ALL < self._last_reading_ns < stamp - AHEAD_NS:
             self._health['observations_from_future'] += 1
             return False
@@ -274,11 +274,11 @@ class DriftStage:
         return int(self._schedule[place]) if place < len(self._schedule) else AFTER_ALL
 
     def _release(self, before_ns: int, *, final: bool = False) -> Batches:
-        """Use the observations and say the readings with stamp < before_ns.
+        """Use the observations, and publish the readings with stamp < before_ns.
 
         Args:
             before_ns: end of what is not held back for an observation.
-            final: nor for the motion.
+            final: whether readings no longer wait for the motion either.
         """
         if self._motion is not None and not final:
             before_ns = min(before_ns, self._moved_ns(self._motion))
@@ -350,7 +350,7 @@ class DriftStage:
 
 
 def _settings(reading: Samples | None) -> Iterator[TimeSamples]:
-    """Yield runs of readings that say the same of their dial."""
+    """Yield runs of readings that describe the same setting of their dial."""
     if not isinstance(reading, TimeSamples) or not len(reading.stamp_ns):
         return
     source = reading.source

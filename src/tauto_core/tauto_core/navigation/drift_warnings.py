@@ -1,4 +1,4 @@
-"""What the drift stage counted, in words."""
+"""The counters of the drift stage, in words."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
 
     Args:
         health: its counters; those of other stages are passed over.
-        scene: that it ran with.
+        scene: the scene that it ran with.
     """
     values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
     return [

@@ -1,4 +1,4 @@
-"""What `drift/estimate` and `clock/corrected` say of an estimate."""
+"""The contents of `drift/estimate` and `clock/corrected` for an estimate."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Passed(NamedTuple):
 
     Attributes:
         elapsed_s: time since [s], (n,).
-        integrals_s: of the covariates [s], (n, c).
+        integrals_s: integrals of the covariates [s], (n, c).
         gained_s: their growth since the first reading [s], (n, c).
     """
 
@@ -62,7 +62,7 @@ def estimate_values(
 
     Args:
         now: estimates, (n,).
-        covariates: of the model.
+        covariates: the covariates of the model.
         passed: where there are covariates, how far the readings are from the first one.
     """
     clock = [now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY]

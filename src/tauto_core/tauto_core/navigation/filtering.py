@@ -1,11 +1,12 @@
-"""The filter over a run of observations: which it believes, and the state after each of them.
+"""The filter over a run of observations: which it accepts, and the state after each of them.
 
 An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once or
 twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped, or was
 never as good as assumed, all that follow disagree; so the third in a row, and any that comes later
-than `patience_s` after the last one used, is used after all, and the state reopened (`reopen`).
-Trust in oneself is earned: the first observation is always used, and until three have been used
-since the beginning or the last reopening the second outlier in a row is.
+than `patience_s` after the last one used, is used after all, and the covariance is widened first:
+the state is reopened (`reopen`). The filter must first be confirmed by observations: the first one
+is always used, and until three have been used since the beginning or the last reopening, the
+second outlier in a row is used too.
 """
 
 from __future__ import annotations
@@ -32,24 +33,26 @@ from tauto_core.navigation.kalman import (
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
 REFUSED_IN_A_ROW = 2
-"""So many outliers in a row are taken for blunders; one more, and the clock is to blame."""
+"""Largest number of outliers in a row that are taken for blunders; with one more the clock is to
+blame.
+"""
 
 TRUSTED = 3
-"""So many observations must have been used before two outliers in a row are refused."""
+"""Number of observations that must have been used before two outliers in a row are refused."""
 
 USED, REFUSED, REOPENED = 0, 1, 2
-"""What became of an observation: used, refused as an outlier, used after reopening the state."""
+"""The fate of an observation: used, refused as an outlier, or used after reopening the state."""
 
 
 class Known(NamedTuple):
     """The state where a run of observations begins.
 
     Args:
-        stamp_ns: of the last observation used, or of the setting of the dial.
-        estimate: at that stamp.
+        stamp_ns: stamp of the last observation used, or of the setting of the dial.
+        estimate: the estimate at that stamp.
         refused: outliers since, in a row.
         used: observations used since the beginning or the last reopening.
-        integrals_s: of the model's covariates, at that stamp [s].
+        integrals_s: integrals of the model's covariates, at that stamp [s].
     """
 
     stamp_ns: int
@@ -61,17 +64,17 @@ class Known(NamedTuple):
 
 @dataclass(frozen=True)
 class Filtered:
-    """What the filter made of n observations, of which it used m.
+    """The result of the filter for n observations, of which it used m.
 
     Args:
-        stamp_ns: of the start and of the observations used, (m + 1,).
-        states: at these stamps, (m + 1,).
+        stamp_ns: stamps of the start and of the observations used, (m + 1,).
+        states: the states at these stamps, (m + 1,).
         phase_s: the phases used, (m,).
-        sigma_s: of each of them, (m,).
+        sigma_s: sigma of each of them, (m,).
         opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
         fate: USED, REFUSED or REOPENED of each observation, (n,).
         start: where it began.
-        integrals_s: of the c covariates, at these stamps [s], (m + 1, c).
+        integrals_s: integrals of the c covariates, at these stamps [s], (m + 1, c).
     """
 
     stamp_ns: IntArray
@@ -117,8 +120,8 @@ class Filtered:
 def _patience(used: int) -> int:
     """Return how many outliers in a row are refused after so many observations were used.
 
-    None before the first, against which only an assumption speaks. One after it: of two that
-    disagree either may be the blunder, and the next one decides.
+    Zero before the first observation, which only an assumption could contradict. One after it: of
+    two observations that disagree either may be the blunder, and the next one decides.
     """
     return REFUSED_IN_A_ROW if used >= TRUSTED else min(used, 1)
 
@@ -131,17 +134,17 @@ def filter_phases(
     sigma_s: Sequence[float] | None = None,
     integrals_s: Sequence[Sequence[float]] = (),
 ) -> Filtered:
-    """Return what the filter makes of observed phases, in order of their stamps.
+    """Return the result of the filter for observed phases, in order of their stamps.
 
     One observation at a time or many at once give the same bits: each is predicted in one step
     from the last one used.
 
     Args:
         start: where to begin.
-        stamp_ns: of the observations, rising, none before the start; n values.
+        stamp_ns: stamps of the observations, rising, none before the start; n values.
         phase_s: reading minus observed true time [s]; n values.
         model: noise, variance of the observations, gate.
-        sigma_s: of each observation; n values. None: that of the model.
+        sigma_s: sigma of each observation; n values. None: that of the model.
         integrals_s: where the model has covariates, those at each observation [s]; n rows.
     """
     law, noise = law_of(model), noise_of(model)

@@ -1,4 +1,4 @@
-"""What a navigator finds when he goes over his readings and observations at home."""
+"""What a navigator finds when he works through his readings and observations at home."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def filtered_drift(
     model: ClockModel,
     motion: RecordedIntegrals | None = None,
 ) -> Filtered:
-    """Return what the filter makes of all observations in the order of their stamps.
+    """Return the result of the filter for all observations in the order of their stamps.
 
     Args:
         reading: at least one; the dial is set right at the first. Those out of order are left out.
         observation: None: there were none. Of those of one stamp the first counts; those before
             the first reading and after the last are left out.
-        model: of the clock and the observations.
+        model: the model of the clock and the observations.
         motion: where the model has covariates, their integrals.
     """
     reading = take(reading, in_order(reading.stamp_ns, BEFORE_ALL))
@@ -59,8 +59,8 @@ def hindsight(
     """Return the smoothed drift of the clock, and how well it would have corrected the dial.
 
     Args:
-        reading: of the dial, at least one.
-        observation: of the true time.
+        reading: readings of the dial, at least one.
+        observation: observations of the true time.
         corrected: the reading less the drift as it was known at the time.
         estimate: as it was known at the time; has the integrals of covariates.
         scene: says what is assumed of clock and observations.

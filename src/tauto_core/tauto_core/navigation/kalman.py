@@ -34,10 +34,10 @@ from tauto_core.ship.observations import LUNAR
 Number = TypeVar('Number', float, FloatArray)
 
 WHITE_FM_FLOOR_S = 0.01**2 / SECONDS_PER_DAY
-"""Least q1 of a real clock [s]: the phase walks by 0.01 s in a day."""
+"""Least q1 of a real clock [s]: a random walk of the phase by 0.01 s in a day."""
 
 RANDOM_WALK_FM_FLOOR_PER_S = (0.001 / SECONDS_PER_DAY) ** 2 / SECONDS_PER_DAY
-"""Least q2 of a real clock [1/s]: the rate walks by 0.001 s/day in a day."""
+"""Least q2 of a real clock [1/s]: a random walk of the rate by 0.001 s/day in a day."""
 
 AGEING_TIME_S = 100.0 * SECONDS_PER_DAY
 """Time in which, one sigma, ageing may change the rate by the prior sigma of the rate [s]."""
@@ -48,7 +48,8 @@ LUNAR_SIGMA_S = 60.0
 
 SETTING_SIGMAS = 10.0
 """Sigma of the dial's offset when it is set, in sigmas of an observation: so wide that the first
-observation tells the offset, whether the dial was set exactly, roughly or to another's time."""
+observation fixes the offset, whether the dial was set exactly, roughly or to another's time.
+"""
 
 
 class Estimate(NamedTuple, Generic[Number]):
@@ -110,7 +111,7 @@ class ClockModel:
         patience_s: for how long after the last observation that was used others are refused [s],
             > 0 (`filtering`).
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
-        coefficients: of the rate equation, with what is assumed of them.
+        coefficients: the coefficients of the rate equation, with what is assumed of them.
 
     Raises:
         EstimationError: a value outside its range.
@@ -196,7 +197,7 @@ def predict(
     Args:
         now: state before.
         elapsed_s: time until then [s].
-        model: that it is of.
+        model: the model that it is of.
         gained_s: by how much the integral of each covariate has grown since [s].
     """
     law = law_of(model)
@@ -215,7 +216,7 @@ def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate
 
 
 def reopen(ahead: Estimate[Number], innovation_s: Number, elapsed_s: Number) -> Estimate[Number]:
-    """Return a predicted state that no longer trusts itself (theory E7).
+    """Return a predicted state with its variance widened after an outlier (theory E7).
 
     The offset may have jumped by the innovation ν, or the rate have changed by ν/τ when the last
     observation had been used: P grows by ν² for the one and by (ν/τ)² (τ, 1)ᵀ(τ, 1) for the other.
@@ -329,11 +330,11 @@ class Law:
     corrected: Callable[..., tuple[Any, ...]]
 
     def part(self, whole: Estimate[Number]) -> tuple[Number, ...]:
-        """Return the numbers of an estimate that the law moves."""
+        """Return the numbers of an estimate that the law changes."""
         return tuple(whole[field] for field in self.fields)
 
     def whole(self, rest: Estimate[Number], part: tuple[Number, ...]) -> Estimate[Number]:
-        """Return an estimate of these numbers and, of those the law lets be, the `rest`."""
+        """Return an estimate of these numbers, with the others taken from `rest`."""
         names = (rest._fields[field] for field in self.fields)
         return rest._replace(**dict(zip(names, part, strict=True)))
 
@@ -345,7 +346,7 @@ _LAWS = {
 
 
 def law_of(model: ClockModel) -> Law:
-    """Return the arithmetic of a model: what a scene leaves out is not computed."""
+    """Return the arithmetic of a model, without the terms that a scene leaves out."""
     return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
 
 

@@ -47,7 +47,7 @@ ERROR_NAMES = (
     'sigma_nmi',
 )
 ARCMIN_PER_S = 15.0 / 60.0
-"""Longitude passed by the mean sun in a second [arc minutes], 15′ a minute (theory E6)."""
+"""Longitude that the mean sun passes in a second [arc minutes], 15′ a minute (theory E6)."""
 
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
@@ -83,7 +83,7 @@ def column(samples: JointSamples, name: str) -> FloatArray:
 
 
 class LongitudeStage:
-    """Puts the ship where the clock says and compares with where it truly is.
+    """Computes the ship's longitude by the clock and compares it with the true one.
 
     Four topics are joined by stamp, whatever the order of arrival between them; a stamp that one
     of them skips is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the
@@ -119,7 +119,7 @@ class LongitudeStage:
         }
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take what came; return longitudes of the stamps that every topic has reached."""
+        """Take what has arrived; return longitudes of the stamps that every topic has reached."""
         if READING in batches:
             self._see_setting(cast(TimeSamples, batches[READING]))
         for topic in self.inputs:
@@ -131,7 +131,7 @@ class LongitudeStage:
         return said
 
     def _see_setting(self, reading: TimeSamples) -> None:
-        """Begin again where the dial was set anew, as when sim time has gone back.
+        """Start again where the dial was set again, as when simulated time has gone back.
 
         On each topic what comes with stamps of the time before is left out, until they go back
         there too.
@@ -147,7 +147,7 @@ class LongitudeStage:
             self._setting = setting
 
     def finish(self) -> Batches:
-        """Count the stamps that wait for a partner in vain; nothing can be said of them."""
+        """Count the stamps that still wait for a partner; none of them can be published."""
         left = [self._held[topic].stamp_ns for topic in self._joined if topic in self._held]
         if left:
             self._health['stamps_unjoined'] += len(reduce(np.union1d, left))
@@ -168,7 +168,7 @@ class LongitudeStage:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._held = dict(state['held'])
         self._last_ns = dict(state['last_ns'])
         self._first_ns = state['first_ns']

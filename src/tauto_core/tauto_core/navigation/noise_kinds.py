@@ -1,4 +1,4 @@
-"""Which kind of noise a clock has at each averaging time, and how sure that is.
+"""Which kind of noise a clock has at each averaging time, with its probability.
 
 From m to 2m the mean square of third differences of averaged phases changes by about 2^(1−α):
 halved of white PM, doubled of white FM, eightfold of random-walk FM, whatever drift the rate has.

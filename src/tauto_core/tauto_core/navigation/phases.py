@@ -16,9 +16,9 @@ def observed_phases(
     depend on what else is asked for.
 
     Args:
-        stamp_ns: of the readings, rising.
+        stamp_ns: stamps of the readings, rising.
         reference_ns: what the dial shows at these stamps.
-        at_ns: of the observations, within the readings; (n,).
+        at_ns: times of the observations, within the readings; (n,).
         observed_ns: the true time as it was observed; (n,).
     """
     after = np.searchsorted(stamp_ns, at_ns)
@@ -36,8 +36,8 @@ def on_line(stamp_ns: IntArray, values: FloatArray, at_ns: IntArray) -> FloatArr
     """Return values at instants between readings on the line between them, (n, c).
 
     Args:
-        stamp_ns: of the readings, rising, (m,).
-        values: at these stamps, (m, c).
+        stamp_ns: stamps of the readings, rising, (m,).
+        values: the values at these stamps, (m, c).
         at_ns: within the readings, (n,).
     """
     after = np.searchsorted(stamp_ns, at_ns)

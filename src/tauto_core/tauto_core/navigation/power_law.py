@@ -26,14 +26,14 @@ import numpy as np
 from tauto_core.samples import FloatArray
 
 LARGEST = 64
-"""Averaging time in intervals from which on it is as good as continuous."""
+"""Averaging time, in intervals, beyond which it may be taken as continuous."""
 
 _PERIODS = 32
 """Length of the transform in spans of the difference: beyond, ρ² is below 1e-6."""
 
 
 class Difference(NamedTuple):
-    """What a variance is the mean square of.
+    """The difference of phases whose mean square is a variance.
 
     Attributes:
         order: d, 2 (Allan) or 3 (Hadamard).
@@ -52,7 +52,7 @@ class Difference(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """What two estimates from the same readings have in common.
+    """How two estimates from the same readings are related.
 
     Attributes:
         ratio: expectation of the mean square of the second difference by that of the first.
@@ -68,23 +68,23 @@ def degrees_of_freedom(alpha: int, difference: Difference, count: int) -> float:
 
     Args:
         alpha: α of the noise, at least 2 − 2d.
-        difference: whose mean square it is.
-        count: of the readings.
+        difference: the difference whose mean square it is.
+        count: number of the readings.
     """
     return 2.0 / pair(alpha, difference, difference, count).shared
 
 
 def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
-    """Return what the mean squares of two differences have in common.
+    """Return the ratio and the covariance of the mean squares of two differences.
 
-    Where the averaging time is many intervals it counts only how often it goes into the record,
-    but for phase noise that is not averaged, of which neighbouring samples do not know.
+    Where the averaging time is many intervals, only its ratio to the length of the record matters.
+    Phase noise that is not averaged is an exception: there neighbouring samples are independent.
 
     Args:
         alpha: α of the noise, at least 2 − 2d of both.
         first: one of them.
         second: the other, of the same order, modified or not as the first.
-        count: of the readings.
+        count: number of the readings.
     """
     factor = max(first.factor, second.factor)
     if factor > LARGEST and (first.modified or alpha <= 0):

@@ -12,7 +12,7 @@ AWARDS = ((30.0, 20_000), (40.0, 15_000), (WIDEST_AWARD_NMI, 10_000))
 """(distance [nautical miles], pounds): within half a degree, two thirds, one degree."""
 
 LEAST_UNCHECKED_DAYS = 42.0
-"""Six weeks, a voyage to the West Indies: nothing shorter is tried for the prize."""
+"""Six weeks, a voyage to the West Indies: a shorter voyage is no trial for the prize."""
 
 
 def prize_pounds(distance_nmi: float) -> int:
@@ -43,7 +43,7 @@ def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
 
     Args:
         days: since then [days], > 0.
-        latitude_deg: of the place where the longitude is judged [degrees].
+        latitude_deg: latitude of the place where the longitude is judged [degrees].
 
     Raises:
         EstimationError: no time has passed.

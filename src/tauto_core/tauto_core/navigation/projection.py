@@ -1,4 +1,4 @@
-"""What the rate of a short run would come to on a voyage as long as the Act of 1714 meant."""
+"""The error to which the rate of a short run would add up on a voyage of the Act of 1714."""
 
 from __future__ import annotations
 
@@ -29,11 +29,13 @@ def projection(
     error of y.
 
     Args:
-        clock: with y, the mean rate of the dial over the run, `rate_s_per_day` [s/day, fast is
-            positive], and its standard error or None, `rate_standard_error_s_per_day`.
-        estimate: with ŷ and its standard deviation (`estimates.mean_rate`): where the rate follows
-            the ship's motion, that is taken to go on.
-        model: of the clock, for the noise that it gathers under way; without coefficients.
+        clock: figures of the clock, among them y, the mean rate of the dial over the run,
+            `rate_s_per_day` [s/day, fast is positive], and its standard error or None,
+            `rate_standard_error_s_per_day`.
+        estimate: the last estimate, with ŷ and its standard deviation (`estimates.mean_rate`):
+            where the rate follows the ship's motion, that is taken to go on.
+        model: the model of the clock, for the noise that it gathers under way; without
+            coefficients.
         latitude_deg: φ, where the longitude is judged [degrees].
 
     Returns:

@@ -10,7 +10,9 @@ import numpy as np
 from tauto_core.samples import SECONDS_PER_DAY, TimeSamples
 
 PARTS = 10
-"""Few enough that a part outlasts what the sea does to a swing, enough to know their scatter."""
+"""Few enough that each part is longer than the effects of single waves last, and enough to know
+their scatter.
+"""
 
 LEAST_PARTS = 3
 
@@ -20,8 +22,9 @@ class RateScatter:
 
     The mean rate of a run is the mean of the rates of its equal parts. Where these do not depend
     on each other its standard error is s/√n, with s the standard deviation of n parts: the method
-    of batch means (Law & Kelton, Simulation Modeling and Analysis, 9.5.3). Parts that share an
-    error of a reading depart to opposite sides, which makes it too large, never too small.
+    of batch means (Law & Kelton, Simulation Modeling and Analysis, 9.5.3). Neighbouring parts
+    share a reading, whose error moves them in opposite directions; the result is then too large,
+    never too small.
 
     Args:
         first_ns: stamp of the first reading [ns].
@@ -42,7 +45,7 @@ class RateScatter:
                 self._kept.append(reading)
 
     def standard_error_s_per_day(self) -> float | None:
-        """Return the standard error of the mean rate [s/day]; None of fewer than three parts."""
+        """Return the standard error of the mean rate [s/day]; None for fewer than three parts."""
         rates = [
             ((dial - dial_before) / (stamp - before) - 1.0) * SECONDS_PER_DAY
             for (before, dial_before), (stamp, dial) in zip(

@@ -1,4 +1,4 @@
-"""What the ship's motion adds to the rate, integrated from `ship/imu` (theory E11).
+"""What the ship's motion adds to the rate of the clock, integrated from `ship/imu` (theory E11).
 
 Of each sample, with f the apparent gravity that pulls a weight at the clock and ⟨f⟩ its running
 mean,
@@ -41,21 +41,21 @@ USUAL_S = 600.0
 and short beside the hours in which a sea changes."""
 
 HELD_S = 10.0
-"""For so long, by their stamps, readings of a foreign graph wait for the motion [s]."""
+"""Time, by their stamps, for which readings of a foreign graph wait for the motion [s]."""
 
 
 class Motion(Protocol):
-    """What knows the integrals of the regressors."""
+    """A source of the integrals of the regressors."""
 
     inputs: tuple[str, ...]
 
     @property
     def reached_ns(self) -> int:
-        """Stamp up to which the motion has come; BEFORE_ALL: none has."""
+        """Stamp up to which motion has arrived; BEFORE_ALL if none has."""
         ...
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take what came on any of its inputs."""
+        """Take new samples of any of its inputs."""
         ...
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
@@ -67,7 +67,7 @@ class Motion(Protocol):
         ...
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         ...
 
     def health(self) -> dict[str, int]:
@@ -81,7 +81,7 @@ def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Regressors:
-    """Integrates the regressors over the samples of `ship/imu`, the same in whatever batches.
+    """Integrates the regressors over the samples of `ship/imu`; batches do not change the result.
 
     Args:
         scene: names the covariates; with gravity and the rate of the ship's samples.
@@ -111,7 +111,7 @@ class Regressors:
 
     @property
     def reached_ns(self) -> int:
-        """Stamp of the last sample; BEFORE_ALL: none has come."""
+        """Stamp of the last sample; BEFORE_ALL if none has arrived."""
         return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
@@ -192,7 +192,7 @@ class Regressors:
         self._last = self._integral[-1:].copy()
 
     def _bridge(self, begins_ns: int) -> None:
-        """Go on from the last sample to another run by the usual growth."""
+        """Bridge the time from the last sample to another run with the usual growth."""
         self._health['motion_gaps'] += 1
         edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
         if edges[1] > edges[0]:
@@ -216,7 +216,7 @@ class Regressors:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._stamp, self._value = state['stamp'], state['value']
         self._integral, self._last = state['integral'], state['last']
         self._mean, self._usual = state['mean'], state['usual'].copy()
@@ -233,7 +233,7 @@ class RecordedIntegrals:
     """The integrals as a `drift/estimate` of the same covariates has them.
 
     Args:
-        estimate: with rising stamps; at least one.
+        estimate: the estimate, with rising stamps; at least one.
         covariates: names of the covariates.
     """
 
@@ -266,7 +266,7 @@ class RecordedIntegrals:
         return {'unknown': self._unknown}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._unknown = state['unknown']
 
     def health(self) -> dict[str, int]:

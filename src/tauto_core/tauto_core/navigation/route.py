@@ -38,7 +38,7 @@ class Route:
     def fixes(self, stamp_ns: IntArray) -> FixSamples:
         """Return the true positions at some stamps [ns]; degrees, altitude 0, frame `clock_mount`.
 
-        The frame is that of the place whose position is told, as NavSatFix asks. Each position
+        The frame is that of the place whose position is given, as NavSatFix asks. Each position
         depends on its own stamp alone.
         """
         if self._passage is None:
@@ -52,7 +52,7 @@ class Route:
 def fix_samples(
     stamp_ns: IntArray, latitude: FloatArray, longitude: FloatArray, variances_m2: FloatArray
 ) -> FixSamples:
-    """Return positions as NavSatFix tells them, with a valid fix at altitude 0.
+    """Return positions as NavSatFix states them, with a valid fix at altitude 0.
 
     Args:
         stamp_ns: stamps [ns], (n,).

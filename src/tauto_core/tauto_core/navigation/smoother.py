@@ -1,4 +1,4 @@
-"""The fixed-interval smoother: the drift as it was, in the light of all observations.
+"""The fixed-interval smoother: the drift at each instant, estimated from all observations.
 
 What Rauch, Tung and Striebel's smoother gives, in the form of Bryson and Frazier, which inverts no
 covariance (Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18,
@@ -29,11 +29,11 @@ BLOCK = 65_536
 
 @dataclass(frozen=True)
 class Smoother:
-    """What is known in hindsight.
+    """Estimates of the drift from all observations, earlier and later.
 
     Args:
-        way: of the filter.
-        model: that it ran with.
+        way: the run of the filter.
+        model: the model that it ran with.
         adjoint: λ just before each observation used, (m, n), n = 3 and the coefficients.
         information: Λ just before each, (m, n, n).
         rate_variance: by which reopening at the observation to come widens the rate from each
@@ -49,13 +49,14 @@ class Smoother:
     def at(
         self, stamp_ns: IntArray, integrals_s: FloatArray | None = None
     ) -> Estimate[FloatArray]:
-        """Return mean and covariance in the light of all observations, (n,).
+        """Return mean and covariance given all observations, (n,).
 
         Args:
             stamp_ns: in any order, none before the start of the filter; after the last
                 observation it is the filter's own prediction. Where the rate is taken to have
                 changed at once, the rate after it.
-            integrals_s: of the covariates at these stamps [s], (n, c); None: there are none.
+            integrals_s: integrals of the covariates at these stamps [s], (n, c); None: there are
+                none.
         """
         if integrals_s is None:
             integrals_s = np.empty((len(stamp_ns), 0))
@@ -95,11 +96,11 @@ class Smoother:
 
 
 def smooth(way: Filtered, model: ClockModel) -> Smoother:
-    """Return the smoother of what the filter made of all observations.
+    """Return the smoother for a run of the filter over all observations.
 
     Args:
-        way: all of it, from the setting of the dial.
-        model: that the filter ran with.
+        way: the whole run of the filter, from the setting of the dial.
+        model: the model that the filter ran with.
     """
     expected, elapsed = way.expected(model), way.elapsed_s()
     variance = expected.xx + way.sigma_s * way.sigma_s

@@ -1,8 +1,8 @@
-"""How steady a clock is: Allan's deviation and its kin, with confidence intervals.
+"""How steady a clock is: the Allan deviation and related ones, with confidence intervals.
 
 `allantools` computes the deviations (Riley, Handbook of Frequency Stability Analysis, NIST SP
-1065, 2008). Intervals weigh what the kind of noise may be (`noise_kinds`) by the degrees of
-freedom that each would have (`power_law`).
+1065, 2008). Each interval weighs the possible kinds of noise by their probability (`noise_kinds`),
+with the degrees of freedom that each kind would have (`power_law`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tauto_core.samples import NS_PER_S, FloatArray, IntArray, TimeSamples
 from tauto_core.scene.errors import EstimationError
 
 CONFIDENCE = 0.95
-"""Probability that a confidence interval holds the clock's own deviation."""
+"""Probability that a confidence interval contains the true deviation of the clock."""
 
 FEWEST = 32
 """Readings from which the kind of noise can be identified."""
@@ -30,7 +30,7 @@ NEGLIGIBLE = 1e-4
 """Probability of a kind of noise below which it does not count."""
 
 SAME = 1e-9
-"""To what part of itself the end of an interval is worked out."""
+"""Relative accuracy to which the ends of an interval are computed."""
 
 SHARE = 6
 """τ is at most this part of the record: a Hadamard deviation spans three τ, twice over."""
@@ -44,7 +44,7 @@ class Deviation:
     """One kind of deviation against τ; all (n,).
 
     Args:
-        value: of relative frequency [1]; the time deviation in seconds.
+        value: the deviation of the relative frequency [1], or the time deviation [s].
         low, high: confidence interval of `CONFIDENCE`.
     """
 
@@ -212,8 +212,8 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
 
     Args:
         weights: probability of each of the `KINDS`, (n, kinds).
-        differences: whose mean squares V are, n.
-        count: of the readings.
+        differences: the differences whose mean squares V are, n.
+        count: number of the readings.
     """
     from scipy import special
 

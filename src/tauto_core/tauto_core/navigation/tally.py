@@ -1,4 +1,4 @@
-"""The verdict over a whole voyage, from what is on the topics alone."""
+"""The verdict on a whole voyage, from the contents of the topics alone."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class _Moment(NamedTuple):
 
 
 class _RowsBefore:
-    """Of a topic, the last row, and the last one before each of some instants."""
+    """The last row of a topic, and the last one before each of several instants."""
 
     def __init__(self) -> None:
         self.last: Row | None = None
@@ -55,7 +55,7 @@ class _RowsBefore:
 class LongitudeTally:
     """Error of the longitude at landfalls, at the end and at the worst moment, over all batches.
 
-    A landfall is judged by the last sample before its observation: by what the clock told before
+    A landfall is judged by the last sample before its observation: by what the clock said before
     it was checked. The worst moment is sought from the last observation in port on: before, the
     clock was being rated. Lunar distances are no checks: a voyage is unchecked between places
     whose longitude is known. Feed the observations no later than the errors that know of them.

@@ -1,4 +1,4 @@
-"""The filter's way so far, short enough to be gone over again when an observation comes late."""
+"""The recent run of the filter, kept so that it can be repeated when an observation comes late."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from tauto_core.navigation.kalman import ClockModel, estimate_of
 from tauto_core.samples import State
 
 REMEMBERED = 64
-"""Observations at least that can be gone over again."""
+"""Least number of recent observations that the filter can repeat."""
 
 Observed: TypeAlias = tuple[int, float, float, tuple[float, ...]]
 """Stamp [ns], phase and its sigma [s], and integrals of the covariates [s]."""
 
 
 class Seen(NamedTuple):
-    """An observation that was looked at, and what became of it (`filtering`)."""
+    """An observation that the filter has seen, and its fate (`filtering`)."""
 
     stamp_ns: int
     phase_s: float
@@ -27,12 +27,12 @@ class Seen(NamedTuple):
 
     @property
     def observed(self) -> Observed:
-        """What was handed over."""
+        """The observation as it was given."""
         return self.stamp_ns, self.phase_s, self.sigma_s, self.integrals_s
 
 
 class Track:
-    """Takes observations in any order; the state is that of the order of their stamps.
+    """Takes observations in any order, and yields the state as if they had come in order.
 
     Args:
         start: the state when the dial was set.
@@ -57,7 +57,7 @@ class Track:
         return self._last
 
     def has(self, stamp_ns: int) -> bool:
-        """Tell whether an observation of this stamp is among those remembered."""
+        """Return whether an observation of this stamp is among those remembered."""
         return any(seen.stamp_ns == stamp_ns for seen in reversed(self._seen))
 
     def count(self, fate: int) -> int:
@@ -94,7 +94,7 @@ class Track:
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
 
     def _remember(self, kept: list[Seen], new: list[Observed], way: Filtered) -> None:
-        """Let the base move up where more than enough has been seen since.
+        """Move the base forward where more than enough observations have been seen since.
 
         Args:
             kept: seen since the base, before the observations of the way.
@@ -136,7 +136,7 @@ class Track:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._base, self._last = self._known(state['base']), self._known(state['last'])
         self._oldest_ns = state['oldest_ns']
         self._seen = [Seen(*seen) for seen in state['seen']]

@@ -1,4 +1,4 @@
-"""Numbers that scenes default to; what only needs these loads no pydantic."""
+"""Default numbers of scenes; code that needs only these loads no pydantic."""
 
 from __future__ import annotations
 

@@ -13,10 +13,10 @@ from tauto_core.scene.errors import ABSENT, SceneError
 
 @dataclass(frozen=True)
 class Columns:
-    """What was read of a CSV file.
+    """The content of a CSV file.
 
     Attributes:
-        name: of the file as the user wrote it.
+        name: name of the file as the user wrote it.
         lines: line number of each row.
         values: the finite numbers of each column, as many as there are lines.
     """

@@ -45,7 +45,7 @@ def data_path(path: str) -> Path:
 
 
 def source_name(path: str) -> str:
-    """Return what a scene says of a file whose contents it holds: its name, not its folder."""
+    """Return how a scene names a file whose contents it holds: its name, not its folder."""
     return path if is_shipped(path) else Path(path).name
 
 
@@ -53,7 +53,7 @@ def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]
     """Return what keeps a file of a scene from being read: one problem, or none.
 
     Args:
-        key: of the scene, that names it.
+        key: the key of the scene, that names it.
         path: as the scene says it.
         folders: whether a folder (a bag) will do.
     """

@@ -35,7 +35,7 @@ def _restored(kind: type[TautoError], args: tuple[Any, ...], state: dict[str, An
 
 
 class _Absent:
-    """What stands for the value of a key that is not there."""
+    """Stands for the value of a key that is absent."""
 
     def __repr__(self) -> str:
         return 'absent'
@@ -71,7 +71,7 @@ class Problem:
 
 
 class SceneError(TautoError):
-    """A scene that cannot be run. The message says all problems, one a line.
+    """A scene that cannot be run. The message lists all problems, one a line.
 
     Args:
         file: the scene's file or shipped name.
@@ -109,7 +109,7 @@ def naming(file: str, name: str) -> Iterator[None]:
 
     Args:
         file: what the user called the scene by.
-        name: of the scene.
+        name: name of the scene.
     """
     try:
         yield
@@ -167,6 +167,6 @@ class BagError(TautoError):
 
 
 class BagPlaceError(BagError):
-    """No bag where one is to be read, or something where one is to be written; nothing began."""
+    """No bag to read, or no place for a bag to write; nothing was started."""
 
     exit_code = 2

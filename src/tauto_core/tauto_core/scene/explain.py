@@ -180,7 +180,7 @@ def one_of(field: FieldInfo) -> OneOf | None:
 
 
 def _tag(model: type[BaseModel]) -> str:
-    """Return the key that tells a model from its siblings; empty if it has none."""
+    """Return the key that distinguishes a model from its siblings; empty if there is none."""
     keys = model.model_fields
     # a spectrum that may be left out tells nothing apart
     return next(

@@ -1,4 +1,4 @@
-"""What the models of a scene are made of: kinds of numbers and text, and their base.
+"""Building blocks of the models of a scene: types of numbers and text, and the base class.
 
 Numbers are finite and never read from strings or booleans; unknown keys are refused.
 """

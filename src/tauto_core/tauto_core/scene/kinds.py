@@ -1,8 +1,8 @@
 """Kinds of a section, one module each, found in the folder where they lie.
 
-A section such as `trochlea.cam` is of one of several kinds, which its key `kind` tells apart.
-The module of a kind owns all of it: keys, what it refuses, its law, its words. It lies in a
-folder with its siblings and names its model `KIND`; nothing else lists it.
+A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. The module
+of a kind contains all of it: keys, checks, law and words. It lies in a folder with its siblings
+and names its model `KIND`; nothing else lists it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tauto_core.scene.fields import Section
 
 
 class Kind(Section):
-    """Base of what every kind of one section has.
+    """Base of all kinds of one section.
 
     Attributes:
         rank: its place among its siblings in lists, from the simplest on.
@@ -52,11 +52,11 @@ def kind_of(model: type[Kind]) -> str:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Says of a field that it takes any kind of a folder: `Annotated[CamKind, OneOf(folder)]`.
+    """Marks a field that takes any kind of a folder: `Annotated[CamKind, OneOf(folder)]`.
 
     Attributes:
         folder: name of the package.
-        default: kind of a mapping that does not say which; None: it must.
+        default: kind of a mapping that does not name one; None if it must.
     """
 
     folder: str
@@ -70,7 +70,7 @@ class OneOf:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Return the schema of the union that `kind` tells apart."""
+        """Return the schema of the union whose members `kind` distinguishes."""
         del source
         if len(self.models) == 1:
             return handler.generate_schema(self.models[0])

@@ -79,7 +79,7 @@ def parse_scene(text: str, origin: str) -> Scene:
 
     Args:
         text: YAML.
-        origin: where the text is from, for errors.
+        origin: where the text comes from, for error messages.
 
     Raises:
         SceneError: all problems of the scene, with origin, key, value and remedy.
@@ -98,12 +98,12 @@ def checked_scene(
     """Return the scene of a mapping as it stands in a YAML file.
 
     Args:
-        content: of the file.
-        origin: where it is from, for errors.
+        content: content of the file.
+        origin: where it comes from, for error messages.
         given: keys of it that options of the command line gave, for errors.
 
     Raises:
-        SceneError: as of `parse_scene`.
+        SceneError: as for `parse_scene`.
     """
     ship = content.get('ship')
     if isinstance(ship, dict):

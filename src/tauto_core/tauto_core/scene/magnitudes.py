@@ -1,4 +1,4 @@
-"""Sizes of a machine that double precision can reckon with."""
+"""Limits within which double precision can compute a machine."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _MAY_VANISH = frozenset(
 
 
 def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
-    """Yield the numbers of the machine that no workshop could mean, other than 0.
+    """Yield the numbers of the machine, other than 0, that are beyond any machine.
 
     Args:
         content: keys and values of the `SECTIONS` of a scene.

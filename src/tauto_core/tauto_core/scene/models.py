@@ -1,7 +1,7 @@
 """The whole of a scene: its sections, the kinds that each takes, and the rules between them.
 
-SI units, radians, seconds. Sections that may be `None` are not simulated when absent. Rules of a
-section or a kind are its own; here is only what ties several of them together.
+SI units, radians, seconds. Sections that may be `None` are not simulated when absent. A section or
+kind has its own rules; here are only those that connect several of them.
 """
 
 from __future__ import annotations
@@ -140,7 +140,7 @@ class Scene(Section):
         return LOOKAHEAD if self.suspension is None else 2 * LOOKAHEAD
 
     def _problems(self) -> Iterator[Problem]:
-        """Yield everything that is wrong between the keys of valid sections."""
+        """Yield all contradictions between the keys of valid sections."""
         yield from out_of_proportion(self.model_dump(include=set(SECTIONS)))
         yield from self._regulator_problems()
         yield from Times(

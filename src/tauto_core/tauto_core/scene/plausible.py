@@ -28,7 +28,7 @@ _RATE = (('samples a minute', 1.0 / 60.0),)
 
 
 class _Sizes(NamedTuple):
-    """What sizes a key has in machines and voyages that exist, 0 aside."""
+    """The range of a key in machines and voyages that exist, apart from 0."""
 
     key: str
     least: float
@@ -128,7 +128,7 @@ def _warning(key: str, value: float, sizes: _Sizes) -> str:
 
 
 def _turns(value: float, sizes: _Sizes) -> str:
-    """Return a size as a reader sees it at once, where that helps."""
+    """Return a size in a form that is easier to grasp, if there is one."""
     if sizes.unit == 'rad' and abs(value) > math.tau:
         return f'{abs(value) / math.tau:.2g} turns, '
     if sizes.unit == 's' and abs(value) >= 2.0 * DAY_S:

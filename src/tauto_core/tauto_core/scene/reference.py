@@ -1,4 +1,4 @@
-"""The kinds that a scene knows, and the page about them, docs/scenes.md."""
+"""The kinds that a scene can contain, and the page about them, docs/scenes.md."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The JSON schema of a scene as it is written, for editors and other programs.
 
-It is that of the models, with what pydantic cannot know: sections that a file stands for, the key
-`kind` that must be given, a waypoint that is written as its place.
+It is the schema of the models with additions that pydantic cannot make: sections that a file
+replaces, the key `kind` that must be given, a waypoint that is written as its place.
 """
 
 from __future__ import annotations

@@ -53,12 +53,12 @@ class Clock(Section):
 
 
 class Lunars(Section):
-    """Lunar distances at sea, which tell the time by the Moon's way among the stars.
+    """Lunar distances at sea, which give the time by the Moon's motion among the stars.
 
-    She moves by half a degree an hour: half a minute of arc, what sextant and almanac together
-    erred by, is a minute of time. Flinders says of one set of six sights that its longitude may be
-    30 minutes wrong, two of time, and probably not more than 12 (A Voyage to Terra Australis,
-    1814): a normal error with a sigma of a minute agrees with both.
+    The Moon moves by half a degree an hour. Sextant and almanac together erred by half a minute of
+    arc, which is a minute of time. Flinders writes that the longitude from one set of six sights
+    may be 30 minutes of arc wrong, two of time, and probably not more than 12 (A Voyage to Terra
+    Australis, 1814): a normal error with a sigma of a minute agrees with both.
     """
 
     interval: Positive = Field(
@@ -73,7 +73,7 @@ Covariate: TypeAlias = Literal['heave', 'roll']
 
 
 class CoefficientPrior(Section):
-    """A coefficient of the rate equation as it is taken to be before any observation."""
+    """What is assumed about a coefficient of the rate equation before any observation."""
 
     value: Number = Field(description='expected coefficient; of a weight in heave about 1')
     sigma: Annotated[float, Strict(), Field(ge=1e-9, le=1e9)] = Field(
@@ -93,7 +93,7 @@ class Coefficients(Section):
 
 
 class DriftSettings(Section):
-    """What the navigator observes, and what his estimate of the drift assumes."""
+    """The observations of the navigator, and the assumptions of the drift estimate."""
 
     observation_interval: Positive = Field(
         default=DAY_S, description='time between observations in port [s]'
@@ -157,7 +157,7 @@ class Log(Section):
 
 
 class Solver(Section):
-    """What is asked of the numerical propagator; propagators in closed form ask nothing."""
+    """Settings of the numerical propagator; propagators in closed form have none."""
 
     tolerance: Number | None = Field(
         default=None,

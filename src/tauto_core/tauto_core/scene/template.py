@@ -1,7 +1,7 @@
 """A scene to start from: every key with its unit and meaning, and values that sail.
 
-Values are those of the kinds (`Kind.starter`); they fit together, whatever goes together: a wheel
-of 4 kg cm2 that swings about once a second by a radian. The dial is regulated on land.
+Values are those of the kinds (`Kind.starter`), chosen so that all kinds that go together fit: a
+wheel of 4 kg cm2 that swings about once a second by a radian. The dial is regulated on land.
 """
 
 from __future__ import annotations
@@ -97,9 +97,9 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
     """Return the text of a scene with comments, which sails.
 
     Args:
-        name: of the scene.
-        kinds: of `ship`, `cam`, `thread`, `power` and `escapement`, where wanted; the others are
-            chosen to go with them.
+        name: name of the scene.
+        kinds: the kinds of `ship`, `cam`, `thread`, `power` and `escapement`, where wanted; the
+            others are chosen to go with them.
 
     Raises:
         UsageError: a kind that is not known, or kinds that don't go together.
@@ -175,7 +175,7 @@ def all_that_go() -> tuple[dict[str, str], ...]:
 
 
 def _oddity(row: Mapping[str, str]) -> tuple[int, int]:
-    """Return how many kinds are not the usual ones, and whether cam and power are among them."""
+    """Return how many kinds are unusual, and whether cam and power are among them."""
     odd = [key for key, usual in _USUAL.items() if row[key] != usual]
     return len(odd), sum(key in ('cam', 'power') for key in odd)
 
@@ -244,9 +244,9 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
     """Return the keys of a model as lines of YAML.
 
     Args:
-        model: of the section.
+        model: the model of the section.
         given: its values; what is not among them has its default or is commented out.
-        path: of the section's key, '' of the whole.
+        path: path of the section's key, '' of the whole.
         edge: what every line begins with.
     """
     lines: list[str] = []
@@ -270,7 +270,7 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
 
 
 def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[str, FieldInfo]]:
-    """Yield the fields, what tells the kinds apart first, without what does not go with it."""
+    """Yield the fields, the key of the kind first, without those that do not go with the kind."""
     fields = sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind')
     for name, field in fields:
         if not (name == 'gamma' and given.get('spectrum') != 'jonswap'):
@@ -278,7 +278,7 @@ def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[
 
 
 def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] | None:
-    """Return the model of the section that a field is; None of a number, a text or a list."""
+    """Return the model of the section that a field is; None for a number, a text or a list."""
     models = models_of(field)
     if not models or isinstance(value, list | tuple) or (value is None and not out):
         return None

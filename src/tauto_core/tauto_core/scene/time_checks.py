@@ -24,7 +24,7 @@ class Times:
 
     Attributes:
         starts_at: stamp of the first sample [s].
-        duration: of the scene [s].
+        duration: length of the scene [s].
         log_interval: between logged samples [s].
         observation_interval: between observations in port [s].
         lunar_interval: between lunar distances [s]; None: none are taken.

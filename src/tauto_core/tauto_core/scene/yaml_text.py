@@ -76,7 +76,7 @@ for _character, _patterns in _resolvers().items():
 
 
 class _RefusedError(Exception):
-    """What a node or an event of the YAML holds cannot be read."""
+    """A node or an event of the YAML holds something that cannot be read."""
 
     def __init__(self, at: yaml.Node | yaml.Event, problem: str, remedy: str) -> None:
         mark: yaml.Mark = at.start_mark  # type: ignore[assignment]  # the scanner sets it always
@@ -141,7 +141,7 @@ def _mapping(node: yaml.MappingNode) -> dict[str, Any]:
 
 
 def _word_for(key: yaml.Node, before: object) -> str:
-    """Return the remedy for a key that is no word; in `{mass: 0,322}` 322 is such a key."""
+    """Return the remedy for a key that is no word, such as 322 in `{mass: 0,322}`."""
     if key.tag == f'{_TAG}int' and isinstance(before, int) and not isinstance(before, bool):
         return f'Write {before}.{key.value} with a decimal point if {before},{key.value} is meant.'
     return 'Use the names of the scene reference.'

@@ -1,4 +1,4 @@
-"""The samples a moving clock still needs, and the forcing they make.
+"""The samples that a moving clock still needs, and the forcing computed from them.
 
 A piece runs from one sample to the next or over several. It is used as soon as its interpolation
 windows are complete: at most four samples after its end, so that stages may lag by `LOOKAHEAD`
@@ -42,14 +42,14 @@ _LATEST_NS = 2**63 - 1
 
 
 PIECE_COST = 0.5
-"""What a piece costs beside its steps, in steps."""
+"""Cost of a piece beside that of its steps, in steps."""
 
 WORTH = 0.9
-"""Part of the cost below which shorter pieces are worth it."""
+"""Shorter pieces are used if they lower the cost below this fraction."""
 
 
 def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1) -> int:
-    """Return how many samples of the motion a piece spans: as many as may be, so that logs end it.
+    """Return how many samples a piece spans, so that pieces end at logged instants.
 
     The more a polynomial spans, the less of it is at the edge of what it is fitted to. Shorter
     pieces are taken where the steps then fill them better.
@@ -72,22 +72,23 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
 
 
 class MotionBuffer:
-    """Turns motion samples into forcing, the same whatever batches they come in.
+    """Turns motion samples into forcing; how they are batched does not change the result.
 
     Args:
-        apparent_vertical: the neutral line is the apparent vertical, not the case's.
-        apparent_gravity: the pull follows the apparent gravity.
-        still: the platform lies still: samples only pace the run.
+        apparent_vertical: whether the neutral line is the apparent vertical, not fixed to the
+            case.
+        apparent_gravity: whether the pull follows the apparent gravity.
+        still: whether the platform lies still; samples then only set the pace of the run.
         step_ns: nominal time between samples; longer pieces count as bridged, samples that crowd
             within a quarter of it (or of the last step, where shorter) are left out [ns].
         max_gap_s: longest time between samples that is interpolated; None where samples only
             pace [s].
         stride: samples that a piece spans, 1 to 8, where they are evenly spaced and no logged
             instant falls inside.
-        smooth: the motion is free of noise: the first pieces may span as many samples as the
-            others, with windows that begin at the first sample, which magnify noise a
-            thousandfold.
-        by_samples: a neutral line that goes with the case is given by samples, not fitted.
+        smooth: whether the motion is free of noise. The first pieces may then span as many samples
+            as the others, with windows that begin at the first sample; such windows magnify noise
+            a thousandfold.
+        by_samples: whether a neutral line fixed to the case is given by samples, not fitted.
     """
 
     def __init__(
@@ -143,7 +144,7 @@ class MotionBuffer:
 
     @property
     def has_samples(self) -> bool:
-        """Whether any sample is at hand."""
+        """Whether the buffer holds any sample."""
         return len(self._times) > 0
 
     def _channels(self) -> tuple[str, ...]:
@@ -315,7 +316,7 @@ class MotionBuffer:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._times = np.array(state['times'])
         self._data = {name: np.array(values) for name, values in state['data'].items()}
         self._first, self._next = state['first'], state['next']

@@ -15,15 +15,15 @@ HOUR_S = DAY_S / 24.0
 
 
 class Climate(NamedTuple):
-    """What the sea is like in a part of the ocean and of the year.
+    """The wave climate of a part of the ocean in a part of the year.
 
     Attributes:
-        median_wave_height: of the significant wave heights [m].
+        median_wave_height: median of the significant wave heights [m].
         log_deviation: standard deviation of their logarithm.
-        correlation_time: of the logarithm [s].
+        correlation_time: correlation time of the logarithm [s].
         steepness: s_p = 2π Hs/(g Tp²), significant.
         waves_to: direction the waves run to, from north to the east [rad]; None: not known.
-        source: of these numbers.
+        source: source of these numbers.
     """
 
     median_wave_height: float

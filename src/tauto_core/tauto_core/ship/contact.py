@@ -1,12 +1,12 @@
-"""Whether the axle of a suspended case keeps to its bearing, between samples too (theory E3).
+"""Whether the axle of a suspended case stays in its bearing, also between samples (theory E3).
 
-What presses, by the mass, is P/(1 + (c/k)² sin²δ) with δ = φ − θ and
+The contact force divided by the mass is P/(1 + (c/k)² sin²δ) with δ = φ − θ and
 
     P = (g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ,
 
 so that contact is lost where P comes down to 0. Between two instants P is taken as the cubic of
 its values and slopes there, both in closed form from the motion: with the fast mode turning ωh the
-cubic is off by at most (2ωh)⁴/384 of what P swings by with that mode, 1e-3 at ωh = 0.4.
+cubic is off by at most (2ωh)⁴/384 of the amplitude of P in that mode, 1e-3 at ωh = 0.4.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def pressing_rate(case: Case, motion: CaseMotion, felt: Felt) -> FloatArray:
 
 
 def _steepest(case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion) -> float:
-    """Return more than |dP/dt| comes to anywhere in a batch, from the sizes of what is in it."""
+    """Return an upper bound of |dP/dt| in a batch, from the sizes of its quantities."""
     e, c, k, gravity = case
     columns = zip(vars(before).values(), vars(after).values(), strict=True)
     theta, phi, theta_rate, phi_rate = (
@@ -141,7 +141,7 @@ def _steepest(case: Case, bearing: BearingMotion, before: CaseMotion, after: Cas
 
 
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:
-    """Return where P is first not above 0: which stretch, and the share of it; None: nowhere.
+    """Return the stretch in which P first reaches 0, and the fraction of it; None if in none.
 
     Args:
         ends: P at the beginning and end of each of n stretches, (2, n).

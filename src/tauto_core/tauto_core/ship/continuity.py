@@ -1,10 +1,11 @@
 """Which samples of a live sensor make one uninterrupted motion, and where a new one begins.
 
-A sample goes on from the last one where it is later by at most the longest gap, and the roll has
-changed by what the gyro says. What does not go on is put aside: if a later sample goes on from
-the last good one, what was put aside was wrong and is left out; if it goes on by itself for
-`CONFIRMED_GAPS` longest gaps, time or motion has jumped for good, and a new run begins with it.
-This depends on the samples alone: neither on batches nor on the speed at which a bag is played.
+A sample continues the last one if it is later by at most the longest gap, and the roll has changed
+by as much as the gyro says. Samples that do not continue it are set aside. If a later sample
+continues the last good one, those set aside were wrong and are left out; if they continue each
+other for `CONFIRMED_GAPS` longest gaps, time or motion has jumped for good, and a new run begins
+with them. This depends on the samples alone: neither on batches nor on the speed at which a bag is
+played.
 """
 
 from __future__ import annotations
@@ -31,13 +32,15 @@ FILLED = 3.0
 """A step longer than so many of the ones before is filled with interpolated samples."""
 
 JUMP_RAD = 0.05
-"""Roll that the gyro does not account for: more than sensors err, less than harms a clock."""
+"""Change of roll that the gyro may leave unexplained: more than the errors of sensors, less than
+harms a clock.
+"""
 JUMP_RAD_PER_S3 = 0.2
 """What the trapezoid rule misses, |d³ρ/dt³|/12, in a sea of 4 s and 30 degrees."""
 
 
 class Place(NamedTuple):
-    """What the next sample is compared with: stamp [ns], roll [rad], roll rate [rad/s]."""
+    """The last sample, for comparison with the next: stamp [ns], roll [rad], roll rate [rad/s]."""
 
     stamp_ns: int
     roll: float
@@ -75,13 +78,13 @@ class Continuity:
 
     @property
     def holds_s(self) -> float:
-        """Time by stamps that what is put aside covers or lies ahead [s]; 0: nothing is."""
+        """Time that the samples set aside cover, or by which they lie ahead [s]; 0 if none are."""
         if not self._suspects or self._last is None:
             return 0.0
         return abs(self._suspects[-1][0].stamp_ns - self._last.stamp_ns) * 1e-9
 
     def restart(self) -> None:
-        """Let the next sample begin a new run, whatever it is."""
+        """Make the next sample begin a new run, whatever it contains."""
         self._last = self._kept = None
         self._drop_suspects()
 
@@ -125,7 +128,7 @@ class Continuity:
         return abs(excess) <= JUMP_RAD + JUMP_RAD_PER_S3 * elapsed_s**3
 
     def _suspected(self, place: Place, one: ImuSamples) -> ImuSamples | None:
-        """Put a sample aside; return all that is aside once it is confirmed as a new run."""
+        """Set a sample aside; return all that are aside once they are confirmed as a new run."""
         aside = self._suspects
         if aside and (len(aside) == MOST_SUSPECTS or not self._goes_on(aside[-1][0], place)):
             self._drop_suspects()
@@ -149,7 +152,7 @@ class Continuity:
         return 'stamps_ahead' if place.stamp_ns > last_ns + self._max_gap_ns else 'roll_jumps'
 
     def _spaced(self, place: Place, one: ImuSamples) -> list[ImuSamples]:
-        """Return a sample that goes on, after what fills a gap before it; none if it crowds."""
+        """Return a sample that continues the run, after any that fill a gap; none if too close."""
         assert self._last is not None
         assert self._kept is not None
         elapsed_ns = place.stamp_ns - self._last.stamp_ns
@@ -178,7 +181,7 @@ class Continuity:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._last = state['last'] and Place(*state['last'])
         self._kept, self._before_ns = state['kept'], state['before_ns']
         self._suspects = [(Place(*place), sample) for place, sample in state['suspects']]

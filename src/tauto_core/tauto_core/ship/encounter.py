@@ -11,7 +11,9 @@ from tauto_core.samples import FloatArray
 from tauto_core.ship.waves import Harmonics
 
 STANDING = 1e-12
-"""Least frequency of encounter [rad/s]: a wave that keeps up with the ship stands still."""
+"""Least frequency of encounter [rad/s]: a slower wave moves with the ship and seems to stand
+still.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Course:
         It is negative where the ship overtakes the waves.
 
         Args:
-            omega: of the waves in deep water [rad/s], > 0, any shape.
+            omega: angular frequencies of the waves in deep water [rad/s], > 0, any shape.
         """
         if self.speed == 0.0:
             return omega
@@ -47,7 +49,7 @@ class Course:
 
         Args:
             waves: give omega and eps.
-            amplitude: of the answers, shape (n,).
+            amplitude: amplitude of the answers, shape (n,).
             lead: phase of the answers before that of the waves [rad], shape (n,).
         """
         phase = waves.phase + lead

@@ -41,7 +41,7 @@ def fade(
         first: index of the first sample from the start of the scene, >= 0.
         step_ns: time between samples.
         begin_ns: time at which the fading begins, from the start of the scene.
-        length_ns: of the fading, > 0.
+        length_ns: length of the fading, > 0.
         old: a and its first and second derivative [1/s, 1/s2], shape (n,).
         new: b, likewise.
         value: output x, shape (n',), n' >= n a multiple of eight, or None.

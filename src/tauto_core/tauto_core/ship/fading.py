@@ -22,7 +22,9 @@ from tauto_core.samples import FloatArray
 from tauto_core.ship.waves import TOGETHER, Harmonics, SampledHarmonics
 
 KEPT = 3
-"""Sums kept at hand: two that fade into each other, and one that has ended or comes next."""
+"""Number of sums kept in memory: two that fade into each other, and one that has ended or comes
+next.
+"""
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,8 @@ class SampledFades:
     """Values and derivatives of a motion that fades, at sample indices k, t = k step.
 
     A sample's bits depend on its index alone. Only the sums that are present are computed: none in
-    a calm, one in a steady sea, two in a change. What `SampledHarmonics` gives of a sum is handed
-    on as it is where the sum is alone.
+    a calm, one in a steady sea, two in a change. Where a single sum is present, its samples are
+    those of `SampledHarmonics`, unchanged.
 
     Args:
         fades: the motion.
@@ -76,7 +78,7 @@ class SampledFades:
         Args:
             first: >= 0.
             last: > first.
-            orders: of the derivatives, rising, as of `SampledHarmonics`.
+            orders: the orders of the derivatives, rising, as for `SampledHarmonics`.
         """
         parts = []
         while first < last:

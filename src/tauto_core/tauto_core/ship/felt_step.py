@@ -1,4 +1,4 @@
-"""How finely the motion that the clock feels is sampled: what a suspended case adds is faster."""
+"""How finely the motion that the clock feels is sampled: a suspended case adds faster motion."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from tauto_core.scene import AxleSuspension, Scene
 from tauto_core.scene.errors import SceneError
 
 LARGEST_TURN = 0.4
-"""Most that the fast mode turns between two samples [rad]: interpolation then loses less than
-3e-8 of what is left of that mode."""
+"""Largest phase of the fast mode between two samples [rad]: the interpolation error is then below
+3e-8 of the amplitude of that mode.
+"""
 
 MOST_PARTS = 64
-"""Parts of a sample of the ship's motion, at most."""
+"""Largest number of parts into which a step of the ship's motion is divided."""
 
 
 def case_modes(hung: AxleSuspension) -> Modes:

@@ -36,7 +36,7 @@ def choose_pieces(
     does not depend on when samples come.
 
     Args:
-        times: of the samples at hand [ns], strictly increasing, shape (m,).
+        times: times of the samples at hand [ns], strictly increasing, shape (m,).
         offset: index of the first of them, counted from the start of the run.
         begin: place in `times` from which on pieces are wanted.
         stride: samples that a regular piece spans, >= 1.
@@ -267,7 +267,7 @@ def fit_windows(
     """Fill rows with the polynomials through windows of samples at any times.
 
     Args:
-        times: of the samples [ns], strictly increasing, shape (m,).
+        times: times of the samples [ns], strictly increasing, shape (m,).
         values: the channel, shape (m,).
         rates: its time derivative [1/s], shape (m,), or None.
         pieces: samples at which each piece begins and ends, shapes (n,).

@@ -1,4 +1,4 @@
-"""The ship's motion as an inertial sensor beside the clock reads it, and back.
+"""From the ship's motion to the readings of an inertial sensor beside the clock, and back.
 
 Axes REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is right-handed
 about x: starboard down is positive. Equations: theory E1.
@@ -48,7 +48,7 @@ REFUSALS = (
 
 @dataclass(frozen=True)
 class Attitude:
-    """What the clock feels of the ship, arrays of shape (n,).
+    """The motion of the ship that the clock feels, arrays of shape (n,).
 
     Attributes:
         roll: rho [rad], in (-pi, pi].
@@ -125,7 +125,7 @@ def imu_samples(
     height: float,
     gravity: float,
 ) -> ImuSamples:
-    """Return what an IMU beside the clock reads (theory E1).
+    """Return the readings of an IMU beside the clock (theory E1).
 
     The acceleration of the clock, y'' = -z0 (rho'' cos rho - rho'^2 sin rho) and
     z'' = z_s'' - z0 (rho'' sin rho + rho'^2 cos rho), turned with gravity by -rho, leaves

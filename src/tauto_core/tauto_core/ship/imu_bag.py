@@ -23,7 +23,7 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
 
     Args:
         path: MCAP file, or folder with MCAP files, read in the order of their numbers.
-        name: of the bag as the user wrote it, for messages.
+        name: name of the bag as the user wrote it, for messages.
         topic: with or without leading slash.
 
     Returns:

@@ -26,10 +26,10 @@ from tauto_core.samples import FloatArray, IntArray
 from tauto_core.ship.source_kernels import eight, half_angles, specific_force
 
 LARGEST = 1e150
-"""What is larger, and does not overflow by itself, is looked at more closely."""
+"""Larger values, even if they do not overflow themselves, are checked more closely."""
 
 STEEP = 0.495
-"""Half the sine of the pitch beyond which samples are looked at more closely."""
+"""Half the sine of the pitch beyond which samples are checked more closely."""
 
 MODERATE = math.sqrt(2.0) - 1.0
 """Tangent of 22.5 degrees: the largest angle whose series is summed."""
@@ -38,7 +38,7 @@ TINY = 1e-300
 """Keeps vectors of no length, or along the other axis, from being divided."""
 
 INVERSE_ODDS = tuple((-1) ** k / (2 * k + 1) for k in range(21))
-"""Signed as in the series of the arc tangent."""
+"""Coefficients with their signs in the series of the arc tangent."""
 
 
 @entry
@@ -50,7 +50,7 @@ def all_good(
     force: FloatArray,
     off_unit: float,
 ) -> bool:
-    """Return whether stamps rise and all samples are finite with a roll; no doubtful ones.
+    """Return whether stamps rise and all samples are finite, have a roll and are beyond doubt.
 
     Doubtful is a pitch above 82 degrees, too: 2 (w y - z x) is its sine.
 

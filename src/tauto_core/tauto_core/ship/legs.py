@@ -142,7 +142,7 @@ class RhumbLeg:
     """The way of one course, by latitude and longitude along it.
 
     Attributes:
-        course_deg: of the ship, from north to east.
+        course_deg: course of the ship, from north to east.
         latitude: Chebyshev coefficients [degrees].
         longitude: Chebyshev coefficients [degrees], not wrapped.
     """

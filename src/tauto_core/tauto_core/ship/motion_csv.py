@@ -25,8 +25,8 @@ def read_columns(
     """Read columns of a CSV file whose first line names them; blank lines are passed over.
 
     Args:
-        path: of the file.
-        name: of the file as the user wrote it, for messages.
+        path: the file.
+        name: name of the file as the user wrote it, for messages.
         columns: name of the column for each quantity of `UNITS`; its suffix gives the unit.
 
     Returns:

@@ -1,4 +1,4 @@
-"""What every kind of ship's motion has: its keys, its harmonics, and its words."""
+"""The base of all kinds of ship's motion: keys, harmonics, and words."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ FOLDER = 'tauto_core.ship.motions'
 
 
 class Surroundings(Protocol):
-    """What of a scene a ship's motion depends on."""
+    """The parts of a scene on which a ship's motion depends."""
 
     @property
     def name(self) -> str:
-        """Of the scene, for errors."""
+        """Name of the scene, for error messages."""
         ...
 
     @property
@@ -55,7 +55,7 @@ class Surroundings(Protocol):
 
 @dataclass(frozen=True)
 class Channels:
-    """What moves; None: not simulated. The force is given where it was measured.
+    """The quantities that move; None if not simulated. The force is given if it was measured.
 
     A motion is a sum of harmonics, or in weather one that fades from sum to sum.
 
@@ -64,8 +64,8 @@ class Channels:
         heave: [m], upwards.
         force_y: specific force along the ship's y [m/s2].
         force_z: likewise along z.
-        metadata: what the motion was made from.
-        warnings: what was odd about it.
+        metadata: describes what the motion was computed from.
+        warnings: what was unusual about it.
     """
 
     roll: Harmonics | Fades | None = None
@@ -94,7 +94,7 @@ class ShipKind(Kind):
 
     @property
     def reported_as(self) -> str:
-        """Key under which reports and bags tell its metadata; '': they don't."""
+        """Key under which reports and bags state its metadata; '' if they do not."""
         return ''
 
     @property
@@ -108,7 +108,7 @@ class ShipKind(Kind):
 
         Args:
             ship: keys and values as read.
-            origin: of the scene, for errors.
+            origin: what the user called the scene, for error messages.
 
         Raises:
             SceneError: keys or files that are wrong.
@@ -117,7 +117,7 @@ class ShipKind(Kind):
         return ship
 
     def channels(self, scene: Surroundings) -> Channels:
-        """Return what moves.
+        """Return the motions.
 
         Raises:
             MotionDataError: measured motion that cannot be used.
@@ -126,14 +126,14 @@ class ShipKind(Kind):
         raise NotImplementedError
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
-        """Return what reports and bags tell of it, where `reported_as` names it."""
+        """Return the metadata in reports and bags, where `reported_as` names it."""
         del scene
         return {}
 
     def roughest(self, scene: Surroundings) -> ShipKind:
         """Return the ship in the highest sea that it meets, for as long as the scene lasts.
 
-        By it costs and errors are predicted. Its channels are harmonics.
+        Costs and errors are predicted for it. Its channels are harmonics.
         """
         del scene
         return self

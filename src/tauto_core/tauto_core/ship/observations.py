@@ -1,4 +1,4 @@
-"""What the navigator knows of the true time (theory E7)."""
+"""The navigator's observations of the true time (theory E7)."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.passage import Passage
 
 PORT, LANDFALL, LUNAR = 'port', 'landfall', 'lunar'
-"""What `TimeReference.source` says of an observation."""
+"""Values of `TimeReference.source` for observations."""
 
 _LUNARS, _CLOUDS = 0x6C756E61, 0x636C6F75
-"""Of the seed, apart from the errors of the observations in port."""
+"""Streams of random numbers from the seed, apart from the errors of observations in port."""
 
 
 def schedule(scene: Scene) -> IntArray:
     """Return the stamps of the observations [ns], on the log grid, strictly increasing.
 
-    In port: every `drift.observation_interval` from the start until setting sail, both counted.
-    Of each landfall: one, as `landfalls` says. At sea, where asked, lunar distances. A scene
-    without a voyage is in port throughout. Nothing after the end of the scene, and nothing that
-    clouds hide; land is seen under them.
+    In port: every `drift.observation_interval` from the start until setting sail, both counted. At
+    each landfall: one, as `landfalls` says. At sea, where asked, lunar distances. A scene without
+    a voyage is in port throughout. Nothing after the end of the scene, and nothing that clouds
+    hide; land is seen under them.
 
     Raises:
         SceneError: a voyage that cannot be sailed, as `Passage` says.
@@ -34,7 +34,8 @@ def landfalls(scene: Scene) -> IntArray:
     """Return the stamps of the observations at landfalls [ns], in order, none beyond the end.
 
     The land is made at the first logged instant at or after the ship's passing it, and the clock
-    checked at the next one: so the estimate at the landfall is what the clock told beforehand.
+    checked at the next one: so the estimate at the landfall is what the clock showed before the
+    check.
 
     Raises:
         SceneError: a voyage that cannot be sailed, as `Passage` says.
@@ -75,7 +76,7 @@ class Observations:
     distance, and whether clouds hide an observation, from streams of the seed of their own.
 
     Attributes:
-        stamps: of the observations, as `schedule` says.
+        stamps: stamps of the observations, as `schedule` says.
     """
 
     def __init__(self, scene: Scene) -> None:

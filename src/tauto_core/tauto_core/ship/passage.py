@@ -1,4 +1,4 @@
-"""The passage: which way the ship takes, and when she is where."""
+"""The passage: the route of the ship, and her position at each time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Passage:
     Times are nanoseconds from the start of the scene.
 
     Attributes:
-        length_m: of the whole way [m].
+        length_m: length of the whole way [m].
         sails_ns: time of setting sail.
         arrives_ns: time of arrival; with `voyage.speed`, from the length of the way.
         places_ns: times at which she is at each of `voyage.places`.

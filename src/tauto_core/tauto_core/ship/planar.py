@@ -1,4 +1,4 @@
-"""What the clock reads from a `PlanarImu`: the bits it would read from its samples as messages."""
+"""The readings from a `PlanarImu`, with the same bits as from its samples as messages."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """Measured motion: read, checked, and resampled within a pass-band.
 
-The record's times are mapped to a uniform grid of its median step by a cubic spline; the record
-is continued evenly (mirrored) at both ends and taken apart by a DCT-I; of its harmonics, with
+The record's times are mapped to a uniform grid of its median step by a cubic spline; the record is
+continued evenly (mirrored) at both ends and taken apart by a DCT-I; of its harmonics, with
 frequencies n/(2 length), those with low <= f <= high are kept whole and the others dropped. What
 is left is a sum of cosines, so its derivatives are exact; mirroring makes its rate zero at both
-ends of the record, which is felt for about 1/high.
+ends of the record, an effect that lasts for about 1/high.
 """
 
 from __future__ import annotations
@@ -61,11 +61,11 @@ class Record:
     """A measured motion as read; arrays of shape (n,).
 
     Attributes:
-        name: of the file, for messages.
-        time_s: from the first sample [s], strictly increasing.
+        name: name of the file, for messages.
+        time_s: time from the first sample [s], strictly increasing.
         where: for each sample, its line or message number, for messages.
         channels: `roll` [rad]; `heave` [m] or `force_y`, `force_z` [m/s2] where measured.
-        warnings: what was odd about the file.
+        warnings: what was unusual about the file.
     """
 
     name: str
@@ -84,9 +84,9 @@ class RecordedMotion:
         heave: upwards [m]; None where not measured.
         force_y: measured specific force along the ship's y [m/s2]; None for a CSV.
         force_z: likewise along z.
-        length_s: of the record.
+        length_s: length of the record.
         gaps: number of gaps bridged by interpolation.
-        warnings: what was odd about the file.
+        warnings: what was unusual about the file.
     """
 
     roll: Harmonics
@@ -202,7 +202,7 @@ def read_bag_record(recorded: Recorded) -> Record:
 
 
 def recorded_metadata(recorded: Recorded, motion: RecordedMotion) -> dict[str, Any]:
-    """Return what was made of a record, for reports."""
+    """Return how a record was used, for reports."""
     return {
         'path': recorded.path,
         'passband_hz': list(recorded.passband),
@@ -272,7 +272,7 @@ def _check_length(record: Record, scene: Surroundings) -> None:
 
 
 def _check_sizes(record: Record) -> None:
-    """Refuse motion that no ship makes, as numbers in another unit give it."""
+    """Refuse motion larger than any ship makes; the numbers are probably in another unit."""
     for quantity, (limit, unit, reason) in LARGEST.items():
         values = record.channels.get(quantity)
         # the roll of a bag is an unwrapped angle of any size

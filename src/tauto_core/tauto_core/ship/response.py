@@ -1,4 +1,4 @@
-"""What a ship makes of the waves that it meets: roll and heave (theory E5)."""
+"""The response of a ship to the waves that it meets: roll and heave (theory E5)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from tauto_core.ship.sea_sections import Rao, Roll
 from tauto_core.ship.waves import Harmonics
 
 NEGLIGIBLE = 0.01
-"""Share of the waves' energy that may lie outside an operator; those waves are left out."""
+"""Share of the waves' energy that may lie outside a response operator; those waves are left out.
+"""
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ _FORM = (
 
 
 class RaoFile(Section):
-    """An operator by its file; the scene that runs holds its values at the heading."""
+    """An operator, given by its file; the scene that runs holds its values at the heading."""
 
     path: Text = Field(description='CSV file of the operator')
     heading: Heading = Field(

@@ -57,7 +57,7 @@ class DecayFit:
         damping_ratio: zeta.
         period_sigma: standard error of the period [s].
         damping_sigma: standard error of the ratio.
-        residual: root mean square of what the linear law leaves [rad].
+        residual: root mean square of the difference from the linear law [rad].
     """
 
     natural_period: float
@@ -130,7 +130,7 @@ def released(
     last quarter of the test.
 
     Args:
-        name: of the file, for messages.
+        name: name of the file, for messages.
         time: [s], increasing, shape (n,).
         roll: [rad], shape (n,).
         cycles: how many.

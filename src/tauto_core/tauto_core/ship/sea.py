@@ -35,7 +35,7 @@ def bretschneider(
 
 
 def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatArray:
-    """Return what JONSWAP multiplies the Bretschneider shape by (Hasselmann et al. 1973).
+    """Return the factor of JONSWAP on the Bretschneider shape (Hasselmann et al. 1973).
 
     gamma^exp(-(omega - omega_p)^2/(2 sigma^2 omega_p^2)), sigma = 0.07 up to the peak, 0.09
     beyond. The height of the spectrum is then set by Hs.
@@ -104,8 +104,9 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 
     Args:
         sea: spectrum and number of components.
-        seed: of the PCG64 generator.
-        stream: of the seed, >= 0; seas of different streams are independent.
+        seed: seed of the PCG64 generator.
+        stream: number of the stream of random numbers from the seed, >= 0; seas of different
+            streams are independent.
     """
     spawn_key = (_STREAM, stream) if stream else (_STREAM,)
     random = np.random.Generator(

@@ -1,6 +1,6 @@
-"""The files that a sea is made from, read into the scene before it is checked.
+"""The files from which a sea is computed, read into the scene before it is checked.
 
-A scene that runs holds tables and numbers, no paths: what its text says is all that a bag needs.
+A scene that runs holds tables and numbers, no paths: a bag needs nothing but its text.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
 
     Args:
         ship: keys and values as read, not checked yet.
-        origin: of the scene, for errors.
+        origin: what the user called the scene, for error messages.
 
     Raises:
         SceneError: keys that are wrong, with their path; files that are missing or wrong, with

@@ -1,4 +1,4 @@
-"""What a ship in a sea is described by: spectrum, roll, response operator; and their own rules."""
+"""Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class SpectrumTable(Section):
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong with its rows; whether a rate samples them, shows at a speed."""
+        """Yield what is wrong with its rows; the rate is checked once the speed is known."""
         del rate_hz
         yield from _rising('ship.sea.frequency', self.frequency, 'Hz')
         yield from _as_many('ship.sea.energy_density', self.energy_density, len(self.frequency))

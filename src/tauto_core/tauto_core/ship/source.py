@@ -14,10 +14,10 @@ from tauto_core.ship.planar import message
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 LARGEST = 1e150
-"""What is larger may overflow when it is squared."""
+"""Larger values may overflow when they are squared."""
 
 KEPT_BYTES = 2**24
-"""What the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
+"""Memory that the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
 
 
 class ShipMotion:
@@ -66,7 +66,7 @@ class ShipMotion:
         return message(imu) if isinstance(imu, PlanarImu) else imu
 
     def sense(self, count: int) -> ImuSamples | PlanarImu:
-        """Return the same as `produce` for who need not have all of the message."""
+        """Return the same as `produce`, possibly without the fields that a clock does not need."""
         first = self._next
         last = min(first + count, self.total)
         self._next = last
@@ -83,7 +83,7 @@ class ShipMotion:
         return {'next': self._next}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._next = int(state['next'])
 
     def _samples(self, first: int, last: int) -> ImuSamples | PlanarImu:
@@ -110,17 +110,18 @@ class ShipMotion:
 
 
 def _keep_freed_memory() -> None:
-    """Let the allocator keep what a chunk of samples frees, for the next chunk.
+    """Make the allocator keep the memory that a chunk of samples frees, for the next chunk.
 
-    Memory given back to the system comes back page by page, each at the price of some samples.
-    Under glibc what has once been mapped and freed sets the least that is mapped, and twice that
-    the least that is given back (mallopt(3), M_MMAP_THRESHOLD); elsewhere it does nothing.
+    Memory returned to the system has to be mapped again page by page, and each page costs as much
+    time as several samples. Under glibc the largest block that was mapped and freed becomes the
+    threshold of mapping, and twice that the threshold of returning memory (mallopt(3),
+    M_MMAP_THRESHOLD); elsewhere this has no effect.
     """
     np.empty(KEPT_BYTES, np.uint8)
 
 
 def bag_metadata(scene: Scene) -> dict[str, Any]:
-    """Return what a bag says of the ship's motion, by names such as `sea.seed`; or nothing."""
+    """Return the metadata of the ship's motion in a bag, by names such as `sea.seed`."""
     ship = scene.ship
     return {f'{ship.reported_as}.{key}': value for key, value in ship.metadata(scene).items()}
 
@@ -128,7 +129,7 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
 def _stays_finite(
     roll: Harmonics | Fades | None, heave: Harmonics | Fades | None, scene: Scene
 ) -> bool:
-    """Return whether no sample can be refused: nothing in it comes near what a float holds."""
+    """Return whether no sample can be refused, because all values are far from overflow."""
     if roll is None:
         return True
     angle, rate, bend = (roll.most(order) for order in range(3))

@@ -1,4 +1,4 @@
-"""Compiled sums of harmonics and what an IMU reads; import on first use only.
+"""Compiled sums of harmonics and readings of an IMU; import on first use only.
 
 Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
 """
@@ -41,7 +41,7 @@ def sum_blocks(
         increment: advance of the phase in a block [2^-64 turns], shape (n,).
         amplitude: a, shape (n,).
         omega: angular frequency [rad/s], shape (n,).
-        table: of eight j after another, of each component, cos(theta_j), then sin(theta_j);
+        table: table of eight j after another, of each component, cos(theta_j), then sin(theta_j);
             shape (block n/4, 8).
         value: output, shape (blocks, block), or None.
         rate: output, likewise.
@@ -77,7 +77,7 @@ def _accumulate(
 ) -> None:
     """Sum factor times table over the components, for the orders asked for.
 
-    Eight samples on either side at one go: their sums stay in registers over all components.
+    Eight samples on either side are summed together: their sums stay in registers.
 
     Args:
         begin: place of the block in the outputs, in eights of samples.
@@ -129,14 +129,14 @@ def encode(
     angular_velocity: FloatArray,
     force: FloatArray,
 ) -> None:
-    """Fill what an IMU beside the clock reads (equations: `imu.imu_samples`).
+    """Fill the readings of an IMU beside the clock (equations: `imu.imu_samples`).
 
     Args:
         angle: rho, shape (n,).
         rate: rho', shape (n,).
         acceleration: rho'', shape (n,), or None where height is 0.
         heave: z_s'' [m/s2], shape (n,), or None.
-        height: of the clock above the roll axis [m].
+        height: height of the clock above the roll axis [m].
         gravity: g [m/s2].
         orientation: output, shape (n', 4), n' >= n a multiple of eight.
         angular_velocity: output, shape (n', 3).

@@ -24,7 +24,7 @@ from tauto_core.ship.sea_sections import ComponentCount
 
 FREQUENCY, DENSITY = 'frequency_hz', 'energy_density_m2_per_hz'
 NDBC_MISSING = 999.0
-"""What NDBC writes where nothing was measured."""
+"""The values that NDBC writes where nothing was measured."""
 
 _FORM = (
     f'Give a CSV file with the columns {FREQUENCY} and {DENSITY}; for the file of a buoy give '
@@ -33,7 +33,7 @@ _FORM = (
 
 
 class SpectrumFile(Section):
-    """A measured spectrum by its file; the scene that runs holds the table itself."""
+    """A measured spectrum, given by its file; the scene that runs holds the table itself."""
 
     spectrum: Literal['file'] = Field(description='file')
     path: Text = Field(description='file of the spectrum')
@@ -81,16 +81,16 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
 def check_spectrum(
     name: str, where: Sequence[str], frequency: Sequence[float], density: Sequence[float]
 ) -> None:
-    """Refuse a table that is no spectrum.
+    """Refuse a table that does not hold a spectrum.
 
     Args:
-        name: of its file.
+        name: name of its file.
         where: for each row, its line or frequency, for messages.
         frequency: [Hz].
         density: [m2/Hz], as many.
 
     Raises:
-        SceneError: named there.
+        SceneError: the table is refused; names file, row and value.
     """
     if len(frequency) < 2:
         remedy = 'Give the energy at more frequencies.'

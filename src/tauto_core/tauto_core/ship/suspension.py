@@ -1,11 +1,11 @@
 """The clock's case hung on a cylindrical axle in a bearing of the ship (Euler 1780; theory E3).
 
-Ship's motion in, out what a sensor fixed in the case at the clock would read. The bearing's
-centre is where the ship's sensor is; of the ship's motion only its acceleration reaches the case,
-since the axle lies in the bearing without friction. Contact pushes along the normal alone, so that
-the specific force at the centre of gravity of the case, where the clock is, points along θ and
-has the size N/M: θ is the apparent vertical, N/M the apparent gravity. In the case it reads
-(N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
+It takes the ship's motion, and returns what a sensor fixed in the case at the clock would read.
+The bearing's centre is where the ship's sensor is; of the ship's motion only its acceleration
+reaches the case, since the axle lies in the bearing without friction. Contact pushes along the
+normal alone, so that the specific force at the centre of gravity of the case, where the clock is,
+points along θ and has the size N/M: θ is the apparent vertical, N/M the apparent gravity. In the
+case it reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from tauto_core.ship.imu import attitude, imu_from_roll
 from tauto_core.ship.planar import message
 
 SMALL_ANGLE = 0.5
-"""Largest tilt [rad] that the equations of small angles are taken for: sin differs by 4 %."""
+"""Largest tilt [rad] for which the equations of small angles are used: there sin differs by 4 %.
+"""
 
 
 class _BearingBuffer(MotionBuffer):
@@ -75,7 +76,7 @@ class _BearingBuffer(MotionBuffer):
 
 
 class Suspension:
-    """Samples of ship/imu in, samples of a sensor in the case out, up to four samples later.
+    """Turns samples of ship/imu into those of a sensor in the case, up to four samples later.
 
     At the start the case hangs at rest in equilibrium: θ = φ, along the apparent vertical – at
     small angles −ÿ/g –, both rates 0.
@@ -169,7 +170,7 @@ class Suspension:
         return tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
 
     def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
-        """Refuse a case that lifts off, between samples too, or swings too wide, whichever first.
+        """Refuse a case that lifts off or swings too wide, also between samples.
 
         What lies between the last sample of a batch and the first of the next belongs to the
         next: where batches end does not matter.
@@ -197,7 +198,7 @@ class Suspension:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._released = state['released']
         self._last = np.array(state['last'])
         self._buffer.restore(state['buffer'])
@@ -205,7 +206,7 @@ class Suspension:
 
 
 def _check_contact(contact: FloatArray, end_ns: IntArray) -> None:
-    """Refuse a case that lifts off at a sample; between them its propagator looks."""
+    """Refuse a case that lifts off at a sample; its propagator checks between samples."""
     lost = contact <= 0.0
     if np.any(lost):
         raise lifted_off(float(end_ns[np.argmax(lost)] * 1e-9))

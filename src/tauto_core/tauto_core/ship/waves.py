@@ -16,7 +16,7 @@ from tauto_core.samples import NS_PER_S, FloatArray
 
 BLOCK = 512
 TOGETHER = 8
-"""Samples summed at one go (source_kernels)."""
+"""Number of samples summed together (source_kernels)."""
 _UNITS_PER_TURN = 2**64
 _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 
@@ -93,7 +93,8 @@ class SampledHarmonics:
         Args:
             first: >= 0.
             last: > first.
-            orders: of the derivatives, rising: 0 (the value), 1, 2; with 0 or 2 among them.
+            orders: the orders of the derivatives, rising: 0 (the value), 1, 2; with 0 or 2 among
+                them.
         """
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
         if first < begin or last > begin + len(blocks[0]):

@@ -26,10 +26,11 @@ from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 HEIGHT, PERIOD, WAVES_FROM = 'significant_wave_height_m', 'peak_period_s', 'waves_from_deg'
 UTC_TIME, SECONDS = 'time_utc', 'time_s'
 MISSING = frozenset({'', 'MM', 'nan', 'NaN', 'NA'})
-"""Cells in which nothing was measured; so are heights and periods of 99 and directions of 999."""
+"""Cells where nothing was measured; heights and periods of 99 and directions of 999 mean the same.
+"""
 NINES, NINES_DEG = 99.0, 999.0
 LONGEST_S = 40.0
-"""Peak period beyond which no wind makes waves [s]."""
+"""Longest peak period of wind waves [s]."""
 
 _NDBC = {HEIGHT: 'WVHT', PERIOD: 'DPD', WAVES_FROM: 'MWD'}
 _YEARS = ('YY', 'YYYY')
@@ -40,7 +41,7 @@ _FORM = (
 
 
 class RecordFile(WeatherKind):
-    """A buoy's record by its file; the scene that runs holds the rows themselves."""
+    """A buoy's record, given by its file; the scene that runs holds the rows themselves."""
 
     kind: Literal['record'] = 'record'
     path: Text = Field(description='file of the record')
@@ -59,13 +60,13 @@ class RecordFile(WeatherKind):
 
 @dataclass(frozen=True)
 class Row:
-    """What a buoy measured.
+    """One row of a buoy's record.
 
     Attributes:
-        line: of the file.
+        line: line of the file.
         time_s: from 1970 in UTC, or as the file counts.
         height: significant wave height [m].
-        period: of the peak [s].
+        period: period of the peak [s].
         waves_from: direction the waves come from, from north to the east [degrees]; None: unknown.
     """
 
@@ -135,7 +136,7 @@ def _begins_s(asked: RecordFile, rows: Sequence[Row]) -> float:
 
 
 def _check(asked: RecordFile, rows: Sequence[Row]) -> int:
-    """Refuse rows that make no weather; return the number of gaps that are bridged."""
+    """Refuse rows that cannot be used as weather; return the number of gaps that are bridged."""
     for row in rows:
         for name, value, limit in (
             (HEIGHT, row.height, HIGHEST_M),

@@ -1,4 +1,4 @@
-"""What every kind of weather has: the states of the sea that a ship meets one after another."""
+"""The base of all kinds of weather: the states of the sea that a ship meets one after another."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 FOLDER = 'tauto_core.ship.weathers'
 
 LEAST_CHANGE_S = 600.0
-"""Shortest time in which one sea turns into another [s]: beside its waves that is slow, and the
-jump of the fade's fourth derivative is lost in the rounding of the interpolation."""
+"""Shortest time in which one sea turns into another [s]: this is slow compared with its waves, and
+the jump of the fade's fourth derivative is below the rounding of the interpolation.
+"""
 
 HIGHEST_M = 30.0
 """Significant wave height beyond which no sea is known [m]."""
@@ -39,8 +40,8 @@ class State:
         at_ns: from the start of the scene, maybe before it.
         sea: None: a calm.
         heading: direction the waves run to, from the bow to port [rad].
-        speed: of the ship [m/s].
-        key: what of the scene gives it, for errors.
+        speed: speed of the ship [m/s].
+        key: the key of the scene that gives it, for error messages.
     """
 
     at_ns: int
@@ -55,7 +56,7 @@ class State:
         return 0.0 if self.sea is None else self.sea.significant_wave_height
 
     def goes_on(self, before: State) -> bool:
-        """Return whether nothing has changed since the state before."""
+        """Return whether nothing has changed since the previous state."""
         same_way = (self.heading, self.speed) == (before.heading, before.speed)
         return self.sea == before.sea and (self.sea is None or same_way)
 
@@ -100,19 +101,19 @@ class WeatherKind(Kind):
         return iter(())
 
     def facts(self) -> dict[str, object]:
-        """Return what reports tell of it besides its states."""
+        """Return what reports say about it besides its states."""
         return {}
 
 
 @dataclass(frozen=True)
 class Setting:
-    """What a weather is resolved against.
+    """Scene and ship for which a weather is resolved.
 
     Attributes:
-        scene: whose weather it is.
-        weather: whose states are made.
-        heading: of the waves where the weather does not say it [rad].
-        speed: of the ship where the weather does not say it [m/s].
+        scene: the scene whose weather it is.
+        weather: the weather whose states are made.
+        heading: heading of the waves where the weather does not say it [rad].
+        speed: speed of the ship where the weather does not say it [m/s].
     """
 
     scene: Surroundings
@@ -145,7 +146,7 @@ class Setting:
 
         Args:
             place: 0 the departure, then the waypoints, then the arrival.
-            key: that says so.
+            key: the key that says so.
 
         Raises:
             SceneError: there is no such place.
@@ -179,12 +180,12 @@ class Setting:
         Args:
             at_ns: when it is fully met.
             height: significant wave height [m].
-            period: of the peak [s].
+            period: period of the peak [s].
             key: what gives it.
-            spectrum: of this sea, where it is not that of the weather.
+            spectrum: the spectrum of this sea, where it is not that of the weather.
             heading: direction the waves run to, from the bow to port [rad].
             waves_to: the same from north to the east [rad], for `follow_route`.
-            speed: of the ship [m/s], where the route is not followed.
+            speed: speed of the ship [m/s], where the route is not followed.
 
         Raises:
             SceneError: a sea higher than any known, or no voyage to follow.
@@ -217,7 +218,7 @@ class Setting:
 
 
 def checked(states: Sequence[State], scene: Surroundings) -> tuple[State, ...]:
-    """Return states that follow each other as they must.
+    """Return the states, after checking their times.
 
     Raises:
         SceneError: times that do not rise, or a change that is too quick.

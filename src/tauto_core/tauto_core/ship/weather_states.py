@@ -1,4 +1,4 @@
-"""What states of the sea make of a ship's motion, and what is told of them."""
+"""A ship's motion in each state of the sea, and how reports describe the states."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tauto_core.ship.weather_kind import State
 
 
 def sums_of(states: Sequence[State]) -> tuple[int, ...]:
-    """Return for each state the number of the sum that it moves by: the state where it began."""
+    """Return the number of each state's sum of harmonics: that of the state where it began."""
     sums = [0]
     for number, (before, after) in enumerate(pairwise(states), 1):
         sums.append(sums[-1] if after.goes_on(before) else number)
@@ -49,7 +49,7 @@ def fades_of(
 
 
 def seas_at_once(states: Sequence[State], duration_ns: int) -> float:
-    """Return how many seas are summed at an instant of the scene, on the mean: 0 to 2."""
+    """Return how many seas are summed at an instant of the scene, on average: 0 to 2."""
     edges = np.array([0, *(state.at_ns for state in states), duration_ns])
     lengths = np.diff(np.clip(edges, 0, max(duration_ns, 1)))
     sums = sums_of(states)
@@ -59,7 +59,7 @@ def seas_at_once(states: Sequence[State], duration_ns: int) -> float:
 
 
 def told(states: Sequence[State]) -> list[dict[str, Any]]:
-    """Return the states as rows of numbers; of a calm the height is 0 and the rest None."""
+    """Return the states as rows of numbers; for a calm the height is 0 and the rest None."""
     return [
         {
             'at_s': state.at_ns / NS_PER_S,

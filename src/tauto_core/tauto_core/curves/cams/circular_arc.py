@@ -1,4 +1,4 @@
-"""The cheek of a circular arc, which was before Euler (theory E2)."""
+"""The cheek in the form of a circular arc, which was in use before Euler (theory E2)."""
 
 from __future__ import annotations
 

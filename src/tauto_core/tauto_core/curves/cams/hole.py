@@ -25,7 +25,7 @@ class Hole(LinearCam):
 
     Attributes:
         rate: lever arm per angle b [m/rad], > 0.
-        distance: of the hole from the axle, a [m], > 0.
+        distance: distance of the hole from the axle, a [m], > 0.
     """
 
     rate: float
@@ -52,7 +52,7 @@ class Hole(LinearCam):
         return self.rate * self._thread_at(arm, np.full_like(arm, self.rate)).share
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 

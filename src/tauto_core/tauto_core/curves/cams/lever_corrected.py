@@ -1,4 +1,4 @@
-"""The cam that makes Sully's lever machine a tautochrone: beyond Euler (1727, V).
+"""The cam that makes Sully's lever machine isochronous: beyond Euler (1727, V).
 
 The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam
 on the wheel's axle C. At rest the lever is level and B, at the depth D, under C. With
@@ -13,8 +13,8 @@ distance t = ρ AB cos(β − δ) from C, and B lies on it, which gives its incl
     tan δ = (B − ρ AB (cos β, sin β))_x/(D − AB (1 − ρ) sin β).
 
 With u = θ − δ these lines have the support function t(u) in the wheel's frame; the cam is their
-envelope, p = dt/du. Both sides keep time, each by itself; they differ from the third order on,
-since δ leans the same way on both.
+envelope, p = dt/du. Each side keeps time by itself; the two differ from the third order on, since
+δ has the same sign on both.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class CorrectedLeverGeometry:
         weight_torque: W = m g AD of the weight about the fulcrum, the lever level [N m], > 0.
         turned_inertia: J of weight and lever about the fulcrum [kg m2], ≥ 0.
         arm: AB, from the fulcrum to the thread [m], > 0.
-        length: of the free thread at rest [m], > 0.
+        length: length of the free thread at rest [m], > 0.
     """
 
     inertia: float
@@ -94,7 +94,7 @@ class CorrectedLeverGeometry:
         return np.asarray(beta_per_tau / self._theta_rate(tau) * arm / self.base_radius)
 
     def pose(self, tau: FloatArray) -> Pose:
-        """Return where everything is; NaN beyond the cam."""
+        """Return the position of all parts; NaN beyond the cam."""
         tau = np.asarray(tau, np.float64)
         line = self._line(tau)
         return Pose(self.theta(tau) - line.delta, line.beta, line.delta, line.reach - line.p)
@@ -124,7 +124,7 @@ class CorrectedLeverGeometry:
 
     @cached_property
     def edges(self) -> tuple[float, float]:
-        """Least and largest τ up to which thread, lever and a convex cam go together."""
+        """Least and largest τ at which thread, lever and a convex cam are compatible."""
         return lever_parts.edges(self._usable)
 
     def lever_arm(self, tau: FloatArray) -> FloatArray:
@@ -159,7 +159,7 @@ class CorrectedLeverGeometry:
         return float(min(-low, high))
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         A heavier weight needs a smaller cam, a longer period likewise.
         """

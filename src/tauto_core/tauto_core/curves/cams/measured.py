@@ -1,4 +1,4 @@
-"""A cam by points that were measured on a real piece, smoothed within a stated tolerance.
+"""A cam given by points that were measured on a real piece, smoothed within a stated tolerance.
 
 A spline through measured points follows their errors, and its radius of curvature, t + t'' on a
 vertical thread, magnifies them: a piece that is convex comes out hollow. So the spline need only
@@ -42,9 +42,11 @@ if TYPE_CHECKING:
 _TERMS = 6
 MOST_ROWS = 500
 _HALVINGS = 32
-"""Of S, from all points off by the tolerance; beyond, the points are interpolated."""
+"""Largest number of halvings of S, from the value with all points off by the tolerance; after them
+the points are interpolated.
+"""
 _LARGEST_SHARE = 0.5
-"""Tolerance against the longest arm beyond which nothing is left of what was measured."""
+"""Largest tolerance as a share of the longest arm: a larger one would ignore the measurement."""
 
 
 def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLever:
@@ -77,7 +79,7 @@ def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLev
 
 
 def _fitted(x: FloatArray, y: FloatArray, tolerance: float, squares: float) -> BSpline | None:
-    """Return FITPACK's spline with a sum of squares by the tolerance, None where it gives up."""
+    """Return FITPACK's spline for a sum of squares, scaled by the tolerance; None if it fails."""
     from scipy.interpolate import BSpline, splrep
 
     weights = np.full_like(x, 1.0 / tolerance)
@@ -113,7 +115,7 @@ def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
 
 
 class MeasuredCam(CamKind):
-    """Lever arm measured on a real piece: points that are met within a tolerance only.
+    """Lever arm measured on a real piece: a curve that passes the points within a tolerance.
 
     CSV with the columns angle_rad, lever_arm_m, at least six rows of angles > 0 that increase; the
     other cheek is taken to be the mirror image. A tolerance too small for the points' errors makes
@@ -173,7 +175,7 @@ class MeasuredCam(CamKind):
     def _refused(
         self, path: Path, angles: FloatArray, arms: FloatArray, distance: float, error: SceneError
     ) -> SceneError:
-        """Return why a tolerance makes no cam, with the smallest that does."""
+        """Return the error of a tolerance without a cam; it names the smallest that works."""
         largest = _LARGEST_SHARE * float(arms.max())
 
         def works(tolerance: float) -> bool:

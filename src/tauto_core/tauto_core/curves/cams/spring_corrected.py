@@ -31,7 +31,7 @@ class SpringCorrected(CorrectedCam):
     Attributes:
         rate: b = t'(0) [m/rad], > 0.
         stiffness_ratio: κ/P [1/m], ≥ 0.
-        distance: of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
     """
 
     rate: float
@@ -107,7 +107,7 @@ class SpringCorrected(CorrectedCam):
         return self.rate * angle * np.expm1(-0.5 * np.log1p(self.bend * angle * angle))
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 

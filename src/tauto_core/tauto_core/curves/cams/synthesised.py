@@ -1,4 +1,4 @@
-"""The tautochrone for whatever pulls, found by quadrature: beyond Euler, theory D."""
+"""The tautochrone for any power, found by quadrature: beyond Euler, theory D."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REMEDY = 'Give a smaller range'
 class SynthesisedCam(CamKind):
     """The tautochrone for any power, made for one period, up to a range (theory D).
 
-    Of a weight alone or a spring alone that is weight_corrected or spring_corrected, which have
+    For a weight alone or a spring alone this is weight_corrected or spring_corrected, which have
     closed forms.
     """
 

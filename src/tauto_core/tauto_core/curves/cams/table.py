@@ -1,4 +1,4 @@
-"""A cam by its numbers: a lever arm tabulated in a CSV file, or computed to rounding."""
+"""A cam given by numbers: a lever arm tabulated in a CSV file, or computed to rounding."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Table(Cam):
     Attributes:
         source: where the table comes from, for messages.
         law: the spline, from 0 to the range.
-        distance: of the hole from the axle [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle [m]; inf for a vertical thread.
     """
 
     source: str
@@ -132,7 +132,7 @@ class Fitted(Table):
 
     @property
     def joints(self) -> FloatArray:
-        """None: where its polynomials join cannot be told from the law."""
+        """None: the joints of its polynomials are not visible in the law."""
         return np.empty(0)
 
 
@@ -145,7 +145,7 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
 
     Args:
         path: the file.
-        distance: of the hole from the axle [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle [m]; inf for a vertical thread.
 
     Raises:
         SceneError: naming file, line, value and remedy.
@@ -247,7 +247,8 @@ def law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
 
     Args:
         knots: from 0 to the range [rad], shape (n + 1,).
-        coefficients: of (ϑ − knots[k])^j, shape (n, 6); rounding makes those even in ϑ at rest.
+        coefficients: the coefficients of (ϑ − knots[k])^j, shape (n, 6); rounding makes those even
+            in ϑ at rest.
     """
     from scipy.interpolate import PPoly
 

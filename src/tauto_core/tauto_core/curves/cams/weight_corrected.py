@@ -40,7 +40,7 @@ class WeightCorrected(CorrectedCam):
     Attributes:
         rate: r = t'(0) = I ω²/(m g) [m/rad], > 0.
         mass_ratio: m/I [1/m²], > 0.
-        distance: of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
     """
 
     rate: float
@@ -160,7 +160,7 @@ class WeightCorrected(CorrectedCam):
         return gain
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence.
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         A heavier weight needs shorter lever arms, a longer period likewise.
         """

@@ -53,7 +53,8 @@ class HangingMachine:
         gravity: g [m/s2].
         drag: torques on the wheel against its motion in the case, or None.
         escapement: impulses on the wheel, or None.
-        release_angle: of the wheel in its case, at rest there; the thread hangs plumb [rad].
+        release_angle: angle of release of the wheel in its case, at rest there; the thread hangs
+            plumb [rad].
     """
 
     inertia: float
@@ -115,7 +116,7 @@ class HangingMachine:
         return angle - tilt
 
     def wider_range(self, amplitude: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
         wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
 
         def holds(length: float, radius: float) -> bool:

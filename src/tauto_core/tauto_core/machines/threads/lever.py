@@ -37,12 +37,13 @@ class LeverMachine:
         inertia: I of the wheel about its axle [kg m2], > 0.
         mass: m of the weight [kg], > 0.
         weight_arm: AD, from the fulcrum to the weight [m], > 0.
-        lever_inertia: of the lever itself about its fulcrum, where it is balanced [kg m2], ≥ 0.
+        lever_inertia: moment of inertia of the lever itself about its fulcrum, where it is
+            balanced [kg m2], ≥ 0.
         geometry: cam, thread and lever.
         gravity: g [m/s2].
         drag: torques against the motion in the case, or None.
         escapement: impulses, or None.
-        release_angle: of the wheel in its case, at rest at the start [rad].
+        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
     """
 
     inertia: float
@@ -98,7 +99,7 @@ class LeverMachine:
         return angle
 
     def wider_range(self, amplitude: float) -> str:
-        """Return how it would hold an amplitude beyond its range, as the end of a sentence."""
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
 
         def of_mass(mass: float) -> tuple[float, float]:
             heavier = replace(self, mass=mass)

@@ -28,10 +28,10 @@ from tauto_core.ship.weather_states import fades_of, seas_at_once, told
 
 @dataclass(frozen=True)
 class SeaMotion:
-    """What a ship meets and does in a sea, at frequencies of encounter.
+    """The waves that a ship meets and her motion in them, at frequencies of encounter.
 
     Attributes:
-        elevation: of the waves at the ship [m], upwards.
+        elevation: elevation of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
         heave: [m], upwards; None: not asked for.
         left_out: share of the waves' energy outside the response operator.
@@ -46,8 +46,8 @@ class SeaMotion:
 class SeaShip(ShipKind):
     """Roll, and heave where asked, from a sea that the ship meets at a speed and heading.
 
-    The sea is one, `sea`, or one after another, `weather`. Roll follows from `roll` or from `rao`.
-    Heave is the elevation, or what `rao` makes of it.
+    There is one sea, `sea`, or a sequence of seas, `weather`. Roll follows from `roll` or from
+    `rao`. Heave is the elevation, or what `rao` makes of it.
     """
 
     rank = 3
@@ -116,7 +116,7 @@ class SeaShip(ShipKind):
         )
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
-        """Return what the sea was made from and how the ship meets it."""
+        """Return a description of the sea and of how the ship meets it."""
         return sea_metadata(scene, self) if self.weather is None else weather_metadata(scene, self)
 
     def states(self, scene: Surroundings) -> tuple[State, ...]:
@@ -226,8 +226,9 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
 
     Args:
         scene: gives seed and gravity.
-        ship: with a sea.
-        stream: of the seed; each state of a weather has its own.
+        ship: the ship, with a sea.
+        stream: number of the stream of random numbers from the seed; each state of a weather has
+            its own.
 
     Raises:
         SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
@@ -299,7 +300,7 @@ def _band(state: State, gravity: float) -> FloatArray:
 
 
 def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
-    """Return what the seas were made from and how the ship meets them, for reports and bags."""
+    """Return a description of the seas and of how the ship meets them, for reports and bags."""
     assert ship.weather is not None
     weather, states = ship.weather, ship.states(scene)
     heights = [state.height for state in states]
@@ -317,7 +318,7 @@ def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
 
 
 def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
-    """Return what a sea was made from and how the ship meets it, for reports and bags."""
+    """Return a description of a sea and of how the ship meets it, for reports and bags."""
     sea = ship.sea
     assert sea is not None
     height, period = height_and_period(sea)
@@ -344,10 +345,10 @@ def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
 
 
 def sea_warnings(left_out: float) -> tuple[str, ...]:
-    """Say what of the waves the ship does not answer.
+    """Return a warning about the waves to which the ship does not respond.
 
     Args:
-        left_out: share of their energy, the most of any sea.
+        left_out: share of the energy of the waves, the largest of any sea.
     """
     if left_out == 0.0:
         return ()

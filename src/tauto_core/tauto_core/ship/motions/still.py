@@ -16,12 +16,12 @@ class StillShip(ShipKind):
     kind: Literal['still'] = 'still'
 
     def channels(self, scene: Surroundings) -> Channels:
-        """Return nothing."""
+        """Return no motion."""
         del scene
         return Channels()
 
     def left_out(self) -> tuple[str, ...]:
-        """Return both."""
+        """Return both roll and heave."""
         return 'roll', 'heave'
 
 

@@ -1,4 +1,4 @@
-"""Weather drawn from what the sea is like in a part of the ocean (theory F2)."""
+"""Weather drawn from the wave climate of a part of the ocean (theory F2)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tauto_core.ship.sea_sections import Heading
 from tauto_core.ship.weather_kind import HIGHEST_M, LEAST_CHANGE_S, Setting, State, WeatherKind
 
 _STREAM = 0x636C696D
-"""Of the seed, apart from those of the seas and of the dial's noise."""
+"""Stream of random numbers from the seed, apart from those of the seas and of the dial's noise."""
 _NUMBERS = ('median_wave_height', 'log_deviation', 'correlation_time', 'steepness')
 _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 
@@ -145,7 +145,7 @@ class ClimateWeather(WeatherKind):
         return found
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is missing of the regions and the port."""
+        """Yield what is missing in the regions and the port."""
         if not self.regions:
             yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
         for index, region in enumerate(self.regions):

@@ -79,7 +79,7 @@ class RecordWeather(WeatherKind):
         )
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong with its lists; whether a rate samples them, shows at a speed."""
+        """Yield what is wrong with its lists; the rate is checked once the speed is known."""
         del rate_hz
         if not self.time:
             yield Problem('ship.weather.time', ABSENT, 'is empty', 'Give at least one row.')
@@ -94,7 +94,7 @@ class RecordWeather(WeatherKind):
                 )
 
     def facts(self) -> dict[str, object]:
-        """Return the source, and what was bridged."""
+        """Return the source, and the gaps that were bridged."""
         return {'source': self.source, 'gaps_bridged': self.gaps_bridged}
 
 

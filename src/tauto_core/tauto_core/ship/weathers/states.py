@@ -26,7 +26,7 @@ _OF_WAVES = (
 
 
 class SeaState(Section):
-    """A sea that is fully there at an instant; it comes over the time from the state before."""
+    """A sea that has fully developed at an instant; it builds up from the state before."""
 
     at: NonNegative | None = Field(default=None, description='time from the start [s]')
     waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
