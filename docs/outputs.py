@@ -35,10 +35,8 @@ CLOCKS = {
 HEADINGS = (
     'clock',
     'rate at sea, s/day',
-    'by the dial: nmi east',
+    'longitude by the dial, nmi off',
     'the Act of 1714 pays',
-    'rated in that sea: nmi east',
-    'the Act pays',
 )
 
 
@@ -70,10 +68,8 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         CLOCKS[row['clock']],
         significant(row['rate_s_per_day'], 4, signed=True),
-        significant(row['raw_error_nmi'], 4, signed=True),
+        significant(abs(row['raw_error_nmi'])),
         _pounds(row['raw_prize_pounds']),
-        significant(row['error_nmi'], 4, signed=True),
-        _pounds(row['prize_pounds']),
     )
 
 

@@ -23,7 +23,7 @@ def answer(result: Mapping[str, Any]) -> str:
     if stopped_s is not None:
         return (
             f'The clock stopped after {span(stopped_s)}: its swing had become too small to go '
-            'on, and it tells nothing of the longitude.'
+            'on, and the longitude cannot be found from it.'
         )
     raw_nmi = longitude.get('raw_error_nmi')
     if raw_nmi is None:

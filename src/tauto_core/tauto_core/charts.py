@@ -138,7 +138,7 @@ def _longitude(voyage: Voyage) -> Chart:
     time = voyage.time_s / unit
     error = voyage.longitude_error_nmi
     if len(error) != len(time):
-        raise UsageError('longitude: the bag tells no longitude for every reading. Draw error')
+        raise UsageError('longitude: the bag has no longitude for some readings. Draw error')
     return Chart(
         'Error of the longitude',
         label,

@@ -128,7 +128,7 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
         scene.name,
         'trochlea.inertia' if lever else 'trochlea.release_angle',
         machine.inertia if lever else machine.release_angle,
-        f'{changes} changes too abruptly for the series that tell the motion: at most '
+        f'{changes} changes too abruptly for the series of the motion: at most '
         f'{MOST_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
         f'Use {works}.' if works else 'Use a lighter weight or a softer spring.',
     )

@@ -13,9 +13,10 @@ Row: TypeAlias = tuple[str, str, str]
 """Label, value, unit."""
 
 SIGNS = (
-    'Signs: + is a fast clock and a place to the east. A slow clock puts the ship east. ±, σ: a '
-    'standard deviation. Of what is estimated or corrected, what the navigator believes, who sees '
-    'the observations alone; by the dial, from the scatter of its rate in ten parts of the run.'
+    'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
+    'are standard deviations. Those of estimated and corrected figures are as the navigator knows '
+    'them, who sees the observations alone; that of the dial is from the scatter of its rate in '
+    'ten parts of the run.'
 )
 
 

@@ -1,7 +1,7 @@
 """The commands of `tauto`.
 
-Exit codes: 0 well, 2 for a bad command line or scene, 1 for anything that failed on the way, 130
-after Ctrl-C, 143 after SIGTERM. Results go to stdout, all other words to stderr; with `--json`
+Exit codes: 0 for success, 2 for a bad command line or scene, 1 for anything that failed on the
+way, 130 after Ctrl-C, 143 after SIGTERM. Results go to stdout, messages to stderr; with `--json`
 stdout holds one object and nothing else. A traceback means a fault of the program, never of its
 input.
 """

@@ -70,8 +70,9 @@ def compare(
 ) -> None:
     """Sail several clocks through the same sea: which of them finds the longitude?
 
-    Raw is the longitude by the dial as the scene sets it, the shipped clocks' by their rate on
-    land; corrected is that by the rate observed in port, where the ship lies in the same sea.
+    The column `dial` is the longitude by the dial alone, which the shipped clocks have regulated
+    on land. The column `rated` allows for the rate observed in port, where the ship lies in the
+    same sea.
     """
     from tauto_core import comparison
     from tauto_core.cli.ending import ended_by_sigterm

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from tauto_core.comparison.running import Comparison, Row
 from tauto_core.figure_file import write_figure
 from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.wording import span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +22,12 @@ NEEDED_S = 120.0
 _BAND = '#f4e9cd'
 _STYLES: dict[bool, dict[str, Any]] = {
     False: {'color': '#003f88', 'linewidth': 1.3, 'label': 'fixed to the ship'},
-    True: {'color': '#c1121f', 'linewidth': 1.3, 'linestyle': (0, (3, 2)), 'label': 'hung'},
+    True: {
+        'color': '#c1121f',
+        'linewidth': 1.3,
+        'linestyle': (0, (3, 2)),
+        'label': 'hung on an axle',
+    },
 }
 
 
@@ -65,7 +71,8 @@ def side_by_side(result: Comparison) -> Figure:
             axes.spines[side].set_visible(False)
     for axes in grid.ravel()[len(clocks) :]:
         axes.set_axis_off()
-    figure.supylabel('rate [s/day]' if by_roll else 'error of the clock [s]', fontsize=9.0)
+    rate = f'mean rate over {span(result.duration_s)} [s/day]'
+    figure.supylabel(rate if by_roll else 'error of the clock [s]', fontsize=9.0)
     figure.supxlabel('significant roll [degrees]' if by_roll else 'days', fontsize=9.0)
     shown = sorted({row.suspended for row in result.rows})
     handles: list[Line2D | Patch] = [Line2D([], [], **_STYLES[hung]) for hung in shown]

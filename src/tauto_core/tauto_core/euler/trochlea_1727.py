@@ -288,7 +288,7 @@ def _large_disc() -> list[Claim]:
             MOTION,
             'Q·a⁴·BC/(2 P)',
             length_of_thick_disc(weight, radius, pull, BASE_RADIUS),
-            'no g occurs in it; the scan would tell',
+            'no g occurs in it; the scan would show one',
             'misprint',
         ),
         _claim(

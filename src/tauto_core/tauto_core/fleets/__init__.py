@@ -1,4 +1,4 @@
-"""Many voyages of one scene, each with its own seed: how often is the longitude found?"""
+"""Many voyages of one scene with different random numbers: how often is the longitude found?"""
 
 from tauto_core.fleets.answers import Answers, answers
 from tauto_core.fleets.draws import as_draws, read_draws

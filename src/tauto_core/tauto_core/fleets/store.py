@@ -76,7 +76,7 @@ class Store:
             _write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
 
     def add(self, row: dict[str, Any]) -> None:
-        """Take the row of a ship that finished; write it now, or later with the next rows."""
+        """Take the row of a ship that finished; write it at once, or later with the next rows."""
         self._waiting.append(row)
         if time.monotonic() >= self._written_s + EVERY_S:
             self.flush()

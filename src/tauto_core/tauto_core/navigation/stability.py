@@ -118,7 +118,7 @@ def error_of(reading: TimeSamples) -> tuple[FloatArray, float]:
     stamps: IntArray = reading.stamp_ns
     if len(stamps) < FEWEST:
         raise EstimationError(
-            f'{len(stamps)} readings are too few to tell the stability of a clock, which takes '
+            f'{len(stamps)} readings are too few to estimate the stability of a clock: it takes '
             f'{FEWEST}. Log more of them (log.interval), or a longer run'
         )
     steps = np.diff(stamps)
@@ -129,7 +129,7 @@ def error_of(reading: TimeSamples) -> tuple[FloatArray, float]:
         raise EstimationError(
             f'the reading at {stamps[first + 1] / NS_PER_S:.9g} s comes '
             f'{steps[first] / NS_PER_S:.9g} s after the one before, most come '
-            f'{interval / NS_PER_S:.9g} s after: stability is told from evenly spaced readings. '
+            f'{interval / NS_PER_S:.9g} s after: stability needs evenly spaced readings. '
             'Take a part of the bag without gaps'
         )
     error: FloatArray = (reading.time_ref_ns - stamps) / NS_PER_S
@@ -199,7 +199,7 @@ def _without_trend(error: FloatArray) -> FloatArray:
     if np.abs(third).max() <= 8.0 * np.finfo(np.float64).eps * np.abs(error).max():
         raise EstimationError(
             'the errors of the clock lie on a parabola: its rate is steady or changes steadily, '
-            'and there is no noise to tell of. Leave out the stability'
+            'and there is no noise to measure. Leave out the stability'
         )
     return np.asarray(left, np.float64)
 

@@ -95,7 +95,7 @@ def _times(voyage: Voyage) -> Iterator[Problem]:
         yield Problem(
             'voyage.speed',
             voyage.speed,
-            f'does not go with voyage.arrives_at, {voyage.arrives_at!r} s: either tells the other',
+            f'does not go with voyage.arrives_at, {voyage.arrives_at!r} s; one is enough',
             'Leave one of them out.',
         )
     if voyage.arrives_at <= voyage.sails_at:

@@ -179,7 +179,7 @@ def _read_with_library(asked: SpectrumFile) -> Any:
         raise SceneError(asked.path, '', None, problem, remedy) from None
     file = data_path(asked.path)
     if asked.format == 'datawell' and '}' not in file.name:
-        problem = 'lacks station and time, which the name of a Datawell file tells'
+        problem = 'lacks station and time, which the name of a Datawell file states'
         raise SceneError(
             asked.path, 'name', file.name, problem, 'Name it station}2024-09-09T01h15Z.spt.'
         )
