@@ -32,12 +32,16 @@ def example(kind: type[s.Samples], n: int, seed: int = 1726) -> s.Samples:
         return s.JointSamples(when, 'case', ('wheel', 'fusee'), *three)
     if kind is s.TimeSamples:
         return s.TimeSamples(when, '', when + rng.integers(-(10**12), 10**12, n), sources)
+    status, service = rng.integers(-2, 3, n), rng.integers(0, 65536, n)
+    latitude, longitude, altitude = rng.normal(size=(3, n))
     return s.FixSamples(
         when,
         'wgs84',
-        rng.integers(-2, 3, n).astype(np.int8),
-        rng.integers(0, 65536, n).astype(np.uint16),
-        *rng.normal(size=(3, n)),
+        status.astype(np.int8),
+        service.astype(np.uint16),
+        latitude,
+        longitude,
+        altitude,
         rng.normal(size=(n, 9)),
         rng.integers(0, 4, n).astype(np.uint8),
     )

@@ -23,7 +23,8 @@ def run(*arguments: str | Path) -> str:
 
 def outline_mm(path: Path) -> tuple[np.ndarray, np.ndarray]:
     rows = list(csv.DictReader(path.read_text(encoding='utf-8').splitlines()))
-    return tuple(np.array([float(row[key]) for row in rows]) for key in ('x_mm', 'y_mm'))
+    x, y = (np.array([float(row[key]) for row in rows]) for key in ('x_mm', 'y_mm'))
+    return x, y
 
 
 def test_csv_of_the_involute_is_the_involute_of_its_base_circle(tmp_path: Path) -> None:

@@ -180,7 +180,9 @@ def test_range_of_the_weight_cam_through_a_hole():
 def test_hollow_spring_cheek():
     """On a vertical thread the cheek is convex up to bκ/P = 1/3, and from D = √3c on."""
     assert hollow(SpringCorrected(0.01, 33.3)) is None
-    start, end = hollow(SpringCorrected(0.01, 100.0))
+    found = hollow(SpringCorrected(0.01, 100.0))
+    assert found is not None
+    start, end = found
     assert start == 0.0
     # t + t'' = 0 where 1 + c²ϑ² = √3 c, c = 1
     assert end == pytest.approx(math.sqrt(math.sqrt(3.0) - 1.0), rel=1e-9)

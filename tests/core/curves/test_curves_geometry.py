@@ -36,10 +36,11 @@ def upper(cam):
 def fits(cam):
     """Chebyshev fits of the points; 40 terms reach rounding on these intervals."""
     interval = [0.0, upper(cam)]
-    return [
-        Chebyshev.interpolate(lambda s, i=i: cam.contact(s)[i], 60, domain=interval)
-        for i in range(2)
-    ]
+
+    def coordinate(s, i):
+        return cam.contact(s)[i]
+
+    return [Chebyshev.interpolate(coordinate, 60, interval, args=(i,)) for i in range(2)]
 
 
 @every_cam

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -79,6 +80,13 @@ def forget_sources():
         known.cache_clear()
 
 
+def kept_header() -> dict[str, Any]:
+    """What is written beside the code that is kept."""
+    kept = store.read(next(path.name for path in store.folder().iterdir()))
+    assert kept is not None
+    return kept[0]
+
+
 def edit(path: Path, before: str, after: str) -> None:
     text = path.read_text()
     assert before in text
@@ -106,7 +114,7 @@ def test_a_change_of_any_source_that_was_used_compiles_anew(program):
 def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
     """Though no file has changed: what a name stands for is part of the code."""
     assert program.run() == (19.0, 1)
-    header, _ = store.read(next(path.name for path in store.folder().iterdir()))
+    header = kept_header()
     assert used.is_as_it_was(header['files'], header['names'])
     monkeypatch.setattr(sys.modules['laws_of_a_test'], 'FACTOR', 4.0)
     assert not used.is_as_it_was(header['files'], header['names'])
@@ -185,7 +193,7 @@ def test_the_cache_has_a_place_where_nothing_says_so(monkeypatch):
 
 def test_the_compiler_itself_is_a_source(program, monkeypatch):
     program.run()
-    header, _ = store.read(next(path.name for path in store.folder().iterdir()))
+    header = kept_header()
     own = {Path(path).name for path in header['files'] if '/kernels/' in path}
     assert {'translation.py', 'operations.py', 'program.py', 'target.py'} <= own
     other = dict.fromkeys(header['files'], 'another')

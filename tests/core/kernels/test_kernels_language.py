@@ -148,7 +148,8 @@ def counts(n: int) -> Any:
 
 
 def widens(n: int) -> Any:
-    grown, seen, last = 0, False, 1
+    grown: Any = 0
+    seen, last = False, 1
     for k in range(n):
         grown = grown + 0.5 * k
         seen |= k > 2
@@ -422,13 +423,13 @@ def test_what_is_called_for_a_function_is_chosen_by_its_arguments():
 
 
 REFUSED = {
-    'what is not known': (lambda a: a + nothing, 'nothing is not set'),  # noqa: F821
+    'what is not known': (lambda a: a + nothing, 'nothing is not set'),  # type: ignore[name-defined]  # noqa: F821
     'a list': (lambda a: [a], 'List'),
     'a word': (lambda a: 'x' + a, "Add of 'x' and float"),
     'a picked item of many kinds': (lambda a: (a, 1)[int(a)], 'picked'),
     'an unknown function': (lambda a: math.gamma(a), 'cannot call'),
     'a slice with a step': (lambda rows: rows[::2], 'step'),
-    'too few arguments': (lambda a: polynomial(), 'takes x'),
+    'too few arguments': (lambda a: polynomial(), 'takes x'),  # type: ignore[call-arg]
     'a missing field': (lambda a: Pair(a, a).third, 'third'),
     'two kinds of whole number': (lambda i: np.uint64(i) + i, 'np.int64'),
 }
@@ -487,7 +488,7 @@ def test_an_error_names_the_way_through_all_functions():
     @compiled
     def inner(a):
         for _ in range(2):
-            a = a + missing  # noqa: F821
+            a = a + missing  # type: ignore[name-defined]  # noqa: F821
         return a
 
     def outer(a):

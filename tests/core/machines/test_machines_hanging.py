@@ -148,7 +148,7 @@ def test_energy_is_kept_by_the_equations():
         psi, delta, psi_rate, delta_rate = state.tolist()
         bends = MACHINE.accelerations(psi, delta, psi_rate, delta_rate)
         slope, step = np.array([psi_rate, delta_rate, *bends]), 1e-6
-        ends = [MACHINE.energy(*(state + n * step * slope), 9.81) for n in (-1, 1)]
+        ends = [MACHINE.energy(*[*(state + n * step * slope), 9.81]) for n in (-1, 1)]
         power = (ends[1] - ends[0]) / (2 * step)
         assert abs(power) < 1e-9 * 9.81
     assert MACHINE.energy(0.0, 0.0, 0.0, 0.0, 9.81) == 0.0

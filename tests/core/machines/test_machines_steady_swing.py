@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tauto_core.machines import (
+    LeverMachine,
     Machine,
     NoSteadySwing,
     SteadySwing,
@@ -234,6 +235,7 @@ def test_the_lever_swings_between_two_different_angles(angle):
     found = settled(LEVER, {'viscous': drag}, energy, angle)
     phase, lost = (np.arange(nodes) + 0.5) * math.pi / nodes, 0.0
     for turning in (found.amplitude, LEVER.far_turning(found.amplitude)):
+        assert isinstance(LEVER, LeverMachine)
         tau, slowness = LEVER.swing(turning, phase)
         ratio = LEVER.geometry.slopes(tau)[0]
         mass = LEVER.inertia + LEVER.turned_inertia * ratio**2

@@ -234,7 +234,7 @@ def test_lifting_off_is_found_in_time():
         state = AxleState(E * y[0], y[1], E * y[2], y[3])
         return float(forces(BODY, state, SupportMotion(down=10.0 * t)).contact)
 
-    contact.terminal = True  # type: ignore[attr-defined]
+    contact.terminal = True
     found = solve_ivp(
         right, (0, 2), [0.1, 0.1, 0, 0], method='DOP853', rtol=1e-12, atol=1e-14, events=contact
     )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -23,7 +24,7 @@ SPRING = {
     'cam': {'kind': 'spring_corrected', 'period': 1.0},
     'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0},
 }
-MACHINES = {
+MACHINES: dict[str, dict[str, Any]] = {
     'weight, vertical': {**WEIGHT, 'thread': VERTICAL},
     'weight, hole': {**WEIGHT, 'thread': {'kind': 'hole', 'distance': 0.2}},
     'spring, vertical': {**SPRING, 'thread': VERTICAL},
@@ -80,9 +81,7 @@ def test_closed_form_is_the_motion(trochlea, part):
     seconds = np.linspace(0.0, 0.7 * trochlea['cam']['period'], 9)[1:]
     times = np.round(seconds * 1e9).astype(np.int64)
     n = len(times)
-    spans = Forcing(
-        np.diff(times, prepend=0) * 1e-9, *np.zeros((1, n)), np.ones(n), times, times > 0
-    )
+    spans = Forcing(np.diff(times, prepend=0) * 1e-9, np.zeros(n), np.ones(n), times, times > 0)
     found = engine.advance(spans)
     around = (times[:, None] * 1e-9 + [-1e-5, 0.0, 1e-5]).ravel()
     angle, rate = swing(machine, amplitude, around).reshape(2, -1, 3)
@@ -101,9 +100,7 @@ def test_collocation_finds_the_same_period(trochlea):
     period = trochlea['cam']['period']
     times = np.round(np.arange(1, 101) * period / 20 * 1e9).astype(np.int64)
     n = len(times)
-    spans = Forcing(
-        np.diff(times, prepend=0) * 1e-9, *np.zeros((1, n)), np.ones(n), times, times > 0
-    )
+    spans = Forcing(np.diff(times, prepend=0) * 1e-9, np.zeros(n), np.ones(n), times, times > 0)
     for part in (0.1, 0.8):
         machine = machine_of(trochlea, part * largest(trochlea))
         engine, forcing = Collocation(machine, 1e-14), at_rest_at_sea(spans, machine)
@@ -114,7 +111,7 @@ def test_collocation_finds_the_same_period(trochlea):
         np.testing.assert_allclose(phase[-1], 10.0, rtol=1e-12)
 
 
-ROLL = {
+ROLL: dict[str, Any] = {
     'ship': {
         'kind': 'components',
         'components': [{'amplitude': 0.1, 'period': 9.0, 'phase': 0.4}],

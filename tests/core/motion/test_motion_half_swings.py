@@ -74,6 +74,7 @@ def integrated(machine, times):
         )  # fmt: skip
         end = run.t_events[0][0]
         rows = (times >= begin) & (times < end)
+        assert run.sol is not None
         found[:, rows] = run.sol(times[rows])
         turns.append(end)
         if end > times[-1]:

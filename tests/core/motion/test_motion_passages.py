@@ -99,7 +99,7 @@ def counted(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return upward passages and all passages of zero up to each sample."""
     below = values < 0.0
     up, all_ = below[:-1] & ~below[1:], below[:-1] != below[1:]
-    return (np.concatenate([[0], np.cumsum(each)]) for each in (up, all_))
+    return np.concatenate([[0], np.cumsum(up)]), np.concatenate([[0], np.cumsum(all_)])
 
 
 FINE = 500
@@ -167,6 +167,7 @@ def swing_at_sea(follows: bool, amplitude: float) -> tuple[np.ndarray, ...]:
         max_step=0.2,
     )
     t = np.arange(SECONDS * FINE + 1) / FINE
+    assert found.sol is not None
     felt, momentum = found.sol(t)
     line, line_rate, _ = outside(t)
     return felt, rate_of(felt, momentum, line_rate), felt + line - waves(ROLL, t, 0)

@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -201,7 +202,7 @@ def test_energy_is_kept_on_land(trochlea):
         state = [
             np.dot(row, each) for each in (places, rates) for row in (system.wheel, system.thread)
         ]
-        return machine.energy(*state, machine.gravity)
+        return machine.energy(*[*state, machine.gravity])
 
     engine.release(spans)
     start = energy()
@@ -263,7 +264,7 @@ def test_chunks_and_resumption_change_no_bit(name):
     imu = ship.produce(ship.total)
     whole = TrochleaStage(scene).feed({'ship/imu': imu})
     parts = TrochleaStage(scene)
-    rows = {topic: [] for topic in (JOINT_STATES, PHASE, READING)}
+    rows: dict[str, list[Any]] = {topic: [] for topic in (JOINT_STATES, PHASE, READING)}
     edges = [0, 1, 7, 100, 101, 250, ship.total]
     for a, b in pairwise(edges):
         chosen = np.zeros(ship.total, bool)

@@ -87,7 +87,9 @@ def at_sea(moved: Any, duration_s: float, interval_s: float, rate: float = 20.0)
         stride=2,
     )
     buffer.add(ship.produce(ship.total), scene.starts_at_ns)
-    return buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
+    forcing = buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
+    assert forcing is not None
+    return forcing
 
 
 def part(whole: Any, begin: int, end: int) -> Any:
@@ -194,9 +196,9 @@ def vectors(engine: Any) -> np.ndarray:
 
 def conservative(name: str) -> Reversible:
     if name == 'case':
-        engine = AxleSwing(*CASE)
-        engine.release(-CASE[3] * math.tan(0.4), CASE[3])
-        return Reversible(engine, max(engine._omega))
+        case = AxleSwing(*CASE)
+        case.release(-CASE[3] * math.tan(0.4), CASE[3])
+        return Reversible(case, max(case._omega))
     moved = machine(name)
     engine = make_collocation(moved)
     engine.release(on_land(1, 0.1))

@@ -47,7 +47,7 @@ def ensemble(request):
 
 def within(total, freedom):
     # two-sided at 1e-4: a seeded ensemble, so it passes always or never
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], freedom)
+    low, high = chi2.ppf(np.array([5e-5, 1 - 5e-5]), freedom)
     return low < total < high
 
 

@@ -138,7 +138,7 @@ def test_errors_and_innovations_are_as_large_as_the_filter_says(states):
         nees += miss @ np.linalg.solve(covariance(now)[:states, :states], miss)
     # Two-sided at 1e-4: a seeded ensemble, so it passes always or never
     for total, freedom in ((nees, runs * states), (nis, runs * n)):
-        low, high = chi2.ppf([5e-5, 1 - 5e-5], freedom)
+        low, high = chi2.ppf(np.array([5e-5, 1 - 5e-5]), freedom)
         assert low < total < high
 
 

@@ -157,5 +157,5 @@ def test_its_errors_are_as_large_as_it_says(states):
         miss = (truth[middle + 1] - np.array([column[0] for column in found[:3]]))[:states]
         total += miss @ np.linalg.solve(cov, miss)
     # two-sided at 1e-4: a seeded ensemble, so it passes always or never
-    low, high = chi2.ppf([5e-5, 1 - 5e-5], runs * states)
+    low, high = chi2.ppf(np.array([5e-5, 1 - 5e-5]), runs * states)
     assert low < total < high

@@ -1,5 +1,7 @@
 """Numbers of a machine out of all proportion are refused by their key, not by an overflow."""
 
+from typing import Any
+
 import pytest
 import yaml
 
@@ -43,7 +45,7 @@ def parsed(key, value):
         }
         content |= {'trochlea': trochlea, 'suspension': dict(HUNG), 'drag': {}}
     *path, last = key.split('.')
-    section = content
+    section: Any = content
     for name in path:
         section = section[name]
     section[last] = value

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,7 +118,7 @@ def test_bad_tests_are_refused(tmp_path: Path) -> None:
 
 def test_bad_keys_are_refused() -> None:
     path = MEASURED.format('21340')
-    cases = {
+    cases: dict[str, dict[str, Any]] = {
         r'ship\.roll\.decay\.cycles = 0': {'cycles': 0},
         r'cycles = 400: is more than the test holds: 16 whole cycles': {'cycles': 400},
         r'time_column = .phi_rad.: has no known unit; it must end in _s': {

@@ -52,7 +52,8 @@ def test_specific_force_is_that_of_a_point_carried_by_roll_and_heave():
         ]
         derivatives = [[float(mpmath.diff(roll, t, n)) for t in times] for n in range(3)]
         heaving = np.array([float(mpmath.diff(heave, t, 2)) for t in times])
-    imu = imu_samples(np.array([1, 2, 3]), *(np.array(d) for d in derivatives), heaving, height, G)
+    angle, rate, acceleration = (np.array(each) for each in derivatives)
+    imu = imu_samples(np.array([1, 2, 3]), angle, rate, acceleration, heaving, height, G)
     # rounding of numbers near 10
     np.testing.assert_allclose(
         imu.linear_acceleration[:, 1:], np.array(expected, float), rtol=0, atol=2e-14
