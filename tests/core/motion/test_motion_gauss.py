@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from mpmath import mp
 
@@ -75,6 +76,23 @@ def test_the_integrals_to_the_nodes_are_correctly_rounded(stages):
             for end in roots
         ]
         assert gauss(stages).columns[j].tolist() == [float(value) for value in exact]
+
+
+@STAGES
+def test_folded_integrals_unfold_to_the_integrals_to_the_nodes(stages):
+    """Of nodes j and j' and their mirror images: the rule is symmetric."""
+    constants, h = gauss(stages), stages // 2
+    shared = constants.folded[h, :h]
+    assert constants.folded[h, h:].tolist() == shared.tolist()
+    assert (2.0 * shared).tolist() == constants.weights[:h].tolist()
+    for j in range(h):
+        p, q = constants.folded[j, :h], constants.folded[j, h:]
+        for row, sign in ((j, 1.0), (-1 - j, -1.0)):
+            wanted = constants.columns[row]
+            near, far = shared[j] + (p + sign * q), shared[j] - (p - sign * q)
+            sizes = np.abs(p) + np.abs(q) + shared[j]
+            assert np.all(np.abs(near - wanted[:h]) < 2.0**-51 * sizes)
+            assert np.all(np.abs(far[::-1] - wanted[h:]) < 2.0**-51 * sizes)
 
 
 @STAGES

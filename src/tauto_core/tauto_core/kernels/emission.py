@@ -219,6 +219,19 @@ class Emission:
 
     # memory
 
+    def reloaded(self, vector: ir.Value) -> ir.Value:
+        """Return where the numbers of a vector in memory are, as LLVM cannot know.
+
+        They are then read from there, though it still has them in a register.
+        """
+        first = self.b.bitcast(vector, DOUBLE.as_pointer())
+        kind = ir.FunctionType(first.type, [first.type])
+        return self.b.asm(kind, '', '=r,0', [first], False)
+
+    def number(self, first: ir.Value, i: builtins.int) -> ir.Value:
+        """Return the double that is i numbers behind an address."""
+        return self.b.load(self.b.gep(first, [ir.Constant(WORD, i)]))
+
     def load(self, address: ir.Value, kind: Any) -> Any:
         """Return what an address holds; of a field with several numbers, where they are."""
         if isinstance(kind, Fields):

@@ -34,6 +34,9 @@ class Gauss(NamedTuple):
         projection: the Legendre coefficients from the values at the nodes, (s, s).
         columns: columns[j, i] = a_ij = ∫_0^{c_i} ℓ_j, (s, s).
         integral: the powers of the integral from the values at the nodes, (s, s).
+        folded: the same as `columns`, for even s: with mirrored nodes j' = s + 1 - j, of j up to
+            h = s/2 a row p_j1 … p_jh q_j1 … q_jh each, p = (a_ij + a_ij' - b_j)/2 and
+            q = (a_ij - a_ij')/2, and behind them a row b_1/2 … b_h/2 twice, (h + 1, s).
     """
 
     nodes: FloatArray
@@ -41,6 +44,7 @@ class Gauss(NamedTuple):
     projection: FloatArray
     columns: FloatArray
     integral: FloatArray
+    folded: FloatArray
 
 
 def _polynomials(x: Any, stages: int) -> Any:
@@ -75,6 +79,14 @@ def _powers(stages: int) -> Any:
     return np.array(columns).T
 
 
+def _folded(columns: Any, weights: Any) -> Any:
+    half = len(weights) // 2
+    near, far = columns[:half, :half], columns[-1 : -half - 1 : -1, :half]
+    shared = weights[:half] / 2
+    rows = np.hstack([(near + far) / 2 - shared[:, None], (near - far) / 2])
+    return np.vstack([rows, np.tile(shared, 2)])
+
+
 @cache
 def gauss(stages: int) -> Gauss:
     """Return the constants, each correctly rounded."""
@@ -91,11 +103,13 @@ def gauss(stages: int) -> Gauss:
         projection = degree * weights * values[:-1]
         integrals = (values[2:] - values[:-2]) / (2 * degree[1:])
         integrals = np.concatenate([[(roots + 1) / 2], integrals])
+        columns = projection.T @ integrals
         found = (
             (roots + 1) / 2,
             weights,
             projection,
-            projection.T @ integrals,
+            columns,
             _powers(stages) @ projection,
+            _folded(columns, weights),
         )
     return Gauss(*(np.array(each, np.float64) for each in found))

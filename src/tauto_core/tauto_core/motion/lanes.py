@@ -95,6 +95,72 @@ def combined_both(out: Emission, array: Any, first: Any, weights: Any, others: A
     return out.group(_combined(out, array, first, (weights, others)))
 
 
+def _mirrored(out: Emission, vector: Any) -> Any:
+    return out.shuffled(vector, vector, range(vector.type.count - 1, -1, -1))
+
+
+def _total_everywhere(out: Emission, vector: Any) -> Any:
+    """Return the sum of the lanes in all of them: the same order everywhere."""
+    count, apart = vector.type.count, 1
+    while apart < count:
+        other = out.shuffled(vector, vector, [i ^ apart for i in range(count)])
+        vector, apart = out.b.fadd(vector, other), 2 * apart
+    return vector
+
+
+def _folded_sums(out: Emission, rows: Any, first: Any, room: Any, weights: Any) -> Any:
+    """Do for one set of weights what `folded_both` does."""
+    count = _row(rows)
+    half = count // 2
+    given = out.lanes(weights)
+    low, high = (
+        out.shuffled(given, given, range(half)),
+        _mirrored(out, out.shuffled(given, given, range(half, count))),
+    )
+    even, odd = out.b.fadd(low, high), out.b.fsub(low, high)
+    out.b.store(out.shuffled(even, odd, range(count)), out.row(rows, count, room), align=8)
+    laid = out.reloaded(out.row(rows, count, room))
+    sums: list[list[Any]] = [[], []]
+    for j in range(half):
+        row = _loaded(out, rows, out.next(first, j))
+        for k, parts in enumerate(sums):
+            part = out.shuffled(row, row, range(k * half, (k + 1) * half))
+            weight = out.spread(out.number(laid, k * half + j), half)
+            if j < 2:
+                parts.append(out.b.fmul(part, weight))
+            else:
+                parts[j % 2] = out.vector_function('fma', part, weight, parts[j % 2])
+    shared = _loaded(out, rows, out.next(first, half))
+    shared = out.b.fmul(out.shuffled(shared, shared, range(half)), even)
+    across, along = (out.b.fadd(*parts) for parts in sums)
+    along = out.b.fadd(along, _total_everywhere(out, shared))
+    before, behind = out.b.fadd(along, across), out.b.fsub(along, across)
+    return out.as_lanes(out.shuffled(before, _mirrored(out, behind), range(count)))
+
+
+@intrinsic
+def folded_both(
+    out: Emission, array: Any, first: Any, room: Any, weights: Any, others: Any
+) -> Any:
+    """Return `combined` of mirrored rows with two weights, at half the operations.
+
+    The matrix of a symmetric rule differs from half its weights by one that changes its sign when
+    rows and columns are mirrored: so it takes sums of mirrored numbers to differences, and these
+    to sums. Its rows here are those of `gauss.Gauss.folded`. What is to be in all lanes is read
+    from memory, which costs nothing beside arithmetic; moving it between lanes would.
+
+    Args:
+        room: two rows from here on are overwritten.
+    """
+    begin, place = out.int(first), out.int(room)
+    return out.group(
+        [
+            _folded_sums(out, array, begin, place, weights),
+            _folded_sums(out, array, begin, out.next(place, 1), others),
+        ]
+    )
+
+
 @intrinsic
 def width(_out: Emission, rows: Any) -> Any:
     """Return how many numbers a row is long, or how many lanes there are: a constant."""

@@ -40,6 +40,7 @@ from tauto_core.motion.lanes import (
     combined_both,
     filled,
     fma,
+    folded_both,
     lane,
     larger,
     largest,
@@ -61,7 +62,7 @@ from tauto_core.samples import FloatArray
 TERMS = 24
 """Most powers of the polynomials that stand for the forcing."""
 
-COEFFICIENTS, EXPANSION, QUADRATURE, FRACTIONS, TAIL, PIECE = 0, 16, 32, 33, 34, 35
+COEFFICIENTS, EXPANSION, FOLDED, QUADRATURE, FRACTIONS, TAIL, PIECE = 0, 16, 32, 41, 42, 43, 44
 FIRST = PIECE + TERMS
 K1, K2, U, V, X, Y, D1, D2, F1, F2, WHOLE, PART, OUTSIDE = *range(11), 12, 14
 TURNED = 5
@@ -113,6 +114,7 @@ def make_memory(planes: int, more: int, stages: int = SIZE) -> Memory:
     constants = gauss(stages)
     work[COEFFICIENTS : COEFFICIENTS + stages] = constants.columns
     work[EXPANSION : EXPANSION + stages] = constants.integral.T
+    work[FOLDED : FOLDED + stages // 2 + 1] = constants.folded
     work[QUADRATURE] = constants.weights
     work[FRACTIONS] = constants.nodes
     work[TAIL] = constants.projection[-1]
@@ -215,7 +217,10 @@ def _move_stages(omega: Any, h: float, state: Any, work: Any) -> float:
     change = filled(work, 0.0)
     for p in range(planes):
         k1, k2 = load(work, row(K1, planes, p)), load(work, row(K2, planes, p))
-        u, v = combined_both(work, COEFFICIENTS, k1, k2)
+        if width(work) == WIDE_SIZE:
+            u, v = folded_both(work, FOLDED, row(F1, planes, 2 * p), k1, k2)
+        else:
+            u, v = combined_both(work, COEFFICIENTS, k1, k2)
         u, v = fma(u, h, state[4 * p]), fma(v, h, state[4 * p + 2])
         moved = larger(u - load(work, row(U, planes, p)), v - load(work, row(V, planes, p)))
         change = larger(change, moved)

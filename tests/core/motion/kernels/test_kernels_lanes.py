@@ -16,6 +16,7 @@ from tauto_core.motion.lanes import (
     combined_both,
     filled,
     fma,
+    folded_both,
     lane,
     larger,
     largest,
@@ -93,6 +94,15 @@ def _rearrange(rows, x, i, out, numbers):
 
 
 @compiled
+def _fold(rows, out):
+    """Rows of a matrix, then two of weights, then room for two more."""
+    many = width(rows) // 2 + 1
+    both = folded_both(rows, 0, many + 2, load(rows, many), load(rows, many + 1))
+    store(out, 0, both[0])
+    store(out, 1, both[1])
+
+
+@compiled
 def _tell(rows, numbers, counts):
     """What is told of lanes in whole numbers."""
     counts[0] = negative(load(rows, 0))
@@ -118,6 +128,16 @@ def rearrange(rows, x, i, out, numbers):
 
 
 @entry
+def fold(rows, out):
+    _fold(rows, out)
+
+
+@entry
+def fold_wide(rows, out):
+    _fold(wide_pointer(rows), wide_pointer(out))
+
+
+@entry
 def rearrange_wide(rows, x, i, out, numbers):
     _rearrange(wide_pointer(rows), x, i, wide_pointer(out), numbers)
 
@@ -140,6 +160,7 @@ def fill_eight(x, out):
 
 OPERATE = {SIZE: operate, WIDE_SIZE: operate_wide}
 REARRANGE = {SIZE: rearrange, WIDE_SIZE: rearrange_wide}
+FOLD = {SIZE: fold, WIDE_SIZE: fold_wide}
 TELL = {SIZE: tell, WIDE_SIZE: tell_wide}
 WIDTHS = pytest.mark.parametrize('n', [SIZE, WIDE_SIZE])
 
@@ -232,6 +253,28 @@ def test_rows_are_combined_in_four_sums(n):
     same_bits(out[24], with_a)
     same_bits(out[25], with_b)
     same_bits(out[26], with_a)
+
+
+@WIDTHS
+def test_folded_rows_are_combined_as_if_unfolded(n):
+    """Against the whole matrix in rational numbers; of n terms each is rounded twice or so."""
+    h = n // 2
+    rows = np.random.default_rng(n).standard_normal((h + 5, n))
+    rows[h, h:] = rows[h, :h]
+    given, out = [[Fraction(x) for x in row] for row in rows], np.zeros((2, n))
+    FOLD[n](rows, out)
+    whole = {}
+    for j in range(h):
+        p, q, shared = given[j][:h], given[j][h:], given[h][j]
+        for row, sign in ((j, 1), (n - 1 - j, -1)):
+            for i in range(h):
+                whole[row, i] = shared + p[i] + sign * q[i]
+                whole[row, n - 1 - i] = shared - p[i] + sign * q[i]
+    for weights, found in zip(given[h + 1 : h + 3], out, strict=True):
+        for i in range(n):
+            terms = [weights[j] * whole[j, i] for j in range(n)]
+            size = sum(abs(weight) for weight in weights) * max(map(abs, rows.flat))
+            assert abs(Fraction(found[i]) - sum(terms)) < 2.0**-52 * n * float(size)
 
 
 @WIDTHS
