@@ -6,8 +6,8 @@ Each shipped scene is sailed for ten minutes in a process of its own: cold with 
 compiled kernels, then warm with what the first run has left there. Python's own byte code is there
 in both, as it is after an installation or any first command. Wall is what a user waits; CPU, user
 and system together, is what remains comparable on a machine that does other work, too. The least
-of the repeats counts. The rows of a build are kept under its name beside those of others in
-benchmarks/start.json.
+of the repeats counts. The rows of a build, by default this version, are kept under its name beside
+those of others in benchmarks/start.json, with the machine's load when the measurement began.
 """
 
 from __future__ import annotations
@@ -21,10 +21,13 @@ import subprocess
 import sys
 import tempfile
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 RESULTS = Path(__file__).with_suffix('.json')
 DURATION_S = 600.0
+COLD_S, WARM_S = 4.0, 0.8
+"""What a first and a second run should take at most."""
 TAUTO = (sys.executable, '-c', 'from tauto_core.cli import main; main()')
 
 
@@ -65,18 +68,24 @@ def main() -> None:
     compileall.compile_dir(str(Path(tauto_core.__file__).parent), quiet=1)
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument('scenes', nargs='*', metavar='SCENE')
-    parser.add_argument('--build', default='current')
-    parser.add_argument('--repeats', type=int, default=1)
+    parser.add_argument('--build', default=version('tauto_core'))
+    parser.add_argument('--repeats', type=int, default=3)
     given = parser.parse_args()
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {'builds': {}}
     build = results['builds'].setdefault(given.build, {'scenes': {}})
-    build['python'] = platform.python_version()
+    if not given.scenes:
+        build['scenes'] = {}
+    build['python'], build['load'] = platform.python_version(), round(os.getloadavg()[0], 2)
     build['help'] = least([seconds(['--help'], '') for _ in range(5)])
     print('--help', json.dumps(build['help']))
     for scene in given.scenes or shipped_scenes():
         build['scenes'][scene] = measure(scene, given.repeats)
         print(scene, json.dumps(build['scenes'][scene]), flush=True)
         RESULTS.write_text(json.dumps(results, indent=1) + '\n')
+    for run, limit in (('cold', COLD_S), ('warm', WARM_S)):
+        walls = [rows[run]['wall_s'] for rows in build['scenes'].values()]
+        slow = sum(wall > limit for wall in walls)
+        print(f'{run}: {min(walls)} to {max(walls)} s; {slow} of {len(walls)} above {limit} s')
 
 
 if __name__ == '__main__':
