@@ -1,8 +1,8 @@
-"""How arguments come from Python, and results go there: words of eight bytes, one a number.
+"""How arguments and results pass between Python and kernels: words of eight bytes, one a number.
 
-The structure of an argument is a tree: the name of a number's kind, None, `Rows` of an array, or
-a `Tuple`. From it a function is made that packs arguments of this structure, fast, and notices
-those of another one. Of an array its object's address is packed: the compiled code reads from
+The structure of an argument is a tree: the name of a number's kind, None, `Rows` of an array, or a
+`Tuple`. From it a function is made that packs arguments of this structure fast, and detects any
+other structure. For an array the address of its object is packed; the compiled code reads from
 there where its numbers are.
 """
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tauto_core.kernels.emission import Emission
 
 ENTRY = 'entry'
-"""What an entry is called in its object code."""
+"""Name of an entry in its object code."""
 
 DATA, DIMENSIONS, FLAGS = 0, 16, 48
 """Places behind the head of NumPy's array object (PyArrayObject_fields in ndarraytypes.h, which
@@ -59,7 +59,7 @@ def structure_of(x: Any) -> Any:
     """Return the structure of an argument.
 
     Raises:
-        KernelError: kernels take no such thing.
+        KernelError: kernels take no such argument.
     """
     if x is None:
         return None
@@ -105,9 +105,9 @@ def in_words(structure: Any) -> str:
 
 
 def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
-    """Return a function that packs arguments, or returns None: theirs is another structure.
+    """Return a function that packs arguments, or returns None for those of another structure.
 
-    It is named like the kernel, for Python's own error of a wrong number of arguments.
+    It has the name of the kernel, so that Python's error for a wrong number of arguments names it.
     """
     lines: list[str] = []
     known: dict[str, Any] = {
@@ -156,7 +156,7 @@ def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
 
 
 def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
-    """Emit what reads an argument from its words; return its value in compiled code."""
+    """Emit code that reads an argument from its words; return its value in compiled code."""
     from llvmlite import ir
 
     from tauto_core.kernels.emission import element
@@ -210,7 +210,7 @@ def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
 
 @cache
 def check_arrays() -> None:
-    """See that NumPy's arrays are laid out as compiled code reads them.
+    """Check that NumPy's arrays are laid out as compiled code reads them.
 
     Raises:
         KernelError: they are not.
@@ -232,7 +232,7 @@ def check_arrays() -> None:
 
 
 def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
-    """Return how many words a result takes, and what makes the result from them.
+    """Return how many words a result takes, and a function that makes the result from them.
 
     Args:
         layout: the name of a number's kind, None, a list, or a dict of an array.

@@ -1,4 +1,4 @@
-"""The function of LLVM that is being written: conversions, and what differs by the way taken."""
+"""The function of LLVM that is being written, with conversions of its values."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ FIELD_ROW = 8
 
 
 class Emission:
-    """What is emitted so far of one function of LLVM, and where the next instruction goes.
+    """The emitted part of one function of LLVM, and the place of the next instruction.
 
     Attributes:
         module: LLVM's module with all functions of an entry.
         f: LLVM's function.
         b: writes instructions.
         widened: (loop, name, place) of variables that a loop makes floats, or drops.
-        depth: of branches and loops: what is emitted there may run never, or many times.
-        rooms: what has been allocated.
+        depth: depth of branches and loops; code within them may run never, or many times.
+        rooms: the memory that has been allocated.
     """
 
     def __init__(self, module: Any, f: ir.Function, widened: dict[Any, str]) -> None:
@@ -85,7 +85,7 @@ class Emission:
         """Return a number as another kind.
 
         Raises:
-            KernelError: it is none, or would not be the same number.
+            KernelError: it is no number, or would not keep its value.
         """
         x = at_run_time(x)
         if isinstance(x, Value):
@@ -233,7 +233,7 @@ class Emission:
         return self.b.load(self.b.gep(first, [ir.Constant(WORD, i)]))
 
     def load(self, address: ir.Value, kind: Any) -> Any:
-        """Return what an address holds; of a field with several numbers, where they are."""
+        """Return the value at an address; for a field of several numbers, their address."""
         if isinstance(kind, Fields):
             return Record(kind, address)
         if isinstance(kind, Pointer):
@@ -264,7 +264,7 @@ class Emission:
     # blocks
 
     def go_on(self, blocks: Sequence[ir.Block], after: ir.Block) -> None:
-        """Let blocks go on in another, and write there."""
+        """Let several blocks continue in another one, and write there."""
         for block in blocks:
             self.b.position_at_end(block)
             self.b.branch(after)
@@ -275,7 +275,7 @@ def element(dtype: Any) -> Kind:
     """Return the kind of the items of an array.
 
     Raises:
-        KernelError: kernels know no such items.
+        KernelError: kernels do not support such items.
     """
     kind = ELEMENTS.get(dtype.str[1:])
     if kind is None or dtype.byteorder == '>':

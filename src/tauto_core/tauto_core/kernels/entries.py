@@ -55,7 +55,7 @@ def optimised() -> Iterator[None]:
 
 @cache
 def _stamp() -> str:
-    """Return what all compiled code depends on beside its sources: processor and versions."""
+    """Return processor and versions, on which compiled code depends beside its sources."""
     from tauto_core.kernels.target import versions
 
     return '\n'.join(versions())
@@ -113,7 +113,7 @@ class Entry:
         )
 
     def prepare(self, *args: Any) -> None:
-        """Compile, or load, what a call with such arguments needs.
+        """Compile or load the code that a call with such arguments needs.
 
         Raises:
             KernelError: the kernel, or the arguments, cannot be compiled.

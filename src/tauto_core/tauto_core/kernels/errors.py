@@ -1,4 +1,4 @@
-"""What can go wrong with a kernel."""
+"""Errors and warnings of kernels."""
 
 from __future__ import annotations
 
@@ -17,4 +17,4 @@ class KernelError(TautoError):
 
 
 class KernelCacheWarning(UserWarning):
-    """Compiled kernels cannot be kept: each run compiles them anew."""
+    """Compiled kernels cannot be stored, so that each run compiles them again."""

@@ -59,7 +59,7 @@ class Scope:
         self.variables: dict[str, Any] = {}
 
     def unknown(self, node: Any) -> Any:
-        """Refuse what the language does not have."""
+        """Refuse a construct that the language does not have."""
         raise KernelError(f'kernels know no {type(node).__name__}: {ast.unparse(node)}')
 
     def eval(self, e: Any) -> Any:
@@ -149,7 +149,7 @@ class Scope:
         return self.binary(type(e.op), self.eval(e.left), self.eval(e.right))
 
     def binary(self, op: type, x: Any, y: Any) -> Any:
-        """Return what an operator makes of two values."""
+        """Return the result of an operator on two values."""
         if op is not ast.Pow or (is_number(x) and is_number(y)):
             return binary(self.out, op, x, y)
         if isinstance(y, int):
@@ -232,7 +232,7 @@ class Scope:
         return self.call(callee, args, {word.arg: self.eval(word.value) for word in e.keywords})
 
     def call(self, callee: Any, args: list[Any], keywords: dict[str, Any]) -> Any:
-        """Return what a call returns: who is called is known when compiling."""
+        """Return the result of a call; the function is known when compiling."""
         if isinstance(callee, Method):
             if isinstance(callee.owner, Array):
                 return self._of_array(callee.owner, callee.function, args)

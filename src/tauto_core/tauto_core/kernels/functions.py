@@ -110,7 +110,7 @@ def _len(_out: Emission, x: Any) -> Any:
 
 
 def _isinstance(_out: Emission, x: Any, wanted: Any) -> bool:
-    """Return what is known of a value's class: of NamedTuples, None and numbers."""
+    """Return what is known about a value's class: for NamedTuples, None and numbers."""
     classes = tuple(wanted) if isinstance(wanted, (tuple, Group)) else (wanted,)
     if isinstance(x, Group):
         return issubclass(x.instance_class or tuple, classes)

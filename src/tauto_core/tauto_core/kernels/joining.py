@@ -1,4 +1,4 @@
-"""Ways that meet: what a variable is where branches come together, or a loop comes round."""
+"""Values of variables where branches meet, or at the head of a loop."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from tauto_core.kernels.values import (
 
 
 class BeginAnewError(Exception):
-    """A variable of a loop is of another kind at its end than at its beginning: begin anew."""
+    """A variable of a loop has another kind at its end than at its beginning: start again."""
 
 
 def joined(
     out: Emission, values: Sequence[Any], blocks: Sequence[ir.Block], after: ir.Block, name: str
 ) -> Any:
-    """Return in `after` what a value is that differs by the block one comes from.
+    """Return the value in `after` of a variable that differs between the blocks before it.
 
     The blocks have no end yet, so that numbers can be converted there.
     """
@@ -78,7 +78,7 @@ def _phi(
 
 
 def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict[str, Any]:
-    """Let several ways go on together; return the variables there."""
+    """Join several branches; return the variables there."""
     if len(ends) == 1:
         out.b.position_at_end(ends[0][0])
         return ends[0][1]
@@ -94,7 +94,7 @@ def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict
 def carried(
     out: Emission, x: Any, loop: Any, name: str, came: ir.Block, head: ir.Block, place: Any = ()
 ) -> tuple[Any, Callable[[Any, ir.Block], None]]:
-    """Return a variable as a loop's head finds it, and what tells it to come from an end."""
+    """Return a variable at a loop's head, and a function that adds its value from an end."""
     key = loop, name, place
     change = out.widened.get(key)
     group = _grouped(x)
@@ -164,7 +164,7 @@ def _restart(out: Emission, key: Any, change: str) -> None:
 
 
 def common_kind(values: Sequence[Any]) -> Kind | None:
-    """Return the kind that numbers have together: of a float and a whole number, a float."""
+    """Return the common kind of numbers: a float for a float and a whole number."""
     kinds: list[Kind] = []
     for x in values:
         if isinstance(x, Conflict) or not (isinstance(x, Value) or is_number(x)):

@@ -20,17 +20,17 @@ def compiled(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Mark a function that is translated wherever it is called: short, or hot and in one place."""
+    """Mark a function that is translated wherever it is called: short, or in a hot loop."""
     IS_INLINED.add(function)
     return function
 
 
 def overload(function: Callable[..., Any]) -> Callable[[Function], Function]:
-    """Return a decorator for what chooses, when compiling, the kernel called for a function.
+    """Return a decorator of a function that chooses, when compiling, the kernel for a call.
 
-    The decorated function gets the arguments as they are known when compiling – a NamedTuple
-    tells its class as `instance_class` – and returns a function with the same arguments, or None
-    where it has none for them. The first that has one is taken.
+    The decorated function gets the arguments as they are known when compiling (a NamedTuple has
+    its class as `instance_class`) and returns a function with the same arguments, or None where it
+    has none for them. The first that has one is taken.
     """
 
     def register(selector: Function) -> Function:

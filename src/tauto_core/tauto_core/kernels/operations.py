@@ -1,4 +1,4 @@
-"""Operators: what they make of values that are known when compiling, and at run time."""
+"""Operators on values that are known when compiling, and on those known at run time."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ _ZERO = ir.Constant(WORD, 0)
 
 
 def binary(out: Emission, op: type, x: Any, y: Any) -> Any:
-    """Return what an operator makes of two values, but for powers of run-time exponents."""
+    """Return the result of an operator on two values, except powers with run-time exponents."""
     if isinstance(x, Group) and isinstance(y, Group) and op is ast.Add:
         return Group(x.items + y.items)
     if is_number(x) and is_number(y) and not (op in (ast.Div, ast.FloorDiv, ast.Mod) and y == 0):
@@ -100,7 +100,7 @@ def binary(out: Emission, op: type, x: Any, y: Any) -> Any:
 
 
 def _whole(op: type, x: Value, y: Value) -> Kind:
-    """Return the kind that an operator makes of two whole numbers."""
+    """Return the kind of the result of an operator on two whole numbers."""
     if any(each.kind not in (INT, UINT, BOOL) for each in (x, y)) or op not in STATIC:
         raise KernelError(f'{op.__name__} of {x.kind} and {y.kind}')
     if op in (ast.LShift, ast.RShift):
@@ -189,7 +189,7 @@ def unary(out: Emission, op: Any, x: Any) -> Any:
 
 
 def compare(out: Emission, op: Any, x: Any, y: Any) -> Any:
-    """Return whether two values compare so."""
+    """Return the result of a comparison of two values."""
     if isinstance(op, (ast.Is, ast.IsNot)):
         return (x is y) == isinstance(op, ast.Is)
     if isinstance(op, (ast.In, ast.NotIn)):

@@ -36,8 +36,8 @@ class Instance:
 
     Attributes:
         f: LLVM's function.
-        result: what it returns, with values that stand for those of a call.
-        widened: what loops changed of their variables' kinds.
+        result: its result, with placeholders for the values of a call.
+        widened: kinds of variables that loops changed.
     """
 
     def __init__(self, program: Program, function: FunctionType, args: list[Any]) -> None:
@@ -127,7 +127,7 @@ class Program:
 
     Attributes:
         module: LLVM's.
-        used: what they are made from.
+        used: the sources from which they are made.
         count: functions so far.
         result: layout of what the entry returns: nested lists, names of kinds, None.
     """
@@ -185,7 +185,7 @@ def _as_word(out: Emission, value: ir.Value) -> ir.Value:
 
 
 def _layout(x: Any) -> Any:
-    """Return what is needed to make a result from words."""
+    """Return the layout with which a result is made from words."""
     if isinstance(x, Value):
         return 'bool' if x.kind is BOOL else x.kind.name
     if isinstance(x, Group):

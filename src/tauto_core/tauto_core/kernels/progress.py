@@ -1,4 +1,4 @@
-"""Who wants to know that something compiles, and how long it is likely to take."""
+"""Listeners that are informed when something compiles, and how long it is likely to take."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The syntax trees of kernels, and what can be seen in them before values are known."""
+"""The syntax trees of kernels, and what they show before values are known."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tauto_core.kernels.marks import IS_INLINED
 from tauto_core.kernels.used import contents
 
 SIMPLE = 60
-"""Nodes of a syntax tree up to which a function without loops is translated where it is called."""
+"""Largest number of nodes of a function without loops that is translated where it is called."""
 
 _LOOPS = (ast.For, ast.While)
 

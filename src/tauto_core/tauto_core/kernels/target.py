@@ -20,7 +20,7 @@ class Effort(Enum):
     """What LLVM is asked for: code soon, or fast code. The bits that it works out are the same.
 
     Attributes:
-        level: of LLVM's code generator.
+        level: level of LLVM's code generator.
         lines_per_s: lines of LLVM's text that take a second, on a common machine.
     """
 

@@ -111,7 +111,7 @@ class Array:
     """A C-contiguous array.
 
     Attributes:
-        kind: of its items: a Kind, or Fields.
+        kind: the kind of its items: a Kind, or Fields.
         data: address of the first.
         shape: lengths, LLVM's integers.
         room: what was allocated for it in this kernel, if it was.

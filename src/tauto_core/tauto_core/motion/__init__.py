@@ -1,7 +1,7 @@
 """Propagators: how the regulator moves under the ship's motion.
 
-Nobody outside this package knows which one runs: `make_propagator` chooses once, from the
-machine and whether the platform lies still.
+Code outside this package does not know which one runs: `make_propagator` chooses once, from the
+machine and from whether the platform lies still.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ __all__ = [
 
 
 class Propagator(Protocol):
-    """Moves the regulator over spans of forcing; chunk-invariant and resumable."""
+    """Moves the regulator over spans of forcing, however these are divided into calls."""
 
     name: str
 
@@ -53,7 +53,7 @@ class Propagator(Protocol):
         ...
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         ...
 
 
@@ -101,8 +101,8 @@ def make_propagator(
     Args:
         machine: what swings.
         still: whether the platform lies still.
-        tolerance: error allowed a step, relative to the state, where steps are needed; None: the
-            propagator's default.
+        tolerance: error allowed in a step, relative to the state, where steps are needed; None for
+            the propagator's default.
     """
     if isinstance(machine, FluidPendulum):
         from tauto_core.motion.half_swings import HalfSwings
@@ -132,7 +132,8 @@ def make_propagator(
 def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
     """Return how many steps fill a piece of forcing, by its length [s].
 
-    One, where none are taken, where they end at what happens in a swing, or without a propagator.
+    It is one where no steps are taken, where they end at events in a swing, or without a
+    propagator.
     """
     steps: Callable[[float], int] = getattr(propagator, 'steps_in', lambda _: 1)
     return steps

@@ -38,13 +38,13 @@ NAME = 'action_angle'
 LARGEST_DEGREE = 4096
 SMALLEST_DEGREE = 16
 NEAR = 2.0**-32
-"""How near x Newton's method is exact to rounding after one more step."""
+"""Distance of x within which one more step of Newton's method is exact to rounding."""
 
 LONGEST_INVERTED = 256
-"""Most coefficients of a series that is inverted beforehand."""
+"""Largest number of coefficients of a series that is inverted beforehand."""
 
 TAIL = 2.0**-50
-"""Size of the last coefficients, against the first, at which a series is taken as complete."""
+"""Size of the last coefficients, relative to the first, at which a series counts as complete."""
 
 
 class ActionAngle(ClosedForm):

@@ -6,9 +6,9 @@ unit mass: with n = dϑ/ds and the momentum p = ṡ + γ̇n,
 
     ṡ = p − γ̇n,    ṗ = ṡ γ̇ dn/ds − n (pull · t + drag).
 
-What the steps need of it are even functions of s: polynomials in u = s²/limit, fitted by
-Chebyshev's to rounding. Beyond the limit the functions themselves are evaluated. The disturbance
-is half that in ϑ and smoother: at five steps a swing the error falls thirteenfold.
+The functions of s that the steps need are even: polynomials in u = s²/limit, fitted by Chebyshev's
+to rounding. Beyond the limit the functions themselves are evaluated. The disturbance is half that
+in ϑ and smoother: at five steps a swing the error falls thirteenfold.
 """
 
 from __future__ import annotations
@@ -26,10 +26,12 @@ from tauto_core.machines import Machine
 from tauto_core.samples import FloatArray
 
 MAX_TERMS = 20
-"""More than these make the steps slower than the angle as the coordinate does."""
+"""Largest number of terms; with more, steps would be slower than with the angle as coordinate."""
 
 MARGIN = 1.5
-"""How far beyond the release the polynomials reach: as far as a sea or an escapement may drive."""
+"""How far beyond the release the polynomials reach: as far as a sea or an escapement may drive the
+wheel.
+"""
 
 _ASINH = [(-0.25) ** n * math.comb(2 * n, n) / (2 * n + 1) for n in range(1, 18)]
 """asinh(x)/x − 1 = Σ x^2n (−1/4)^n (2n over n)/(2n + 1)."""
@@ -55,7 +57,7 @@ class ArcShape(NamedTuple):
 
 
 SETTLED = 4e-16
-"""Part of the arc that Newton's method may still move the angle by: two roundings."""
+"""Change of the angle, as a share of the arc, at which Newton's method ends: two roundings."""
 
 
 def arc_of(angle: float, k: float) -> float:

@@ -33,9 +33,9 @@ def _moved(
 def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[float, float]:
     """Carry `memory.end`, which is near an event, to it; return where it is, and the event.
 
-    Both as fractions of the step. The midpoint rule errs by the cube of what it spans, and tells
-    how the slope changes on the way; a wheel that has just been released may lie so near its
-    event that this takes repetition.
+    Both are fractions of the step. The error of the midpoint rule is of the third order in its
+    length, and the rule shows how the slope changes on the way; a wheel that has just been
+    released may lie so near its event that the rule must be repeated.
     """
     system, omega, end, work = run.system, run.omega, run.memory.end, run.memory.work
     length = place.size * place.length
@@ -70,15 +70,15 @@ def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[fl
 def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> float:
     """Step to an event from the nearer end of the step; return the fraction where it is.
 
-    From the beginning where nothing drags or pushes: forth and back again is not symmetric in
-    time, and what it errs in the energy of a lasting swing would add up.
+    Where nothing drags or pushes, the step is made from the beginning: a step forth and back again
+    is not symmetric in time, and its errors in the energy of an undamped swing would add up.
 
     Args:
-        kind: of the event.
-        xi: about where it is, as a fraction of the step.
+        kind: the kind of the event.
+        xi: its approximate place, as a fraction of the step.
         run: the run; `memory.end` is the state at the end of the step, then at the event.
-        mode: of the step.
-        place: of the step.
+        mode: mode of the step.
+        place: place of the step.
     """
     system, omega, memory = run.system, run.omega, run.memory
     planes, end = len(omega), memory.end

@@ -3,8 +3,9 @@
     N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),    δ = φ − θ
     φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ
 
-(theory C and E3.) X = q and Y = q̇/ω of the modes, θ = c (q + q′) and φ = Bq + B′q′: what is left
-to disturb the planes is of the third order in the swing, and what the bearing does.
+(theory C and E3.) X = q and Y = q̇/ω of the modes, θ = c (q + q′) and φ = Bq + B′q′: the
+disturbance of the planes consists of terms of the third order in the swing, and of the motion of
+the bearing.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ class Bearing(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """Parts of pieces: which piece, where in it a part begins and ends, and its length [s]."""
+    """Parts of pieces: the piece, the beginning and end of the part in it, and its length [s]."""
 
     piece: IntArray
     begin: FloatArray
@@ -88,7 +89,7 @@ class Step(NamedTuple):
 
 
 class CaseRun(NamedTuple):
-    """What all of a run shares; `tolerance` and `settled` as of `system.Tolerance`."""
+    """What all steps of a run share; `tolerance` and `settled` are those of `system.Tolerance`."""
 
     system: SuspendedCase
     omega: Omega
@@ -100,7 +101,7 @@ class CaseRun(NamedTuple):
 
 
 class SuspendedCase(NamedTuple):
-    """What disturbs the planes: e, c, k, and B and B′ of the modes."""
+    """The disturbance of the planes: e, c, k, and B and B′ of the modes."""
 
     e: float
     c: float
@@ -109,7 +110,7 @@ class SuspendedCase(NamedTuple):
     tilt_prime: float
 
     def disturb(self, mode: float, omega: Omega, work: FloatArray) -> None:
-        """Fill what disturbs the planes, contact force and angles."""
+        """Fill the disturbance of the planes, the contact force and the angles."""
         e, c, k, tilt, tilt_prime = self
         q, other = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
         rate, other_rate = load(work, row(Y, PLANES, 0)), load(work, row(Y, PLANES, 1))

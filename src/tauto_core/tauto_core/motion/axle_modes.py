@@ -23,7 +23,7 @@ from tauto_core.samples import IntArray, State
 
 
 class _Mode(NamedTuple):
-    """A mode: its oscillator, B, and what q̈ takes of −ÿ."""
+    """A mode: its oscillator, B, and the share of −ÿ in q̈."""
 
     of: Oscillator
     tilt: float
@@ -63,7 +63,7 @@ class AxleModes:
 
         Args:
             sway: ÿ of the bearing then [m/s2].
-            lift: g + z̈ then [m/s2]; of no consequence at small angles.
+            lift: g + z̈ then [m/s2]; it does not matter at small angles.
         """
         tilt = -sway / self._gravity
         slow, fast = self._modes
@@ -100,7 +100,7 @@ class AxleModes:
         return {'swings': [swing.copy() for swing in self._swings]}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._swings = [swing.copy() for swing in state['swings']]
 
 

@@ -1,4 +1,4 @@
-"""The suspended case at any angles, as what moves over pieces of the bearing's motion."""
+"""The suspended case at any angles, moved over pieces of the bearing's motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
 
 LONG = 1.0
-"""Angle that the fast mode turns in a step from which on sixteen stages cost less than eight."""
+"""Angle that the fast mode turns in a step beyond which sixteen stages cost less than eight."""
 
 
 class AxleSwing:
@@ -27,9 +27,11 @@ class AxleSwing:
         e: support's radius less the axle's [m], > 0.
         c: depth of the centre of gravity below the axle's centre [m], > 0.
         k: radius of gyration [m], > 0.
-        gravity: g [m/s2]; it sets the frame, what acts is g + z̈ of the pieces.
-        tolerance: error allowed a step relative to the state, where that is more than TOLERANCE.
-        step_s: length of the parts to come [s], where they may be long: it sets the stages.
+        gravity: g [m/s2]; it sets the rotating frame, while the acting force is g + z̈ of the
+            pieces.
+        tolerance: error allowed in a step relative to the state, if larger than TOLERANCE.
+        step_s: length of the parts to come [s], which may be long: it decides the number of
+            stages.
     """
 
     def __init__(
@@ -100,7 +102,7 @@ class AxleSwing:
         return {'state': self._state.copy()}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._state = np.array(state['state'])
 
 

@@ -1,4 +1,4 @@
-"""What shakes the bearing in which a case hangs, and how the case then moves."""
+"""The motion of the bearing in which a case hangs, and the motion of the case."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ class CaseMotion:
 
 
 class CaseSwing(Protocol):
-    """Moves the case; the same whatever batches the pieces come in, and resumable."""
+    """Moves the case; batches do not change the result, and it can be resumed."""
 
     def release(self, sway: float, lift: float) -> float:
         """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
@@ -98,5 +98,5 @@ class CaseSwing(Protocol):
         ...
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         ...

@@ -1,4 +1,4 @@
-"""Chebyshev coefficients of what is known at Chebyshev's nodes."""
+"""Chebyshev coefficients of a function that is known at Chebyshev's nodes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def coefficients(values: FloatArray) -> FloatArray:
     A discrete cosine transform, as the Fourier transform of the values and their mirror image.
 
     Args:
-        values: at `nodes(n)`, (…, n).
+        values: the values at `nodes(n)`, (…, n).
     """
     count = values.shape[-1]
     mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)

@@ -1,4 +1,4 @@
-"""Motions known in closed form: only the time changes, so there is nothing to carry on."""
+"""Motions known in closed form: only the time changes, so there is no state."""
 
 from __future__ import annotations
 

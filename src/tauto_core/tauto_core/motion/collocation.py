@@ -1,4 +1,4 @@
-"""The general propagator: Gauss collocation in the turning frame, between events.
+"""The general propagator: Gauss collocation in the rotating frame, between events.
 
 A span is one step or more, none longer than `longest_step_s`; steps are halved when the error
 estimate exceeds the tolerance or the iteration does not converge, and events – turning points
@@ -76,13 +76,13 @@ class Collocation:
         )
 
     def steps_in(self, length_s: float) -> int:
-        """Return how many steps fill a piece of forcing; 1: they end at what happens."""
+        """Return how many steps fill a piece of forcing; 1 if they end at events."""
         if self.order == 2 * SIZE:
             return 1
         return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 
     def _system(self, forcing: Forcing) -> Wheel:
-        """Return the machine's numbers per inertia, absent ones as None."""
+        """Return the machine's numbers divided by its inertia, absent ones as None."""
         machine = self._machine
         inertia = machine.inertia
         force, weight = machine.force, machine.pulling_mass
@@ -196,6 +196,6 @@ class Collocation:
         return {**state_of(self._state), 'start_angle': self._start_angle}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])

@@ -1,6 +1,6 @@
 """When, within a step, an event happens first.
 
-Told by the end of the step where that is enough, else found on the stage polynomials.
+It is found from the end of the step where that is enough, otherwise on the stage polynomials.
 """
 
 from __future__ import annotations
@@ -36,17 +36,23 @@ from tauto_core.motion.system import (
 from tauto_core.motion.turning import expand
 
 DISCERNED = 1e-7
-"""Part of the slope at a step's end that its beginning must fall with to count as falling."""
+"""Share of the slope at a step's end with which a value must fall at its beginning to count as
+falling.
+"""
 
 KINK_APART = 0.05
-"""Part of a step's largest angle that its nodes keep from a kink that is surely not passed."""
+"""Distance that all nodes keep from a kink that is surely not passed, as a share of the step's
+largest angle.
+"""
 
 BENT = 0.25
-"""Part of its slope by which an event's value may bend between there and the end of the step."""
+"""Largest change of the slope of an event's value up to the end of the step, as a share of the
+slope.
+"""
 
 
 class WatchEvent(NamedTuple):
-    """What has an event's value within a step; of a negative kind, its time derivative less."""
+    """An event's value within a step; for a negative kind, minus its time derivative."""
 
     kind: int
     step: Watch
@@ -72,12 +78,12 @@ def first_event(
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
-    Turning points at which nothing happens are none; they are taken note of.
+    Turning points at which nothing happens do not count; the state records them.
 
     Args:
         run: the run; its state is that at the beginning.
         stalled: whether turning points and kinks are passed over, since time stands still.
-        place: of the step.
+        place: place of the step.
         after: the system at its end.
         beyond: whether it leaves the range.
     """
@@ -107,7 +113,7 @@ def _watches_turning(run: Run) -> bool:
 
 @compiled
 def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bool:
-    """Turn where a turning point lies within the step, and at most an impulse after it."""
+    """Reverse the direction at a turning point in the step with at most an impulse after it."""
     system, state, work = run.system, run.state, run.memory.work
     d, side = float(state.direction), float(state.side)
     if not system.feels_impulse or system.turns_abruptly:
@@ -136,7 +142,7 @@ def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bo
 def _turns_smoothly(
     xi: float, run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
 ) -> bool:
-    """Turn without a step to the turning point, where nothing happens there or after it."""
+    """Reverse the direction without a step to the turning point, if nothing else happens."""
     system, state = run.system, run.state
     if system.turns_abruptly or system.kinked or not _inside(beyond):
         return False
@@ -155,7 +161,7 @@ def _turns_smoothly(
 def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
     """Return whether an event's value may pass zero twice within the step.
 
-    Not the angle, where no node is near the kink: between two nodes it is no more bent than that.
+    The angle may not where no node is near the kink, since it bends too little between two nodes.
     """
     system = run.system
     if system.kinked and kind == KINK:
@@ -168,11 +174,11 @@ def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
 def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
     """Return where in the step an event's value is lowest between two passages, and the value.
 
-    (NOWHERE, 0) where it is not: only a value that falls at first and rises at last passes zero
-    twice. What breaks loose from friction falls by a rounding at most.
+    (NOWHERE, 0) if there is none: only a value that falls at first and rises at last passes zero
+    twice. A wheel that breaks loose from friction falls by a rounding error at most.
 
     Args:
-        kind: of the event.
+        kind: the kind of the event.
         rises: time derivative of the value at the end of the step.
         step: the step.
     """
@@ -188,9 +194,9 @@ def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
 def _by_the_end(
     run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
-    """Return the only event within a step and about its fraction, by the step's end alone.
+    """Return the only event within a step and its approximate fraction, from the step's end alone.
 
-    UNSURE where more may have happened than one passage in the second half of the step.
+    UNSURE if more than one passage in the second half of the step may have happened.
     """
     system, state, work = run.system, run.state, run.memory.work
     side, d = mode.side, mode.direction
@@ -221,7 +227,7 @@ def _by_the_end(
 def _back_to(kind: int, run: Run, mode: Mode, length: float, after: Instant) -> float:
     """Return the fraction of a step of that length [s] at which a value was zero, by its end.
 
-    0 where the slope changes so much since then that this would be far off.
+    0 if the slope has changed so much since then that the estimate would be poor.
     """
     fall = event_slope(kind, mode, after)
     late = event_value(kind, run.system, mode, after) / fall
@@ -249,7 +255,7 @@ def _on_polynomials(
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
-    What is reached before a turning point and left again after it is looked for at that point.
+    An event that is reached before a turning point and left after it is sought at that point.
     """
     system, step = run.system, Watch(run, mode, place)
     expand(len(run.omega), run.memory.work)

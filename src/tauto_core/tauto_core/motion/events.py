@@ -13,18 +13,18 @@ from tauto_core.motion.outside import Outside
 from tauto_core.motion.system import Instant, Mode, Run, System, mode_of
 
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
-"""The negative of a kind is no event, but where the value of that kind stops falling."""
+"""The negative of a kind is not an event; it marks where the value of that kind stops falling."""
 
 
 @inlined
 def expects_events(system: System) -> bool:
-    """Return whether anything but the ends of the range and the thread is watched."""
+    """Return whether any events but the ends of the range and a slack thread can occur."""
     return system.turns_abruptly or system.feels_impulse or system.kinked
 
 
 @compiled
 def event_value(kind: int, system: System, mode: Mode, now: Instant) -> float:
-    """Return what is positive before an event and negative after it."""
+    """Return the value that is positive before an event and negative after it."""
     if kind == TURNING:
         return mode.direction * now.rate
     if kind == KINK:
@@ -50,7 +50,7 @@ def event_slope(kind: int, mode: Mode, now: Instant) -> float:
 
 @inlined
 def is_due(system: System, direction: float, angle: float) -> bool:
-    """Return whether the swing that goes on from θ = angle comes to the angle of the impulse."""
+    """Return whether the swing from θ = angle on reaches the angle of the impulse."""
     return direction * angle < system.impulse < math.inf
 
 
@@ -59,9 +59,9 @@ def happen(kind: int, run: Run, at: Outside, now: Instant) -> None:
     """Change the discrete state at an event, and the planes.
 
     Args:
-        kind: of the event.
+        kind: the kind of the event.
         run: the run.
-        at: what the ship does there.
+        at: the motion of the ship there.
         now: the system there, before the event.
     """
     system, state = run.system, run.state

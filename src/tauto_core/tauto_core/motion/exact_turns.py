@@ -16,7 +16,7 @@ from tauto_core.samples import FloatArray
 
 RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
 INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(18))
-"""Signed as in the series of sine (odd) and cosine (even)."""
+"""Coefficients with their signs in the series of sine (odd) and cosine (even)."""
 
 HALF, LOW_HALF = np.uint64(32), np.uint64(2**32 - 1)
 
@@ -59,8 +59,8 @@ def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray)
 def short_cosine_sine(x: Any) -> Any:
     """Return cosine and sine of an angle, or lanes of them, up to half a right angle.
 
-    There the Taylor series to x^16 and x^17 are exact to rounding (the next terms are below
-    3e-18 and 2e-19); several fit one instruction, which the library's functions do not.
+    There the Taylor series to x^16 and x^17 are exact to rounding (the next terms are below 3e-18
+    and 2e-19); they can be computed for several angles at once, unlike the library's functions.
     """
     f, z = INVERSE_FACTORIALS, x * x
     odd, even = f[17] * z + f[15], f[16] * z + f[14]

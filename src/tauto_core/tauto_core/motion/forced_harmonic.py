@@ -137,13 +137,13 @@ class ForcedHarmonic:
         }
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._wheel = state['wheel'].copy()
         self._time_ns, self._start_angle = state['time_ns'], state['start_angle']
 
 
 def _given(forcing: Forcing) -> Given | None:
-    """Return what gives α_c over each span; None: it does not move."""
+    """Return the numbers that determine α_c over each span; None if it does not move."""
     window, neutral = forcing.window, forcing.neutral
     if window is not None:
         return Given(window.values, window.rates, window.first, window.fitted)

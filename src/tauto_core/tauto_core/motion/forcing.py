@@ -1,9 +1,8 @@
-"""What moves the machine from outside, as polynomials over short pieces of time.
+"""The forcing of the machine, as polynomials over short pieces of time.
 
-A piece is the time between two joints (motion samples, neighbours or several apart); x runs from
-0 to 1 over its `length_s`.
-A span is the part of a piece, from `begin` to `end`, that a propagator covers at one go; spans
-follow each other without gaps and end where a sample must be logged.
+A piece is the time between two joints (motion samples, neighbours or several apart); x runs from 0
+to 1 over its `length_s`. A span is the part of a piece, from `begin` to `end`, that a propagator
+covers at once; spans follow each other without gaps and end where a sample must be logged.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from tauto_core.samples import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Window:
-    """The neutral line by the samples that its polynomials go through, for who is linear in them.
+    """The neutral line as the samples that its polynomials interpolate, for linear propagators.
 
     Attributes:
         nodes: x of the p samples of a regular piece's window.
@@ -93,7 +92,7 @@ class Motion:
     rate: FloatArray
     """θ̇ [rad/s]."""
     torque: FloatArray
-    """What the thread exerts on the wheel [N m]."""
+    """Torque of the thread on the wheel [N m]."""
     half_turns: IntArray
     fraction: FloatArray
     phase_rate: FloatArray

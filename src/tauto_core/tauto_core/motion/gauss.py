@@ -22,7 +22,7 @@ from numpy.polynomial import legendre
 from tauto_core.samples import FloatArray
 
 DIGITS = 50
-"""Of the decimal arithmetic: all constants are rounded once, at the end."""
+"""Digits of the decimal arithmetic: all constants are rounded once, at the end."""
 
 
 class Gauss(NamedTuple):

@@ -1,9 +1,9 @@
 """A body on a curve in a fluid, half swing after half swing, without a step inside any.
 
 The fluid takes some of the arc from each half swing, so that they are known one after the other;
-the body's place in one is then known at once (`swing_laws`). Each begins at rest at a signed arc:
-that and the instant are all there is to carry on. The instant is a whole number of nanoseconds and
-a fraction, so that no length of run rounds it.
+the body's place in one is then known at once (`swing_laws`). Each begins at rest at a signed arc;
+the state consists of this arc and the instant. The instant is a whole number of nanoseconds and a
+fraction, so that it is not rounded however long the run.
 
 `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` what the weight in the fluid exerts
 along the curve [N]; the phase is that of theory E4, (s, −ṡ/ω) with ω = √(g/f).
@@ -45,7 +45,7 @@ class HalfSwings:
     """Propagator of a body in a fluid on a platform at rest.
 
     Args:
-        machine: released at rest away from A.
+        machine: the machine, released at rest away from A.
 
     Raises:
         PropagationError: a fluid that resists too strongly for the series.
@@ -74,7 +74,7 @@ class HalfSwings:
         return asdict(self._now)
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         self._now = _Now(**state)
         self._course = self._law.course(self._now.start)
 

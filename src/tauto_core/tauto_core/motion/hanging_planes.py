@@ -1,4 +1,4 @@
-"""The swinging thread in two turning planes: the modes of small swings.
+"""The swinging thread in two rotating planes: the modes of small swings.
 
 ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i Y_i; all that is not linear, and all that the ship
 does, is disturbance. The equations are those of `machines.threads.hanging`, whose accelerated axle
@@ -62,7 +62,7 @@ class Hanging(NamedTuple):
         energy: twice the impulse's over I.
         recoil: R/I, or None.
         impulse, pace: as in `System`.
-        gravity: at rest [m/s2].
+        gravity: the acceleration of gravity at rest [m/s2].
     """
 
     radius: float
@@ -108,7 +108,7 @@ class Hanging(NamedTuple):
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether the place in the case matters within a span."""
+        """Whether the angle in the case matters within a span."""
         return True
 
     def at_nodes(self, place: Place, work: FloatArray) -> None:
@@ -119,7 +119,7 @@ class Hanging(NamedTuple):
         store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill what disturbs the planes."""
+        """Fill the disturbance of the planes."""
         psi, delta, _, _ = _at_stages(self, mode, omega, work)
         bends = _modes(self, psi, delta)
         for p in range(PLANES):
@@ -144,13 +144,13 @@ class Hanging(NamedTuple):
         return psi - delta
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
-        """Return the square of what the case's motion parts θ from u, over piece k, at most."""
+        """Return the largest square of the difference of θ and u over piece k."""
         value, rate = case_bounds(pieces, k)
         rate = rate / self.pace
         return value * value + rate * rate
 
     def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
-        """Return whether u swings wider at all nodes than what parts θ from u: δ − α."""
+        """Return whether u is larger at all nodes than the difference of θ and u, δ − α."""
         (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
         u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
         swung = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
@@ -170,11 +170,11 @@ class Hanging(NamedTuple):
         return Plane(rates[0], bends[0]), Plane(rates[1], bends[1])
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
-        """Decide at θ̇ = 0 which way the wheel goes."""
+        """Decide at θ̇ = 0 in which direction the wheel moves."""
         goes_off(self, omega, angle, at, state)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
-        """Return that there is none."""
+        """Return False: there is no kink."""
         return True
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
@@ -183,7 +183,7 @@ class Hanging(NamedTuple):
         return psi - (at.line.value - at.tilt.value)
 
     def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
-        """Let an impulse change both rates: the thread stays taut, and takes up what is wound."""
+        """Let an impulse change both rates; the thread stays taut."""
         radius, u, planes = self.radius, now.coordinate, state.planes
         mass = 1.0 + self.ratio * radius * u * u
         struck = mode.direction * math.sqrt(now.rate * now.rate + self.energy / mass)
@@ -197,7 +197,7 @@ class Hanging(NamedTuple):
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
     ) -> float:
-        """Return the time to a little after the next impulse to expect [s], or inf."""
+        """Return the time to a little after the next expected impulse [s], or inf."""
         return impulse_ahead_s(self, omega, length, terms, x, state, work)
 
 
@@ -223,8 +223,8 @@ def _pushed(
     """Return ψ̈, δ̈, the tension over m and the free thread.
 
     Args:
-        cosine: of δ − β.
-        sine: of δ − β.
+        cosine: cosine of δ − β.
+        sine: sine of δ − β.
         g: g_eff.
         drag: on the wheel, and recoil, over I.
     """
@@ -241,7 +241,7 @@ def _pushed(
 
 @inlined
 def _modes(system: Hanging, psi: Any, delta: Any) -> Any:
-    """Return of ψ and δ, or their rates, what the modes have."""
+    """Return the coordinates of the modes, or their rates, from those of ψ and δ."""
     first, second = system.to_first, system.to_second
     return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
 

@@ -1,9 +1,9 @@
 """Eight or sixteen doubles as one number: the values at the stages of a step, in kernels.
 
-Lanes exist in compiled code only. They add, subtract, multiply, divide and negate, with each
-other and with floats, so that one formula serves a stage vector and a single state. LLVM makes
-of eight what the machine has: one AVX-512 register, two of AVX2, four of SSE2 or NEON, or plain
-doubles. No operation is reordered or fused but where `fma` says so: the bits are the same
+Lanes exist in compiled code only. They add, subtract, multiply, divide and negate, with each other
+and with floats, so that one formula serves a stage vector and a single state. LLVM maps eight of
+them to what the processor has: one AVX-512 register, two of AVX2, four of SSE2 or NEON, or plain
+doubles. Operations are neither reordered nor fused, except by `fma`: the bits are the same
 everywhere.
 
 Rows of an array, or of a `pointer`, are eight numbers long; those of a `wide_pointer` sixteen.
@@ -28,17 +28,17 @@ def is_lanes(x: Any) -> bool:
 
 
 def _row(rows: Any) -> int:
-    """Return how long a row is: of an array, of a pointer, or of what is lanes itself."""
+    """Return the length of a row of an array or pointer, or the number of lanes."""
     kind: Any = getattr(rows, 'kind', None)
     return int(kind.lanes) if is_lanes(rows) else int(getattr(kind, 'row', SIZE))
 
 
 @intrinsic
 def pointer(out: Emission, array: Any) -> Any:
-    """Return where the numbers of a C-contiguous array are: one word to hand on instead of many.
+    """Return the address of the numbers of a C-contiguous array: one word to pass instead of many.
 
-    A pointer can be indexed like a flat array. The array must live as long; so it does where a
-    caller from Python holds it.
+    A pointer can be indexed like a flat array. The array must live as long as the pointer, as it
+    does while a caller from Python holds it.
     """
     return out.pointer(array, SIZE)
 

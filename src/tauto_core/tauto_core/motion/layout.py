@@ -1,8 +1,8 @@
 """How steps are laid out over a span, so that the next event lies just inside the last of them.
 
 A stretch reaches to the end of the span, or a little beyond where the next event is expected, and
-is divided into equal steps. What is expected need not come: a stretch is laid out anew from
-wherever the last one ended, at an event or not.
+is divided into equal steps. An expected event need not happen: the next stretch is laid out from
+wherever the last one ended.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ import math
 from tauto_core.kernels import compiled
 
 BEYOND = 0.05
-"""How far behind the event expected a stretch ends, as a phase [rad]."""
+"""Phase by which a stretch ends after the expected event [rad]."""
 
 CROWDED = 1e-3
-"""Phase since the last event below which events crowd [rad]."""
+"""Phase since the last event below which events count as crowded [rad]."""
 
 SPARE = 0.05
-"""Part of a step by which the steps of a stretch may together be too long, if that saves one."""
+"""Share of a step by which a stretch may exceed its end, if that saves a step."""
 
 
 @compiled
 def phase_to(way: float, x: float, y: float, reach: float) -> float:
     """Return the phase that an oscillation turns through until way·x rises to `reach`.
 
-    In (0, 2π] of x = A sin φ, y = A cos φ; infinite where it does not swing so far.
+    It lies in (0, 2π], for x = A sin φ, y = A cos φ; infinite if the swing is smaller.
     """
     size = math.sqrt(x * x + y * y)
     if not abs(reach) < size:
@@ -38,7 +38,7 @@ def phase_to(way: float, x: float, y: float, reach: float) -> float:
 
 @compiled
 def back_to(late: float, bend: float, omega: float) -> float:
-    """Return for how long a value has been below zero, to the third order.
+    """Return the time since a value fell below zero, to the third order.
 
     Args:
         late: the value over its rate of change [s].
@@ -56,11 +56,11 @@ def lay_out(
     """Return the length of the next stretch, and its steps.
 
     Args:
-        left: what is left of the span.
-        per_s: length of a second.
+        left: the rest of the span.
+        per_s: length of a second in the unit of `left`.
         longest_s: longest step [s].
         ahead_s: time to the next event [s]; infinite where none is expected.
-        level: how often steps are halved.
+        level: number of times that steps are halved.
     """
     whole = min(left, ahead_s * per_s)
     steps = math.ceil(whole / (per_s * longest_s) - SPARE)

@@ -1,4 +1,4 @@
-"""Sully's lever machine in one turning plane, with the arc for its coordinate.
+"""Sully's lever machine in one rotating plane, with the arc for its coordinate.
 
 Per inertia of the wheel, with s, n, w, χ' and j of lever_shape, κ = m AD/√(IJ), A = n + √j w and
 α = β − τ the tilt of the case,
@@ -77,7 +77,7 @@ class Lever(NamedTuple):
         energy: twice the impulse's over I.
         recoil: R/I, or None.
         impulse, pace: as in `System`.
-        gravity: at rest [m/s2].
+        gravity: the acceleration of gravity at rest [m/s2].
     """
 
     shape: LeverShape
@@ -118,7 +118,7 @@ class Lever(NamedTuple):
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether the place in the case matters within a span."""
+        """Whether the angle in the case matters within a span."""
         return True
 
     def at_nodes(self, place: Place, work: FloatArray) -> None:
@@ -132,7 +132,7 @@ class Lever(NamedTuple):
         store(work, ACROSS_ROW, g_eff * sine)
 
     def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill what disturbs the plane."""
+        """Fill the disturbance of the plane."""
         s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
         n, w, bend, cosine, sine = _shape_at(self.shape, s)
         turn = load(work, TURN_ROW)
@@ -169,15 +169,15 @@ class Lever(NamedTuple):
         return planes[0].x
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
-        """Return what y² exceeds where ṡ has its sign: A α̇/ω, |A| ≤ √(1 + j), squared.
+        """Return the y² above which ṡ has the sign of y: the square of A α̇/ω, |A| ≤ √(1 + j).
 
-        θ is zero where s is, so that no tilt comes between them.
+        θ is zero where s is, so that the tilt does not matter.
         """
         dragged = case_bounds(pieces, k)[1] / omega[0]
         return CLEAR * (1.0 + self.carried * self.carried) * (dragged * dragged)
 
     def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
-        """Return whether s² + y² exceeds that at all nodes."""
+        """Return whether s² + y² exceeds that square at all nodes."""
         x, y = load(work, X_ROW), load(work, Y_ROW)
         return least(x * x + y * y) > square
 
@@ -193,11 +193,11 @@ class Lever(NamedTuple):
         return (Plane(now.speed, now.acceleration + (n + self.carried * w) * turned + ride),)
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
-        """Decide at θ̇ = 0 which way the wheel goes."""
+        """Decide at θ̇ = 0 in which direction the wheel moves."""
         goes_off(self, omega, angle, at, state)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
-        """Return that there is none."""
+        """Return False: there is no kink."""
         return True
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
@@ -214,7 +214,7 @@ class Lever(NamedTuple):
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
     ) -> float:
-        """Return the time to a little after the next impulse to expect [s], or inf."""
+        """Return the time to a little after the next expected impulse [s], or inf."""
         return impulse_ahead_s(self, omega, length, terms, x, state, work)
 
 
@@ -243,7 +243,7 @@ def _clenshaw(terms: Any, x: Any, zero: Any) -> Any:
 
 @inlined
 def _horner(terms: Any, x: Any, zero: Any) -> Any:
-    """Return the same by Horner's, side by side."""
+    """Return the same by Horner's scheme, side by side."""
     n = w = bend = cosine = sine = angle = zero
     for j in range(terms.shape[1] - 1, -1, -1):
         n = fma(n, x, terms[SHORTENING, j])

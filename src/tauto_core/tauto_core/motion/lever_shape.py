@@ -1,4 +1,4 @@
-"""Sully's lever machine along its arc: what steps need of it, as Chebyshev series.
+"""Sully's lever machine along its arc: the functions that steps need, as Chebyshev series.
 
 In s = ∫√(M/I) dθ the inertia is one. With j = J/I the pair n = dθ/ds, w = √j dβ/ds is a unit
 vector, (cos χ, sin χ), so that the series of n, w, χ' = dχ/ds, cos β, sin β and θ are all.
@@ -23,12 +23,12 @@ SHORTENING, RIDE, BEND, COSINE, SINE, ANGLE = range(6)
 """Rows of the series: n, w, χ', cos β, sin β, θ."""
 
 MARGIN = 1.5
-"""How far beyond the release the short series reach: as far as a sea commonly drives."""
+"""How far beyond the release the short series reach: as far as a sea commonly drives the wheel."""
 
 FEWEST_TERMS, MOST_TERMS, MOST_OF_ARC = 16, 128, 1024
 TAIL = 2.0**-48
 MOST_GROWN = 64.0
-"""Largest sum of the powers' coefficients, by the largest of the series'."""
+"""Largest sum of the coefficients of powers, relative to the largest one of the series."""
 
 _NEWTON = 60
 
@@ -37,7 +37,7 @@ class Series(NamedTuple):
     """Functions of s on an interval.
 
     Attributes:
-        middle: of the interval.
+        middle: middle of the interval.
         half: half its length.
         terms: Chebyshev coefficients, (6, n).
     """
@@ -58,8 +58,8 @@ class Powers(NamedTuple):
 class LeverShape(NamedTuple):
     """Short series about rest, and longer ones as far as the motion may go.
 
-    That is as far as the geometry allows, or, where the inertia changes too abruptly for that,
-    no further than the short ones.
+    The longer ones reach as far as the geometry allows; where the inertia changes too abruptly for
+    that, they are the short ones.
     """
 
     near: Series | Powers
@@ -70,8 +70,8 @@ def lever_shape(machine: LeverMachine, blur: float = 0.0) -> LeverShape:
     """Return the series of a machine.
 
     Args:
-        machine: whose arc it is.
-        blur: how far off a function may be, by its largest coefficient; at least rounding.
+        machine: the machine whose arc it is.
+        blur: error allowed in a function, relative to its largest coefficient; at least rounding.
     """
     low, high = machine.geometry.edges
     arc = _arc_of_tau(machine, low, high)

@@ -1,4 +1,4 @@
-"""What ends a motion: the same words whichever propagator finds it."""
+"""Errors that end a motion, the same for all propagators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What obeys ż = (iω − δ) z + f, exactly: one step a span, however many swings it takes.
+"""The exact solution of ż = (iω − δ) z + f: one step for each span, however many swings it takes.
 
 In the rotating frame, Y = e^{−iωt} z, a span of length h is one addition and one factor:
 
@@ -6,10 +6,10 @@ In the rotating frame, Y = e^{−iωt} z, a span of length h is one addition and
 
 f = p u + q u̇ of a polynomial u over the span, so that b is a constant row times what gives the
 polynomial: its coefficients or, where samples lie evenly, the samples themselves, and nothing is
-fitted. ωt is reduced exactly from the time: nothing grows with the number of spans but the
-rounding of their sum. Source: variation of constants.
+fitted. ωt is reduced exactly from the time: only the rounding of their sum grows with the number
+of spans. Source: variation of constants.
 
-The wheel (`forced_harmonic`) and the modes of a suspended case (`axle_modes`) are such.
+The wheel (`forced_harmonic`) and the modes of a suspended case (`axle_modes`) obey it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ STATE = [('re', 'f8'), ('im', 'f8'), ('lost_re', 'f8'), ('lost_im', 'f8')]
 
 
 class Swing(Protocol):
-    """The running state in kernels, a record: Y, and what rounding took from its sum (Kahan)."""
+    """The running state in kernels, a record: Y, and the rounding error of its sum (Kahan)."""
 
     re: float
     im: float
@@ -56,7 +56,7 @@ class Oscillator(NamedTuple):
 
 
 class Given(NamedTuple):
-    """What gives the polynomial u over n spans.
+    """The numbers that determine the polynomial u over n spans.
 
     Attributes:
         values: u at samples that lie evenly in regular windows, (m,).
@@ -80,7 +80,7 @@ class Spans(NamedTuple):
         end_ns: times at which they end [ns], (n,).
         shape: which of the shapes of `responses` each has, (n,).
         responses: what all spans of a shape have in common.
-        given: None: u = 0.
+        given: the numbers that determine u; None if u = 0.
     """
 
     begin_ns: int
@@ -96,7 +96,7 @@ class Path(NamedTuple):
     Attributes:
         y: real and imaginary part of Y at the beginning and at the end of each span, (2, n + 1).
         frame: cos ωt and sin ωt there, (2, n + 1).
-        span: of each span the real and imaginary part of b, then u, u̇, ü at its end, (n, 8).
+        span: for each span the real and imaginary part of b, then u, u̇, ü at its end, (n, 8).
     """
 
     y: FloatArray
@@ -134,7 +134,7 @@ def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
 
 @entry
 def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
-    """Fill in the path. Each span's b and frame by itself, then one addition after the other."""
+    """Fill in the path: b and frame of each span by itself, then their sum over the spans."""
     _fill_frames(of, spans.begin_ns, spans.end_ns, path.frame)
     for k in range(len(spans.end_ns)):
         store(path.span, k, applied(spans, spans.shape[k], k))
@@ -152,7 +152,7 @@ def _fill_frames(of: Oscillator, begin_ns: int, end_ns: IntArray, frame: FloatAr
 
 @compiled
 def applied(spans: Spans, place: int, k: int) -> Any:
-    """Return as lanes what a shape's, or a part's, rows make of span k: see `Path.span`."""
+    """Return the product of a shape's or a part's rows with span k, as lanes; see `Path.span`."""
     if spans.given is None:
         return splat(0.0)
     values, rates, first, fitted = spans.given

@@ -1,4 +1,4 @@
-"""What a wheel in a linear well passes: zero upwards, a turn; zero, a beat; the edge of its cam.
+"""The passages of a wheel in a linear well: turns (zero, upwards), beats (zero), the cam's edge.
 
 θ = Im z/ω − u, θ̇ = Re z − δ Im z/ω − u̇, with u the roll of the case (theory E2). While the swing
 outweighs roll and forcing, (θ, −θ̇/ω₀) keeps within 45° of the swing, and what it passes follows
@@ -32,7 +32,7 @@ WHEEL = [*STATE, ('angle', 'f8'), ('rate', 'f8'), ('turns', 'i8'), ('beats', 'i8
 
 
 class Wheel(Swing, Protocol):
-    """The running state, a record: Y, θ, θ̇, and how often zero was passed upwards, and at all."""
+    """The running state, a record: Y, θ, θ̇, and the numbers of turns and of beats."""
 
     angle: float
     rate: float
@@ -45,8 +45,9 @@ Pair: TypeAlias = tuple[float, float]
 OK, EDGE = 0, 1
 
 BEYOND_SAMPLES = 1.5
-"""u within a span is at most so many times the largest at its window's samples: what was sampled
-finely enough to be interpolated rises no higher between them."""
+"""Bound of u within a span, as a multiple of the largest sample of its window: a motion that is
+sampled finely enough to be interpolated rises no higher between samples.
+"""
 
 NEARLY = 1.0 - 1e-12
 PER_HALF_TURN = 1.0 / math.pi
@@ -54,12 +55,12 @@ HALVINGS = 40
 
 
 class Well(NamedTuple):
-    """Where z swings, and how far.
+    """The oscillator of z, and the limit of its swing.
 
     Attributes:
         of: the oscillator.
         omega0: √(ω² + δ²) [rad/s].
-        edge: of the cam [rad], or infinity.
+        edge: edge of the cam [rad], or infinity.
     """
 
     of: Oscillator
@@ -83,12 +84,12 @@ class Place(NamedTuple):
 def count_passages(
     well: Well, spans: Spans, path: Path, logged: NDArray[np.bool_], wheel: Wheel, counts: IntArray
 ) -> tuple[int, int, float]:
-    """Count what is passed over spans; set θ, θ̇ and the counters to those at the end.
+    """Count passages over spans; set θ, θ̇ and the counters to those at the end.
 
     Args:
-        well: of the wheel.
+        well: well of the wheel.
         spans: as propagated.
-        path: what came of it.
+        path: the motion over them.
         logged: whether a span's end is logged, (n,).
         wheel: a record with the fields of `WHEEL`; θ and θ̇ at the beginning.
         counts: output: turns and beats at the logged ends, (logged, 2).
@@ -147,7 +148,7 @@ def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float) -> bool
     """Return whether over a span the swing outweighs roll and forcing, and no edge is near.
 
     Args:
-        bound: of the size of (u, u̇/ω₀) over all spans that are given by samples.
+        bound: bound of the size of (u, u̇/ω₀) over all spans that are given by samples.
     """
     re, im, before = path.span[k, 0], path.span[k, 1], _square(path.y, k)
     if well.of.delta > 0.1 * well.omega0 or not re * re + im * im < 0.25 * before:
@@ -207,7 +208,7 @@ def _reach(omega0: float, spans: Spans, k: int) -> float:
 def _wind(
     well: Well, spans: Spans, first: int, last: int, before: Place, after: Place, wheel: Wheel
 ) -> None:
-    """Count what calm spans have passed.
+    """Count the passages of calm spans.
 
     (θ, −θ̇/ω₀) has turned by ωt but for less than half a turn, and it passes θ = 0 one way only,
     since θ' is θ̇.
@@ -224,7 +225,7 @@ def _wind(
 def _follow(
     well: Well, spans: Spans, path: Path, k: int, before: Place, after: Place, wheel: Wheel
 ) -> float:
-    """Count what a span passes part by part; return its fraction at the cam's edge, or 2."""
+    """Count the passages of a span part by part; return its fraction at the cam's edge, or 2."""
     of, shape, (y, frame, _) = well.of, spans.shape[k], path
     parts, first = spans.responses.parts[shape], spans.responses.first[shape]
     step = spans.responses.time_s[shape] / parts
@@ -253,7 +254,7 @@ def _follow(
 
 @compiled
 def _cross(well: Well, step: float, then: Place, now: Place, wheel: Wheel) -> None:
-    """Count what θ passes in a part; a wheel that rests at zero leaves it uncounted."""
+    """Count the passages of θ in a part; leaving zero from rest does not count."""
     below, after = then.angle < 0.0, now.angle < 0.0
     if below != after:
         wheel.turns += 1 if below else 0
@@ -283,7 +284,7 @@ def _returns(well: Well, step: float, then: Place, now: Place) -> bool:
 
 @compiled
 def _first_beyond(well: Well, step: float, then: Place, now: Place) -> float:
-    """Return the fraction of a part at which |θ| first exceeds the edge; 2: it does not."""
+    """Return the fraction of a part at which |θ| first exceeds the edge; 2 if it does not."""
     for i in range(1, 65):
         if abs(_within(well, step, then, now, i / 64.0).angle) > well.edge:
             a, b = (i - 1) / 64.0, i / 64.0
@@ -299,9 +300,9 @@ def _first_beyond(well: Well, step: float, then: Place, now: Place) -> float:
 def _within(well: Well, step: float, then: Place, now: Place, x: float) -> Place:
     """Return θ and θ̇ at a fraction of a part.
 
-    What the case's acceleration adds to the free swing is the cubic that both ends give: over a
-    part it is off by 4e-5 of that acceleration over ω₀², times the square of the waves' frequency
-    over that of the swing.
+    The contribution of the case's acceleration to the free swing is taken as the cubic through
+    both ends. Over a part its error is 4e-5 of that acceleration over ω₀², times the square of the
+    waves' frequency over that of the swing.
     """
     end, free = _swung(well, step, then), _swung(well, x * step, then)
     add, add_rate = now.angle - end.angle, (now.rate - end.rate) * step

@@ -1,4 +1,4 @@
-"""What the ship does in compiled code: at an instant, and at the nodes of a step.
+"""The motion of the ship in compiled code: at an instant, and at the nodes of a step.
 
 Of the piece of forcing that a span lies in, `set_piece` lays the polynomials of all channels and
 of their time derivatives side by side, a power of x in each row from PIECE on: so all of them
@@ -27,7 +27,7 @@ class Pieces(NamedTuple):
     """Pieces of forcing, as coefficients of x^j in rows; a channel is None where it is absent.
 
     Attributes:
-        length_s: of each piece [s].
+        length_s: length of each piece [s].
         line, tilt, gravity: γ, τ and g_eff.
     """
 
@@ -41,10 +41,10 @@ class Place(NamedTuple):
     """Where a step is.
 
     Attributes:
-        length: of its piece of forcing [s].
+        length: length of its piece of forcing [s].
         terms: powers in use.
-        begin: of the step, in x of the piece.
-        size: of the step, in x.
+        begin: place where the step begins, in x of the piece.
+        size: size of the step, in x.
     """
 
     length: float
@@ -62,10 +62,10 @@ class Channel(NamedTuple):
 
 
 class Outside(NamedTuple):
-    """What the ship does at an instant; zeros where a channel is absent.
+    """The motion of the ship at an instant; zeros where a channel is absent.
 
     Attributes:
-        line: γ, the neutral line: the apparent vertical for what follows it.
+        line: γ, the neutral line; the apparent vertical for a thread that follows it.
         tilt: τ of that line in the case.
         gravity: the apparent one [m/s2].
     """
@@ -76,7 +76,7 @@ class Outside(NamedTuple):
 
 
 class Felt(NamedTuple):
-    """Which channels there are: True or None, so that compiled code knows."""
+    """Which channels there are: True or None, known when compiling."""
 
     line: bool | None
     tilt: bool | None
@@ -117,10 +117,10 @@ def set_piece(pieces: Pieces, k: int, tilted: bool, work: Any) -> tuple[float, i
     """Lay out piece k, at most `turning.TERMS` powers; return its length [s] and its powers.
 
     Args:
-        pieces: of the forcing; what is absent stays zero.
-        k: which.
-        tilted: whether τ is asked for; else it stays what it was.
-        work: of turning.
+        pieces: the pieces of forcing; absent channels stay zero.
+        k: number of the piece.
+        tilted: whether τ is asked for; otherwise it stays unchanged.
+        work: the array `work` of turning.
     """
     line, tilt, gravity = pieces.line, pieces.tilt, pieces.gravity
     per_s = 1.0 / pieces.length_s[k]
@@ -135,7 +135,7 @@ def set_piece(pieces: Pieces, k: int, tilted: bool, work: Any) -> tuple[float, i
 
 @compiled
 def outside_at(terms: int, x: float, work: Any) -> Outside:
-    """Return what the ship does at x of the piece laid out."""
+    """Return the motion of the ship at x of the piece laid out."""
     even, odd, square = filled(work, 0.0), filled(work, 0.0), x * x
     for j in range(terms - 2, -1, -2):
         odd = fma(odd, square, load(work, PIECE + j + 1))
@@ -188,10 +188,10 @@ def forcing_at_nodes(felt: Felt, drag: bool, place: Place, work: Any) -> None:
     """Fill the rows from OUTSIDE_ROW on with γ̇, γ̈, τ̇ and g at the nodes of a step.
 
     Args:
-        felt: what there is.
+        felt: the channels that there are.
         drag: whether τ̇ is felt.
-        place: the step's.
-        work: of turning.
+        place: the place of the step.
+        work: the array `work` of turning.
     """
     x = nodes_of(place, work)
     if felt.line is not None:

@@ -1,13 +1,13 @@
-"""What a clock counts: upward passages of ϑ, each a turn of the phase, and passages of θ, beats.
+"""The passages that a clock counts: upward ones of ϑ as turns, and all of θ as beats.
 
 The felt angle ϑ and the wheel's angle θ in its case differ by the tilt of the neutral line in the
 case (theory E2). Both pass zero once each half swing where the swing is large beside that tilt,
 clear of it: then the signs at the nodes of a step are enough. Elsewhere an angle may reach zero
-and turn back between two nodes, and is followed on the polynomials of the step. What stands for ϑ
-is the coordinate of the system.
+and turn back between two nodes, and is followed on the polynomials of the step. The coordinate of
+the system stands for ϑ.
 
 An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less `ahead`, so
-that nothing needs θ while the swing is large.
+that θ is not needed while the swing is large.
 """
 
 from __future__ import annotations
@@ -22,17 +22,20 @@ from tauto_core.motion.turning import FRACTIONS, expand
 from tauto_core.samples import FloatArray
 
 APART = 0.1
-"""Part of the step that nodes must lie before an event to be counted: where it is, is not known
-better yet, and what would be counted at a node behind it would not have happened."""
+"""Fraction of the step by which a node must precede an event to be counted. The place of the event
+is not known better yet, and a passage counted at a node after it would not have happened.
+"""
 
 CLEAR = 2.0
-"""Factor by which the square of the swing exceeds what would just keep it clear of the tilt."""
+"""Factor by which the square of the swing must exceed the bound at which it is just clear of the
+tilt.
+"""
 
 HALVINGS = 40
 
 
 class Angles(NamedTuple):
-    """What is counted, at an instant: ϑ or its coordinate, θ, and their rates."""
+    """The quantities that are counted, at an instant: ϑ or its coordinate, θ, and their rates."""
 
     felt: float
     felt_rate: float
@@ -41,7 +44,7 @@ class Angles(NamedTuple):
 
 
 class Watched(Protocol):
-    """What has angles within a step: a NamedTuple with this method."""
+    """An object with angles within a step: a NamedTuple with this method."""
 
     def angles(self, xi: float) -> Angles:
         """Return the angles at a fraction of the step."""
@@ -73,7 +76,7 @@ class WatchRide(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What passes zero within a step but for its end, see `settle`.
+    """The passages of zero within a step, without those at its end; see `settle`.
 
     Attributes:
         turns: upward passages of ϑ.
@@ -89,11 +92,11 @@ class Found(NamedTuple):
 
 @compiled
 def ahead(felt: float, rate: float, angle: float) -> int:
-    """Return by how many passages θ is ahead of ϑ: 0 on the same side of zero, else 1 or −1.
+    """Return by how many passages θ is ahead of ϑ: 0 on the same side of zero, otherwise 1 or −1.
 
     Args:
         felt: ϑ or its coordinate.
-        rate: of ϑ.
+        rate: rate of ϑ.
         angle: θ.
     """
     if (felt < 0.0) == (angle < 0.0):
@@ -108,7 +111,7 @@ def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float
     It is on the same side at both, moves towards zero at the first and away at the second.
 
     Args:
-        length_s: of the whole step [s].
+        length_s: length of the whole step [s].
     """
     start = watch.angles(a)
     below = (start.angle if of_wheel else start.felt) < 0.0
@@ -133,15 +136,15 @@ def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float
 def passages(
     watch: Watched, length_s: float, before: float, stop: float, work: FloatArray
 ) -> Found:
-    """Return what passes zero within a step, followed on its polynomials.
+    """Return the passages of zero within a step, followed on its polynomials.
 
     Args:
         watch: the angles.
-        length_s: of the step [s].
+        length_s: length of the step [s].
         before: fraction before which nodes are looked at.
-        stop: fraction at which the motion over this step ends; beyond 1: at its end. On which
-            side of zero that is is for `settle`: an event is carried to its place more exactly.
-        work: of turning.
+        stop: fraction at which the motion over this step ends; beyond 1 if at its end. `settle`
+            decides on which side of zero it ends, once the event is located more exactly.
+        work: the array `work` of turning.
     """
     old = watch.angles(0.0)
     below, behind = old.felt < 0.0, old.angle < 0.0
@@ -171,13 +174,13 @@ def passages(
 
 @compiled
 def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: FloatArray) -> Found:
-    """Return as `passages` what the nodes pass, where the swing is large.
+    """Return the same as `passages` from the nodes alone, where the swing is large.
 
     Args:
         coordinates: ϑ or its coordinate at the nodes.
         below: whether it was below zero at the beginning of the step.
         before: fraction before which nodes are looked at.
-        work: of turning.
+        work: the array `work` of turning.
     """
     seen, less = negative(load(work, FRACTIONS) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
@@ -189,7 +192,7 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: FloatAr
 
 @compiled
 def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, float]:
-    """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0: absent."""
+    """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0 if absent."""
     if channel is None:
         return 0.0, 0.0
     value = slope = 0.0
@@ -211,15 +214,15 @@ def in_step(
     k: int,
     place: Place,
 ) -> Found:
-    """Return what passes zero within the step last collocated.
+    """Return the passages of zero within the step last collocated.
 
     Args:
         clear: whether the swing is clear of the tilt.
         before, stop: as in `passages`.
         run: the run; its state is that at the beginning.
-        mode: of the step.
+        mode: mode of the step.
         pieces, k: the piece of forcing that the step lies in.
-        place: of the step.
+        place: place of the step.
     """
     work = run.memory.work
     if clear:
@@ -233,11 +236,11 @@ def in_step(
 
 @compiled
 def count(clear: bool, found: Found, run: Run, terms: int, x: float) -> None:
-    """Count a step at whose end the state is, after what happens there, at x in its piece.
+    """Count the passages of a step, once the state is at its end and the event there has happened.
 
     Args:
-        clear: whether the swing is large, so that θ is not looked at.
-        found: in the step.
+        clear: whether the swing is large, so that θ need not be followed.
+        found: the passages in the step.
         run: the run.
         terms: powers in use.
         x: where the step ends in its piece.

@@ -17,7 +17,7 @@ from tauto_core.samples import FloatArray, IntArray
 PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
 DIGITS = 50
 _COARSE_NS = 2**53
-"""Beyond which a time in nanoseconds is no float any more: 104 days."""
+"""Largest time in nanoseconds that is exact as a float: 104 days."""
 
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 

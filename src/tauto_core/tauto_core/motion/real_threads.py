@@ -43,12 +43,12 @@ MAX_ANGLE = 2.0
 """Longest step, as the angle it turns [rad]."""
 
 COARSEN = 2.0**-17
-"""Part of the tolerance below which steps double: their error grows by 2^16."""
+"""Share of the tolerance below which steps double, since their error then grows by 2^16."""
 
 _SHORTER = 0.94
 
 _MOST_TRIAL_STEPS = 4096
-"""Of a thread whose own swing takes far longer than the wheel's, so much is enough."""
+"""Largest number that is used for a thread whose own period is far longer than the wheel's."""
 
 
 class Case(NamedTuple):
@@ -67,7 +67,7 @@ class _Model(NamedTuple):
 
 
 def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> dict[str, Any]:
-    """Return what drag, escapement and gravity are, per inertia."""
+    """Return drag, escapement and gravity, divided by the inertia."""
     drag, escapement, inertia = machine.drag or Drag(), machine.escapement, machine.inertia
     energy = 0.0 if escapement is None else 2.0 * escapement.energy
     recoil = escapement.recoil / inertia if escapement and escapement.recoil else None
@@ -197,7 +197,7 @@ class RealThreads:
         return {**state_of(self._state), 'start_angle': self._start_angle}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])
 
@@ -249,7 +249,7 @@ class RealThreads:
         return found
 
     def _longest_step(self) -> float:
-        """Return the longest step [s] of which, in a swing on land, none need be halved."""
+        """Return the longest step [s] with which no step of a swing on land must be halved."""
         angle, fastest = MAX_ANGLE, max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
         # without turning points d has no meaning; the pallet is 0, and so is recoil

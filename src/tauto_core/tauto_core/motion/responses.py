@@ -1,4 +1,4 @@
-"""Rows that take what gives a polynomial u over a span to b and to u at its end (`linear`)."""
+"""Rows that turn the numbers of a polynomial u over a span into b, and into u at its end."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ WIDTH = 8
 """Numbers in a row of `lanes`."""
 
 TURN = 0.35
-"""Longest part of a turn that is integrated at one go [rad]: there the remainder of 24 points is
-far below rounding. Also the longest in which a wheel is followed that may pass zero twice."""
+"""Longest part of a turn that is integrated at once [rad]: there the remainder of 24 points is far
+below rounding. It is also the longest part over which a wheel that may pass zero twice is
+followed.
+"""
 
 _ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
@@ -32,7 +34,7 @@ class Law(NamedTuple):
 
 
 class Shape(NamedTuple):
-    """Spans from `begin` to `end` of pieces of a length; what gives u is samples or not."""
+    """Spans from `begin` to `end` of pieces of a length, with u given by samples or not."""
 
     length_s: float
     begin: float
@@ -46,10 +48,10 @@ class Shape(NamedTuple):
 
 
 class Responses(NamedTuple):
-    """What spans of n shapes have in common.
+    """The constants that spans of n shapes share.
 
-    A row takes one of the w numbers that give u to the real and imaginary part of b and to u, u̇,
-    ü at the end, side by side, with three zeros behind.
+    A row multiplies one of the w numbers that determine u; it holds their factors in the real and
+    imaginary part of b and in u, u̇, ü at the end, side by side, with three zeros behind.
 
     Attributes:
         rows: of the spans, then those of their parts, (n + m, w, 8).
@@ -57,7 +59,7 @@ class Responses(NamedTuple):
         first: where in `rows` these begin, (n,).
         time_s: length of the span, (n,).
         decay: e^{−δ·time}, (n,).
-        per_slope: what takes the rates of samples, or du/dx of coefficients, to u̇, (n,).
+        per_slope: factor that turns rates of samples, or du/dx of coefficients, into u̇, (n,).
     """
 
     rows: FloatArray
@@ -69,7 +71,7 @@ class Responses(NamedTuple):
 
 
 def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]]]:
-    """Return of which kind each row of some columns is, (n,), and the kinds.
+    """Return the number of the kind of each row of some columns, (n,), and the kinds.
 
     Most rows are alike; only the others are worth sorting.
     """
@@ -89,10 +91,10 @@ def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]
 def responses(
     law: Law, shapes: Sequence[Shape], nodes: tuple[float, ...], width: int
 ) -> Responses:
-    """Return what spans of some shapes have in common.
+    """Return the constants that spans of some shapes share.
 
     Args:
-        law: of the oscillator and what drives it.
+        law: the law of the oscillator and its forcing.
         shapes: n of them.
         nodes: x of the samples of a window.
         width: w, how many numbers give u: twice the nodes, or coefficients; 0: u = 0.
@@ -138,7 +140,7 @@ def _rows(law: Law, shape: Shape, nodes: tuple[float, ...] | None, width: int) -
 def _basis(
     x: FloatArray, length_s: float, nodes: tuple[float, ...] | None, width: int
 ) -> FloatArray:
-    """Return rows that take what gives u to u, u̇, ü at x, (3, …, width)."""
+    """Return rows that turn the numbers that determine u into u, u̇, ü at x, (3, …, width)."""
     if nodes is None:
         rows = _powers(x, width)
     else:

@@ -1,4 +1,4 @@
-"""When, within a step, a value that was positive falls to zero."""
+"""Finds when, within a step, a value that was positive falls to zero."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ MOST = 200
 
 
 class Watched(Protocol):
-    """What has a value within a step: a NamedTuple with this method."""
+    """An object with a value within a step: a NamedTuple with this method."""
 
     def value(self, xi: float) -> float:
         """Return the value at the fraction xi of the step, from the stage polynomials."""
@@ -19,16 +19,16 @@ class Watched(Protocol):
 
 @compiled
 def locate(watch: Watched, last: float, at_last: float, precision: float) -> float:
-    """Return the fraction of the step at which a value falls to zero; 0: it was never positive.
+    """Return the fraction of the step at which a value falls to zero; 0 if it was never positive.
 
-    False position in the form of Illinois (Dowell and Jarratt, BIT 11, 1971, 168), probing no
-    closer to a bound than half the precision: else a root would be seen wherever a value that
-    is tiny at the beginning draws the first probe to it.
+    False position in the form of Illinois (Dowell and Jarratt, BIT 11, 1971, 168), which probes no
+    closer to a bound than half the precision: otherwise a value that is tiny at the beginning
+    would draw the first probe there, and a root would be seen.
 
     Args:
-        last: where it is not positive any more.
+        last: a fraction at which it is no longer positive.
         at_last: its value there.
-        precision: how far off the fraction may be.
+        precision: error allowed in the fraction.
     """
     a, b, fb = 0.0, last, min(at_last, 0.0)
     fa = watch.value(a)

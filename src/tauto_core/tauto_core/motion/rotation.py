@@ -28,7 +28,7 @@ MAX_ANGLE = 6.5
 
 @inlined
 def sum_exactly(a: float, b: float) -> tuple[float, float]:
-    """Return a + b as rounded and what rounding left over."""
+    """Return a + b as rounded, and its rounding error."""
     whole = a + b
     part = whole - a
     return whole, (a - (whole - part)) + (b - part)
@@ -36,7 +36,7 @@ def sum_exactly(a: float, b: float) -> tuple[float, float]:
 
 @inlined
 def multiply_exactly(a: float, b: float) -> tuple[float, float]:
-    """Return a·b as rounded and what rounding left over."""
+    """Return a·b as rounded, and its rounding error."""
     whole = a * b
     return whole, fma(a, b, -whole)
 
@@ -94,7 +94,7 @@ def twofold_rotation(rate: float, time: float) -> Any:
 
 @inlined
 def _series(c: Any, x: Any) -> Any:
-    """Return Σ c_n x^n of ten terms by Estrin's scheme: few operations wait for each other."""
+    """Return Σ c_n x^n of ten terms by Estrin's scheme: few operations wait for others."""
     square = x * x
     fourth = square * square
     low = fma(fma(x, c[3], c[2]), square, fma(x, c[1], c[0]))

@@ -1,4 +1,4 @@
-"""The reference frequency of the turning frame and the longest step that meets a tolerance."""
+"""The reference frequency of the rotating frame and the longest step that meets a tolerance."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ swing and `layout.BEYOND`, of sixteen what `rotation` takes."""
 MIN_ANGLE = 0.005
 
 TOLERANCE = 2e-12
-"""Error allowed a step, relative to the state, where the scene does not say."""
+"""Error allowed in a step, relative to the state, if the scene does not state one."""
 
 MARGIN = 0.3
-"""Part of the tolerance that steps are laid out for; the rest is for the sea."""
+"""Share of the tolerance for which steps are laid out; the rest is for the sea."""
 
 SPARE = 1e-5
-"""Part of the tolerance that is left to the iteration of a step."""
+"""Share of the tolerance that the iteration of a step may use."""
 
 ERROR_OF_LAST, ERROR_OF_LAST_STRONG = 0.03, 1.0
 """Error of a smooth step per square of the last Legendre coefficient of its slopes.
@@ -40,18 +40,18 @@ strongly (benchmarks/stress.json).
 """
 
 WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_BEND = 0.003, 0.05
-"""The same of sixteen stages, and what a bent well adds to it by k²ϑ² (arc_length)."""
+"""The same for sixteen stages, and the increase with k²ϑ² in an anharmonic well (arc_length)."""
 
 MOST_BENT = 1.0
-"""Growth of the inertia, or damping, up to which sixteen stages are worth their price."""
+"""Growth of the inertia, or damping, up to which sixteen stages are worth their cost."""
 
 _PHASES = 12
 
 
 def reference_frequency(machine: Machine) -> float:
-    """Return the frequency of the turning frame [rad/s]: of the swing released, where it swings.
+    """Return the frequency of the rotating frame [rad/s]: that of the released swing, if any.
 
-    Any would do; with this one the disturbance has no mean, and is smallest.
+    Any frequency would do; with this one the disturbance has no mean, and is smallest.
     """
     try:
         return math.tau / machine.period(machine.release_angle)
@@ -62,8 +62,8 @@ def reference_frequency(machine: Machine) -> float:
 def stages_of(machine: Machine, shape: ArcShape | None) -> int:
     """Return how many stages a step has: sixteen where little disturbs the swing, else eight.
 
-    Steps end at what happens, and at the joints of a spline, and are short where the well is bent
-    strongly or damped: longer ones would be of no use there.
+    Steps end at events and at the joints of a spline, and are short where the well is strongly
+    anharmonic or damped: longer ones would be of no use there.
     """
     drag = machine.drag
     abrupt = drag is not None and (drag.quadratic > 0.0 or drag.coulomb > 0.0)
@@ -76,12 +76,12 @@ def stages_of(machine: Machine, shape: ArcShape | None) -> int:
 
 
 def _bent(machine: Machine, shape: ArcShape | None) -> float:
-    """Return by what part the inertia grows from rest to the release, k²ϑ² (arc_length)."""
+    """Return the relative growth of the inertia from rest to the release, k²ϑ² (arc_length)."""
     return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
 
 
 def error_factor(machine: Machine, shape: ArcShape | None) -> float:
-    """Return the error of a step per square of its last coefficient; 0: it is no square.
+    """Return the error of a step per square of its last coefficient; 0 where no square applies.
 
     A spline's joints break the law of the square: there the error is the coefficient itself.
     """
@@ -95,14 +95,15 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
 
 
 def settled_at(tolerance: float) -> float:
-    """Return to what part of the state the stage equations are solved."""
+    """Return the accuracy of the stage equations, relative to the state."""
     return max(SETTLED, SPARE * tolerance)
 
 
 def carried_within(tolerance: float) -> float:
-    """Return how near an event a state is carried to it by the midpoint rule [rad].
+    """Return the distance within which the midpoint rule carries a state to an event [rad].
 
-    The rule errs by a 24th of the cube of the angle turned: by as much as the iteration may.
+    The error of the rule is a 24th of the cube of the angle turned: as much as the iteration may
+    have.
     """
     return float(np.cbrt(24.0 * SPARE * tolerance))
 

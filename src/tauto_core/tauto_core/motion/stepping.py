@@ -59,7 +59,7 @@ ROW = np.dtype(
         *((name, 'i8') for name in ('turns', 'beats')),
     ]
 )
-"""A logged instant: fields of `Instant`, upward passages of the coordinate, passages of θ."""
+"""A logged instant: fields of `Instant`, turns, and beats."""
 
 
 class Row(Protocol):
@@ -76,7 +76,7 @@ class Row(Protocol):
 
 
 MAX_EVENTS = 10_000
-"""Most events that may crowd."""
+"""Largest number of crowded events."""
 
 MAX_STALLED = 4
 HALF_SWING = 3.25
@@ -94,7 +94,7 @@ class Spans(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """How a step went: the event at its end, the fraction done, and its error."""
+    """The result of a step: the event at its end, the fraction done, and its error."""
 
     event: int
     fraction: float
@@ -103,7 +103,7 @@ class Moved(NamedTuple):
 
 @compiled
 def _ride(run: Run, place: Place) -> Moved:
-    """Let the held wheel ride with the case, over the step or until it breaks loose."""
+    """Move the held wheel with the case, over the step or until it breaks loose."""
     loose = ride_along(run, place)
     work = run.memory.work
     watch = WatchRide(run.state.held_angle, place, work)
@@ -114,11 +114,11 @@ def _ride(run: Run, place: Place) -> Moved:
 
 @compiled
 def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, k: int) -> Moved:
-    """Advance over a step or to the first event, and count what passes zero on the way.
+    """Advance over a step or to the first event, and count passages of zero on the way.
 
     Args:
         run: the run.
-        place: of the step.
+        place: place of the step.
         stalled: whether time stands still, so that turning points are passed over.
         square: as `System.clear_square` returns.
         pieces, k: the piece of forcing that it lies in.
@@ -277,14 +277,14 @@ def advance(
     """Advance the state over all spans and fill a row for every logged one.
 
     Args:
-        system: what moves.
+        system: the system that moves.
         omega: ω of each plane [rad/s].
-        tolerance: how exact steps are.
+        tolerance: the accuracy of steps.
         longest_s: longest step [s].
-        pieces: of the forcing.
-        spans: where they are.
+        pieces: pieces of the forcing.
+        spans: their places in the pieces.
         state: a record of `state_type`.
-        memory: of turning.
+        memory: the working memory (turning).
         rows: of ROW, one a logged span.
 
     Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), the span and the fraction of its piece.

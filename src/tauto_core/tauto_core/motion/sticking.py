@@ -45,7 +45,7 @@ def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state:
 
 @compiled
 def ride_along(run: Run, place: Place) -> float:
-    """Let the held wheel ride with the case; return the fraction at which it breaks loose."""
+    """Move the held wheel with the case; return the fraction at which it breaks loose."""
     wheel: Wheel = run.system  # type: ignore[assignment]
     state, work = run.state, run.memory.work
     angle, mode, limit = state.held_angle, mode_of(state), term(wheel.machine.coulomb, 1.0)

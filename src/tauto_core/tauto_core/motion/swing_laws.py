@@ -1,10 +1,10 @@
-"""Where a body is within a half swing in a fluid, and how half swings follow each other.
+"""The place of a body within a half swing in a fluid, and the sequence of half swings.
 
 A law knows two things of the half swing from rest at a signed arc: its duration with its end, and
 the body's place at a time within it. On Euler's curve both have closed forms (`machines.descent`,
 `machines.reverse_swing`); on a symmetric one both come from quadrature (`machines.half_swing`).
 Durations and ends are smooth functions of the start, held as Chebyshev series, since a voyage has
-millions of half swings and few of them are looked into.
+millions of half swings, and the place within is needed in few of them.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ LARGEST_DEGREE = 512
 SMALLEST_DEGREE = 8
 TAIL = 2.0**-48
 _NUMBERS = 2**20
-"""Numbers held at once in looking into half swings."""
+"""Numbers held at once to compute places within half swings."""
 
 
 class Course(NamedTuple):
-    """A half swing told by its start."""
+    """A half swing as a function of its start."""
 
     excess: float
-    """Duration by π/ω, less 1."""
+    """Duration divided by π/ω, less 1."""
     end: float
     """Signed arc where it ends [m]."""
 
@@ -81,7 +81,7 @@ class EulerLaw:
 
     Args:
         machine: on Euler's curve.
-        curve: of the machine.
+        curve: the curve of the machine.
     """
 
     def __init__(self, machine: FluidPendulum, curve: FluidTautochrone) -> None:

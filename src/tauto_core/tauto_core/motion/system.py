@@ -1,8 +1,8 @@
-"""What the driver asks of a system: a wheel, a lever, a swinging thread.
+"""The interface between the driver and a system: a wheel, a lever, a swinging thread.
 
-A system is a NamedTuple of numbers with the methods of `System`. What is known when compiling, as
-that a wheel without escapement feels no impulse, is not in the code that runs. The state is X and
-Y of each turning plane (turning) and what `state_type` has besides.
+A system is a NamedTuple of numbers with the methods of `System`. Terms that are absent when
+compiling, such as the impulse of a wheel without escapement, are not in the compiled code. The
+state consists of X and Y of each rotating plane (turning) and the other fields of `state_type`.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ Lanes: TypeAlias = Any
 """A number at each stage of a step, in compiled code."""
 
 Omega: TypeAlias = tuple[float, ...]
-"""Frequencies of the turning planes [rad/s]."""
+"""Frequencies of the rotating planes [rad/s]."""
 
 NOWHERE = 2.0
 """A fraction beyond any step."""
 
 
 class Mode(NamedTuple):
-    """What is constant between two events, as signs.
+    """The signs that are constant between two events.
 
     Attributes:
-        side: of a kinked cam, that is felt.
+        side: the side of a kinked cam that is felt.
         direction: d, of θ̇.
         pallet: s, the direction of the last impulse, from which the next tooth pushes back.
     """
@@ -43,7 +43,7 @@ class Mode(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """X and Y of a turning plane at an instant."""
+    """X and Y of a rotating plane at an instant."""
 
     x: float
     y: float
@@ -54,11 +54,12 @@ class Instant(NamedTuple):
 
     Attributes:
         angle, rate, bend: θ of the wheel in its case, and its first two derivatives.
-        tension: of the thread, or what has its sign.
-        margin: what is positive within the range of the system.
-        torque: of the thread on the wheel, over I.
-        coordinate, speed, acceleration: what passes zero once a turn of the phase, and its first
-            two derivatives: ϑ of the wheel, s of the lever, u of the swinging thread.
+        tension: tension of the thread, or a quantity of the same sign.
+        margin: a quantity that is positive within the range of the system.
+        torque: torque of the thread on the wheel, over I.
+        coordinate, speed, acceleration: the quantity that passes zero upwards once a turn of the
+            phase, and its first two derivatives: ϑ of the wheel, s of the lever, u of the swinging
+            thread.
     """
 
     angle: float
@@ -73,7 +74,7 @@ class Instant(NamedTuple):
 
 
 class Beyond(NamedTuple):
-    """Whether a step leaves the range, by its nodes.
+    """Whether a step leaves the range, as seen at its nodes.
 
     Attributes:
         edge: first node past the range of the system, or NOWHERE.
@@ -89,13 +90,13 @@ class Beyond(NamedTuple):
 
 
 class Tolerance(NamedTuple):
-    """How exact steps are.
+    """The accuracy of steps.
 
     Attributes:
-        step: error allowed a step, relative to the state.
-        factor: of the error by the square of the last coefficient (step_size).
-        settled: part of the state to which stages are iterated.
-        near: how near an event the state is carried to it [rad].
+        step: error allowed in a step, relative to the state.
+        factor: the error divided by the square of the last coefficient (step_size).
+        settled: accuracy of the stages, relative to the state.
+        near: distance from an event within which the state is carried to it [rad].
         coarsen: error below which steps double.
     """
 
@@ -156,7 +157,7 @@ class State(Protocol):
 
 
 class System(Protocol):
-    """What moves, as the driver takes it; all but the numbers runs in compiled code only.
+    """A system that moves, as the driver sees it; its methods run in compiled code only.
 
     `planes` are X and Y of each plane at an instant, `memory` and `work` those of turning.
     """
@@ -194,7 +195,7 @@ class System(Protocol):
         """Whether τ matters between two logged instants; known when compiling."""
 
     def at_nodes(self, place: Place, work: FloatArray) -> None:
-        """Fill the rows from OUTSIDE on with what the ship does at the nodes of a step."""
+        """Fill the rows from OUTSIDE on with the motion of the ship at the nodes of a step."""
 
     def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
         """Fill the rows D1 and D2 from the rows X and Y (turning)."""
@@ -203,13 +204,13 @@ class System(Protocol):
         """Return whether the step last collocated leaves the range."""
 
     def coordinates(self, work: FloatArray) -> Lanes:
-        """Return what has the coordinate's sign at the nodes of the step last collocated."""
+        """Return a quantity with the coordinate's sign at the nodes of the last step."""
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return the same at an instant."""
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
-        """Return what tells over piece k how large a swing is clear (`clear`)."""
+        """Return the bound for piece k with which `clear` compares the swing."""
 
     def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
         """Return whether the swing is clear of the tilt at all nodes of the step (passages)."""
@@ -218,7 +219,7 @@ class System(Protocol):
         """Return the system at an instant."""
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
-        """Decide at θ = angle, θ̇ = 0 whether friction holds the wheel, else which way it goes."""
+        """Decide at θ = angle, θ̇ = 0 whether friction holds the wheel, or which way it moves."""
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
         """Return whether the motion surely leaves the kink from the beginning of the step on."""
@@ -235,11 +236,11 @@ class System(Protocol):
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
     ) -> float:
-        """Return the time to a little after the next event to expect [s], or inf."""
+        """Return the time to a little after the next expected event [s], or inf."""
 
 
 class Run(NamedTuple):
-    """What all of a run shares: handed on by name, and free in compiled code."""
+    """What all steps of a run share, as one named tuple, which costs nothing compiled."""
 
     system: System
     omega: Omega
@@ -249,7 +250,7 @@ class Run(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """A step last collocated: what is looked for in it lies on its polynomials."""
+    """The step last collocated, in which events are sought on its polynomials."""
 
     run: Run
     mode: Mode
@@ -266,7 +267,7 @@ class Watch(NamedTuple):
         return found
 
     def outside(self, xi: float) -> Outside:
-        """Return what the ship does at a fraction of the step."""
+        """Return the motion of the ship at a fraction of the step."""
         place = self.place
         return outside_at(place.terms, place.begin + xi * place.size, self.run.memory.work)
 
@@ -285,7 +286,7 @@ def mode_of(state: State) -> Mode:
 
 @inlined
 def planes_of(omega: Omega, numbers: FloatArray) -> tuple[Plane, ...]:
-    """Return X and Y of each plane, without what they leave to the second double."""
+    """Return X and Y of each plane, without their second doubles."""
     found: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         found = (*found, Plane(numbers[4 * p], numbers[4 * p + 2]))

@@ -1,4 +1,4 @@
-"""What the real threads share as systems: the lever's and the one that swings."""
+"""What the systems of both real threads share: that of the lever and the swinging one."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tauto_core.motion.wells import term
 from tauto_core.samples import FloatArray
 
 WELL_WITHIN = 0.05
-"""Margin of all nodes of a step that is surely within the range."""
+"""Margin that all nodes must have if a step is surely within the range."""
 
 
 @inlined
@@ -44,7 +44,7 @@ def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: FloatArray
 
 @compiled
 def goes_off(system: Any, omega: Omega, angle: float, at: Outside, state: State) -> None:
-    """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""
+    """Decide at θ = angle, θ̇ = 0 in which direction the wheel moves."""
     now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
     state.direction = -1 if now.bend < 0.0 else 1
     state.armed = is_due(system, float(state.direction), angle)
@@ -60,10 +60,10 @@ def impulse_ahead_s(
     state: State,
     work: FloatArray,
 ) -> float:
-    """Return the time to a little after the next impulse to expect [s], or inf.
+    """Return the time to a little after the next expected impulse [s], or inf.
 
-    The swing goes on about its centre as that moves with the case now, as fast as gravity lets it
-    on the way.
+    The swing is assumed to continue about its centre, which moves as the case does now, at the
+    pace that gravity allows on the way.
     """
     if not system.feels_impulse:
         return math.inf

@@ -1,6 +1,6 @@
-"""Gauss collocation of the disturbance in the frame that turns with the undisturbed motion.
+"""Gauss collocation of the disturbance in a rotating (Lawson) frame.
 
-Any number P of planes (modes), each a harmonic oscillator that something disturbs:
+There are any number P of planes (modes), each a harmonic oscillator with a disturbance:
 
     Ẋ = ωY + d₁,    Ẏ = −ωX + d₂          (X a coordinate, ωY nearly its rate)
 
@@ -10,14 +10,14 @@ the angle ω(t − t₀), only the disturbance is left to integrate:
     U̇ = c d₁ − s d₂,    V̇ = s d₁ + c d₂.
 
 Eight Gauss stages make this symmetric, symplectic and of order 16 in the step, sixteen of order
-32; the error falls with the strength of the disturbance too, and no disturbance is solved exactly.
+32; the error falls with the strength of the disturbance too, and the undisturbed motion is exact.
 The stage equations are iterated, to rounding if need be; where the disturbance is too strong for
-that, Newton's method takes over. The state is kept in twofold numbers and turned by a twofold
-rotation, so that what n steps lose grows like √n.
+that, Newton's method takes over. The state is kept in twofold numbers and rotated in twofold
+precision, so that the rounding error of n steps grows like √n.
 
-Who uses it says what disturbs: the method `disturb(mode, omega, work)` of its `system` reads the
-rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as lanes, one
-a stage. `row` tells where in `work` they are; `make_memory` makes it.
+The caller defines the disturbance: the method `disturb(mode, omega, work)` of its `system` reads
+the rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as lanes, one
+for each stage. `row` returns their places in `work`, which `make_memory` makes.
 
 Sources: J. D. Lawson, SIAM J. Numer. Anal. 4 (1967); M. Antoñana, J. Makazaga, A. Murua, Reducing
 and monitoring round-off error propagation for symplectic implicit Runge–Kutta schemes, Numer.
@@ -60,20 +60,20 @@ from tauto_core.motion.rotation import (
 from tauto_core.samples import FloatArray
 
 TERMS = 24
-"""Most powers of the polynomials that stand for the forcing."""
+"""Largest number of powers in the polynomials of the forcing."""
 
 COEFFICIENTS, EXPANSION, FOLDED, QUADRATURE, FRACTIONS, TAIL, PIECE = 0, 16, 32, 41, 42, 43, 44
 FIRST = PIECE + TERMS
 K1, K2, U, V, X, Y, D1, D2, F1, F2, WHOLE, PART, OUTSIDE = *range(11), 12, 14
 TURNED = 5
-"""Numbers a plane and kind of step in `turned`: h, then cos and sin of ωh, each twofold."""
+"""Numbers for each plane and kind of step in `turned`: h, then cos and sin of ωh, each twofold."""
 
 WHOLE_STEP, PART_STEP = 0, 1
 MAX_SWEEPS = 60
 MAX_NEWTON = 12
 ROUNDING = 2.0**-53
 SETTLED = 0.25 * ROUNDING
-"""Part of the state to which its stages can be told."""
+"""Best relative accuracy to which stages can be computed."""
 
 
 @inlined
@@ -83,17 +83,17 @@ def row(kind: int, planes: int, p: int) -> int:
 
 
 class Memory(NamedTuple):
-    """What steps are worked out in; a few kB, made once.
+    """The working memory of steps; a few kB, made once.
 
     Attributes:
-        work: rows of as many numbers as there are stages: of constants, of the forcing's piece, of
-            the planes (`row`) and of the system, one behind the other. They begin at cache lines:
-            a row that lies across two costs twice the time.
+        work: rows with one number for each stage: constants, the forcing's piece, the planes
+            (`row`) and the system, one after the other. They begin at cache lines, since a row
+            across two lines costs twice the time.
         turned: rotations over whole and part steps, TURNED·P numbers of each.
         end: X and Y of each plane at the end of a step, each in two doubles, (4P,).
-        matrix, right, slopes: what Newton's method solves, (2PS · 2PS,), (2PS,), (2P · S,) of S
-            stages.
-        wide: None of eight stages, 0 of sixteen: compiled code tells them apart by its type.
+        matrix, right, slopes: the linear system of Newton's method, (2PS · 2PS,), (2PS,), (2P ·
+            S,) of S stages.
+        wide: None for eight stages, 0 for sixteen: compiled code distinguishes them by the type.
     """
 
     work: FloatArray
@@ -143,7 +143,7 @@ def _rows_of(work: Any, wide: Any) -> Any:
 
 @inlined
 def pointers(memory: Any) -> Any:
-    """Return the memory by pointers: what kernels hand each other."""
+    """Return the memory as pointers, which kernels pass to each other."""
     work, turned, end, matrix, right, slopes, wide = memory
     return Memory(
         _rows(work, wide),
@@ -169,8 +169,8 @@ def _short_of_one(cosine: float, sine: float) -> float:
 def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
     """Fill the rotations to the stages and the end of a step of h, unless they are there.
 
-    Steps to events have a length of their own: the rounding of their angle is not always the same,
-    and doubles do, made to neither stretch nor shrink the state.
+    Steps to events have lengths of their own, so that the rounding of their angles varies; for
+    them doubles are enough, corrected so that they neither stretch nor shrink the state.
     """
     planes = len(omega)
     if turned[kind * TURNED * planes] == h:
@@ -212,7 +212,7 @@ def _evaluate(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
 
 @inlined
 def _move_stages(omega: Any, h: float, state: Any, work: Any) -> float:
-    """Move the stages U, V to where their slopes lead; return the largest change of a stage."""
+    """Update the stages U, V from their slopes; return the largest change of a stage."""
     planes = len(omega)
     change = filled(work, 0.0)
     for p in range(planes):
@@ -252,12 +252,12 @@ def _iterate(
 ) -> tuple[bool, float]:
     """Sweep until the stages have settled; return whether they do, and their size.
 
-    They do where the rate of convergence, as measured, leaves less than that to come. The slopes
-    are those of the last stages; after no sweeps, of the stages as they are. All that disturbs is
-    translated here, once.
+    They have settled if, at the measured rate of convergence, less than that is still to come. The
+    slopes are those of the last stages; after no sweeps, of the stages as they are. The
+    disturbance is compiled here, once.
 
     Args:
-        most: sweeps at most.
+        most: largest number of sweeps.
     """
     before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
@@ -279,7 +279,7 @@ def _iterate(
 
 @inlined
 def _begin(planes: int, state: Any, work: Any) -> None:
-    """Let the stages be the state at the beginning of the step."""
+    """Set the stages to the state at the beginning of the step."""
     for p in range(planes):
         store(work, row(U, planes, p), filled(work, state[4 * p]))
         store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
@@ -400,8 +400,8 @@ def collocate(
     """Solve the stage equations of a step of h from `state`.
 
     Args:
-        system: what disturbs.
-        mode: handed on to its `disturb`.
+        system: the system, which defines the disturbance.
+        mode: passed to its `disturb`.
         omega: ω of each plane [rad/s], a tuple.
         h: length of the step [s], |ωh| ≤ MAX_ANGLE.
         kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.

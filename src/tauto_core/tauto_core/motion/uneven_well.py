@@ -1,7 +1,7 @@
 """Sully's lever on a steady platform: exact at any time, at no cost per swing.
 
-As in `action_angle`, but the well is not even: with V = V(A) cos²W the swing goes from the one
-turning point to the other as W from 0 to π, and the way back takes as long. dt/dW is one Chebyshev
+As in `action_angle`, but the well is not even: with V = V(A) cos²W the swing goes from one turning
+point to the other while W goes from 0 to π, and the way back takes as long. dt/dW is one Chebyshev
 series, integrated term by term and inverted.
 """
 

@@ -1,7 +1,7 @@
-"""The trochlea in compiled code: what its lever arm, its power and its drag do at an instant.
+"""The trochlea in compiled code: the effect of lever arm, power and drag at an instant.
 
-Absent terms are `None`: they are not in the code that runs. Angles,
-rates and forcing are floats or `Lanes`; one formula serves both.
+Absent terms are `None`, and are not in the compiled code. Angles, rates and forcing are floats or
+`Lanes`; one formula serves both.
 
 Variables per unit of inertia: q = ϑ, the angle the cam feels, and w = p/I with the momentum
 p = I (q̇ + γ̇) + m t² q̇ (theory E2 in Hamilton's form: no second derivative of the forcing):
@@ -54,15 +54,15 @@ class Impulse(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """What acts on the wheel, each over its inertia I; None where absent.
+    """The terms that act on the wheel, each divided by its inertia I; None where absent.
 
     Attributes:
         carried: μ = m/I of the mass that rides on the thread [1/m2].
         force: constant part of the pull.
-        stiffness: of the spring, by the lift.
-        weight: mass that draws, by the apparent gravity.
+        stiffness: stiffness of the spring, times the lift.
+        weight: mass that draws, times the apparent gravity.
         viscous, quadratic, coulomb: c₁, c₂ and c₀ of the drag.
-        impulse: of the escapement.
+        impulse: impulse of the escapement.
         recoil: R.
     """
 
@@ -192,7 +192,7 @@ def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
 
 
 def excess(lever: Any, q: Any, t: Any, pull: Any, square: float) -> Any:
-    """Return ω²q − pull·t: by how much the well falls short of the harmonic one."""
+    """Return ω²q − pull·t, the departure of the well from the harmonic one."""
     raise TypeError('excess runs in compiled code only')
 
 
@@ -267,7 +267,7 @@ def _rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
 
 @inlined
 def ride(mu: Any, t: Any, t1: Any, rate: Any) -> Any:
-    """Return what the weight's ride on the changing lever arm adds to ẇ."""
+    """Return the term in ẇ from the weight's motion on the changing lever arm."""
     return term(mu, t * t1 * (rate * rate))
 
 
@@ -331,7 +331,7 @@ def holding_torque(well: Any, mode: Any, angle: float, at: Outside) -> float:
 
 @compiled
 def kick(impulse: Impulse, mu: Any, t: float, v: float, d: float, given: int) -> float:
-    """Return what an impulse adds to q̇: ½ M θ̇² grows by the energy (theory E2)."""
+    """Return the change of q̇ by an impulse: ½ M θ̇² grows by its energy (theory E2)."""
     strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
     energy = impulse.energy * strength
     return d * math.sqrt(v * v + energy / mass_of(mu, t)) - v

@@ -1,4 +1,4 @@
-"""The wheel as a system: the trochlea in one turning plane.
+"""The wheel as a system: the trochlea in one rotating plane.
 
 Along the angle ϑ, or along the arc where the lever arm is linear and a weight rides along.
 """
@@ -68,7 +68,9 @@ Lever: TypeAlias = Any
 """One of `curves.levers`."""
 
 WELL_WITHIN = 0.97
-"""Part of the range within which all nodes of a step must lie, that all of it surely does."""
+"""Share of the range within which all nodes must lie if the whole step surely lies within the
+range.
+"""
 
 ANY_MODE = Mode(1.0, 1.0, 1.0)
 
@@ -77,13 +79,13 @@ class Wheel(NamedTuple):
     """The wheel as `system.System`.
 
     Attributes:
-        machine: what acts on it.
+        machine: the terms that act on it.
         lever: arm of the thread.
-        shape: of the arc, or None where the angle is the coordinate.
-        felt: what there is of the ship's motion.
+        shape: the shape of the arc, or None where the angle is the coordinate.
+        felt: the channels of the ship's motion that there are.
         impulse, pace: as in `System`.
         range: largest |ϑ| [rad].
-        gravity: at rest [m/s2].
+        gravity: the acceleration of gravity at rest [m/s2].
     """
 
     machine: Terms
@@ -127,7 +129,7 @@ class Wheel(NamedTuple):
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether the place in the case matters within a span."""
+        """Whether the angle in the case matters within a span."""
         return self.feels_drag or self.feels_impulse
 
     def at_nodes(self, place: Place, work: FloatArray) -> None:
@@ -135,7 +137,7 @@ class Wheel(NamedTuple):
         forcing_at_nodes(self.felt, self.feels_drag, place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill what disturbs the plane."""
+        """Fill the disturbance of the plane."""
         if self.shape is not None:
             _along_the_arc(self, mode, omega, work)
         else:
@@ -154,12 +156,12 @@ class Wheel(NamedTuple):
         return _beyond(self, mode, omega, work)
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
-        """Return what x² + y² exceeds where the swing is surely clear of the tilt, over a piece.
+        """Return the x² + y² above which the swing is surely clear of the tilt, over a piece.
 
-        While |ϑ| is less than the tilt's bound τ, and so θ may pass zero, the momentum must be
-        more than what the line's motion makes of it: then ϑ and θ pass zero once each, the same
-        way. With M the moment of inertia at ϑ = τ: x² ≤ M τ² there, and |y| > (M |τ̇| + |γ̇|)/ω is
-        asked.
+        While |ϑ| is less than the tilt's bound τ, θ may pass zero. If the momentum then exceeds
+        the contribution of the line's motion, ϑ and θ pass zero once each, the same way. With M
+        the moment of inertia at ϑ = τ, x² ≤ M τ² there, and the condition is |y| > (M |τ̇| +
+        |γ̇|)/ω.
         """
         per = 1.0 / (pieces.length_s[k] * omega[0])
         reach, reach_rate = bounds_of(pieces.tilt, k, per)
@@ -169,7 +171,7 @@ class Wheel(NamedTuple):
         return CLEAR * (mass * reach * reach + pushed * pushed)
 
     def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
-        """Return whether x² + y² exceeds that at all nodes."""
+        """Return whether x² + y² exceeds that bound at all nodes."""
         x, y = load(work, X_ROW), load(work, Y_ROW)
         return least(x * x + y * y) > square
 
@@ -209,9 +211,10 @@ class Wheel(NamedTuple):
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
     ) -> float:
-        """Return the time to a little after the next impulse or kink to expect [s], or inf.
+        """Return the time to a little after the next expected impulse or kink [s], or inf.
 
-        The swing goes on about the line as that moves now, as fast as gravity lets it on the way.
+        The swing is assumed to continue about the line, which moves as it does now, at the pace
+        that gravity allows on the way.
         """
         ahead, pace = math.inf, omega[0]
         if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
