@@ -63,7 +63,6 @@ CALM = {'cam': {'kind': 'involute', 'base_radius': 0.0025}, 'thread': {'kind': '
 WEIGHT = {**CALM, 'power': {'kind': 'weight', 'mass': 0.644}}
 OMEGA, INERTIA = 2.0 * math.pi, 4e-4
 BUSY = {
-    'impulses': (WEIGHT, {'escapement': {'energy': 1e-6}, 'drag': {'viscous': 1e-6}}),
     'drag with a kink': (WEIGHT, {'drag': {'quadratic': 1e-6}}),
     'friction': (WEIGHT, {'drag': {'coulomb': 1e-6}}),
     'kinked cam': (MACHINES['arc'], {}),
@@ -79,6 +78,17 @@ def test_a_calm_swing_takes_sixteen_stages_and_steps_of_most_of_a_turn(drag):
     assert engine.order == 32
     assert 4.0 < engine.longest_step_s * OMEGA < 5.0
     assert [engine.steps_in(length_s) for length_s in (0.1, 0.6, 0.8, 2.0)] == [1, 1, 2, 3]
+
+
+def test_with_impulses_no_step_reaches_over_more_than_half_a_swing():
+    """However loose the tolerance; and a piece of forcing need not fit the steps."""
+    sections = {'escapement': {'energy': 1e-6}, 'drag': {'viscous': 1e-6}}
+    machine = compile_machine(scene_of(trochlea=WEIGHT, **sections))
+    for tolerance in (1e-12, 1e-3):
+        engine = Collocation(machine, tolerance)
+        assert engine.order == 32
+        assert engine.longest_step_s * OMEGA < math.pi
+        assert engine.steps_in(60.0) == 1
 
 
 @pytest.mark.parametrize('name', BUSY)

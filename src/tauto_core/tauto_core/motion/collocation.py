@@ -77,7 +77,7 @@ class Collocation:
 
     def steps_in(self, length_s: float) -> int:
         """Return how many steps fill a piece of forcing; 1 if they end at events."""
-        if self.order == 2 * SIZE:
+        if self.order == 2 * SIZE or self._machine.escapement is not None:
             return 1
         return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from tauto_core.kernels import compiled, inlined, overload
-from tauto_core.motion.lanes import filled, fma, lane, load, store, width
+from tauto_core.motion.lanes import SIZE, filled, fma, lane, load, pointer, store, width
 from tauto_core.motion.turning import D1, D2, FIRST, FRACTIONS, OUTSIDE, PIECE, X, Y
 from tauto_core.samples import FloatArray
 
@@ -136,10 +136,12 @@ def set_piece(pieces: Pieces, k: int, tilted: bool, work: Any) -> tuple[float, i
 @compiled
 def outside_at(terms: int, x: float, work: Any) -> Outside:
     """Return the motion of the ship at x of the piece laid out."""
-    even, odd, square = filled(work, 0.0), filled(work, 0.0), x * x
+    # a row may be longer than its columns are
+    rows, each = pointer(work), width(work) // SIZE
+    even, odd, square = filled(rows, 0.0), filled(rows, 0.0), x * x
     for j in range(terms - 2, -1, -2):
-        odd = fma(odd, square, load(work, PIECE + j + 1))
-        even = fma(even, square, load(work, PIECE + j))
+        odd = fma(odd, square, load(rows, (PIECE + j + 1) * each))
+        even = fma(even, square, load(rows, (PIECE + j) * each))
     all_ = fma(odd, x, even)
     return Outside(
         Channel(lane(all_, LINE), lane(all_, LINE_RATE), lane(all_, LINE_BEND)),

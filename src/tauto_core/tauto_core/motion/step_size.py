@@ -62,13 +62,13 @@ def reference_frequency(machine: Machine) -> float:
 def stages_of(machine: Machine, shape: ArcShape | None) -> int:
     """Return how many stages a step has: sixteen where little disturbs the swing, else eight.
 
-    Steps end at events and at the joints of a spline, and are short where the well is strongly
+    Steps end at a kink and at the joints of a spline, and are short where the well is strongly
     anharmonic or damped: longer ones would be of no use there.
     """
     drag = machine.drag
     abrupt = drag is not None and (drag.quadratic > 0.0 or drag.coulomb > 0.0)
     cam = machine.cam
-    if abrupt or machine.escapement is not None or cam.kinked or cam.joints.size:
+    if abrupt or cam.kinked or cam.joints.size:
         return SIZE
     damped = drag.viscous / (machine.inertia * machine.frequency) if drag is not None else 0.0
     weak = shape is not None or machine.is_linear
@@ -131,7 +131,9 @@ def longest_step(
     if shape is not None:
         amplitude = arc_of(amplitude, shape.k)
     stages = stages_of(machine, shape)
-    constants, angles = gauss(stages), [MAX_ANGLE[stages]]
+    # an impulse may come every half swing
+    most = MAX_ANGLE[stages if machine.escapement is None else SIZE]
+    constants, angles = gauss(stages), [most]
     while angles[-1] > MIN_ANGLE:
         angles.append(0.97 * angles[-1])
 
