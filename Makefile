@@ -50,9 +50,10 @@ lint: setup-dev  ## format, lint, types, layers
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 
-# By file: what its tests share is made once, kernels above all.
+# By file: what its tests share is made once, kernels above all. In the order of tests/conftest.py:
+# xdist's own begins with the files of most tests, and ends with the longest.
 test: lint  ## lint and every test
-	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile
+	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
 	.venv/bin/zensical build --strict --clean

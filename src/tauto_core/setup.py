@@ -15,7 +15,7 @@ TEST = [
     'numba>=0.60',  # the same kernels through another compiler, bit for bit
     'pyarrow>=16.0',
     'pytest>=8.0',
-    'pytest-xdist>=3.5',
+    'pytest-xdist>=3.8',
     'wheel>=0.40',
 ]
 LINT = [
