@@ -1,21 +1,24 @@
 """How many messages a second go through the whole graph, recorded, without losing one.
 
-    .venv/bin/python benchmarks/graph_throughput.py [--rounds 3] [--duration 3600]
+    .venv/bin/python benchmarks/graph_throughput.py [--rounds 3] [--beside TREE]
 
 Each row is a voyage flat out (`--speed max`), from the first message to the closed bag, without
 start-up and, since a first run has compiled the kernels, without compilation; of several rounds,
-one variant after the other, the fastest. `messages_per_s` counts what the recorder wrote; each
-ship/imu also goes to the trochlea. `cpu_us` is the CPU time of all processes over a message,
-start-up taken off. `ours` is the share of our code and its libraries in the nodes' CPU time while
-they spin; the rest is rclpy and DDS. `latency` is the time from the stamp of a message of a 100 Hz
-sensor, sent by this process, to its receipt by another one through rclpy, and to the receipt here
-of the reading that it leads to, for which the clock needs later samples too.
-Results: benchmarks/graph_throughput.json.
+one build and variant after the other, the fastest, and the least CPU time. `--beside` names
+another tree of this repository, as a git worktree of an earlier commit; its rows stand
+beside ours, and `times` is how many times its rate and its CPU time a message ours are.
+`messages_per_s` counts what the recorder wrote; each ship/imu also goes to the trochlea. `cpu_us`
+is the CPU time of all nodes over a message, start-up taken off. `ours` is the share of our code
+and its libraries in the nodes' CPU time while they spin; the rest is rclpy and DDS. `latency` is
+the time from the stamp of a message of a 100 Hz sensor, sent by one process, to its receipt by
+another one through rclpy, and to the receipt of the reading that it leads to, for which the clock
+needs later samples too. Results: benchmarks/graph_throughput.json.
 """
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
 import os
 import platform
@@ -25,8 +28,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -57,29 +59,63 @@ VARIANTS: dict[str, dict[str, Any]] = {
     'a process each, single-threaded executor': {'executor': 'single'},
 }
 
+Row = dict[str, Any]
 
-def cpu_s() -> float:
-    """Return the CPU time of all children that have ended."""
+
+def environment_of(tree: Path | None, samples: Path | None = None) -> dict[str, str]:
+    """Return the environment of a process that runs a build, ours where none is named.
+
+    Args:
+        tree: root of its repository.
+        samples: folder into which the process and its children are to sample themselves.
+    """
+    paths = [tree / 'src/tauto_core', tree / 'src/tauto_nodes'] if tree is not None else []
+    given = dict(os.environ)
+    if samples is not None:
+        paths.insert(0, Path(__file__).with_name('sampling'))
+        given['TAUTO_SAMPLES'] = str(samples)
+    before = given.get('PYTHONPATH', '')
+    given['PYTHONPATH'] = os.pathsep.join([*map(str, paths), *([before] if before else [])])
+    return given
+
+
+def ask(environment: Mapping[str, str], *words: str) -> Any:
+    """Return what this program answers in a process of its own."""
+    done = subprocess.run(
+        [sys.executable, __file__, *words], env=environment, stdout=subprocess.PIPE, check=True
+    )
+    return json.loads(done.stdout)
+
+
+def sail(options: Row, duration_s: float) -> None:
+    """Print the figures of one voyage of this length [s] (`--sail`); null: this build cannot."""
+    known = {field.name for field in dataclasses.fields(Plan)}
+    if not options.keys() <= known:
+        print('null')
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        plan = Plan(SCENE, Path(folder) / 'bag', duration_s=duration_s, speed=0.0, **options)
+        outcome = run_graph(plan, load_scene(SCENE, duration=duration_s), lambda _: None)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
-def sail(plan: Plan, duration_s: float) -> dict[str, Any]:
-    """Return the figures of one voyage of this length [s]."""
-    plan, before_s = replace(plan, duration_s=duration_s), cpu_s()
-    outcome = run_graph(plan, load_scene(plan.scene, duration=duration_s), lambda _: None)
-    return {
+    figures = {
         'messages': sum(numbers['written'] for numbers in outcome.counts.values()),
         'lost': outcome.lost,
         'voyage_s': round(outcome.voyage_s, 3),
         'start_s': round(outcome.start_s, 3),
-        'cpu_s': cpu_s() - before_s,
+        'cpu_s': used.ru_utime + used.ru_stime,
     }
+    print(json.dumps(figures))
 
 
-def measure(plan: Plan, duration_s: float) -> dict[str, Any]:
+def measure(tree: Path | None, options: Row, duration_s: float) -> Row | None:
     """Return the figures of one voyage, with what start-up costs taken off its CPU time."""
-    short, row = sail(plan, SHORT_S), sail(plan, duration_s)
+    environment, words = environment_of(tree), json.dumps(options)
+    short, row = (
+        ask(environment, '--sail', words, '--duration', str(length_s))
+        for length_s in (SHORT_S, duration_s)
+    )
+    if row is None:
+        return None
     used_s = row.pop('cpu_s') - short['cpu_s']
     return {
         **row,
@@ -89,29 +125,24 @@ def measure(plan: Plan, duration_s: float) -> dict[str, Any]:
     }
 
 
-@contextmanager
-def sampled(folder: Path) -> Any:
-    """Let the children of this process sample themselves into a folder."""
-    before = os.environ.get('PYTHONPATH', '')
-    here = Path(__file__).with_name('sampling')
-    given = {'TAUTO_SAMPLES': str(folder), 'PYTHONPATH': f'{here}:{before}'.rstrip(':')}
-    os.environ.update(given)
-    try:
-        yield
-    finally:
-        del os.environ['TAUTO_SAMPLES']
-        os.environ['PYTHONPATH'] = before
+def better(best: Row | None, row: Row) -> Row:
+    """Return the faster of two rows, with the least CPU time of both and all that was lost."""
+    if best is None:
+        return row
+    fast = max(best, row, key=lambda one: one['messages_per_s'])
+    least_us = min(best['cpu_us'], row['cpu_us'])
+    return {**fast, 'cpu_us': least_us, 'lost': best['lost'] + row['lost']}
 
 
-def share_of_ours(plan: Plan, duration_s: float) -> float:
+def share_of_ours(tree: Path | None, options: Row, duration_s: float) -> float:
     """Return the share of our code in the CPU time of the nodes while they spin."""
     with tempfile.TemporaryDirectory(prefix='tauto_samples_') as folder:
-        with sampled(Path(folder)):
-            sail(plan, duration_s)
+        environment = environment_of(tree, Path(folder))
+        ask(environment, '--sail', json.dumps(options), '--duration', str(duration_s))
         counts: Counter[str] = Counter()
         for file in Path(folder).glob('*.json'):
             counts.update(json.loads(file.read_text('utf-8')))
-    return counts['ours'] / counts.total()
+    return round(counts['ours'] / counts.total(), 2)
 
 
 def percentiles_ms(waits_ns: list[int]) -> dict[str, float]:
@@ -139,8 +170,8 @@ def listen(count: int) -> None:
     print(json.dumps(waits))
 
 
-def latency() -> dict[str, Any]:
-    """Return how long a sensor's messages, and the readings they lead to, are under way."""
+def latency() -> None:
+    """Print how long a sensor's messages, and the readings they lead to, are under way."""
     count = round(RATE_HZ * LATENCY_S)
     with graph_environment():
         modules = (
@@ -158,7 +189,7 @@ def latency() -> dict[str, Any]:
             listener.kill()
             clock.terminate()
             clock.wait(60.0)
-    return {'ship/imu': percentiles_ms(under_way), 'clock/reading': percentiles_ms(waits)}
+    print(json.dumps({SHIP_IMU: percentiles_ms(under_way), READING: percentiles_ms(waits)}))
 
 
 def _send(count: int) -> list[int]:
@@ -190,31 +221,65 @@ def _send(count: int) -> list[int]:
     return waits
 
 
+def compare(rows: list[Row]) -> list[Row]:
+    """Return, of each variant that both builds have, how many times theirs ours is."""
+    found = {(row['build'], row['variant']): row for row in rows}
+    return [
+        {
+            'variant': variant,
+            'messages_per_s': round(row['messages_per_s'] / old['messages_per_s'], 2),
+            'cpu_us': round(row['cpu_us'] / old['cpu_us'], 2),
+        }
+        for (build, variant), row in found.items()
+        if build == 'ours' and (old := found.get(('beside', variant)))
+    ]
+
+
+def run(asked: argparse.Namespace) -> Row:
+    """Measure all variants of all builds, one after the other."""
+    builds: dict[str, Path | None] = {'ours': None}
+    if asked.beside:
+        builds['beside'] = asked.beside.resolve()
+    cases = [(build, variant) for variant in asked.variants for build in builds]
+    best: dict[tuple[str, str], Row] = {}
+    for tree in builds.values():
+        measure(tree, {}, SHORT_S + 1.0)  # compiles the kernels
+    for _ in range(asked.rounds):
+        for case in cases:
+            row = measure(builds[case[0]], VARIANTS[case[1]], asked.duration)
+            if row is not None:
+                best[case] = better(best.get(case), row)
+    rows = []
+    for (build, variant), row in best.items():
+        ours = share_of_ours(builds[build], VARIANTS[variant], asked.duration)
+        rows.append({'build': build, 'variant': variant, **row, 'ours': ours})
+        print(json.dumps(rows[-1]), flush=True)
+    waits = {build: ask(environment_of(tree), '--latency') for build, tree in builds.items()}
+    print(json.dumps(waits))
+    return {'rows': rows, 'times': compare(rows), 'latency': waits}
+
+
 def main() -> None:
-    """Measure all variants, print them, write them down."""
+    """Measure, print, write down."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--duration', type=float, default=3600.0, help='of the voyages [s]')
+    parser.add_argument('--variants', nargs='+', default=list(VARIANTS), choices=VARIANTS)
+    parser.add_argument('--beside', type=Path, help='another tree of the repository')
     parser.add_argument('--listen', type=int, default=0, help=argparse.SUPPRESS)
+    parser.add_argument('--latency', action='store_true', help=argparse.SUPPRESS)
+    parser.add_argument('--sail', type=json.loads, help=argparse.SUPPRESS)
     asked = parser.parse_args()
+    if asked.sail is not None:
+        sail(asked.sail, asked.duration)
+        return
     if asked.listen:
         listen(asked.listen)
         return
-    best: dict[str, dict[str, Any]] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        plan = Plan(SCENE, Path(folder) / 'bag', speed=0.0, force=True)
-        sail(plan, SHORT_S)
-        for _ in range(asked.rounds):
-            for name, options in VARIANTS.items():
-                row = measure(replace(plan, **options), asked.duration)
-                if name not in best or row['messages_per_s'] > best[name]['messages_per_s']:
-                    best[name] = row
-        for name, options in VARIANTS.items():
-            ours = share_of_ours(replace(plan, **options), asked.duration)
-            best[name] = {'variant': name, **best[name], 'ours': round(ours, 2)}
-            print(json.dumps(best[name]), flush=True)
-    waits = latency()
-    print(json.dumps(waits))
+    if asked.latency:
+        latency()
+        return
+    found = run(asked)
     machine = {
         'cpus': os.cpu_count(),
         'load': round(os.getloadavg()[0], 1),
@@ -222,13 +287,7 @@ def main() -> None:
         'python': platform.python_version(),
         'rmw': rclpy.get_rmw_implementation_identifier(),
     }
-    result = {
-        'scene': SCENE,
-        'duration_s': asked.duration,
-        'machine': machine,
-        'rows': list(best.values()),
-        'latency': waits,
-    }
+    result = {'scene': SCENE, 'duration_s': asked.duration, 'machine': machine, **found}
     RESULTS.write_text(json.dumps(result, indent=2) + '\n', 'utf-8')
 
 

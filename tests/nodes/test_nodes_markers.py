@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import math
 import re
@@ -14,14 +15,15 @@ import numpy as np
 import pytest
 from conftest import Bench, overrides
 from rclpy.node import Node
+from rosbags.highlevel import AnyReader
 from visualization_msgs.msg import MarkerArray
 
-from tauto_core.bags import TOPICS, encode
-from tauto_core.navigation import ESTIMATE_NAMES
-from tauto_core.navigation.longitude import ERROR_NAMES
+from tauto_core.bags import encode
 from tauto_core.samples import JOINT_STATES, SHIP_IMU, scalars
+from tauto_core.scene import load_scene
 from tauto_core.ship.imu import imu_from_roll
-from tauto_nodes.markers import MARKERS, Markers, about_x, clock_points, product, transforms
+from tauto_core.voyage import sail
+from tauto_nodes.markers import MARKERS, TF, Markers, about_x, clock_points, product, transforms
 from tauto_nodes.qos import port
 
 LAYOUTS = Path(__file__).parents[2] / 'src' / 'tauto_nodes' / 'layouts'
@@ -68,21 +70,90 @@ def test_the_drawing_is_seen_from_astern() -> None:
     np.testing.assert_allclose(clock_points(line, 1.0), [[0.0, -0.010, 0.020]])
 
 
-def test_layouts_show_what_there_is() -> None:
+@pytest.fixture(scope='module')
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Return a message of each topic of a bag, decoded by rosbags."""
+    out = tmp_path_factory.mktemp('layouts') / 'bag'
+    sail(load_scene('measured', duration=60.0), out)
+    with AnyReader([out]) as reader:
+        return {c.topic: reader.deserialize(raw, c.msgtype) for c, _, raw in reader.messages()}
+
+
+def panels_of(layout: dict[str, Any] | str) -> list[str]:
+    """Return the panels of a Foxglove layout: a tree of rows and columns of two."""
+    if isinstance(layout, str):
+        return [layout]
+    assert layout['direction'] in {'row', 'column'}
+    assert 0 < layout['splitPercentage'] < 100
+    return [*panels_of(layout['first']), *panels_of(layout['second'])]
+
+
+def number_at(message: Any, path: list[str]) -> float:
+    """Return the number that a path of fields leads to."""
+    for field in path:
+        name, _, index = field.partition('[')
+        message = getattr(message, name)
+        if index:
+            message = message[int(index.rstrip(']'))]
+    return float(message)
+
+
+def test_the_foxglove_layout_shows_fields_of_recorded_messages(recorded: dict[str, Any]) -> None:
     foxglove = json.loads((LAYOUTS / 'foxglove.json').read_text())
     panels = foxglove['configById']
-    paths = [p['value'] for panel in panels.values() for p in panel.get('paths', ())]
-    assert {path.split('.')[0].strip('/') for path in paths} <= TOPICS.keys()
-    assert list(panels['3D!clock']['topics']) == ['/markers']
-    shown = re.findall(r'"(\w+!\w+)"', json.dumps(foxglove['layout']))
-    assert sorted(shown) == sorted(panels)
-    curves = ET.parse(LAYOUTS / 'plotjuggler.xml').getroot().iter('curve')
-    names = [curve.attrib['name'].strip('/') for curve in curves]
-    scalars_of = {'drift/estimate': ESTIMATE_NAMES, 'longitude/error': ERROR_NAMES}
-    for name in names:
-        topic = next(topic for topic in TOPICS if name.startswith(f'{topic}/'))
-        field = name.removeprefix(f'{topic}/').split('/')[0]
-        assert field in scalars_of.get(topic, (field,))
+    assert sorted(panels_of(foxglove['layout'])) == sorted(panels)
+    assert list(panels['3D!clock']['topics']) == [f'/{MARKERS}']
+    shown = [path for panel in panels.values() for path in panel.get('paths', ())]
+    assert len(shown) == 6
+    documented = (LAYOUTS.parents[2] / 'docs/topics.md').read_text()
+    for path in shown:
+        topic, *fields = path['value'].split('.')
+        assert f'`{topic.strip("/")}`' in documented
+        assert math.isfinite(number_at(recorded[topic], fields)), path
+    names = {
+        path['label']: recorded[topic].name[int(index)]
+        for path in shown
+        for topic, index in re.findall(r'(.*)\.position\[(\d)\]', path['value'])
+    }
+    assert names == {
+        'angle of the wheel [rad]': 'wheel',
+        'estimated offset': 'offset_s',
+        'its standard deviation': 'offset_sigma_s',
+        'raw': 'raw_error_nmi',
+        'corrected': 'error_nmi',
+    }
+
+
+def test_the_plotjuggler_layout_shows_series_of_recorded_messages(
+    recorded: dict[str, Any],
+) -> None:
+    """PlotJuggler names a joint's series topic/joint/position, others topic/field/field."""
+    root = ET.parse(LAYOUTS / 'plotjuggler.xml').getroot()
+    for splitter in root.iter('DockSplitter'):
+        assert int(splitter.attrib['count']) == len(splitter)
+        assert len(splitter.attrib['sizes'].split(';')) == len(splitter)
+        assert splitter.attrib['orientation'] in {'-', '|'}
+    curves = [curve.attrib['name'] for curve in root.iter('curve')]
+    assert len(curves) == 6
+    for curve in curves:
+        topic = next(topic for topic in recorded if curve.startswith(f'{topic}/'))
+        message, fields = recorded[topic], curve.removeprefix(f'{topic}/').split('/')
+        if hasattr(message, 'position') and hasattr(message, 'name'):
+            joint, field = fields
+            fields = [f'{field}[{list(message.name).index(joint)}]']
+        assert math.isfinite(number_at(message, fields)), curve
+
+
+def test_transforms_need_tf2_msgs_and_their_absence_is_said(
+    bench: Bench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The wheels on PyPI have no tf2_msgs; a ROS machine has."""
+    node = bench.add(Markers(**overrides(scene='involute_weight_at_sea')))
+    words = 'tf2_msgs is not installed here: markers only, no transforms'
+    absent = importlib.util.find_spec('tf2_msgs') is None
+    assert (TF in node.outputs) == (not absent)
+    assert (words in ''.join(capfd.readouterr())) == absent
+    assert MARKERS in node.outputs
 
 
 def test_drawn_at_a_limited_rate_and_only_while_somebody_looks(bench: Bench) -> None:

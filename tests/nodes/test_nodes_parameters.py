@@ -6,6 +6,7 @@ import ast
 import math
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ from conftest import overrides
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from tauto_core.bags import BagWriter
 from tauto_nodes.errors import GraphError, ParameterError
-from tauto_nodes.launching import ARGUMENTS, end_of, problems_of
+from tauto_nodes.launching import ARGUMENTS, end_of, problems_of, strangers_of
 from tauto_nodes.parameter_files import shared_names
 from tauto_nodes.parameter_page import reference_page
 from tauto_nodes.parameters import PARAMETERS, declare
@@ -263,8 +265,28 @@ class _Context:
 def test_the_end_of_any_node_but_the_last_one_fails_the_launch(code: int) -> None:
     event = type('ProcessExited', (), {'returncode': code})
     with pytest.raises(GraphError, match=f'node trochlea ended with exit code {code} before'):
-        end_of('trochlea', event, _Context(False), last='recorder')
-    assert end_of('trochlea', event, _Context(True), last='recorder') == []
+        end_of('trochlea', event, _Context(False), 'recorder', '')
+    assert end_of('trochlea', event, _Context(True), 'recorder', '') == []
     if code:
         with pytest.raises(GraphError, match='node recorder'):
-            end_of('recorder', event, _Context(False), last='recorder')
+            end_of('recorder', event, _Context(False), 'recorder', '')
+
+
+def test_a_voyage_that_was_cut_short_fails_the_launch(tmp_path: Path) -> None:
+    with suppress(KeyboardInterrupt), BagWriter(tmp_path / 'bag'):
+        raise KeyboardInterrupt
+    event = type('ProcessExited', (), {'returncode': 0})
+    with pytest.raises(GraphError, match='recorder was stopped before the voyage was over'):
+        end_of('recorder', event, _Context(False), 'recorder', str(tmp_path / 'bag'))
+
+
+@pytest.mark.parametrize(
+    ('typed', 'said'),
+    [
+        (['sped:=5.0', 'out:=bag'], ['sped: no such argument; the nearest is speed']),
+        (['durations:=5.0'], ['durations: no such argument; the nearest is duration']),
+        (['robot_name:=x', 'launch-prefix:=nice', 'speed:=1'], []),
+    ],
+)
+def test_a_slip_in_the_name_of_a_launch_argument(typed: list[str], said: list[str]) -> None:
+    assert strangers_of(typed, ARGUMENTS) == said

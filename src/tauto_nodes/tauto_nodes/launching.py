@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from tauto_core.bags import check_folder
+from tauto_core.bags import check_folder, is_cut_short
 from tauto_core.readiness import check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
@@ -29,6 +30,13 @@ def fast_dds_profile() -> dict[str, str]:
         return {}
     return {PROFILES[1]: str(Path(__file__).with_name('fastdds.xml'))}
 
+
+NEAR = 0.75
+"""Names that resemble each other by so much (difflib) are taken for slips."""
+
+STOP_S = '60'
+"""After a SIGINT a node has so long until a SIGTERM, and then until a SIGKILL [s]: a recorder that
+is killed after launch's own 5 s leaves a bag without metadata."""
 
 ARGUMENTS = {
     'scene': 'scene file (absolute path) or name of a shipped scene',
@@ -75,12 +83,26 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
         if given['out']:
             check_folder(Path(given['out']), force=force == 'true')
     except TautoError as error:
-        return [str(error)]
+        return [str(error).replace('say --force', 'say force:=true')]
     return (
         []
         if given['out'] or 'speed' not in given
         else ['out :=: a voyage is recorded; name a folder']
     )
+
+
+def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
+    """Return, in words, which typed arguments are nearly one of the known; launch ignores them.
+
+    Others may be those of a launch file that includes ours.
+    """
+    names = [argument.partition(':=')[0] for argument in typed]
+    near = {
+        name: match[0]
+        for name in names
+        if name not in known and (match := difflib.get_close_matches(name, known, 1, NEAR))
+    }
+    return [f'{name}: no such argument; the nearest is {match}' for name, match in near.items()]
 
 
 def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
@@ -132,7 +154,8 @@ def described(
 
     def nodes(context: Any) -> list[Any]:
         given = {name: LaunchConfiguration(name).perform(context) for name in known}
-        if problems := problems_of(given):
+        strange = strangers_of(context.argv, known)
+        if problems := [*strange, *problems_of(given)]:
             raise ParameterError('; '.join(problems))
         return [_node(name, own, given, last) for name, own in parameters(given).items()]
 
@@ -161,11 +184,13 @@ def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: 
         parameters=[given['params_file'], {'executor': given['executor'], **own}],
         remappings=[(SHIP_IMU, imu)] if imu != SHIP_IMU else [],
         output='screen',
-        on_exit=lambda event, context: end_of(name, event, context, last=last),
+        sigterm_timeout=STOP_S,
+        sigkill_timeout=STOP_S,
+        on_exit=lambda event, context: end_of(name, event, context, last, given['out']),
     )
 
 
-def end_of(name: str, event: Any, context: Any, *, last: str) -> list[Any]:
+def end_of(name: str, event: Any, context: Any, last: str, out: str) -> list[Any]:
     """Return what a launch does when a node has ended: it ends too, and fails with the node.
 
     Args:
@@ -173,6 +198,7 @@ def end_of(name: str, event: Any, context: Any, *, last: str) -> list[Any]:
         event: launch's ProcessExited.
         context: the context of the launch.
         last: the node whose good end is the end of the voyage; empty: there is none.
+        out: folder of the bag that it has then closed.
 
     Raises:
         GraphError: it ended before its time; launch then ends the others, and itself with 1.
@@ -180,6 +206,11 @@ def end_of(name: str, event: Any, context: Any, *, last: str) -> list[Any]:
     if context.is_shutdown:
         return []
     if event.returncode == 0 and name == last:
+        if is_cut_short(Path(out)):
+            raise GraphError(
+                f'node {name} was stopped before the voyage was over; {out} holds what was sailed '
+                'until then, and says so (cut_short)'
+            )
         from launch.actions import Shutdown
 
         return [Shutdown(reason='the voyage is over')]

@@ -39,12 +39,21 @@ class Soundness:
     @property
     def cut_short(self) -> bool:
         """Whether the bag says that its recording ended before the voyage did."""
-        return str(self.custom.get('cut_short', '')).lower() == 'true'
+        return _says_cut_short(self.custom)
 
     @property
     def whole(self) -> bool:
         """Whether nothing is missing or wrong."""
         return not (self.damage or self.faults or self.cut_short)
+
+
+def is_cut_short(folder: Path) -> bool:
+    """Whether the metadata of a bag's folder say that its recording ended before the voyage."""
+    return _says_cut_short(_custom(folder, []))
+
+
+def _says_cut_short(custom: Mapping[str, Any]) -> bool:
+    return str(custom.get('cut_short', '')).lower() == 'true'
 
 
 def check_bag(path: Path) -> Soundness:

@@ -1,0 +1,223 @@
+"""The launch files under a real `ros2 launch`: what they refuse, how they end, what they leave.
+
+They run where launch, launch_ros, ros2launch and an installed tauto_nodes are found: on a ROS
+machine, after `colcon build` and sourcing. None of the three is on PyPI.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tauto_core.bags import check_bag, is_cut_short, read_bag
+
+ABSENT = [
+    name
+    for name in ('launch', 'launch_ros', 'ros2launch', 'ros2cli', 'composition_interfaces')
+    if importlib.util.find_spec(name) is None
+]
+INSTALLED = any(
+    (Path(prefix) / 'lib/tauto_nodes/trochlea').is_file()
+    for prefix in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep)
+)
+pytestmark = pytest.mark.skipif(
+    bool(ABSENT) or not INSTALLED,
+    reason=f'not on PyPI and not installed: {", ".join(ABSENT)}'
+    if ABSENT
+    else 'no installed tauto_nodes is sourced: colcon build, then source install/setup.bash',
+)
+
+NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
+PATIENCE_S = 300.0
+"""Only what hangs takes so long, however busy the machine."""
+
+# A shell that starts jobs in the background lets them ignore SIGINT.
+ROS2 = """
+import signal
+from ros2cli.cli import main
+signal.signal(signal.SIGINT, signal.default_int_handler)
+raise SystemExit(main())
+"""
+MARK = 'TAUTO_LAUNCH_TEST'
+
+
+class Launch:
+    """A running `ros2 launch tauto_nodes ...`, whose processes are told by their environment."""
+
+    def __init__(self, log: Path, file: str, *arguments: str) -> None:
+        self.log, self.mark = log, f'{MARK}={log}'
+        environment = {**os.environ, MARK: str(log), 'ROS_LOG_DIR': str(log.parent / 'log')}
+        with log.open('wb') as words:
+            self.process = subprocess.Popen(
+                [sys.executable, '-c', ROS2, 'launch', 'tauto_nodes', file, *arguments],
+                cwd=log.parent,
+                env=environment,
+                stdout=words,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+
+    def nodes(self) -> dict[str, int]:
+        """Return the processes of its nodes, by executable."""
+        found = {}
+        for words in Path('/proc').glob('[0-9]*/cmdline'):
+            try:
+                told = words.with_name('environ').read_bytes().split(b'\0')
+                programs = [w for w in words.read_text().split('\0') if '/lib/tauto_nodes/' in w]
+            except OSError:
+                continue
+            if programs and self.mark.encode() in told:
+                found[Path(programs[0]).name] = int(words.parent.name)
+        return found
+
+    def said(self) -> str:
+        """Return what launch and nodes have written."""
+        return self.log.read_text('utf-8', 'replace')
+
+    def code(self) -> int:
+        """Return the exit code of the launch once it has ended and left nothing behind."""
+        code = self.process.wait(PATIENCE_S)
+        until(lambda: not self.nodes())
+        return code
+
+
+def until(condition: Callable[[], object]) -> None:
+    """Poll until the condition holds; fail after the limit."""
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline_s, 'the condition did not come true in time'
+        time.sleep(0.05)
+
+
+@contextmanager
+def launched(folder: Path, file: str, *arguments: str) -> Iterator[Launch]:
+    """Yield a launch; whatever of it is left is killed afterwards."""
+    launch = Launch(folder / 'launch.log', file, *arguments)
+    try:
+        yield launch
+    finally:
+        left = [launch.process.pid] if launch.process.poll() is None else []
+        for pid in (*left, *launch.nodes().values()):
+            os.kill(pid, signal.SIGKILL)
+        launch.process.wait(PATIENCE_S)
+
+
+@contextmanager
+def at_sea(folder: Path, *arguments: str) -> Iterator[Launch]:
+    """Yield a voyage whose first messages are in its bag."""
+    slow = ('speed:=5.0', f'out:={folder / "bag"}', *arguments)
+    with launched(folder, 'voyage.launch.py', *slow) as launch:
+        bag = folder / 'bag'
+        until(
+            lambda: (
+                launch.process.poll() is not None
+                or any(file.stat().st_size > 2000 for file in bag.glob('*.mcap'))
+            )
+        )
+        assert launch.process.poll() is None, launch.said()
+        yield launch
+
+
+@pytest.mark.parametrize(
+    ('file', 'wrong', 'said'),
+    [
+        ('voyage', 'speed:=abc', 'speed := abc: must lie in'),
+        ('voyage', 'speed:=-1', 'speed = -1.0: must lie in'),
+        ('voyage', 'sped:=5.0', 'sped: no such argument; the nearest is speed'),
+        ('voyage', 'duration:=a_day', 'duration := a_day: must lie in'),
+        ('voyage', 'scene:=no_such', 'no_such: there is no such file or shipped scene'),
+        ('voyage', 'executor:=multi', "executor = 'multi': must be one of events, single"),
+        ('voyage', 'params_file:=none.yaml', 'params_file := none.yaml: there is no such file'),
+        ('voyage', 'force:=perhaps', 'force := perhaps: must be true or false'),
+        ('voyage', 'out:=.', 'say force:=true to replace it'),
+        ('live', 'imu_reliability:=good', "imu_reliability = 'good': must be one of"),
+        ('live', 'scene:=no_such', 'no_such: there is no such file or shipped scene'),
+    ],
+)
+def test_bad_arguments_are_refused_before_anything_starts(
+    tmp_path: Path, file: str, wrong: str, said: str
+) -> None:
+    with launched(tmp_path, f'{file}.launch.py', wrong) as launch:
+        assert launch.code() != 0
+        assert said in launch.said()
+        assert 'process started' not in launch.said()
+
+
+@pytest.mark.parametrize('executor', ['events', 'single'])
+def test_a_voyage_ends_well_with_a_whole_bag(tmp_path: Path, executor: str) -> None:
+    flat_out = ('speed:=0.0', 'duration:=120.0', f'executor:={executor}', 'namespace:=clock_a')
+    with launched(tmp_path, 'voyage.launch.py', *flat_out, 'out:=bag') as launch:
+        assert launch.code() == 0, launch.said()
+    assert check_bag(tmp_path / 'bag').whole
+    counts = read_bag(tmp_path / 'bag').counts
+    assert counts['/clock_a/clock/reading'] == 121
+    assert counts['/clock_a/ship/imu'] > 2400
+
+
+def test_a_parameter_file_of_ones_own(tmp_path: Path) -> None:
+    own = tmp_path / 'own.yaml'
+    own.write_text(
+        '/**:\n  ros__parameters:\n    flow_control: credits\n'
+        f'    graph: [{", ".join(NODES)}]\n    of_another_node: 3\n'
+        '/recorder:\n  ros__parameters: {compression: none}\n'
+    )
+    given = ('speed:=0.0', 'duration:=60.0', 'out:=bag', f'params_file:={own}')
+    with launched(tmp_path, 'voyage.launch.py', *given) as launch:
+        assert launch.code() == 0, launch.said()
+        assert 'of_another_node: no node has this parameter' in launch.said()
+    assert b'zstd' not in next((tmp_path / 'bag').glob('*.mcap')).read_bytes()
+
+
+@pytest.mark.parametrize('node', NODES)
+def test_a_killed_node_ends_the_launch(tmp_path: Path, node: str) -> None:
+    with at_sea(tmp_path) as launch:
+        os.kill(launch.nodes()[node], signal.SIGKILL)
+        assert launch.code() == 1
+        assert f'node {node} ended with exit code -9 before its time' in launch.said()
+
+
+@pytest.mark.parametrize('node', ['recorder', 'trochlea'])
+def test_a_node_that_is_stopped_ends_the_launch_and_not_well(tmp_path: Path, node: str) -> None:
+    with at_sea(tmp_path) as launch:
+        os.kill(launch.nodes()[node], signal.SIGTERM)
+        assert launch.code() == 1
+        assert f'node {node} ' in launch.said()
+    assert is_cut_short(tmp_path / 'bag')
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_whatever_ends_the_launch_ends_the_nodes(tmp_path: Path, number: signal.Signals) -> None:
+    with at_sea(tmp_path) as launch:
+        os.kill(launch.process.pid, number)
+        assert launch.code() == (0 if number == signal.SIGINT else -number)
+        assert is_cut_short(tmp_path / 'bag'), launch.said()
+
+
+def test_a_live_clock_follows_a_played_bag_and_ends_with_its_first_node(tmp_path: Path) -> None:
+    given = ('speed:=0.0', 'duration:=60.0', 'out:=sensor')
+    with launched(tmp_path, 'voyage.launch.py', *given) as launch:
+        assert launch.code() == 0, launch.said()
+    live = ('imu:=/xsens/imu', 'imu_reliability:=reliable', 'out:=live')
+    with launched(tmp_path, 'live.launch.py', *live) as launch:
+        until(lambda: 'recorder' in launch.nodes())
+        play = [sys.executable, '-m', 'tauto_nodes.player', '--ros-args']
+        given = ('bag:=sensor', 'rate:=20.0', 'topics:=[scene, ship/imu]')
+        for parameter in given:
+            play += ['-p', parameter]
+        play += ['-r', 'ship/imu:=/xsens/imu']
+        subprocess.run(play, cwd=tmp_path, check=True, timeout=PATIENCE_S)
+        os.kill(launch.nodes()['trochlea'], signal.SIGINT)
+        assert launch.code() == 1
+        assert 'node trochlea ended with exit code 0 before its time' in launch.said()
+    counts = read_bag(tmp_path / 'live').counts
+    assert counts['/clock/reading'] > 40
+    assert counts['/xsens/imu' if '/xsens/imu' in counts else '/ship/imu'] > 1000
