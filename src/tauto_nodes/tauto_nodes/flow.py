@@ -20,6 +20,10 @@ WINDOW = 800
 BATCH = 200
 """Messages after which a consumer works and reports without waiting for its tick."""
 
+PACKED_TIMES = 10
+"""Where messages go in packs, window and batch are so many times as large: a message costs little
+then, and what a piece of work costs, whatever it holds, is paid for more of them."""
+
 CREDIT_TOPIC = '_tauto/credit'
 END_TOPIC = '_tauto/end'
 

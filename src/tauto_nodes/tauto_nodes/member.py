@@ -12,7 +12,17 @@ from rclpy.clock_type import ClockType
 from std_msgs.msg import String
 
 from tauto_nodes.errors import NodesError
-from tauto_nodes.flow import BATCH, CREDIT_TOPIC, END_TOPIC, WINDOW, End, Flow, Report, known
+from tauto_nodes.flow import (
+    BATCH,
+    CREDIT_TOPIC,
+    END_TOPIC,
+    PACKED_TIMES,
+    WINDOW,
+    End,
+    Flow,
+    Report,
+    known,
+)
 from tauto_nodes.intake import Intake
 from tauto_nodes.ports import Input, Output, PortNode
 from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match
@@ -20,7 +30,7 @@ from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match
 TICK_S = 0.01
 HELLO_S = 0.05
 SOON_S = 0.1
-"""Fewer than BATCH messages are reported as taken after this time [s]."""
+"""Fewer messages than a batch are reported as taken after this time [s]."""
 
 REPEAT_S = 1.0
 LOST_AFTER_S = 10.0
@@ -38,6 +48,8 @@ class Member(PortNode):
 
     def __init__(self, role: str, **node_options: Any) -> None:
         super().__init__(role, **node_options)
+        times = PACKED_TIMES if self.settings.packed else 1
+        self._window, self._batch = WINDOW * times, BATCH * times
         self.over = False
         self.exit_code = 0
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -143,7 +155,7 @@ class Member(PortNode):
             return
         source.received += len(payloads)
         source.pending += payloads
-        if len(source.pending) >= BATCH and not self.backlogged:
+        if len(source.pending) >= self._batch and not self.backlogged:
             self._work()
             if self.flow is not None:
                 self._report()
@@ -179,7 +191,7 @@ class Member(PortNode):
     def _pump(self, topic: str, output: Output) -> None:
         count = len(output.queue)
         if self.flow is not None and count:
-            count = min(count, WINDOW - self.flow.in_flight(topic, output.sent))
+            count = min(count, self._window - self.flow.in_flight(topic, output.sent))
         if count > 0:
             output.publish([output.queue.popleft() for _ in range(count)])
 
@@ -243,7 +255,7 @@ class Member(PortNode):
         if known is None or (report.matched, report.ready) != (known.matched, known.ready):
             return True
         fresh = [n - known.taken[topic] for topic, n in report.taken.items()]
-        return max(fresh, default=0) >= BATCH or (any(fresh) and since_s >= SOON_S)
+        return max(fresh, default=0) >= self._batch or (any(fresh) and since_s >= SOON_S)
 
     def _close_input(self) -> None:
         """End when all that was sent has come, or when the rest will not come any more."""

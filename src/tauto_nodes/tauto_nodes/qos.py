@@ -21,6 +21,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_nodes.errors import NodesError, ParameterError
+from tauto_nodes.flow import PACKED_TIMES
 from tauto_nodes.parameter_files import shared_names
 from tauto_nodes.parameters import QOS_PREFIX
 from tauto_nodes.rclpy_private import overrides_of
@@ -33,7 +34,7 @@ INFINITE_NS = 2**63 - 1
 
 CREDIT_QOS = QoSProfile(depth=100)
 END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-PACK_QOS = QoSProfile(depth=MIN_DEPTH)
+PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
 
 
 @dataclass(frozen=True)
