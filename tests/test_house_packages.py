@@ -65,7 +65,7 @@ def test_the_extras_are_those_that_the_readme_names() -> None:
     from importlib.metadata import metadata
 
     extras = set(metadata('tauto_core').get_all('Provides-Extra') or ())
-    assert {'ros', 'report', 'spectra', 'docs'} <= extras
+    assert {'ros', 'report', 'spectra', 'fleet', 'docs'} <= extras
     readme = (ROOT / 'README.md').read_text(encoding='utf-8')
-    for name in ('ros', 'report', 'spectra', 'docs'):
+    for name in ('ros', 'report', 'spectra', 'fleet', 'docs'):
         assert f'`{name}`' in readme
