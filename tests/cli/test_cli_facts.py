@@ -253,3 +253,32 @@ def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
     assert 'ideal, which is fair where' in words.getvalue()
     assert '≪ length ≪ 20.1 m (waves)' in words.getvalue()
     assert facts(tmp_path, VERTICAL)['thread']['fair_lengths_m'][1] is None
+
+
+def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
+    """A force does not feel the roll, so the trials give 0, with what a small wave cannot show."""
+    drift = {
+        'covariates': ['heave', 'roll'],
+        'coefficients': {'heave': {'value': 1.0, 'sigma': 0.05}},
+    }
+    found = facts(tmp_path, ship=ROLL | HEAVE, drift=drift)
+    assert found['covariates']['heave'] == {'value': 1.0, 'sigma': 0.05, 'at_periods': None}
+    roll = found['covariates']['roll']
+    assert roll['sigma'] == pytest.approx(0.005, rel=1e-3)
+    assert list(roll['at_periods']) == ['6.0', '9.0', '13.0']
+    assert [abs(k) < 1e-6 for k in (roll['value'], *roll['at_periods'].values())] == [True] * 4
+    said = StringIO()
+    Console(file=said, width=200).print(facts_table(found))
+    assert 'coefficient of heave' in said.getvalue()
+    assert '1 ± 0.05, as the scene says' in said.getvalue()
+    (row,) = (line for line in said.getvalue().splitlines() if 'coefficient of roll' in line)
+    assert '0 ± 0.005, from trial runs: 0 in waves of 6 s' in row
+    assert '0 in waves of 13 s' in row
+
+
+def test_without_covariates_no_coefficient_is_told(tmp_path: Path) -> None:
+    found = facts(tmp_path, ship=ROLL)
+    assert 'covariates' not in found
+    said = StringIO()
+    Console(file=said, width=200).print(facts_table(found))
+    assert 'coefficient' not in said.getvalue()

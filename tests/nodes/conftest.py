@@ -72,6 +72,12 @@ class Bench:
             self._executor.add_node(node)
         return nodes[0]
 
+    def remove(self, node: Any) -> None:
+        """End a node as a power cut would: it says nothing more, and saves nothing."""
+        self._nodes.remove(node)
+        self._executor.remove_node(node)
+        node.destroy_node()
+
     def until(self, condition: Callable[[], object], limit_s: float = 300.0) -> None:
         """Spin until the condition holds; fail after the limit."""
         deadline_s = time.monotonic() + limit_s

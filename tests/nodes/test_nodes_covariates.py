@@ -7,16 +7,31 @@ from typing import Any
 
 import numpy as np
 from conftest import Bench, overrides
+from rclpy.node import Node
 
-from tauto_core.bags import read_bag
-from tauto_core.navigation import estimate_names
-from tauto_core.samples import CORRECTED, ESTIMATE, SHIP_IMU, JointSamples
-from tauto_core.scene import load_scene, scene_yaml
+from tauto_core.bags import encode, read_bag
+from tauto_core.navigation import DriftStage, estimate_names
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    NS_PER_S,
+    OBSERVATION,
+    READING,
+    SHIP_IMU,
+    Batches,
+    JointSamples,
+    Samples,
+    join,
+    take,
+)
+from tauto_core.scene import Scene, load_scene, scene_yaml
 from tauto_core.voyage import sail
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.longitude import Longitude
+from tauto_nodes.qos import port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.ship_motion import ShipMotion
+from tauto_nodes.state_file import StateFile
 from tauto_nodes.trochlea import Trochlea
 
 DRIFT = {
@@ -59,3 +74,71 @@ def test_without_covariates_the_motion_is_not_subscribed_to(bench: Bench) -> Non
     assert SHIP_IMU not in estimator.inputs
     topic = estimator.resolve_topic_name(SHIP_IMU)
     assert estimator.get_subscriptions_info_by_topic(topic) == []
+
+
+def _spoken(scene: Scene) -> dict[str, Samples]:
+    """Return motion, readings and observations of a voyage."""
+    said: dict[str, list[Any]] = {SHIP_IMU: [], READING: [], OBSERVATION: []}
+
+    def hear(batches: Batches) -> None:
+        for topic in said.keys() & batches.keys():
+            said[topic].append(batches[topic])
+
+    sail(scene, watch=hear)
+    return {topic: join(parts) for topic, parts in said.items()}
+
+
+def test_an_estimator_started_again_goes_on_with_coefficients_and_integrals(
+    bench: Bench, tmp_path: Path
+) -> None:
+    """Bit for bit as if it had never ended; of two observations one comes late, after the end."""
+    scene = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
+    file = tmp_path / 'scene.yaml'
+    file.write_text(scene_yaml(scene), encoding='utf-8')
+    options: dict[str, Any] = {
+        'source': 'foreign',
+        'scene': str(file),
+        'state_folder': str(tmp_path),
+        'state_interval': 0.1,
+    }
+    topics = _spoken(scene)
+    middle_ns = scene.starts_at_ns + 41 * NS_PER_S
+    sensor = bench.add(Node('xsens'))
+    publishers = {
+        topic: sensor.create_publisher(port(topic).message, topic, port(topic).profile)
+        for topic in topics
+    }
+    heard: list[bytes] = []
+    sensor.create_subscription(port(ESTIMATE).message, ESTIMATE, heard.append, 1000, raw=True)
+    alone = DriftStage(scene, expect_schedule=False)
+    wanted: list[bytes] = []
+
+    def tell(estimator: DriftEstimator, topic: str, samples: Samples) -> None:
+        source = estimator.inputs[topic]
+        bench.until(lambda: source.matched == 1)
+        payloads, taken = encode(topic, samples), source.taken
+        for number, payload in enumerate(payloads):
+            publishers[topic].publish(payload)
+            if number % 50 == 49:
+                bench.beats(sensor, 1)
+        bench.until(lambda: source.taken == taken + len(payloads))
+        said = alone.feed({topic: samples})
+        wanted.extend(encode(ESTIMATE, said[ESTIMATE]) if ESTIMATE in said else [])
+        bench.until(lambda: len(heard) == len(wanted))
+
+    def half(estimator: DriftEstimator, later: bool, *order: str) -> None:
+        for topic in order:
+            samples: Any = topics[topic]
+            tell(estimator, topic, take(samples, (samples.stamp_ns >= middle_ns) == later))
+
+    first = bench.add(DriftEstimator(**overrides(**options)))
+    half(first, False, SHIP_IMU, OBSERVATION, READING)
+    reached = alone.state()['last_reading_ns']
+    kept = StateFile(tmp_path, '/drift_estimator', scene)
+    bench.until(lambda: (state := kept.load()) and state['last_reading_ns'] == reached)
+    bench.remove(first)
+    second = bench.add(DriftEstimator(**overrides(**options)))
+    half(second, True, SHIP_IMU, READING, OBSERVATION)
+    assert len(wanted) == scene.log_count
+    assert heard == wanted
+    assert second.health()['observations_too_old'] == 0

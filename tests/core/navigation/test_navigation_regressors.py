@@ -7,13 +7,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.navigation import DriftStage, drift_warnings, estimate_names
-from tauto_core.navigation.regressors import HELD_S, MEAN_S, RecordedIntegrals, Regressors
+from tauto_core.navigation import DriftStage, LongitudeStage, drift_warnings, estimate_names
+from tauto_core.navigation.regressors import (
+    HELD_S,
+    MEAN_S,
+    RecordedIntegrals,
+    Regressors,
+    integral_names,
+)
+from tauto_core.navigation.route import fix_samples
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
+    LONGITUDE_FIX,
     OBSERVATION,
     READING,
+    SHIP_FIX,
     SHIP_IMU,
     TimeSamples,
     join,
@@ -247,3 +256,36 @@ def test_readings_wait_for_the_motion_but_not_for_ever():
     own = DriftStage(STAGED)
     assert own.feed({READING: reading, OBSERVATION: TOPICS[OBSERVATION]}) == {}
     assert CORRECTED in own.feed({SHIP_IMU: TOPICS[SHIP_IMU]})
+
+
+def test_the_longitude_is_as_uncertain_as_the_coefficients_make_it():
+    """Known k_j and those of a sigma differ in the east variance by Σ (σ_j ΔX_j)² alone.
+
+    Nothing is observed after the start, where the X are 0, so that the k are not correlated with
+    the rest; a second of the clock is 463.8 m along the equator.
+    """
+    latitude, sigmas = 50.0, (3.0, 2.0)
+
+    def variances(part):
+        heave, roll = (part * sigma for sigma in sigmas)
+        scene = scene_of(
+            covariates=f"""
+  covariates: [heave, roll]
+  coefficients: {{heave: {{value: 0.5, sigma: {heave}}}, roll: {{value: 0.5, sigma: {roll}}}}}"""
+        )
+        seen = take(TOPICS[OBSERVATION], slice(0, 1))
+        assert seen.stamp_ns[0] == scene.starts_at_ns
+        said = run(DriftStage(scene, expect_schedule=False), [TOPICS | {OBSERVATION: seen}])
+        stamps, none = TOPICS[READING].stamp_ns, np.zeros(scene.log_count)
+        fixes = fix_samples(stamps, none + latitude, none, np.ones((len(stamps), 3)))
+        told = LongitudeStage(scene).feed({READING: TOPICS[READING], SHIP_FIX: fixes, **said})
+        return said[ESTIMATE], told[LONGITUDE_FIX].position_covariance[:, 0]
+
+    estimate, uncertain = variances(1.0)
+    _, known = variances(1e-9)
+    names = integral_names(('heave', 'roll'))
+    grown = [estimate.position[:, estimate.name.index(name)] for name in names]
+    metres = 2.0 * np.pi * 6_378_137.0 / 86_400.0 * np.cos(np.radians(latitude))
+    wanted = metres**2 * (sigmas[0] ** 2 * grown[0] ** 2 + sigmas[1] ** 2 * grown[1] ** 2)
+    assert wanted[-1] > 0.01 * known[-1]
+    np.testing.assert_allclose(uncertain - known, wanted, rtol=1e-9, atol=1e-12 * known.max())

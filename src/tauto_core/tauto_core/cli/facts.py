@@ -152,7 +152,7 @@ def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
         name: {
             'value': value,
             'sigma': sigma,
-            'at_periods': dict(zip(PERIODS_S, tried[name], strict=True))
+            'at_periods': dict(zip(map(str, PERIODS_S), tried[name], strict=True))
             if name in tried
             else None,
         }
@@ -218,16 +218,22 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 def _covariate_rows(covariates: dict[str, dict[str, Any]]) -> list[tuple[str, str]]:
     rows = []
     for name, found in covariates.items():
-        said = f'{found["value"]:.4g} ± {found["sigma"]:.2g}'
+        said = f'{_short(found["value"])} ± {found["sigma"]:.2g}'
         if found['at_periods'] is None:
             said += ', as the scene says'
         else:
             each = (
-                f'{k:.4g} in waves of {period:g} s' for period, k in found['at_periods'].items()
+                f'{_short(k)} in waves of {float(period):g} s'
+                for period, k in found['at_periods'].items()
             )
             said += f', from trial runs: {", ".join(each)}'
         rows.append((f'coefficient of {name}', said))
     return rows
+
+
+def _short(coefficient: float) -> str:
+    """Return a coefficient to 1e-4, a fiftieth of the least standard deviation."""
+    return f'{round(coefficient, 4) + 0.0:g}'  # no minus before a zero
 
 
 def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:

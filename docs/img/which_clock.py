@@ -1,0 +1,135 @@
+"""Send fleets of several clocks to Madeira in a winter's Atlantic: how often is she found?
+
+    python docs/img/which_clock.py [--ships N] [--jobs N] [--out DIR]
+
+writes which_clock.svg beside it and prints the table of docs/which_clock.md. Ships of the same
+number meet the same seas in every fleet. With --out it goes on where it was ended.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from tauto_core.figure_file import write_figure
+from tauto_core.fleets import Answers, Fleet, Plan, sail_fleet
+from tauto_core.fleets.answers import distances
+from tauto_core.navigation.prize import AWARDS
+from tauto_core.scene import Scene, load_scene
+from tauto_core.workers import Crew
+
+DAY_S = 86_400.0
+IN_PORT_S, AT_SEA_S = 3.0 * DAY_S, 12.0 * DAY_S
+WEIGHT, FORCE = 'portsmouth_jamaica', 'second_cam_at_sea'
+EQUATION: dict[str, Any] = {'covariates': ['heave', 'roll']}
+LUNARS: dict[str, Any] = {'lunars': {'interval': DAY_S, 'sigma': 60.0}, 'clouds': 0.4}
+
+FLEETS: dict[str, tuple[str, dict[str, Any]]] = {
+    'weight': (WEIGHT, {}),
+    'equation': (WEIGHT, EQUATION),
+    'lunars': (WEIGHT, EQUATION | LUNARS),
+    'force': (FORCE, {}),
+}
+"""Whose machine sails in a fleet, and what the navigator does beside rating it in port."""
+
+LINES = (
+    ('weight', 'raw', "weight on Euler's involute, the dial as set", '#a07a6c'),
+    ('weight', 'corrected', 'the same, rated in port', '#e0701a'),
+    ('equation', 'corrected', 'the same, with the rate equation', '#2e8fce'),
+    ('lunars', 'corrected', 'the same, and lunar distances', '#003f88'),
+    ('force', 'raw', 'second cam under a force, the dial as set', '#7fb069'),
+    ('force', 'corrected', 'the same, rated in port', '#2b7a3d'),
+)
+"""What is compared: fleet, clock of `fleets.answers.ERRORS`, name, colour."""
+
+
+def scene_of(fleet: str) -> Scene:
+    """Return the scene of a fleet: her machine, on the passage that all have in common."""
+    machine, navigator = FLEETS[fleet]
+    ship = load_scene(WEIGHT).ship.model_dump(exclude_none=True)
+    ship['weather']['regions'] = ship['weather']['regions'][:1]
+    arrives_at = IN_PORT_S + AT_SEA_S
+    return load_scene(
+        machine,
+        duration=arrives_at + 60.0,
+        ship={**ship, 'rate': 5.0},
+        voyage={
+            'departure': [50.79, -1.11],
+            'waypoints': [[48.5, -6.0]],
+            'arrival': [32.6, -16.9],
+            'sails_at': IN_PORT_S,
+            'arrives_at': arrives_at,
+        },
+        drift={'observation_interval': 0.25 * DAY_S, 'observation_sigma': 0.5, **navigator},
+        log={'interval': 60.0, 'motion': False},
+        solver={'tolerance': 1.0e-6},
+        seed=1761,
+    )
+
+
+def sailed(ships: int, crew: Crew, out: Path | None) -> dict[str, Fleet]:
+    """Return the fleets by name."""
+    return {
+        name: sail_fleet(
+            Plan(scene_of(name), name, ships), crew, None if out is None else out / name
+        )
+        for name in FLEETS
+    }
+
+
+def table(found: dict[str, Answers]) -> str:
+    """Return the shares within the Act's limits, with Wilson's intervals, as Markdown."""
+    limits = ' | '.join(f'within {limit:g} nmi' for limit, _ in AWARDS)
+    rows = [f'| clock | {limits} | half are within |', '|---|---|---|---|---|']
+    for fleet, clock, name, _ in LINES:
+        shares = ' | '.join(
+            f'{100 * each.share:.0f} % ({100 * each.low:.0f}–{100 * each.high:.0f})'
+            for each in found[fleet].within[clock]
+        )
+        quantiles = found[fleet].quantiles_nmi[clock]
+        half = '–' if quantiles is None else f'{quantiles[2]:.3g} nmi'
+        rows.append(f'| {name} | {shares} | {half} |')
+    return '\n'.join(rows)
+
+
+def figure_of(fleets: dict[str, Fleet]) -> Figure:
+    """Return the distributions of the size of the error, a line a clock."""
+    figure = Figure(figsize=(7.0, 4.0), layout='constrained')
+    axes = figure.subplots()
+    for fleet, clock, name, colour in LINES:
+        rows = fleets[fleet].rows
+        arrived = [row for row in rows if row['failure'] is None]
+        sizes = np.sort(distances(arrived, clock))
+        shares = 100.0 * np.arange(1, len(sizes) + 1) / len(rows)
+        axes.step(sizes, shares, where='post', color=colour, linewidth=1.5, label=name)
+    for limit, _ in AWARDS:
+        axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
+    axes.set_xscale('log')
+    axes.set_ylim(0.0, 101.0)
+    axes.set_xlabel('error of the longitude at Madeira [nautical miles]')
+    axes.set_ylabel('ships within [%]')
+    axes.legend(frameon=False, fontsize=7.0, loc='upper left')
+    return figure
+
+
+def main() -> None:
+    """Sail, draw, print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--ships', type=int, default=100)
+    parser.add_argument('--jobs', type=int, default=2)
+    parser.add_argument('--out', type=Path, help='folder for the rows of all fleets')
+    parser.add_argument(
+        '--plot', type=Path, default=Path(__file__).with_suffix('.svg'), help='figure'
+    )
+    asked = parser.parse_args()
+    fleets = sailed(asked.ships, Crew(asked.jobs), asked.out)
+    print(table({name: fleet.answers for name, fleet in fleets.items()}))
+    write_figure(lambda: figure_of(fleets), asked.plot)
+
+
+if __name__ == '__main__':
+    main()
