@@ -249,8 +249,18 @@ def test_quantiles_and_influences_are_of_those_that_arrived():
     assert found.quantiles_nmi['corrected'] == pytest.approx([5.0, 25.0, 50.0, 75.0, 95.0])
     assert found.quantiles_nmi['raw'] == pytest.approx([10.0, 50.0, 100.0, 150.0, 190.0])
     assert [each.key for each in found.influences] == [key]
-    assert found.influences[0].corrected == pytest.approx(-1.0, abs=1e-12)
+    assert found.influences[0].corrected_size == pytest.approx(-1.0, abs=1e-12)
+    assert abs(found.influences[0].corrected) < 0.05
     assert found.failures == {'lost': 1}
+
+
+def test_a_tolerance_that_turns_the_error_either_way_is_seen():
+    """Its size is least in the middle of the tolerance: only the sign tells."""
+    key = 'trochlea.release_angle'
+    rows = [row(k, 1.5 * (k - 50.0), **{key: 1.0 + 0.01 * k}) for k in range(101)]
+    (found,) = answers(plan(vary={key: VARY[key]}), rows).influences
+    assert found.raw == found.corrected == pytest.approx(1.0, abs=1e-12)
+    assert abs(found.corrected_size) < 0.05
 
 
 def test_a_fleet_is_drawn(alone, tmp_path):

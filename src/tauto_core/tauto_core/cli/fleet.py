@@ -150,9 +150,12 @@ def _quantiles(result: Answers) -> Table:
 
 
 def _influences(result: Answers) -> Table:
-    table = _table('rank correlation with the size of the error', 'key', *_CLOCKS.values())
+    clocks = tuple(_CLOCKS.values())
+    sizes = (f'{name}, size' for name in clocks)
+    table = _table('rank correlation with the error, and with its size', 'key', *clocks, *sizes)
     for each in result.influences:
-        table.add_row(each.key, *(_signed(value) for value in (each.raw, each.corrected)))
+        ranks = (each.raw, each.corrected, each.raw_size, each.corrected_size)
+        table.add_row(each.key, *(_signed(value) for value in ranks))
     return table
 
 

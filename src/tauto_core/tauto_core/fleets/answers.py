@@ -42,17 +42,28 @@ class Within:
 
 @dataclass(frozen=True)
 class Influence:
-    """How a key that was drawn is correlated with the size of the error.
+    """How a key that was drawn is correlated with the error.
+
+    A tolerance about the right value turns the error either way, so that it goes with the error
+    and not with its size; what only scatters it, as the noise of an observation, does the reverse.
 
     Attributes:
         key: path in the scene.
-        raw, corrected: Spearman's rank correlation, −1 to 1, with the size of the dial's error
-            and of the corrected clock's; None where either does not vary.
+        raw, corrected: Spearman's rank correlation, −1 to 1, with the dial's error, positive to
+            the east, and with the corrected clock's; None where either does not vary.
+        raw_size, corrected_size: likewise with the size of the error.
     """
 
     key: str
     raw: float | None
     corrected: float | None
+    raw_size: float | None
+    corrected_size: float | None
+
+    @property
+    def strongest(self) -> float:
+        """Size of the larger correlation of the corrected clock."""
+        return max(abs(self.corrected or 0.0), abs(self.corrected_size or 0.0))
 
 
 @dataclass(frozen=True)
@@ -88,6 +99,7 @@ def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
     for row in rows:
         if row['failure'] is not None:
             failures[row['failure']] = failures.get(row['failure'], 0) + 1
+    errors = {name: np.array([row[key] for row in arrived]) for name, key in ERRORS.items()}
     sizes = {name: distances(arrived, name) for name in ERRORS}
     return Answers(
         ships=len(rows),
@@ -100,7 +112,7 @@ def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
             name: np.quantile(size, QUANTILES).tolist() if len(size) else None
             for name, size in sizes.items()
         },
-        influences=_influences(plan, arrived, sizes),
+        influences=_influences(plan, arrived, errors),
     )
 
 
@@ -118,7 +130,7 @@ def _within(limit_nmi: float, sizes: FloatArray, ships: int) -> Within:
 
 
 def _influences(
-    plan: Plan, rows: Sequence[dict[str, Any]], sizes: dict[str, FloatArray]
+    plan: Plan, rows: Sequence[dict[str, Any]], errors: dict[str, FloatArray]
 ) -> list[Influence]:
     if len(rows) < LEAST_RANKED:
         return []
@@ -126,14 +138,15 @@ def _influences(
     for key in plan.draws:
         values = [row[key] for row in rows]
         if all(isinstance(value, int | float) for value in values):
-            ranks = {name: _spearman(values, size) for name, size in sizes.items()}
-            found.append(Influence(key, ranks['raw'], ranks['corrected']))
-    return sorted(found, key=lambda each: -abs(each.corrected or 0.0))
+            raw, corrected = (_spearman(values, error) for error in errors.values())
+            sizes = (_spearman(values, np.abs(error)) for error in errors.values())
+            found.append(Influence(key, raw, corrected, *sizes))
+    return sorted(found, key=lambda each: -each.strongest)
 
 
-def _spearman(values: Sequence[float], sizes: FloatArray) -> float | None:
+def _spearman(values: Sequence[float], errors: FloatArray) -> float | None:
     from scipy.stats import spearmanr
 
-    if len(set(values)) < 2 or len(np.unique(sizes)) < 2:
+    if len(set(values)) < 2 or len(np.unique(errors)) < 2:
         return None
-    return float(spearmanr(values, sizes).statistic)
+    return float(spearmanr(values, errors).statistic)

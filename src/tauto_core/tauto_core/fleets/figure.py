@@ -99,8 +99,10 @@ def _tornado(axes: Axes, fleet: Fleet) -> None:
     for offset, (clock, (label, colour)) in zip((0.2, -0.2), _CLOCKS.items(), strict=True):
         values = [getattr(each, clock) or 0.0 for each in ranked]
         axes.barh(places + offset, values, height=0.38, color=colour, label=label)
+        sizes = [getattr(each, f'{clock}_size') or 0.0 for each in ranked]
+        axes.plot(sizes, places + offset, 'D', color='#222222', markersize=3.5)
     axes.axvline(0.0, color='#555555', linewidth=0.8)
     axes.set_xlim(-1.0, 1.0)
     axes.set_yticks(places, [each.key for each in ranked])
-    axes.set_xlabel("rank correlation with the size of the error (Spearman's ρ)")
+    axes.set_xlabel("rank correlation with the error (bars) and its size (diamonds), Spearman's ρ")
     axes.grid(axis='x', color='#e4e4e4', linewidth=0.5)
