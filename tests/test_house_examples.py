@@ -41,3 +41,19 @@ def test_they_are_short_and_a_page_leads_to_each() -> None:
     for example in EXAMPLES:
         assert len(example.read_text(encoding='utf-8').splitlines()) < 30
         assert f'(../examples/{example.name})' in index
+
+
+def test_the_fleets_of_several_clocks_are_compared(tmp_path: Path) -> None:
+    """The command of docs/which_clock.md, for two ships that hardly leave their moorings."""
+    figure = tmp_path / 'which_clock.svg'
+    few = ['--ships', '2', '--jobs', '1', '--part', '0.001', '--plot', str(figure)]
+    run = subprocess.run(
+        [sys.executable, str(DOCS / 'img' / 'which_clock.py'), *few],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    rows = run.stdout.splitlines()
+    assert [row.count('100 % (34–100)') for row in rows[2:]] == [3] * 6
+    assert figure.stat().st_size > 5000

@@ -1,6 +1,6 @@
 """Send fleets of several clocks to Madeira in a winter's Atlantic: how often is she found?
 
-    python docs/img/which_clock.py [--ships N] [--jobs N] [--out DIR]
+    python docs/img/which_clock.py [--ships N] [--jobs N] [--out DIR] [--part P] [--plot FILE]
 
 writes which_clock.svg beside it and prints the table of docs/which_clock.md. Ships of the same
 number meet the same seas in every fleet. With --out it goes on where it was ended.
@@ -47,15 +47,15 @@ LINES = (
 """What is compared: fleet, clock of `fleets.answers.ERRORS`, name, colour."""
 
 
-def scene_of(fleet: str) -> Scene:
-    """Return the scene of a fleet: her machine, on the passage that all have in common."""
+def scene_of(fleet: str, part: float = 1.0) -> Scene:
+    """Return the scene of a fleet: its machine, on a part of the common passage."""
     machine, navigator = FLEETS[fleet]
     ship = load_scene(WEIGHT).ship.model_dump(exclude_none=True)
     ship['weather']['regions'] = ship['weather']['regions'][:1]
     arrives_at = IN_PORT_S + AT_SEA_S
     return load_scene(
         machine,
-        duration=arrives_at + 60.0,
+        duration=60.0 + 60.0 * round(part * arrives_at / 60.0),
         ship={**ship, 'rate': 5.0},
         voyage={
             'departure': [50.79, -1.11],
@@ -71,11 +71,11 @@ def scene_of(fleet: str) -> Scene:
     )
 
 
-def sailed(ships: int, crew: Crew, out: Path | None) -> dict[str, Fleet]:
+def sailed(ships: int, crew: Crew, out: Path | None, part: float) -> dict[str, Fleet]:
     """Return the fleets by name."""
     return {
         name: sail_fleet(
-            Plan(scene_of(name), name, ships), crew, None if out is None else out / name
+            Plan(scene_of(name, part), name, ships), crew, None if out is None else out / name
         )
         for name in FLEETS
     }
@@ -125,8 +125,9 @@ def main() -> None:
     parser.add_argument(
         '--plot', type=Path, default=Path(__file__).with_suffix('.svg'), help='figure'
     )
+    parser.add_argument('--part', type=float, default=1.0, help='of the passage that is sailed')
     asked = parser.parse_args()
-    fleets = sailed(asked.ships, Crew(asked.jobs), asked.out)
+    fleets = sailed(asked.ships, Crew(asked.jobs), asked.out, asked.part)
     print(table({name: fleet.answers for name, fleet in fleets.items()}))
     write_figure(lambda: figure_of(fleets), asked.plot)
 

@@ -145,14 +145,14 @@ def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
         `value` and `sigma`; `at_periods`, the coefficient at each period of the waves [s] of the
         trial runs, None where the scene states it.
     """
-    from tauto_core.navigation.coefficient_runs import PERIODS_S, coefficients, runs
+    from tauto_core.navigation.coefficient_runs import coefficients, runs
 
     tried = {found.name: found.at_periods for found in runs(scene)}
     return {
         name: {
             'value': value,
             'sigma': sigma,
-            'at_periods': dict(zip(map(str, PERIODS_S), tried[name], strict=True))
+            'at_periods': {str(period): k for period, k in tried[name].items()}
             if name in tried
             else None,
         }

@@ -29,9 +29,18 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.components import Component, ComponentsShip
 
-PERIODS_S = (6.0, 9.0, 13.0)
-"""Periods of the waves of the trial runs [s]: those at which wind sea and swell have their energy.
+HEAVE_PERIODS_S = (2.0, 3.0, 4.0, 6.0, 9.0)
+"""Periods of the waves of the trial runs in heave [s]. The acceleration of a sea lies at the short
+end of its waves, more so where the ship meets them: of a winter's Atlantic nearly all of it lies
+between 2 and 8 s.
 """
+
+ROLL_PERIODS_S = (6.0, 9.0, 13.0)
+"""Periods of the waves of the trial runs in roll [s]: a ship rolls at her own period, not faster.
+"""
+
+LEAST_SAMPLES = 10
+"""Samples of `ship.rate` in a wave of the trial runs; shorter waves than these are left out."""
 
 PHASES = tuple(0.5 * math.pi * k for k in range(4))
 """Phases of the wave at the release. Odd effects of the wave cancel between opposite phases,
@@ -67,17 +76,18 @@ class Runs:
 
     Attributes:
         name: name of the covariate.
-        at_periods: the coefficient at each of `PERIODS_S`.
+        at_periods: the coefficient by the period of the waves [s].
     """
 
     name: str
-    at_periods: tuple[float, ...]
+    at_periods: dict[float, float]
 
     @property
     def coefficient(self) -> Coefficient:
         """Mean and standard deviation."""
-        mean = float(np.mean(self.at_periods))
-        spread = float(np.std(self.at_periods, ddof=1))
+        found = list(self.at_periods.values())
+        mean = float(np.mean(found))
+        spread = float(np.std(found, ddof=1))
         return Coefficient(self.name, mean, math.hypot(spread, PART * mean, LEAST))
 
 
@@ -154,13 +164,19 @@ def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
     found = []
     for name in names:
         move = _MOVES[name]
-        at_periods = []
-        for period_s in PERIODS_S:
+        at_periods = {}
+        for period_s in _sampled(move.periods_s, ship.rate):
             moved = (move.ship(ship, gravity, period_s, phase) for phase in PHASES)
             rates = [_slope(run.error_s(each) - calm, run.interval_s) for each in moved]
-            at_periods.append(float(np.mean(rates)) / move.mean)
-        found.append(Runs(name, tuple(at_periods)))
+            at_periods[period_s] = float(np.mean(rates)) / move.mean
+        found.append(Runs(name, at_periods))
     return tuple(found)
+
+
+def _sampled(periods_s: tuple[float, ...], rate_hz: float) -> tuple[float, ...]:
+    """Return the periods that a rate of samples shows well; never fewer than the two longest."""
+    long_enough = (each for each in periods_s if each * rate_hz >= LEAST_SAMPLES)
+    return (*long_enough,) if periods_s[-2] * rate_hz >= LEAST_SAMPLES else periods_s[-2:]
 
 
 class _Run:
@@ -200,10 +216,14 @@ class _Move(NamedTuple):
     """How a ship is moved by a wave of a period and a phase, and the mean of the regressor."""
 
     ship: Callable[[ComponentsShip, float, float, float], ComponentsShip]
+    periods_s: tuple[float, ...]
     mean: float
 
 
-_MOVES = {'heave': _Move(_heave, -(HEAVE**2) / 16.0), 'roll': _Move(_roll, 0.5 * ROLL_RAD**2)}
+_MOVES = {
+    'heave': _Move(_heave, HEAVE_PERIODS_S, -(HEAVE**2) / 16.0),
+    'roll': _Move(_roll, ROLL_PERIODS_S, 0.5 * ROLL_RAD**2),
+}
 
 
 def _settling_s(scene: Scene) -> float:
