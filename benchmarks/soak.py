@@ -4,8 +4,9 @@
 
 The voyage has no end; after --minutes it is stopped, as by Ctrl-C. The resident memory of each
 node is looked at once a second; warm-up is the first tenth, at least 30 s. Results:
-benchmarks/soak.json. The exit code is 1 if the memory of a node leaves a band of 5 MB about its
-value at the end of the warm-up, the stamps of a topic leave a gap, or the bag is damaged.
+benchmarks/soak.json. The exit code is 1 if a node grows by more than 5 MB over what it takes at
+the end of the warm-up (it may shrink: systems take idle pages back), the stamps of a topic leave a
+gap, or the bag is damaged.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from tauto_core.samples import OBSERVATION
 from tauto_core.scene import load_scene
 from tauto_nodes.graph import NODES, Outcome, Plan, run_graph
 
-BAND_MB = 5.0
+GROWTH_MB = 5.0
 LOOK_S = 1.0
 ENDLESS_S = 1e8
 LEAST_WARM_S = 30.0
@@ -135,9 +136,7 @@ def main() -> int:
         size_mb = sum(file.stat().st_size for file in bag.iterdir()) / 1e6
     expected = ('compose',) if asked.compose else NODES
     flat = set(bands) == set(expected) and all(
-        abs(band[end] - band['warm_mb']) <= BAND_MB
-        for band in bands.values()
-        for end in ('least_mb', 'most_mb')
+        band['most_mb'] - band['warm_mb'] <= GROWTH_MB for band in bands.values()
     )
     written = sum(numbers['written'] for numbers in outcome.counts.values())
     damage = [*sound.damage, *sound.faults]
