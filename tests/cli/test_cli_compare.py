@@ -91,6 +91,17 @@ def test_the_table_fits_a_narrow_terminal() -> None:
     assert 'roll' not in text
 
 
+def test_the_prizes_of_a_long_voyage_are_not_cut_off() -> None:
+    """The longest numbers that the eight clocks have after 81 days."""
+    small = {'rate_s_per_day': 3.346e-4, 'rate_spread_s_per_day': 3.7e-4, 'error_s': 0.02743}
+    ends = {'raw_error_nmi': -0.006526, 'error_nmi': 10.18, 'prize_pounds': 20_000}
+    long = row('clock_second_cam_force', False, 5.0, **small, **ends)
+    text = table_text(Comparison(7_084_740.0, 1800.0, 1.0, [long]))
+    line = next(line for line in text.splitlines() if 'second cam force' in line)
+    assert line.split()[-2:] == ['20,000', '20,000']
+    assert '…' not in text
+
+
 def test_a_short_run_has_no_column_of_prizes_and_says_why() -> None:
     unpaid = {'raw_prize_pounds': None, 'prize_pounds': None}
     text = table_text(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0, **unpaid)]))

@@ -142,6 +142,7 @@ def comparison_table(result: Comparison) -> Table:
         caption=_CAPTION.format(span(result.piece_s)) + ('' if judged else _TOO_SHORT),
         caption_justify='left',
         box=box.SIMPLE_HEAD,
+        show_edge=False,
         padding=0,
     )
     rolls = len({row.roll_deg for row in result.rows}) > 1
