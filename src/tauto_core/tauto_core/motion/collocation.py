@@ -20,7 +20,7 @@ from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.layout import SPARE
 from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
-from tauto_core.motion.outside import ROWS, Felt, Pieces
+from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.step_size import (
     TOLERANCE,
@@ -32,9 +32,9 @@ from tauto_core.motion.step_size import (
     stages_of,
 )
 from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
-from tauto_core.motion.turning import TERMS, make_memory
 from tauto_core.motion.wells import Impulse, Terms
-from tauto_core.motion.wheel_plane import Wheel
+from tauto_core.motion.wheel_plane import NODES, Felt, Wheel
+from tauto_core.motion.work import TERMS, make_work
 from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
 
@@ -69,7 +69,7 @@ class Collocation:
             tolerance * coarsen,
         )
         self._state = np.zeros((), state_type(1))
-        self._memory = make_memory(1, ROWS, stages)
+        self._work = make_work(1, NODES, stages)
         self._start_angle = 0.0
         self.longest_step_s = longest_step(
             machine, self._shape, self._omega, factor=self._factor, tolerance=tolerance
@@ -133,7 +133,7 @@ class Collocation:
             self._outside(forcing),
             float(forcing.begin[0]),
             self._state,
-            self._memory,
+            self._work,
             row.reshape(()),
         )
         felt = float(row['coordinate'][0])
@@ -157,7 +157,7 @@ class Collocation:
             self._outside(forcing),
             stepping.Spans(forcing.begin, forcing.end, forcing.logged),
             self._state,
-            self._memory,
+            self._work,
             rows,
         )
         if code != stepping.OK:
@@ -173,7 +173,7 @@ class Collocation:
         return PropagationError(
             f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
             f'{stepping.MAX_LEVEL} of a sample interval (cam angle '
-            f'{self._state["planes"][0]:.6g} rad). Raise ship.rate, or check drag and cam',
+            f'{self._state["planes"]["x"][0]:.6g} rad). Raise ship.rate, or check drag and cam',
             time_s,
         )
 

@@ -7,7 +7,7 @@ kernels of each machine are compiled once.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,8 @@ from tauto_core.motion.step_size import (
     settled_at,
 )
 from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
-from tauto_core.motion.turning import TERMS, make_memory
+from tauto_core.motion.threads import OnWheel
+from tauto_core.motion.work import TERMS, make_work
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
@@ -63,23 +64,22 @@ class Case(NamedTuple):
 class _Model(NamedTuple):
     system: Lever | Hanging
     omega: tuple[float, ...]
-    rows: int
+    nodes: tuple[str, ...]
 
 
-def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> dict[str, Any]:
-    """Return drag, escapement and gravity, divided by the inertia."""
+def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
     drag, escapement, inertia = machine.drag or Drag(), machine.escapement, machine.inertia
     energy = 0.0 if escapement is None else 2.0 * escapement.energy
     recoil = escapement.recoil / inertia if escapement and escapement.recoil else None
-    return {
-        'viscous': drag.viscous / inertia,
-        'quadratic': drag.quadratic / inertia,
-        'energy': energy / inertia,
-        'recoil': recoil,
-        'impulse': math.inf if escapement is None else escapement.angle,
-        'pace': pace,
-        'gravity': machine.gravity,
-    }
+    return OnWheel(
+        viscous=drag.viscous / inertia,
+        quadratic=drag.quadratic / inertia,
+        energy=energy / inertia,
+        recoil=recoil,
+        impulse=math.inf if escapement is None else escapement.angle,
+        pace=pace,
+        gravity=machine.gravity,
+    )
 
 
 def _lever(machine: LeverMachine, settled: float) -> _Model:
@@ -89,8 +89,8 @@ def _lever(machine: LeverMachine, settled: float) -> _Model:
         omega = machine.frequency
     carried = math.sqrt(machine.turned_inertia / machine.inertia)
     weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
-    system = Lever(lever_shape(machine, settled), carried, weight, **_on_wheel(machine, omega))
-    return _Model(system, (omega,), lever_plane.ROWS)
+    system = Lever(lever_shape(machine, settled), carried, weight, _on_wheel(machine, omega))
+    return _Model(system, (omega,), lever_plane.NODES)
 
 
 def _pair(numbers: FloatArray) -> tuple[float, float]:
@@ -111,10 +111,10 @@ def _hanging(machine: HangingMachine) -> _Model:
         _pair(columns[1]),
         _pair(back[0]),
         _pair(back[1]),
-        **_on_wheel(machine, machine.frequency),
+        _on_wheel(machine, machine.frequency),
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
-    return _Model(system, omega, hanging_planes.ROWS)
+    return _Model(system, omega, hanging_planes.NODES)
 
 
 class RealThreads:
@@ -140,7 +140,7 @@ class RealThreads:
         else:
             self._model = _hanging(machine)
         planes = len(self._model.omega)
-        self._memory = make_memory(planes, self._model.rows)
+        self._work = make_work(planes, self._model.nodes)
         self._state = np.zeros((), state_type(planes))
         self._start_angle = 0.0
         self.longest_step_s = self._longest_step()
@@ -171,7 +171,7 @@ class RealThreads:
             outside,
             float(forcing.begin[0]),
             self._state,
-            self._memory,
+            self._work,
             row.reshape(()),
         )
         if not tension > 0.0:
@@ -213,19 +213,19 @@ class RealThreads:
         """Put the wheel at rest in the case at the release angle."""
         machine, (system, omega, _) = self._machine, self._model
         turn, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
-        planes[:] = 0.0
+        planes[:] = 0.0, 0.0, 0.0, 0.0
         if isinstance(system, Hanging):
             angles = machine.release_angle + case.vertical - case.tilt, case.vertical
             for p, back in enumerate((system.to_first, system.to_second)):
-                planes[4 * p] = back[0] * angles[0] + back[1] * angles[1]
+                planes['x'][p] = back[0] * angles[0] + back[1] * angles[1]
                 rate = back[0] * turn + back[1] * case.vertical_rate
-                planes[4 * p + 2] = rate / omega[p]
+                planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
             ratio = system.carried * float(machine.ratio(angle))
             dragged = (1.0 + system.carried * ratio) / math.hypot(1.0, ratio)
-            planes[0] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
-            planes[2] = dragged * turn / omega[0]
+            planes['x'] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
+            planes['y'] = dragged * turn / omega[0]
 
     def _run(
         self,
@@ -243,7 +243,7 @@ class RealThreads:
             self._outside(forcing),
             stepping.Spans(forcing.begin, forcing.end, forcing.logged),
             self._state,
-            self._memory,
+            self._work,
             rows,
         )
         return found
@@ -253,7 +253,8 @@ class RealThreads:
         angle, fastest = MAX_ANGLE, max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
         # without turning points d has no meaning; the pallet is 0, and so is recoil
-        free = self._model.system._replace(quadratic=0.0, impulse=math.inf)
+        on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, impulse=math.inf)
+        free = self._model.system._replace(on_wheel=on_wheel)
         step = MARGIN * self._tolerance.step
         tolerance = self._tolerance._replace(step=step, coarsen=step * COARSEN)
         while angle > MIN_ANGLE:
