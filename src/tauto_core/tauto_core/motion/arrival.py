@@ -6,7 +6,7 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import event_slope, event_value
 from tauto_core.motion.outside import Place, outside_at
 from tauto_core.motion.system import Mode, Plane, Run, planes_of
-from tauto_core.motion.turning import Omega, collocate, copy_planes, finish
+from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
 from tauto_core.motion.work import PART_STEP, Planes
 
 MOST_HOPS, MOST_CARRIES = 4, 8
@@ -88,9 +88,9 @@ def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> f
             place.length, place.terms, place.begin + there * place.size, (xi - there) * place.size
         )
         system.at_nodes(hop, work)
-        h = hop.size * hop.length
-        collocate(system, mode, omega, h, PART_STEP, run.tolerance.settled, end, work)
-        finish(omega, h, PART_STEP, end, work)
+        step = Step(system, mode, omega, hop.size * hop.length, PART_STEP, end, work)
+        collocate(step, run.tolerance.settled)
+        finish(step)
         there, xi = _carry(kind, xi, run, mode, place)
         if there == xi:
             break

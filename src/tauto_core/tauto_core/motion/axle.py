@@ -21,7 +21,7 @@ from tauto_core.motion.lanes import Lanes, filled, fma, lane, largest, least, lo
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.system import Mode
-from tauto_core.motion.turning import Omega, between, collocate, copy_planes, expand, finish
+from tauto_core.motion.turning import Omega, Step, between, collocate, copy_planes, expand, finish
 from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Planes, Work
 from tauto_core.samples import FloatArray, IntArray
 
@@ -60,8 +60,11 @@ class Parts(NamedTuple):
     length_s: FloatArray
 
 
-class Step(NamedTuple):
-    """A step: its piece, where in it it begins, its size there, its length [s], its kind."""
+class Part(NamedTuple):
+    """A part, or a part of that: its piece, where it begins, its size, both in x, its length [s].
+
+    `kind` is that of a step over it.
+    """
 
     piece: int
     begin: float
@@ -151,22 +154,22 @@ def _value(coefficients: FloatArray, n: int, x: Lanes, value: Lanes) -> Lanes:
 
 
 @compiled
-def _contact_at(run: CaseRun, step: Step, xi: float) -> float:
+def _contact_at(run: CaseRun, part: Part, xi: float) -> float:
     """Return N/M at the fraction xi of the step last collocated and expanded."""
     omega, work = run.omega, run.work
-    q, y = between(omega, 0, step.length_s, xi, run.planes, work)
-    other, other_y = between(omega, 1, step.length_s, xi, run.planes, work)
+    q, y = between(omega, 0, part.length_s, xi, run.planes, work)
+    other, other_y = between(omega, 1, part.length_s, xi, run.planes, work)
     theta, phi = _angles(run.system, q, other)
     rates = _angles(run.system, omega[0] * y, omega[1] * other_y)
-    x = step.begin + xi * step.size
-    sway = _value(run.bearing.sway, step.piece, x, 0.0)
-    lift = _value(run.bearing.lift, step.piece, x, 0.0)
+    x = part.begin + xi * part.size
+    sway = _value(run.bearing.sway, part.piece, x, 0.0)
+    lift = _value(run.bearing.lift, part.piece, x, 0.0)
     contact: float = _pressed(run.system, theta, phi - theta, rates, sway, lift)[0]
     return contact
 
 
 @compiled
-def _lift_off(run: CaseRun, step: Step) -> float:
+def _lift_off(run: CaseRun, part: Part) -> float:
     """Return the fraction of the step at which the contact force falls to zero."""
     work = run.work
     expand(run.omega, work)
@@ -177,7 +180,7 @@ def _lift_off(run: CaseRun, step: Step) -> float:
     lower = 0.0
     for _ in range(BISECTIONS):
         middle = 0.5 * (lower + upper)
-        if _contact_at(run, step, middle) > 0.0:
+        if _contact_at(run, part, middle) > 0.0:
             lower = middle
         else:
             upper = middle
@@ -185,24 +188,25 @@ def _lift_off(run: CaseRun, step: Step) -> float:
 
 
 @compiled
-def _over(run: CaseRun, step: Step) -> tuple[int, float]:
+def _over(run: CaseRun, part: Part) -> tuple[int, float]:
     """Advance over a step; return a code and, if it is not OK, the fraction of the step.
 
     NO_CONVERGENCE leaves the state as it was.
     """
-    omega, planes, work, h = run.omega, run.planes, run.work, step.length_s
-    x, none = load(work.fractions) * step.size + step.begin, filled(work.fractions, 0.0)
-    store(work.nodes.sway, 0, _value(run.bearing.sway, step.piece, x, none))
-    store(work.nodes.lift, 0, _value(run.bearing.lift, step.piece, x, none))
-    last, newton = collocate(run.system, NO_MODE, omega, h, step.kind, run.settled, planes, work)
+    omega, planes, work = run.omega, run.planes, run.work
+    x, none = load(work.fractions) * part.size + part.begin, filled(work.fractions, 0.0)
+    store(work.nodes.sway, 0, _value(run.bearing.sway, part.piece, x, none))
+    store(work.nodes.lift, 0, _value(run.bearing.lift, part.piece, x, none))
+    step = Step(run.system, NO_MODE, omega, part.length_s, part.kind, planes, work)
+    last, newton = collocate(step, run.settled)
     if not step_error(ERROR_OF_LAST, last, newton) <= run.tolerance:
         return NO_CONVERGENCE, 0.0
     if not least(load(work.nodes.contact)) > 0.0:
-        return LIFTED_OFF, _lift_off(run, step)
+        return LIFTED_OFF, _lift_off(run, part)
     theta, delta = load(work.nodes.theta), load(work.nodes.delta)
     if not max(largest(theta), largest(delta)) < OVER:
         return TURNED_OVER, 0.0
-    finish(omega, h, step.kind, planes, work)
+    finish(step)
     copy_planes(omega, work.end, planes)
     return OK, 0.0
 
@@ -235,8 +239,8 @@ def advance(
         while cell < cells:
             size = (parts.end[i] - parts.begin[i]) / cells
             begin, kind = parts.begin[i] + cell * size, WHOLE_STEP if cells == 1 else PART_STEP
-            step = Step(parts.piece[i], begin, size, parts.length_s[i] / cells, kind)
-            code, xi = _over(run, step)
+            part = Part(parts.piece[i], begin, size, parts.length_s[i] / cells, kind)
+            code, xi = _over(run, part)
             if code == NO_CONVERGENCE and cells < 2**MAX_HALVINGS:
                 cell, cells = 2 * cell, 2 * cells
                 continue

@@ -38,7 +38,7 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import Omega, collocate, copy_planes, finish
+from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
 from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Work
 from tauto_core.samples import FloatArray
 
@@ -122,7 +122,8 @@ def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, 
     expected = expects_events(system)
     kind = PART_STEP if expected and system.feels_tilt else WHOLE_STEP
     system.at_nodes(place, work)
-    last, newton = collocate(system, mode, omega, h, kind, tolerance.settled, state.planes, work)
+    step = Step(system, mode, omega, h, kind, state.planes, work)
+    last, newton = collocate(step, tolerance.settled)
     error = step_error(tolerance.factor, last, newton)
     beyond = system.beyond(mode, omega, work)
     inside = min(beyond.edge, beyond.slack) > 1.0
@@ -132,7 +133,7 @@ def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, 
     if not error <= tolerance.step:
         return Moved(NO_EVENT, 0.0, error)
     state.newton += 1 if newton else 0
-    finish(omega, h, kind, state.planes, work)
+    finish(step)
     clear = system.clear(square, omega, work)
     event, xi = NO_EVENT, 1.0
     if expected or not inside:

@@ -26,7 +26,7 @@ Algorithms 76 (2017).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import (
@@ -76,6 +76,28 @@ class Disturbed(Protocol):
         """Fill the rows d1 and d2 from x and y."""
 
 
+class Step(NamedTuple):
+    """A step.
+
+    Attributes:
+        system: what disturbs.
+        mode: handed on to its `disturb`.
+        omega: ω of each plane.
+        h: length [s], |ωh| ≤ MAX_ANGLE.
+        kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        planes: the state at the beginning.
+        work: from `make_work`.
+    """
+
+    system: Disturbed
+    mode: Mode
+    omega: Omega
+    h: float
+    kind: int
+    planes: Planes
+    work: Work
+
+
 @inlined
 def _short_of_one(cosine: float, sine: float) -> float:
     """Return 1 − cos² − sin² of rounded numbers, exactly enough."""
@@ -86,12 +108,13 @@ def _short_of_one(cosine: float, sine: float) -> float:
 
 
 @compiled
-def turn_to(omega: Omega, h: float, kind: int, work: Work) -> None:
-    """Fill the rotations to the stages and the end of a step of h, unless they are there.
+def turn_to(step: Step) -> None:
+    """Fill the rotations to the stages and the end of a step, unless they are there.
 
     Steps to events have lengths of their own, so that the rounding of their angles varies; for
     them doubles are enough, corrected so that they neither stretch nor shrink the state.
     """
+    _, _, omega, h, kind, _, work = step
     first = kind * len(omega)
     if work.turns[first].h == h:
         return
@@ -113,8 +136,9 @@ def turn_to(omega: Omega, h: float, kind: int, work: Work) -> None:
 
 
 @inlined
-def _evaluate(system: Disturbed, mode: Mode, omega: Omega, kind: int, work: Work) -> None:
+def _evaluate(step: Step) -> None:
     """Fill the slopes k1, k2 from the stages u, v."""
+    system, mode, omega, _, kind, _, work = step
     first = kind * len(omega)
     for p in range(len(omega)):
         c, s = load(work.cosine, first + p), load(work.sine, first + p)
@@ -130,8 +154,9 @@ def _evaluate(system: Disturbed, mode: Mode, omega: Omega, kind: int, work: Work
 
 
 @inlined
-def _move_stages(omega: Omega, h: float, planes: Planes, work: Work) -> float:
+def _move_stages(step: Step) -> float:
     """Move the stages u, v to where their slopes lead; return the largest change of a stage."""
+    _, _, omega, h, _, planes, work = step
     change = filled(work.u, 0.0)
     for p in range(len(omega)):
         k1, k2 = load(work.k1, p), load(work.k2, p)
@@ -157,17 +182,7 @@ def _size(omega: Omega, work: Work) -> float:
 
 
 @compiled
-def _iterate(
-    system: Disturbed,
-    mode: Mode,
-    omega: Omega,
-    h: float,
-    kind: int,
-    settled: float,
-    most: int,
-    planes: Planes,
-    work: Work,
-) -> tuple[bool, float]:
+def _iterate(step: Step, settled: float, most: int) -> tuple[bool, float]:
     """Sweep until the stages have settled; return whether they do, and their size.
 
     They have settled if, at the measured rate of convergence, less than that is still to come. The
@@ -175,17 +190,19 @@ def _iterate(
     disturbance is compiled here, once.
 
     Args:
-        most: largest number of sweeps.
+        step: to be solved.
+        settled: part of the state to which stages are iterated.
+        most: sweeps at most.
     """
     before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
     for n in range(most + 1):
-        _evaluate(system, mode, omega, kind, work)
+        _evaluate(step)
         if ends or n == most:
             break
-        change = _move_stages(omega, h, planes, work)
+        change = _move_stages(step)
         if n == 0:
-            size = _size(omega, work)
+            size = _size(step.omega, step.work)
             floor = settled * size
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             settles = ends = True
@@ -196,8 +213,9 @@ def _iterate(
 
 
 @inlined
-def _begin(omega: Omega, planes: Planes, work: Work) -> None:
+def _begin(step: Step) -> None:
     """Let the stages be the state at the beginning of the step."""
+    _, _, omega, _, _, planes, work = step
     for p in range(len(omega)):
         store(work.u, p, filled(work.u, planes[p].x))
         store(work.v, p, filled(work.v, planes[p].y))
@@ -217,31 +235,24 @@ def _slope(r: int, omega: Omega, work: Work) -> Lanes:
 
 
 @compiled
-def _linearised(
-    system: Disturbed,
-    mode: Mode,
-    omega: Omega,
-    h: float,
-    kind: int,
-    planes: Planes,
-    work: Work,
-) -> None:
+def _linearised(step: Step) -> None:
     """Fill the matrix I − h A ∂K/∂(U, V), by central differences at all stages together."""
+    _, _, omega, h, _, _, work = step
     unknowns, stages = 2 * len(omega), width(work.u)
     side = unknowns * stages
     for column in range(unknowns):
         rows, p = _of(column, omega, work.u, work.v)
         there = load(rows, p)
-        step = 1e-6 * (largest(there) + 1e-9)
-        store(rows, p, there + step)
-        _iterate(system, mode, omega, h, kind, 0.0, 0, planes, work)
+        away = 1e-6 * (largest(there) + 1e-9)
+        store(rows, p, there + away)
+        _iterate(step, 0.0, 0)
         for r in range(unknowns):
             store(work.slopes, r, _slope(r, omega, work))
-        store(rows, p, there - step)
-        _iterate(system, mode, omega, h, kind, 0.0, 0, planes, work)
+        store(rows, p, there - away)
+        _iterate(step, 0.0, 0)
         store(rows, p, there)
         for r in range(unknowns):
-            slope = (load(work.slopes, r) - _slope(r, omega, work)) / (2.0 * step)
+            slope = (load(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
             for i in range(stages):
                 for j in range(stages):
                     a = work.coefficients[j * stages + i] * h * lane(slope, j)
@@ -278,16 +289,15 @@ def _eliminate(n: int, matrix: FloatArray, right: FloatArray) -> float:
 
 
 @compiled
-def _solve(
-    system: Disturbed, mode: Mode, omega: Omega, h: float, kind: int, planes: Planes, work: Work
-) -> tuple[bool, float]:
+def _solve(step: Step) -> tuple[bool, float]:
     """Solve the stage equations by Newton's method; return whether it converges, and the size."""
+    _, _, omega, h, _, planes, work = step
     unknowns, stages, right = 2 * len(omega), width(work.u), work.right
-    _begin(omega, planes, work)
+    _begin(step)
     before, size = math.inf, 0.0
     for _ in range(MAX_NEWTON):
-        _linearised(system, mode, omega, h, kind, planes, work)
-        _iterate(system, mode, omega, h, kind, 0.0, 0, planes, work)
+        _linearised(step)
+        _iterate(step, 0.0, 0)
         for r in range(unknowns):
             rows, p = _of(r, omega, work.u, work.v)
             begin = planes[p].x if r < len(omega) else planes[p].y
@@ -305,7 +315,7 @@ def _solve(
             return False, size
         floor = 4.0 * ROUNDING * size
         if change <= floor or (not change < before and change <= 64.0 * floor):
-            _iterate(system, mode, omega, h, kind, 0.0, 0, planes, work)
+            _iterate(step, 0.0, 0)
             return True, size
         if not change < 4.0 * before:
             return False, size
@@ -314,38 +324,24 @@ def _solve(
 
 
 @compiled
-def collocate(
-    system: Disturbed,
-    mode: Mode,
-    omega: Omega,
-    h: float,
-    kind: int,
-    settled: float,
-    planes: Planes,
-    work: Work,
-) -> tuple[float, bool]:
-    """Solve the stage equations of a step of h from `planes`.
+def collocate(step: Step, settled: float) -> tuple[float, bool]:
+    """Solve the stage equations of a step.
 
     Args:
-        system: the system, which defines the disturbance.
-        mode: passed to its `disturb`.
-        omega: ω of each plane [rad/s], a tuple.
-        h: length of the step [s], |ωh| ≤ MAX_ANGLE.
-        kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        step: to be solved.
         settled: part of the state to which the stage equations are iterated, >= SETTLED.
-        planes: the state at the beginning.
-        work: from `make_work`.
 
     Returns:
         Last Legendre coefficient of the slopes over the step, relative to the state – infinite
         without convergence – and whether Newton's method was needed.
     """
-    turn_to(omega, h, kind, work)
-    _begin(omega, planes, work)
-    converged, size = _iterate(system, mode, omega, h, kind, settled, MAX_SWEEPS, planes, work)
+    _, _, omega, h, _, _, work = step
+    turn_to(step)
+    _begin(step)
+    converged, size = _iterate(step, settled, MAX_SWEEPS)
     newton = not converged
     if newton:
-        converged, size = _solve(system, mode, omega, h, kind, planes, work)
+        converged, size = _solve(step)
         if not converged:
             return math.inf, True
     last = 0.0
@@ -373,8 +369,9 @@ def _turned(
 
 
 @compiled
-def finish(omega: Omega, h: float, kind: int, planes: Planes, work: Work) -> None:
+def finish(step: Step) -> None:
     """Fill `work.end` with the state at the end of the step last collocated."""
+    _, _, omega, h, kind, planes, work = step
     weights = load(work.quadrature)
     for p in range(len(omega)):
         turn, begin, end = work.turns[kind * len(omega) + p], planes[p], work.end[p]

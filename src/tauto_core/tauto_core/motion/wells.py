@@ -114,17 +114,6 @@ arc_of = compiled(arc_length.arc_of)
 angle_of = compiled(arc_length.angle_of)
 
 
-@inlined
-def horner(coefficients: FloatArray, k: int, x: float) -> tuple[float, float, float]:
-    """Return Σ c_kj x^j and its first two derivatives in x."""
-    value = first = half_second = 0.0
-    for j in range(coefficients.shape[1] - 1, -1, -1):
-        half_second = fma(half_second, x, first)
-        first = fma(first, x, value)
-        value = fma(value, x, coefficients[k, j])
-    return value, first, 2.0 * half_second
-
-
 @compiled
 def _spline(lever: TableLever | SmoothLever, q: float) -> tuple[float, float, float]:
     """Return t, t' and h of pieces; odd, odd's derivative, even."""
@@ -132,10 +121,12 @@ def _spline(lever: TableLever | SmoothLever, q: float) -> tuple[float, float, fl
     knots = lever.knots
     k = min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
     x = size - knots[k]
-    value, first, _ = horner(lever.coefficients, k, x)
-    lift = 0.0
+    value = first = lift = 0.0
     for j in range(lever.coefficients.shape[1] - 1, -1, -1):
-        lift = lift * x + lever.coefficients[k, j] / (j + 1.0)
+        number = lever.coefficients[k, j]
+        first = fma(first, x, value)
+        value = fma(value, x, number)
+        lift = lift * x + number / (j + 1.0)
     return math.copysign(value, q), first, lever.lifts[k] + lift * x
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from tauto_core.kernels import entry
 from tauto_core.motion.lanes import filled, load, store
-from tauto_core.motion.turning import SETTLED, collocate, copy_planes, finish
+from tauto_core.motion.turning import SETTLED, Step, collocate, copy_planes, finish
 from tauto_core.motion.work import PLANE, WHOLE_STEP, make_work
 
 OMEGA = 1.0, 1.7
@@ -48,12 +48,13 @@ def run(system: Any, omega: Any, h: float, steps: int, state: Any, work: Any) ->
     """Advance the state; return the largest last coefficient and how often Newton was needed."""
     worst, newton = 0.0, 0
     for _ in range(steps):
-        last, solved = collocate(system, 0, omega, h, WHOLE_STEP, SETTLED, state, work)
+        step = Step(system, None, omega, h, WHOLE_STEP, state, work)
+        last, solved = collocate(step, SETTLED)
         worst = last if last > worst else worst
         newton += 1 if solved else 0
         if not last < math.inf:
             break
-        finish(omega, h, WHOLE_STEP, state, work)
+        finish(step)
         copy_planes(omega, work.end, state)
     return worst, newton
 
