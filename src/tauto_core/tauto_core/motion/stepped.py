@@ -47,7 +47,7 @@ class Stepped(ABC):
 
     Args:
         machine: what moves.
-        planes: how many turning planes it has.
+        planes: how many rotating planes it has.
         nodes: rows of its system at the nodes.
         stages: of a step.
         tolerance: how exact steps are.

@@ -103,7 +103,7 @@ class Tolerance(NamedTuple):
 def state_type(planes: int) -> np.dtype[Any]:
     """Return the type of a running state of so many planes.
 
-    `planes` is that of the turning planes; `beats` passages of θ less those by
+    `planes` has X and Y of each rotating plane; `beats` passages of θ less those by
     which it is ahead of the coordinate (passages); `level` how often steps are halved; `newton`
     steps that took Newton's method; `given` impulses so far; `held` whether friction holds the
     wheel at `held_angle`; the rest is that of `Mode`.

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from tauto_core.motion.system import Mode
 
 Omega: TypeAlias = tuple[float, ...]
-"""Frequencies of the turning planes [rad/s]."""
+"""Frequencies of the rotating planes [rad/s]."""
 
 Twofold: TypeAlias = tuple[float, float]
 
@@ -81,7 +81,7 @@ class Step(NamedTuple):
 
     Attributes:
         system: what disturbs.
-        mode: handed on to its `disturb`.
+        mode: passed to its `disturb`.
         omega: ω of each plane.
         h: length [s], |ωh| ≤ MAX_ANGLE.
         kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.

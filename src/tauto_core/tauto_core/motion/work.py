@@ -21,7 +21,7 @@ WHOLE_STEP, PART_STEP = 0, 1
 
 
 class PlaneState(Protocol):
-    """X and Y of a turning plane (turning), and what rounding left over of each."""
+    """X and Y of a rotating plane (turning), and what rounding left over of each."""
 
     x: float
     x_rest: float
