@@ -43,14 +43,14 @@ class Turn(Protocol):
 
 
 class Work(Protocol):
-    """The record in compiled code: rows of as many numbers as a step has stages, but for the last.
+    """The record in compiled code: rows of as many numbers as there are stages, but for some.
 
     Attributes:
         coefficients: a_ij of stage i in row j (gauss).
         folded: the same folded, then two rows of room for each plane.
         expansion: powers of the integral of what is one at a stage, a row of these a stage.
         quadrature, fractions, tail: weights, nodes, and what makes the last Legendre coefficient.
-        piece: the polynomials of what the ship does, a power of x in each row (outside).
+        piece: the polynomials of what the ship does, a power of x in each row of eight (outside).
         u, v, k1, k2, x, y, d1, d2: of turning's equations, a row a plane; k the slopes of u and v.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
         cosine, sine: of ωt at the stages, a row a plane, of WHOLE_STEP, then of PART_STEP.
@@ -98,13 +98,13 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
         **dict.fromkeys(('coefficients', 'expansion'), stages),
         'folded': stages // 2 + 1 + 2 * planes,
         **dict.fromkeys(('quadrature', 'fractions', 'tail'), 1),
-        'piece': TERMS,
         **dict.fromkeys(('u', 'v', 'k1', 'k2', 'x', 'y', 'd1', 'd2', 'f1', 'f2'), planes),
         **dict.fromkeys(('cosine', 'sine', 'slopes'), 2 * planes),
     }
     own = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
     kind = np.dtype(
         [
+            ('piece', 'f8', (TERMS, SIZE)),
             *((name, 'f8', (count, stages)) for name, count in rows.items()),
             *([('nodes', own)] if nodes else []),
             ('end', PLANE, (planes,)),
