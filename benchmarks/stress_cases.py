@@ -13,6 +13,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.work import PLANE
 from tauto_core.samples import SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
@@ -159,13 +160,12 @@ def states(engine: Collocation, step_s: float, logs: int, every: int) -> FloatAr
     """
     spans = land(step_s, every, every)
     engine.release(spans)
-    found = np.empty((logs, 4))
+    planes = np.empty(logs, PLANE)
     for k in range(logs):
         engine.advance(spans)
-        found[k] = engine._state['planes']
-    wide = found.astype(np.longdouble)
-    omega = np.longdouble(engine._omega)
-    return np.stack([wide[:, 0] + wide[:, 1], omega * (wide[:, 2] + wide[:, 3])], axis=1)
+        planes[k] = engine._state['planes'][0]
+    x, x_rest, y, y_rest = (planes[name].astype(np.longdouble) for name in PLANE.names or ())
+    return np.stack([x + x_rest, np.longdouble(engine._omega) * (y + y_rest)], axis=1)
 
 
 def energy(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:

@@ -35,8 +35,8 @@ CRITICAL = 2.0 * INERTIA * OMEGA
 
 
 def _state(engine: Collocation) -> FloatArray:
-    planes = engine._state['planes']
-    return planes[[0, 2]] + planes[[1, 3]]
+    (plane,) = engine._state['planes']
+    return np.array([plane['x'] + plane['x_rest'], plane['y'] + plane['y_rest']])
 
 
 KINKED_REVERSAL = 3e-11
@@ -57,7 +57,8 @@ def reversal(swings: int = 1000) -> list[Row]:
         engine.release(spans)
         start = _state(engine)
         engine.advance(spans)
-        engine._state['planes'][2:] *= -1.0
+        for part in ('y', 'y_rest'):
+            engine._state['planes'][part] *= -1.0
         engine.advance(spans)
         away = float(np.max(np.abs(_state(engine) - start * [1.0, -1.0])))
         rows.append(

@@ -17,8 +17,8 @@ from stress_cases import WELLS, Row, land, machine_of
 
 from tauto_core.machines import Machine
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.outside import ROWS
-from tauto_core.motion.turning import make_memory
+from tauto_core.motion.wheel_plane import NODES
+from tauto_core.motion.work import make_work
 
 PHASE = 0.77
 """Where the spans begin, in rad after the release: no symmetry of the well is near."""
@@ -117,7 +117,7 @@ def order() -> list[Row]:
 def _order(method: Method) -> list[Row]:
     machine = machine_of({**WELLS['spring'], 'release_angle': 1.3})
     engine = Collocation(machine)
-    engine._memory = make_memory(1, ROWS, method.stages)
+    engine._work = make_work(1, NODES, method.stages)
     engine._tolerance = engine._tolerance._replace(step=math.inf)
     engine.longest_step_s = math.inf
     with mp.workdps(method.digits):
@@ -149,8 +149,8 @@ def _engine_away(engine: Collocation, step: SpringStep, angle: float) -> float:
     spans = land(h, 1)
     engine.release(spans)
     start = [mp.mpf(0.9), mp.mpf(-0.6)]
-    engine._state['planes'] = float(start[0]), 0.0, float(start[1]), 0.0
+    engine._state['planes'][0] = float(start[0]), 0.0, float(start[1]), 0.0
     engine.advance(spans)
     x, y = step(start[0], start[1], mp.mpf(h))
-    f = [mp.mpf(float(value)) for value in engine._state['planes']]
+    f = [mp.mpf(float(value)) for value in engine._state['planes'][0]]
     return float(mp.hypot(f[0] + f[1] - x, f[2] + f[3] - y) / mp.hypot(*start))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from tauto_core.kernels import KernelError, compiled, entry, inlined, overload
+from tauto_core.kernels import KernelError, compiled, entry, inlined
 
 FACTORS = (1.0, -0.5, 0.25, 3.0)
 SHIFT, MASK = np.uint64(33), np.uint64(2**40 - 1)
@@ -392,34 +392,66 @@ def test_division_by_zero_is_as_in_numpy():
 
 @inlined
 def kind_of(x: Any) -> int:
-    raise TypeError('kind_of runs in compiled code only')
-
-
-@overload(kind_of)
-def _kind_of(x: Any) -> Any:
     if x is None:
-        return lambda x: 0
-    if getattr(x, 'instance_class', None) is Pair:
-        return lambda x: x.second
-    return None
+        return 0
+    if isinstance(x, Pair):
+        return x.second
+    return 2 if isinstance(x, Other) else 3
 
 
-@overload(kind_of)
-def _kind_of_others(x: Any) -> Any:
-    two = 2
-
-    def others(x: Any) -> int:
-        return two if isinstance(x, Other) else 3
-
-    return others
-
-
-def test_what_is_called_for_a_function_is_chosen_by_its_arguments():
+def test_a_test_of_what_an_argument_is_leaves_one_way():
     @entry
     def kinds(pair, other, number):
         return kind_of(None), kind_of(pair), kind_of(other), kind_of(number)
 
     assert kinds(Pair(1.0, 7), Other(2.0), 1.0) == (0, 7, 2, 3)
+
+
+class Doubles:
+    """What a class of numbers may inherit."""
+
+    first: float
+
+    @property
+    def twice(self) -> float:
+        return 2.0 * self.first
+
+    def times(self, factor: float) -> float:
+        return self.first * factor
+
+
+class Inheriting(Pair, Doubles):
+    """Numbers, with a method of their own too."""
+
+    def all(self) -> float:
+        return self.twice + self.times(10.0) + self.second
+
+
+def test_a_class_of_numbers_inherits_methods_and_properties():
+    numbers = Inheriting(1.5, 7)
+
+    @entry
+    def all_of(numbers):
+        return numbers.all()
+
+    assert all_of(numbers) == numbers.all() == 25.0
+
+
+def test_a_record_holds_records_and_arrays_of_them():
+    def moved(state: Any, p: int) -> Any:
+        state.now.x += 1.0
+        places = state.places
+        places[p].y = state.now.x
+        state.rows[3] = places[0].x
+        return places[1].x + places[p].y, len(places)
+
+    point = np.dtype([('x', 'f8'), ('y', 'f8')])
+    fields = [('late', '?'), ('now', point), ('places', point, (2,)), ('rows', 'f8', (2, 2))]
+    state = np.zeros((), np.dtype(fields, align=True))
+    state['now'], state['places'] = (1.0, 2.0), [(3.0, 4.0), (5.0, 6.0)]
+    assert entry(moved)(state, 1) == (7.0, 2)
+    assert state['places'].tolist() == [(3.0, 4.0), (5.0, 2.0)]
+    assert state['rows'].tolist() == [[0.0, 0.0], [0.0, 3.0]]
 
 
 REFUSED = {

@@ -142,18 +142,18 @@ def test_the_swinging_thread_is_that_of_forty_digits():
     spans = on_land(1, p['t'])
     engine.release(spans)
     state, system = engine.state(), engine._model.system
-    for place, back in ((0, system.to_first), (4, system.to_second)):
-        state['planes'][place] = back[0] * p['theta0'] + back[1] * p['delta0']
+    for plane, back in zip(state['planes'], (system.to_first, system.to_second), strict=True):
+        plane['x'] = back[0] * p['theta0'] + back[1] * p['delta0']
     engine.restore(state)
     found = engine.advance(spans)
     planes, omega = engine.state()['planes'], engine._model.omega
-    delta = system.thread[0] * planes[0] + system.thread[1] * planes[4]
-    rates = omega[0] * planes[2], omega[1] * planes[6]
+    delta = np.dot(system.thread, planes['x'])
+    rates = np.array(omega) * planes['y']
     values = {
         'theta': found.angle[0],
         'delta': delta,
         'thetadot': found.rate[0],
-        'deltadot': system.thread[0] * rates[0] + system.thread[1] * rates[1],
+        'deltadot': np.dot(system.thread, rates),
     }
     for key, value in values.items():
         assert value == pytest.approx(float(entry['expected'][key]), rel=1e-13, abs=0.0), key
@@ -198,7 +198,7 @@ def test_energy_is_kept_on_land(trochlea):
 
     def energy():
         system, omega, planes = engine._model.system, engine._model.omega, engine.state()['planes']
-        places, rates = planes[[0, 4]], np.array(omega) * planes[[2, 6]]
+        places, rates = planes['x'], np.array(omega) * planes['y']
         state = [
             np.dot(row, each) for each in (places, rates) for row in (system.wheel, system.thread)
         ]

@@ -15,8 +15,8 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.outside import ROWS
-from tauto_core.motion.turning import make_memory
+from tauto_core.motion.wheel_plane import NODES
+from tauto_core.motion.work import make_work
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene
 from tauto_core.scene.errors import PropagationError
@@ -321,7 +321,7 @@ def test_the_observed_order_of_eight_stages_is_near_sixteen():
     )
     engine = Collocation(machine)
     # doubles have no room for the order of sixteen (benchmarks/stress_order.py)
-    engine._memory = make_memory(1, ROWS)
+    engine._work = make_work(1, NODES)
     observed = []
     for span in (0.4, 0.45, 0.5, 0.55, 0.6):
         exact, *coarse = (state_after(machine, engine, span, level) for level in (5, 1, 2))

@@ -2,7 +2,7 @@
 
 from tauto_core.kernels.entries import Entry, entry, optimised
 from tauto_core.kernels.errors import KernelCacheWarning, KernelError
-from tauto_core.kernels.marks import compiled, inlined, intrinsic, overload
+from tauto_core.kernels.marks import compiled, inlined, intrinsic
 from tauto_core.kernels.progress import listening
 
 __all__ = [
@@ -15,5 +15,4 @@ __all__ = [
     'intrinsic',
     'listening',
     'optimised',
-    'overload',
 ]

@@ -171,10 +171,10 @@ def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
         UINT,
         WORD,
         Array,
-        Fields,
         Group,
         Record,
         Value,
+        fields_of,
     )
 
     if structure is None:
@@ -204,7 +204,7 @@ def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
     if structure.dtype.fields is None:
         kind: Any = element(structure.dtype)
         return Array(kind, of_object(DATA, kind.stored.as_pointer()), shape)
-    kind, data = Fields(structure.dtype), of_object(DATA, BYTE.as_pointer())
+    kind, data = fields_of(structure.dtype), of_object(DATA, BYTE.as_pointer())
     return Array(kind, data, shape) if structure.ndim else Record(kind, data)
 
 

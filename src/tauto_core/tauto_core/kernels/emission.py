@@ -29,6 +29,7 @@ from tauto_core.kernels.values import (
     Value,
     at_run_time,
     described,
+    fields_of,
     is_number,
     is_static,
     lanes_of,
@@ -36,7 +37,7 @@ from tauto_core.kernels.values import (
 )
 
 FIELD_ROW = 8
-"""Numbers in a row of lanes behind a field that holds several, as of any array."""
+"""Numbers in a row of lanes behind a field that holds several, not in rows of its own."""
 
 
 class Emission:
@@ -183,20 +184,14 @@ class Emission:
             data = rows.ir
         else:
             raise KernelError(f'{described(rows)} where rows of floats are wanted')
-        first = self.b.gep(data, [self.b.mul(number, ir.Constant(WORD, count))])
+        known = isinstance(number, ir.Constant)
+        size = ir.Constant(WORD, count * number.constant if known else count)
+        first = self.b.gep(data, [size if known else self.b.mul(number, size)])
         return self.b.bitcast(first, ir.VectorType(DOUBLE, count).as_pointer())
 
     def next(self, number: ir.Value, step: builtins.int) -> ir.Value:
         """Return a whole number some steps further."""
         return self.b.add(number, ir.Constant(WORD, step))
-
-    def pointer(self, array: Any, row: builtins.int) -> Value:
-        """Return where the numbers of an array are, `row` of them being a row of lanes."""
-        if isinstance(array, Value) and isinstance(array.kind, Pointer):
-            return Value(pointer_to(array.kind.item, row), array.ir)
-        if not isinstance(array, Array) or isinstance(array.kind, Fields):
-            raise KernelError(f'pointer to {described(array)}')
-        return Value(pointer_to(array.kind, row), array.data)
 
     def shuffled(self, a: ir.Value, c: ir.Value, order: Sequence[builtins.int]) -> ir.Value:
         """Return lanes picked from two vectors, one behind the other."""
@@ -233,7 +228,9 @@ class Emission:
         return self.b.load(self.b.gep(first, [ir.Constant(WORD, i)]))
 
     def load(self, address: ir.Value, kind: Any) -> Any:
-        """Return the value at an address; for a field of several numbers, their address."""
+        """Return what an address holds; of a field with several numbers, where they are."""
+        if isinstance(kind, Array):
+            return kind
         if isinstance(kind, Fields):
             return Record(kind, address)
         if isinstance(kind, Pointer):
@@ -245,21 +242,27 @@ class Emission:
 
     def save(self, address: ir.Value, kind: Any, x: Any) -> None:
         """Write a number where it is kept."""
-        if isinstance(kind, Fields | Pointer):
+        if isinstance(kind, Fields | Pointer | Array):
             raise KernelError('a whole record cannot be set, only its fields and their items')
         value = self.convert(x, kind).ir
         self.b.store(self.b.zext(value, BYTE) if kind is BOOL else value, address)
 
-    def field(self, record: Record, name: str) -> tuple[ir.Value, Kind]:
+    def field(self, record: Record, name: str) -> tuple[ir.Value, Any]:
         """Return the address and kind of a field of a record."""
         fields: Any = record.kind.dtype.fields or {}
         if name not in fields:
             raise KernelError(f'the record has no field {name}; it has {", ".join(fields)}')
         dtype, offset = fields[name][:2]
-        kind = element(dtype.base)
         place = self.b.gep(record.data, [ir.Constant(WORD, offset)])
+        if dtype.base.fields is not None:
+            own, shape = fields_of(dtype.base), [ir.Constant(WORD, n) for n in dtype.shape]
+            return place, Array(own, place, shape) if shape else own
+        kind = element(dtype.base)
         address = self.b.bitcast(place, kind.stored.as_pointer())
-        return address, kind if dtype.subdtype is None else pointer_to(kind, FIELD_ROW)
+        if dtype.subdtype is None:
+            return address, kind
+        row = dtype.shape[-1] if dtype.ndim > 1 else FIELD_ROW
+        return address, pointer_to(kind, row)
 
     # blocks
 

@@ -14,7 +14,7 @@ from tauto_core.kernels.errors import KernelError
 from tauto_core.kernels.functions import FUNCTIONS, IN_PYTHON
 from tauto_core.kernels.items import item, picked
 from tauto_core.kernels.joining import joined
-from tauto_core.kernels.marks import OVERLOADS, Intrinsic, plain_function
+from tauto_core.kernels.marks import Intrinsic, plain_function
 from tauto_core.kernels.operations import (
     binary,
     compare,
@@ -118,7 +118,8 @@ class Scope:
         fields = getattr(named, '_fields', ())
         if name in fields:
             return base.items[fields.index(name)]
-        found = getattr(named, '__dict__', {}).get(name)
+        classes = getattr(named, '__mro__', ())
+        found = next((c.__dict__[name] for c in classes if name in c.__dict__), None)
         if isinstance(found, property) and isinstance(found.fget, FunctionType):
             return self.call(found.fget, [base], {})
         if isinstance(found, FunctionType):
@@ -247,11 +248,6 @@ class Scope:
         callee = IN_PYTHON.get(callee, callee) if callee.__hash__ else callee
         function = plain_function(callee)
         if function is not None:
-            for selector in OVERLOADS.get(function, ()):
-                self.program.used.file(selector)
-                chosen = selector(*args, **keywords)
-                if chosen is not None:
-                    return self.call(chosen, args, keywords)
             translate = self.program.inlined if is_inlined(function) else self.program.call
             return translate(self.out, function, args, keywords)
         known = FUNCTIONS.get(callee)

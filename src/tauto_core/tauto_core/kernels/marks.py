@@ -11,7 +11,6 @@ from tauto_core.kernels.errors import KernelError
 Function = TypeVar('Function', bound=Callable[..., Any])
 
 IS_INLINED: set[Any] = set()
-OVERLOADS: dict[Any, list[Callable[..., Any]]] = {}
 
 
 def compiled(function: Function) -> Function:
@@ -23,21 +22,6 @@ def inlined(function: Function) -> Function:
     """Mark a function that is translated wherever it is called: short, or in a hot loop."""
     IS_INLINED.add(function)
     return function
-
-
-def overload(function: Callable[..., Any]) -> Callable[[Function], Function]:
-    """Return a decorator of a function that chooses, when compiling, the kernel for a call.
-
-    The decorated function gets the arguments as they are known when compiling (a NamedTuple has
-    its class as `instance_class`) and returns a function with the same arguments, or None where it
-    has none for them. The first that has one is taken.
-    """
-
-    def register(selector: Function) -> Function:
-        OVERLOADS.setdefault(function, []).append(selector)
-        return selector
-
-    return register
 
 
 class Intrinsic:

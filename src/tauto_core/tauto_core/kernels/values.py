@@ -107,6 +107,12 @@ class Fields:
         self.dtype, self.stored, self.name = dtype, BYTE, str(dtype.descr)
 
 
+@cache
+def fields_of(dtype: np.dtype[Any]) -> Fields:
+    """Return what an item of such an array is; of equal types it is one."""
+    return Fields(dtype)
+
+
 class Array:
     """A C-contiguous array.
 

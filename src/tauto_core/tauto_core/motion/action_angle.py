@@ -29,7 +29,14 @@ from tauto_core.machines import Machine
 from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
-from tauto_core.motion.phase import DIGITS, half_turns, phase_rate, two_floats, within_turn
+from tauto_core.motion.phase import (
+    BELOW_ONE,
+    DIGITS,
+    half_turns,
+    phase_rate,
+    two_floats,
+    within_turn,
+)
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import PropagationError
 
@@ -123,13 +130,12 @@ class ActionAngle(ClosedForm):
             torque=-tension * arm,
             half_turns=half,
             # the top itself, from either side, is where the half turns join
-            fraction=np.where(fraction < 0.5, np.maximum(turned, 0.0), np.minimum(turned, _LAST)),
+            fraction=np.where(
+                fraction < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE)
+            ),
             phase_rate=phase_rate(machine, angle, rate, acceleration),
             beats=half + (fraction > 0.5),
         )
-
-
-_LAST = 1.0 - 2.0**-53
 
 
 def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> FloatArray:

@@ -43,6 +43,7 @@ class ArcShape(NamedTuple):
     """A heavy weight's machine along its arc.
 
     Attributes:
+        rate: b, dt/dϑ [m/rad].
         k: b√μ [1/rad].
         limit: s² up to which the polynomials hold [rad2].
         per_limit: 1/limit.
@@ -50,6 +51,7 @@ class ArcShape(NamedTuple):
             of ϑ/s.
     """
 
+    rate: float
     k: float
     limit: float
     per_limit: float
@@ -111,7 +113,7 @@ def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
         if all(_agree(a, b) for a, b in zip(found, wanted, strict=True)):
             slope = np.append(rows[0][1:] * np.arange(1, terms), 0.0) * (2.0 / limit)
             padded = np.pad([rows[0], slope, *rows[1:]], ((0, 0), (0, terms % 2)))
-            return ArcShape(k, limit, 1.0 / limit, np.ascontiguousarray(padded))
+            return ArcShape(rate, k, limit, 1.0 / limit, np.ascontiguousarray(padded))
     return None
 
 

@@ -5,39 +5,33 @@ from __future__ import annotations
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import event_slope, event_value
 from tauto_core.motion.outside import Place, outside_at
-from tauto_core.motion.system import Mode, Omega, Plane, Run, planes_of
-from tauto_core.motion.turning import (
-    PART_STEP,
-    collocate,
-    copy_state,
-    finish,
-)
-from tauto_core.samples import FloatArray
+from tauto_core.motion.system import Mode, Plane, Run, planes_of
+from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
+from tauto_core.motion.work import PART_STEP, Planes
 
 MOST_HOPS, MOST_CARRIES = 4, 8
 
 
 @inlined
-def _moved(
-    end: FloatArray, omega: Omega, drift: tuple[Plane, ...], time: float
-) -> tuple[Plane, ...]:
+def _moved(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> tuple[Plane, ...]:
     """Return X and Y of each plane a little later, at their present rates."""
     found: tuple[Plane, ...] = ()
     for p in range(len(omega)):
-        x, y = end[4 * p] + time * drift[p].x, end[4 * p + 2] + time * drift[p].y / omega[p]
+        x, y = end[p].x + time * drift[p].x, end[p].y + time * drift[p].y / omega[p]
         found = (*found, Plane(x, y))
     return found
 
 
 @compiled
 def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[float, float]:
-    """Carry `memory.end`, which is near an event, to it; return where it is, and the event.
+    """Carry `work.end`, which is near an event, to it; return where it is, and the event.
 
     Both are fractions of the step. The error of the midpoint rule is of the third order in its
     length, and the rule shows how the slope changes on the way; a wheel that has just been
     released may lie so near its event that the rule must be repeated.
     """
-    system, omega, end, work = run.system, run.omega, run.memory.end, run.memory.work
+    system, omega, work = run.system, run.omega, run.work
+    end = work.end
     length = place.size * place.length
     for _ in range(MOST_CARRIES):
         at = outside_at(place.terms, place.begin + xi * place.size, work)
@@ -58,7 +52,7 @@ def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[fl
         late *= fall / mean if mean < 0.0 else 1.0
         there = _moved(end, omega, system.drift(mode, omega, at, now), late)
         for p in range(len(omega)):
-            end[4 * p], end[4 * p + 2] = there[p].x, there[p].y
+            end[p].x, end[p].y = there[p].x, there[p].y
         xi += late / length
         change = mean / fall - 1.0
         if omega[0] * abs(late) * change * change <= run.tolerance.settled:
@@ -74,29 +68,29 @@ def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> f
     is not symmetric in time, and its errors in the energy of an undamped swing would add up.
 
     Args:
-        kind: the kind of the event.
-        xi: its approximate place, as a fraction of the step.
-        run: the run; `memory.end` is the state at the end of the step, then at the event.
-        mode: mode of the step.
-        place: place of the step.
+        kind: of the event.
+        xi: about where it is, as a fraction of the step.
+        run: the run; `work.end` is the state at the end of the step, then at the event.
+        mode: of the step.
+        place: of the step.
     """
-    system, omega, memory = run.system, run.omega, run.memory
-    planes, end = len(omega), memory.end
+    system, omega, work = run.system, run.omega, run.work
+    end = work.end
     there = 1.0
     if xi <= 0.5 or not system.feels_tilt:
-        copy_state(planes, run.state.planes, end)
+        copy_planes(omega, run.state.planes, end)
         there = 0.0
     for _ in range(MOST_HOPS):
         if xi <= 0.0:
-            copy_state(planes, run.state.planes, end)
+            copy_planes(omega, run.state.planes, end)
             return 0.0
         hop = Place(
             place.length, place.terms, place.begin + there * place.size, (xi - there) * place.size
         )
-        system.at_nodes(hop, memory.work)
-        h = hop.size * hop.length
-        collocate(system, mode, omega, h, PART_STEP, run.tolerance.settled, end, memory)
-        finish(omega, h, PART_STEP, end, memory)
+        system.at_nodes(hop, work)
+        step = Step(system, mode, omega, hop.size * hop.length, PART_STEP, end, work)
+        collocate(step, run.tolerance.settled)
+        finish(step)
         there, xi = _carry(kind, xi, run, mode, place)
         if there == xi:
             break

@@ -17,41 +17,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
-from tauto_core.motion.lanes import filled, fma, lane, largest, least, load, pointer, store, width
+from tauto_core.motion.lanes import Lanes, filled, fma, lane, largest, least, load, store, width
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.step_size import step_error
-from tauto_core.motion.system import Lanes, Omega
-from tauto_core.motion.turning import (
-    D1,
-    D2,
-    FIRST,
-    FRACTIONS,
-    OUTSIDE,
-    PART_STEP,
-    WHOLE_STEP,
-    Memory,
-    X,
-    Y,
-    between,
-    collocate,
-    copy_state,
-    expand,
-    finish,
-    pointers,
-    row,
-)
+from tauto_core.motion.system import Mode
+from tauto_core.motion.turning import Omega, Step, between, collocate, copy_planes, expand, finish
+from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Planes, Work
 from tauto_core.samples import FloatArray, IntArray
 
 PLANES = 2
-SWAY, LIFT, CONTACT, THETA, DELTA = range(5)
-MORE_ROWS = 5
-OUTSIDE_ROW = FIRST + OUTSIDE * PLANES
+NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
 
 OK, LIFTED_OFF, TURNED_OVER, NO_CONVERGENCE = 0, 1, 2, 3
 OVER = 3.0
 """Tilt of the contact, or of the case from it, at which the case counts as turned over [rad]."""
 
 MAX_HALVINGS = 24
+NO_MODE = Mode(0.0, 0.0, 0.0)
 BISECTIONS = 40
 
 ERROR_OF_LAST = 1.0
@@ -78,8 +60,11 @@ class Parts(NamedTuple):
     length_s: FloatArray
 
 
-class Step(NamedTuple):
-    """A step: its piece, where in it it begins, its size there, its length [s], its kind."""
+class Part(NamedTuple):
+    """A part, or a part of that: its piece, where it begins, its size, both in x, its length [s].
+
+    `kind` is that of a step over it.
+    """
 
     piece: int
     begin: float
@@ -96,8 +81,8 @@ class CaseRun(NamedTuple):
     bearing: Bearing
     tolerance: float
     settled: float
-    state: FloatArray
-    memory: Memory
+    planes: Planes
+    work: Work
 
 
 class SuspendedCase(NamedTuple):
@@ -109,14 +94,14 @@ class SuspendedCase(NamedTuple):
     tilt: float
     tilt_prime: float
 
-    def disturb(self, mode: float, omega: Omega, work: FloatArray) -> None:
-        """Fill the disturbance of the planes, the contact force and the angles."""
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what disturbs the planes, contact force and angles."""
         e, c, k, tilt, tilt_prime = self
-        q, other = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
-        rate, other_rate = load(work, row(Y, PLANES, 0)), load(work, row(Y, PLANES, 1))
+        q, other, nodes = load(work.x, 0), load(work.x, 1), work.nodes
+        rate, other_rate = load(work.y, 0), load(work.y, 1)
         theta, delta = c * (q + other), fma(other, tilt_prime - c, (tilt - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
-        sway, lift = load(work, OUTSIDE_ROW + SWAY), load(work, OUTSIDE_ROW + LIFT)
+        sway, lift = load(nodes.sway), load(nodes.lift)
         contact, sine, cosine, across, along = _pressed(self, theta, delta, rates, sway, lift)
         # what waits for the contact force comes last, and is short
         free = fma(across, c * (rates[1] * rates[1]), -fma(lift, sine, sway * cosine))
@@ -125,13 +110,13 @@ class SuspendedCase(NamedTuple):
         per = 1.0 / (c * (tilt - tilt_prime))
         first, second = per / omega[0], per / omega[1]
         less, more = fma(bend, c * first, omega[0] * q), fma(bend, -c * second, omega[1] * other)
-        store(work, row(D1, PLANES, 0), filled(work, 0.0))
-        store(work, row(D1, PLANES, 1), filled(work, 0.0))
-        store(work, row(D2, PLANES, 0), fma(turned, -tilt_prime * first / e, less))
-        store(work, row(D2, PLANES, 1), fma(turned, tilt * second / e, more))
-        store(work, OUTSIDE_ROW + CONTACT, contact)
-        store(work, OUTSIDE_ROW + THETA, theta)
-        store(work, OUTSIDE_ROW + DELTA, delta)
+        store(work.d1, 0, filled(work.d1, 0.0))
+        store(work.d1, 1, filled(work.d1, 0.0))
+        store(work.d2, 0, fma(turned, -tilt_prime * first / e, less))
+        store(work.d2, 1, fma(turned, tilt * second / e, more))
+        store(nodes.contact, 0, contact)
+        store(nodes.theta, 0, theta)
+        store(nodes.delta, 0, delta)
 
 
 @inlined
@@ -169,33 +154,33 @@ def _value(coefficients: FloatArray, n: int, x: Lanes, value: Lanes) -> Lanes:
 
 
 @compiled
-def _contact_at(run: CaseRun, step: Step, xi: float) -> float:
+def _contact_at(run: CaseRun, part: Part, xi: float) -> float:
     """Return N/M at the fraction xi of the step last collocated and expanded."""
-    omega, work = run.omega, run.memory.work
-    q, y = between(omega, 0, step.length_s, xi, run.state, work)
-    other, other_y = between(omega, 1, step.length_s, xi, run.state, work)
+    omega, work = run.omega, run.work
+    q, y = between(omega, 0, part.length_s, xi, run.planes, work)
+    other, other_y = between(omega, 1, part.length_s, xi, run.planes, work)
     theta, phi = _angles(run.system, q, other)
     rates = _angles(run.system, omega[0] * y, omega[1] * other_y)
-    x = step.begin + xi * step.size
-    sway = _value(run.bearing.sway, step.piece, x, 0.0)
-    lift = _value(run.bearing.lift, step.piece, x, 0.0)
+    x = part.begin + xi * part.size
+    sway = _value(run.bearing.sway, part.piece, x, 0.0)
+    lift = _value(run.bearing.lift, part.piece, x, 0.0)
     contact: float = _pressed(run.system, theta, phi - theta, rates, sway, lift)[0]
     return contact
 
 
 @compiled
-def _lift_off(run: CaseRun, step: Step) -> float:
+def _lift_off(run: CaseRun, part: Part) -> float:
     """Return the fraction of the step at which the contact force falls to zero."""
-    work = run.memory.work
-    expand(PLANES, work)
+    work = run.work
+    expand(run.omega, work)
     upper = 1.0
-    for i in range(width(work) - 1, -1, -1):
-        if lane(load(work, OUTSIDE_ROW + CONTACT), i) <= 0.0:
-            upper = lane(load(work, FRACTIONS), i)
+    for i in range(width(work.fractions) - 1, -1, -1):
+        if lane(load(work.nodes.contact), i) <= 0.0:
+            upper = lane(load(work.fractions), i)
     lower = 0.0
     for _ in range(BISECTIONS):
         middle = 0.5 * (lower + upper)
-        if _contact_at(run, step, middle) > 0.0:
+        if _contact_at(run, part, middle) > 0.0:
             lower = middle
         else:
             upper = middle
@@ -203,51 +188,59 @@ def _lift_off(run: CaseRun, step: Step) -> float:
 
 
 @compiled
-def _over(run: CaseRun, step: Step) -> tuple[int, float]:
+def _over(run: CaseRun, part: Part) -> tuple[int, float]:
     """Advance over a step; return a code and, if it is not OK, the fraction of the step.
 
     NO_CONVERGENCE leaves the state as it was.
     """
-    omega, state, work, h = run.omega, run.state, run.memory.work, step.length_s
-    x, none = load(work, FRACTIONS) * step.size + step.begin, filled(work, 0.0)
-    store(work, OUTSIDE_ROW + SWAY, _value(run.bearing.sway, step.piece, x, none))
-    store(work, OUTSIDE_ROW + LIFT, _value(run.bearing.lift, step.piece, x, none))
-    last, newton = collocate(run.system, 0.0, omega, h, step.kind, run.settled, state, run.memory)
+    omega, planes, work = run.omega, run.planes, run.work
+    x, none = load(work.fractions) * part.size + part.begin, filled(work.fractions, 0.0)
+    store(work.nodes.sway, 0, _value(run.bearing.sway, part.piece, x, none))
+    store(work.nodes.lift, 0, _value(run.bearing.lift, part.piece, x, none))
+    step = Step(run.system, NO_MODE, omega, part.length_s, part.kind, planes, work)
+    last, newton = collocate(step, run.settled)
     if not step_error(ERROR_OF_LAST, last, newton) <= run.tolerance:
         return NO_CONVERGENCE, 0.0
-    if not least(load(work, OUTSIDE_ROW + CONTACT)) > 0.0:
-        return LIFTED_OFF, _lift_off(run, step)
-    theta, delta = load(work, OUTSIDE_ROW + THETA), load(work, OUTSIDE_ROW + DELTA)
+    if not least(load(work.nodes.contact)) > 0.0:
+        return LIFTED_OFF, _lift_off(run, part)
+    theta, delta = load(work.nodes.theta), load(work.nodes.delta)
     if not max(largest(theta), largest(delta)) < OVER:
         return TURNED_OVER, 0.0
-    finish(omega, h, step.kind, state, run.memory)
-    copy_state(PLANES, run.memory.end, state)
+    finish(step)
+    copy_planes(omega, work.end, planes)
     return OK, 0.0
 
 
 @entry
-def advance(run: CaseRun, parts: Parts, rows: NDArray[np.void]) -> tuple[int, int, float]:
+def advance(
+    system: SuspendedCase,
+    omega: Omega,
+    bearing: Bearing,
+    tolerance: float,
+    settled: float,
+    planes: Planes,
+    work: Work,
+    parts: Parts,
+    rows: NDArray[np.void],
+) -> tuple[int, int, float]:
     """Advance over parts of pieces; fill a row at the end of each.
 
     Args:
-        run: its state is X and Y of both planes, each in two doubles, (8,); its memory that of two
-            planes and MORE_ROWS.
+        system, omega, bearing, tolerance, settled, planes, work: as of `CaseRun`.
         parts: over which.
         rows: of ROW, one a part.
 
     Returns:
         A code (OK, LIFTED_OFF, TURNED_OVER, NO_CONVERGENCE), the part and the fraction of it.
     """
-    system, omega, state = run.system, run.omega, pointer(run.state)
-    memory = pointers(run.memory)
-    run = CaseRun(system, omega, run.bearing, run.tolerance, run.settled, state, memory)
+    run = CaseRun(system, omega, bearing, tolerance, settled, planes, work)
     for i in range(len(parts.piece)):
         cell, cells = 0, 1
         while cell < cells:
             size = (parts.end[i] - parts.begin[i]) / cells
             begin, kind = parts.begin[i] + cell * size, WHOLE_STEP if cells == 1 else PART_STEP
-            step = Step(parts.piece[i], begin, size, parts.length_s[i] / cells, kind)
-            code, xi = _over(run, step)
+            part = Part(parts.piece[i], begin, size, parts.length_s[i] / cells, kind)
+            code, xi = _over(run, part)
             if code == NO_CONVERGENCE and cells < 2**MAX_HALVINGS:
                 cell, cells = 2 * cell, 2 * cells
                 continue
@@ -255,7 +248,7 @@ def advance(run: CaseRun, parts: Parts, rows: NDArray[np.void]) -> tuple[int, in
                 return code, i, (cell + xi) / cells
             cell += 1
         end = rows[i]
-        end.theta, end.phi = _angles(system, state[0], state[4])
-        rates = _angles(system, omega[0] * state[2], omega[1] * state[6])
+        end.theta, end.phi = _angles(system, planes[0].x, planes[1].x)
+        rates = _angles(system, omega[0] * planes[0].y, omega[1] * planes[1].y)
         end.theta_rate, end.phi_rate = rates
     return OK, 0, math.nan

@@ -12,7 +12,7 @@ from tauto_core.motion.bearing import BearingMotion, CaseMotion
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.limits import lifted_off, turned_over
 from tauto_core.motion.step_size import TOLERANCE, settled_at
-from tauto_core.motion.turning import make_memory
+from tauto_core.motion.work import PLANE, make_work
 from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
 
@@ -49,9 +49,9 @@ class AxleSwing:
         self._omega = slow, fast
         self._system = axle.SuspendedCase(e, c, k, own.B, own.B_prime)
         self._tolerance = max(tolerance or TOLERANCE, TOLERANCE)
-        self._state = np.zeros(4 * axle.PLANES)
+        self._planes = np.zeros(axle.PLANES, PLANE)
         stages = WIDE_SIZE if fast * step_s > LONG else SIZE
-        self._memory = make_memory(axle.PLANES, axle.MORE_ROWS, stages)
+        self._work = make_work(axle.PLANES, axle.NODES, stages)
 
     def release(self, sway: float, lift: float) -> float:
         """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
@@ -62,9 +62,8 @@ class AxleSwing:
         """
         tilt = math.atan2(-sway, lift)
         c, slow, fast = self._system.c, self._system.tilt, self._system.tilt_prime
-        self._state[:] = 0.0
-        self._state[0] = tilt * (c - fast) / (c * (slow - fast))
-        self._state[4] = tilt * (slow - c) / (c * (slow - fast))
+        q, other = tilt * (c - fast) / (c * (slow - fast)), tilt * (slow - c) / (c * (slow - fast))
+        self._planes[:] = [(q, 0.0, 0.0, 0.0), (other, 0.0, 0.0, 0.0)]
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
@@ -80,17 +79,18 @@ class AxleSwing:
         begin_ns = np.where(first, bearing.begin_ns[piece], np.roll(end_ns, 1))
         length = np.asarray((end_ns - begin_ns) * 1e-9, np.float64)
         rows = np.empty(len(piece), axle.ROW)
-        run = axle.CaseRun(
+        parts = axle.Parts(piece, begin, bearing.end, length)
+        code, part, fraction = axle.advance(
             self._system,
             self._omega,
             axle.Bearing(bearing.sway, bearing.lift),
             self._tolerance,
             settled_at(self._tolerance),
-            self._state,
-            self._memory,
+            self._planes,
+            self._work,
+            parts,
+            rows,
         )
-        parts = axle.Parts(piece, begin, bearing.end, length)
-        code, part, fraction = axle.advance(run, parts, rows)
         if code != axle.OK:
             at_s = float(begin_ns[part] * 1e-9 + fraction * length[part])
             raise _failure(code, self._tolerance, at_s)
@@ -99,11 +99,11 @@ class AxleSwing:
 
     def state(self) -> State:
         """Return X and Y of both planes."""
-        return {'state': self._state.copy()}
+        return {'planes': self._planes.copy()}
 
     def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._state = np.array(state['state'])
+        """Go on from a state."""
+        self._planes = state['planes'].copy()
 
 
 def _failure(code: int, tolerance: float, time_s: float) -> PropagationError:

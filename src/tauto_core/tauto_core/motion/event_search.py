@@ -113,8 +113,8 @@ def _watches_turning(run: Run) -> bool:
 
 @compiled
 def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bool:
-    """Reverse the direction at a turning point in the step with at most an impulse after it."""
-    system, state, work = run.system, run.state, run.memory.work
+    """Turn where a turning point lies within the step, and at most an impulse after it."""
+    system, state, work = run.system, run.state, run.work
     d, side = float(state.direction), float(state.side)
     if not system.feels_impulse or system.turns_abruptly:
         return False
@@ -165,7 +165,7 @@ def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
     """
     system = run.system
     if system.kinked and kind == KINK:
-        felt = system.coordinates(run.memory.work)
+        felt = system.coordinates(run.work)
         return least(mode.side * felt) < KINK_APART * largest(felt)
     return system.turns_abruptly and kind == TURNING
 
@@ -198,7 +198,7 @@ def _by_the_end(
 
     UNSURE if more than one passage in the second half of the step may have happened.
     """
-    system, state, work = run.system, run.state, run.memory.work
+    system, state, work = run.system, run.state, run.work
     side, d = mode.side, mode.direction
     inside = _inside(beyond) and after.margin > 0.0
     if system.turns_abruptly or not inside or (system.has_weight and not after.tension > 0.0):
@@ -258,7 +258,7 @@ def _on_polynomials(
     An event that is reached before a turning point and left after it is sought at that point.
     """
     system, step = run.system, Watch(run, mode, place)
-    expand(len(run.omega), run.memory.work)
+    expand(run.omega, run.work)
     first, xi, reach = NO_EVENT, NOWHERE, 1.0
     there = after
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):

@@ -10,7 +10,6 @@ that is ż = (iω − δ) z + ω₀² α_c + 2δ α̇_c with z = ψ̇ + δψ + i
 
 from __future__ import annotations
 
-import math
 from decimal import Decimal, localcontext
 
 import numpy as np
@@ -22,7 +21,7 @@ from tauto_core.motion.harmonic import frequency
 from tauto_core.motion.limits import edge_reached, released_beyond
 from tauto_core.motion.linear import Given, Path, Spans, oscillator, propagate
 from tauto_core.motion.linear_passages import OK, WHEEL, Well, count_passages
-from tauto_core.motion.phase import DIGITS, phase_rate, within_turn
+from tauto_core.motion.phase import DIGITS, phase_rate, since_start, within_turn
 from tauto_core.motion.responses import Law, Shape, responses, sorted_out
 from tauto_core.samples import FloatArray, IntArray, State
 
@@ -116,14 +115,14 @@ class ForcedHarmonic:
         machine, delta = self._machine, self._well.of.delta
         stiffness = self._law.p
         acceleration = -tilt_acceleration - 2.0 * delta * rate - stiffness * angle
-        half = (within_turn(machine, angle, rate) - self._start_angle) / math.pi
-        whole = np.floor(half)
+        within = within_turn(machine, angle, rate)
+        half_turns, fraction = since_start(counts[:, 0], within, self._start_angle)
         return Motion(
             angle=angle,
             rate=rate,
             torque=-machine.inertia * stiffness * angle,
-            half_turns=2 * counts[:, 0] + whole.astype(np.int64),
-            fraction=half - whole,
+            half_turns=half_turns,
+            fraction=fraction,
             phase_rate=phase_rate(machine, angle, rate, acceleration),
             beats=counts[:, 1].copy(),
         )

@@ -19,12 +19,11 @@ import numpy as np
 
 from tauto_core.machines import FluidPendulum
 from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.phase import DIGITS, PI
+from tauto_core.motion.phase import BELOW_ONE, DIGITS, PI
 from tauto_core.motion.swing_laws import Course, swing_law
 from tauto_core.samples import FloatArray, IntArray, State
 
 NAME = 'half_swings'
-_LAST = 1.0 - 2.0**-53
 
 
 @dataclass
@@ -116,7 +115,7 @@ class HalfSwings:
             rate=rate,
             torque=-machine.weight * slope,
             half_turns=count,
-            fraction=np.minimum(turned, _LAST),
+            fraction=np.minimum(turned, BELOW_ONE),
             phase_rate=np.divide(turning, size, np.zeros_like(size), where=size > 0.0),
             beats=count + (x < 0.0),
         )

@@ -8,10 +8,10 @@ needs the apparent gravity only: no derivative of the ship's motion but α̇ in 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.lanes import filled, largest, least, load, store
+from tauto_core.motion.lanes import Lanes, filled, largest, least, load, store
 from tauto_core.motion.outside import (
     GRAVITY,
     LINE,
@@ -26,27 +26,30 @@ from tauto_core.motion.outside import (
 )
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.rotation import sine_versine
-from tauto_core.motion.system import Beyond, Instant, Lanes, Mode, Omega, Plane, State
-from tauto_core.motion.threads import (
-    beyond_by,
-    case_bounds,
-    goes_off,
-    impulse_ahead_s,
-    resistance,
-)
-from tauto_core.motion.turning import D1, D2, FIRST, OUTSIDE, X, Y, row
+from tauto_core.motion.system import Beyond, Instant, Mode, Plane, State
+from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, resistance
+from tauto_core.motion.turning import Omega
+from tauto_core.motion.wells import Number
+from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
-PLANES = 2
-FIRST_ROW = FIRST + OUTSIDE * PLANES
-VERTICAL_ROW, GRAVITY_ROW, TURN_ROW = range(FIRST_ROW, FIRST_ROW + 3)
+NODES = 'vertical', 'gravity', 'turn'
 """Rows of β, g_eff and α̇ at the nodes."""
 
-ROWS = 3
+Pair: TypeAlias = tuple[Number, Number]
+"""A number of each plane, or of wheel and thread."""
 
 
-class Hanging(NamedTuple):
-    """The swinging thread as `system.System`.
+class Nodes(Protocol):
+    """The rows NODES."""
+
+    vertical: FloatArray
+    gravity: FloatArray
+    turn: FloatArray
+
+
+class _Numbers(NamedTuple):
+    """What the equations hold.
 
     Attributes:
         radius: r [m].
@@ -57,12 +60,7 @@ class Hanging(NamedTuple):
         thread: E_δi.
         to_first: X₁ of ψ = 1 and of δ = 1.
         to_second: X₂ of the same.
-        viscous: c₁/I.
-        quadratic: c₂/I.
-        energy: twice the impulse's over I.
-        recoil: R/I, or None.
-        impulse, pace: as in `System`.
-        gravity: the acceleration of gravity at rest [m/s2].
+        on_wheel: what acts on the wheel.
     """
 
     radius: float
@@ -73,69 +71,35 @@ class Hanging(NamedTuple):
     thread: tuple[float, float]
     to_first: tuple[float, float]
     to_second: tuple[float, float]
-    viscous: float
-    quadratic: float
-    energy: float
-    recoil: float | None
-    impulse: float
-    pace: float
-    gravity: float
+    on_wheel: OnWheel
 
-    @property
-    def feels_impulse(self) -> bool:
-        """Whether an escapement pushes the wheel."""
-        return self.impulse < math.inf
 
-    @property
-    def turns_abruptly(self) -> bool:
-        """Whether the drag has a kink at the turning points."""
-        return self.quadratic > 0.0
+class Hanging(_Numbers, ThreadSystem):
+    """The swinging thread as `system.System`."""
 
-    @property
-    def kinked(self) -> bool:
-        """Whether the law has a kink."""
-        return False
-
-    @property
-    def sticks(self) -> bool:
-        """Whether friction may hold the wheel."""
-        return False
-
-    @property
-    def has_weight(self) -> bool:
-        """Whether the thread may go slack."""
-        return True
-
-    @property
-    def feels_tilt(self) -> bool:
-        """Whether the angle in the case matters within a span."""
-        return True
-
-    def at_nodes(self, place: Place, work: FloatArray) -> None:
+    def at_nodes(self, place: Place, work: Work) -> None:
         """Fill β, g_eff and α̇."""
-        x = nodes_of(place, work)
-        store(work, VERTICAL_ROW, column(LINE, place.terms, x, work))
-        store(work, GRAVITY_ROW, column(GRAVITY, place.terms, x, work))
-        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+        x, nodes = nodes_of(place, work), work.nodes
+        store(nodes.vertical, 0, column(LINE, place.terms, x, work))
+        store(nodes.gravity, 0, column(GRAVITY, place.terms, x, work))
+        store(nodes.turn, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
 
-    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill the disturbance of the planes."""
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what disturbs the planes."""
         psi, delta, _, _ = _at_stages(self, mode, omega, work)
         bends = _modes(self, psi, delta)
-        for p in range(PLANES):
-            x = load(work, row(X, PLANES, p))
-            store(work, row(D1, PLANES, p), filled(work, 0.0))
-            store(work, row(D2, PLANES, p), omega[p] * x + bends[p] * (1.0 / omega[p]))
+        for p in range(len(omega)):
+            store(work.d1, p, filled(work.d1, 0.0))
+            store(work.d2, p, omega[p] * load(work.x, p) + bends[p] * (1.0 / omega[p]))
 
-    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step winds up the whole thread, or the thread goes slack."""
         _, _, tension, free = _at_stages(self, mode, omega, work)
         return beyond_by(tension, free - self.least, self.coordinates(work), work)
 
-    def coordinates(self, work: FloatArray) -> Lanes:
+    def coordinates(self, work: Work) -> Lanes:
         """Return u = ψ − δ at the nodes."""
-        first, second = load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1))
-        psi, delta = _angles(self, first, second)
+        psi, delta = _angles(self, load(work.x, 0), load(work.x, 1))
         return psi - delta
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
@@ -149,8 +113,8 @@ class Hanging(NamedTuple):
         rate = rate / self.pace
         return value * value + rate * rate
 
-    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
-        """Return whether u is larger at all nodes than the difference of θ and u, δ − α."""
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
+        """Return whether u swings wider at all nodes than what parts θ from u: δ − α."""
         (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
         u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
         swung = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
@@ -169,14 +133,6 @@ class Hanging(NamedTuple):
         bends = _modes(self, psi_bend, psi_bend - now.acceleration)
         return Plane(rates[0], bends[0]), Plane(rates[1], bends[1])
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
-        """Decide at θ̇ = 0 in which direction the wheel moves."""
-        goes_off(self, omega, angle, at, state)
-
-    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
-        """Return False: there is no kink."""
-        return True
-
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ = ψ − α."""
         psi, _ = _angles(self, planes[0].x, planes[1].x)
@@ -186,40 +142,40 @@ class Hanging(NamedTuple):
         """Let an impulse change both rates; the thread stays taut."""
         radius, u, planes = self.radius, now.coordinate, state.planes
         mass = 1.0 + self.ratio * radius * u * u
-        struck = mode.direction * math.sqrt(now.rate * now.rate + self.energy / mass)
+        struck = mode.direction * math.sqrt(now.rate * now.rate + self.on_wheel.energy / mass)
         kick = struck - now.rate
         swung = -radius / (self.length - 0.5 * radius * u * u) * kick
         first, second = _modes(self, kick, swung)
-        planes[2] += first / omega[0]
-        planes[6] += second / omega[1]
-        planes[3] = planes[7] = 0.0
-
-    def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
-    ) -> float:
-        """Return the time to a little after the next expected impulse [s], or inf."""
-        return impulse_ahead_s(self, omega, length, terms, x, state, work)
+        planes[0].y += first / omega[0]
+        planes[1].y += second / omega[1]
+        planes[0].y_rest = planes[1].y_rest = 0.0
 
 
 @inlined
-def _angles(system: Any, first: Any, second: Any) -> Any:
+def _angles(system: Hanging, first: Number, second: Number) -> Pair:
     """Return ψ and δ, or their rates, of the modes."""
     wheel, thread = system.wheel, system.thread
     return wheel[0] * first + wheel[1] * second, thread[0] * first + thread[1] * second
 
 
 @inlined
-def _stages(system: Any, omega: Any, work: Any) -> Any:
+def _stages(system: Hanging, omega: Omega, work: Work) -> tuple[Pair, Pair]:
     """Return ψ, δ and their rates at the stages."""
-    angles = _angles(system, load(work, row(X, PLANES, 0)), load(work, row(X, PLANES, 1)))
-    first, second = load(work, row(Y, PLANES, 0)), load(work, row(Y, PLANES, 1))
-    return angles, _angles(system, omega[0] * first, omega[1] * second)
+    angles = _angles(system, load(work.x, 0), load(work.x, 1))
+    return angles, _angles(system, omega[0] * load(work.y, 0), omega[1] * load(work.y, 1))
 
 
 @inlined
 def _pushed(
-    system: Any, psi: Any, delta: Any, rates: Any, cosine: Any, sine: Any, g: Any, drag: Any
-) -> Any:
+    system: Hanging,
+    psi: Number,
+    delta: Number,
+    rates: Pair,
+    cosine: Number,
+    sine: Number,
+    g: Number,
+    drag: Number,
+) -> tuple[Number, Number, Number, Number]:
     """Return ψ̈, δ̈, the tension over m and the free thread.
 
     Args:
@@ -240,19 +196,22 @@ def _pushed(
 
 
 @inlined
-def _modes(system: Hanging, psi: Any, delta: Any) -> Any:
-    """Return the coordinates of the modes, or their rates, from those of ψ and δ."""
+def _modes(system: Hanging, psi: Number, delta: Number) -> Pair:
+    """Return of ψ and δ, or their rates, what the modes have."""
     first, second = system.to_first, system.to_second
     return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
 
 
 @inlined
-def _at_stages(system: Hanging, mode: Mode, omega: Omega, work: FloatArray) -> Any:
+def _at_stages(
+    system: Hanging, mode: Mode, omega: Omega, work: Work
+) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
-    sine, versine = sine_versine(delta - load(work, VERTICAL_ROW))
-    drag = resistance(system, mode, rates[0] - load(work, TURN_ROW))
-    gravity = load(work, GRAVITY_ROW)
+    nodes: Nodes = work.nodes
+    sine, versine = sine_versine(delta - load(nodes.vertical))
+    drag = resistance(system.on_wheel, mode, rates[0] - load(nodes.turn))
+    gravity = load(nodes.gravity)
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
 
 
@@ -264,7 +223,7 @@ def _instant(
     psi, delta = _angles(system, planes[0].x, planes[1].x)
     rates = _angles(system, omega[0] * planes[0].y, omega[1] * planes[1].y)
     rate = rates[0] - (line.rate - tilt.rate)
-    drag = resistance(system, mode, rate)
+    drag = resistance(system.on_wheel, mode, rate)
     lean = delta - line.value
     psi_bend, delta_bend, tension, free = _pushed(
         system, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag

@@ -6,13 +6,14 @@ them to what the processor has: one AVX-512 register, two of AVX2, four of SSE2 
 doubles. Operations are neither reordered nor fused, except by `fma`: the bits are the same
 everywhere.
 
-Rows of an array, or of a `pointer`, are eight numbers long; those of a `wide_pointer` sixteen.
+Rows of an array are eight numbers long; those of a field of a record, which its type has in rows,
+are as long as these.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tauto_core.kernels import intrinsic
 
@@ -21,32 +22,18 @@ if TYPE_CHECKING:
 
 SIZE, WIDE_SIZE = 8, 16
 
+Lanes: TypeAlias = Any
+"""A number at each stage of a step, in compiled code."""
 
-def is_lanes(x: Any) -> bool:
-    """Return whether an argument of an overload is lanes."""
+
+def _is_lanes(x: Any) -> bool:
     return bool(getattr(getattr(x, 'kind', None), 'lanes', 0))
 
 
 def _row(rows: Any) -> int:
-    """Return the length of a row of an array or pointer, or the number of lanes."""
+    """Return how long a row is: of an array, behind a pointer, or of what is lanes itself."""
     kind: Any = getattr(rows, 'kind', None)
-    return int(kind.lanes) if is_lanes(rows) else int(getattr(kind, 'row', SIZE))
-
-
-@intrinsic
-def pointer(out: Emission, array: Any) -> Any:
-    """Return the address of the numbers of a C-contiguous array: one word to pass instead of many.
-
-    A pointer can be indexed like a flat array. The array must live as long as the pointer, as it
-    does while a caller from Python holds it.
-    """
-    return out.pointer(array, SIZE)
-
-
-@intrinsic
-def wide_pointer(out: Emission, array: Any) -> Any:
-    """Return a `pointer` whose rows are of sixteen numbers."""
-    return out.pointer(array, WIDE_SIZE)
+    return int(kind.lanes) if _is_lanes(rows) else int(getattr(kind, 'row', SIZE))
 
 
 def _loaded(out: Emission, rows: Any, number: Any) -> Any:
@@ -54,16 +41,16 @@ def _loaded(out: Emission, rows: Any, number: Any) -> Any:
 
 
 @intrinsic
-def load(out: Emission, array: Any, row: Any) -> Any:
-    """Return row `row` of a C-contiguous float array, or of a pointer."""
+def load(out: Emission, array: Any, row: Any = 0) -> Any:
+    """Return row `row` of a C-contiguous float array, or of a field."""
     return out.as_lanes(_loaded(out, array, out.int(row)))
 
 
 @intrinsic
 def store(out: Emission, array: Any, row: Any, lanes: Any) -> None:
-    """Write lanes to row `row` of a C-contiguous float array, or of a pointer."""
+    """Write lanes to row `row` of a C-contiguous float array, or of a field."""
     kind = out.as_lanes(out.spread(out.float(0.0), _row(array))).kind
-    value = lanes if is_lanes(lanes) else out.convert(lanes, kind)
+    value = lanes if _is_lanes(lanes) else out.convert(lanes, kind)
     out.b.store(out.lanes(value), out.row(array, _row(array), out.int(row)), align=8)
 
 
@@ -162,6 +149,12 @@ def folded_both(
 
 
 @intrinsic
+def is_lanes(_out: Emission, x: Any) -> Any:
+    """Return whether a number is lanes: known when compiling."""
+    return _is_lanes(x)
+
+
+@intrinsic
 def width(_out: Emission, rows: Any) -> Any:
     """Return how many numbers a row is long, or how many lanes there are: a constant."""
     return _row(rows)
@@ -194,7 +187,7 @@ def with_lane(out: Emission, lanes: Any, i: Any, x: Any) -> Any:
 @intrinsic
 def fma(out: Emission, a: Any, b: Any, c: Any) -> Any:
     """Return a·b + c, rounded once; lanes where any of them is lanes, else a float."""
-    wide = next((x.kind for x in (a, b, c) if is_lanes(x)), None)
+    wide = next((x.kind for x in (a, b, c) if _is_lanes(x)), None)
     if wide is None:
         return out.as_float(out.vector_function('fma', *(out.float(x) for x in (a, b, c))))
     return out.as_lanes(out.vector_function('fma', *(out.convert(x, wide).ir for x in (a, b, c))))
@@ -203,7 +196,7 @@ def fma(out: Emission, a: Any, b: Any, c: Any) -> Any:
 @intrinsic
 def root(out: Emission, x: Any) -> Any:
     """Return the square root, correctly rounded: lanes of lanes, a float of a float."""
-    if is_lanes(x):
+    if _is_lanes(x):
         return out.as_lanes(out.vector_function('sqrt', x.ir))
     return out.as_float(out.vector_function('sqrt', out.float(x)))
 

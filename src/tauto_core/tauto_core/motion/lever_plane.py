@@ -13,10 +13,10 @@ the fulcrum.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.lanes import filled, fma, largest, least, load, store
+from tauto_core.motion.lanes import Lanes, filled, fma, largest, least, load, store
 from tauto_core.motion.lever_shape import (
     ANGLE,
     BEND,
@@ -29,17 +29,12 @@ from tauto_core.motion.lever_shape import (
     Series,
 )
 from tauto_core.motion.outside import (
-    D1_ROW,
-    D2_ROW,
     GRAVITY,
     LINE_BEND,
     LINE_RATE,
-    OUTSIDE_ROW,
     TILT,
     TILT_BEND,
     TILT_RATE,
-    X_ROW,
-    Y_ROW,
     Outside,
     Pieces,
     Place,
@@ -49,120 +44,92 @@ from tauto_core.motion.outside import (
 )
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.rotation import sine_versine
-from tauto_core.motion.system import Beyond, Instant, Lanes, Mode, Omega, Plane, State
-from tauto_core.motion.threads import (
-    beyond_by,
-    case_bounds,
-    goes_off,
-    impulse_ahead_s,
-    resistance,
-)
+from tauto_core.motion.system import Beyond, Instant, Mode, Plane, State
+from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, resistance
+from tauto_core.motion.turning import Omega
+from tauto_core.motion.wells import Number
+from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
-TURN_ROW, TURN_BEND_ROW, UP_ROW, ACROSS_ROW = range(OUTSIDE_ROW, OUTSIDE_ROW + 4)
+NODES = 'turn', 'turn_bend', 'up', 'across'
 """Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
 
-ROWS = 4
+OnArc: TypeAlias = tuple[Number, Number, Number, Number, Number, Number]
+"""n, w, χ', cos β, sin β and θ."""
 
 
-class Lever(NamedTuple):
-    """Sully's lever machine as `system.System`.
+class Nodes(Protocol):
+    """The rows NODES."""
+
+    turn: FloatArray
+    turn_bend: FloatArray
+    up: FloatArray
+    across: FloatArray
+
+
+class _Numbers(NamedTuple):
+    """What the equations hold.
 
     Attributes:
         shape: the functions of the arc.
         carried: √j, of J/I.
         weight: κ.
-        viscous: c₁/I.
-        quadratic: c₂/I.
-        energy: twice the impulse's over I.
-        recoil: R/I, or None.
-        impulse, pace: as in `System`.
-        gravity: the acceleration of gravity at rest [m/s2].
+        on_wheel: what acts on the wheel.
     """
 
     shape: LeverShape
     carried: float
     weight: float
-    viscous: float
-    quadratic: float
-    energy: float
-    recoil: float | None
-    impulse: float
-    pace: float
-    gravity: float
+    on_wheel: OnWheel
 
-    @property
-    def feels_impulse(self) -> bool:
-        """Whether an escapement pushes the wheel."""
-        return self.impulse < math.inf
 
-    @property
-    def turns_abruptly(self) -> bool:
-        """Whether the drag has a kink at the turning points."""
-        return self.quadratic > 0.0
+class Lever(_Numbers, ThreadSystem):
+    """Sully's lever machine as `system.System`."""
 
-    @property
-    def kinked(self) -> bool:
-        """Whether the law has a kink."""
-        return False
-
-    @property
-    def sticks(self) -> bool:
-        """Whether friction may hold the wheel."""
-        return False
-
-    @property
-    def has_weight(self) -> bool:
-        """Whether the thread may go slack."""
-        return True
-
-    @property
-    def feels_tilt(self) -> bool:
-        """Whether the angle in the case matters within a span."""
-        return True
-
-    def at_nodes(self, place: Place, work: FloatArray) -> None:
+    def at_nodes(self, place: Place, work: Work) -> None:
         """Fill α̇, α̈ and the apparent gravity along and across the case."""
-        x = nodes_of(place, work)
+        x, nodes = nodes_of(place, work), work.nodes
         sine, versine = sine_versine(column(TILT, place.terms, x, work))
         g_eff = column(GRAVITY, place.terms, x, work)
-        store(work, TURN_ROW, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
-        store(work, TURN_BEND_ROW, difference(LINE_BEND, TILT_BEND, place.terms, x, work))
-        store(work, UP_ROW, g_eff - g_eff * versine)
-        store(work, ACROSS_ROW, g_eff * sine)
+        store(nodes.turn, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+        store(nodes.turn_bend, 0, difference(LINE_BEND, TILT_BEND, place.terms, x, work))
+        store(nodes.up, 0, g_eff - g_eff * versine)
+        store(nodes.across, 0, g_eff * sine)
 
-    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill the disturbance of the plane."""
-        s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what disturbs the plane."""
+        s, p = load(work.x), omega[0] * load(work.y)
+        nodes: Nodes = work.nodes
         n, w, bend, cosine, sine = _shape_at(self.shape, s)
-        turn = load(work, TURN_ROW)
+        turn = load(nodes.turn)
         dragged = turn * fma(self.carried, w, n)
         rate = p - dragged
-        pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
+        pull = load(nodes.up) * cosine + load(nodes.across) * sine
         pushed = (omega[0] * omega[0]) * s - (self.weight * w) * pull
         ride = rate * turn * bend * (self.carried * n - w)
-        more = pushed + ride - n * resistance(self, mode, n * rate)
-        store(work, D1_ROW, -dragged)
-        store(work, D2_ROW, more * (1.0 / omega[0]))
+        more = pushed + ride - n * resistance(self.on_wheel, mode, n * rate)
+        store(work.d1, 0, -dragged)
+        store(work.d2, 0, more * (1.0 / omega[0]))
 
-    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step leaves the geometry, or the thread goes slack."""
-        s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+        s, p = load(work.x), omega[0] * load(work.y)
+        nodes: Nodes = work.nodes
         n, w, bend, cosine, sine = _shape_at(self.shape, s)
         dragged = fma(self.carried, w, n)
-        rate = p - load(work, TURN_ROW) * dragged
-        pull = load(work, UP_ROW) * cosine + load(work, ACROSS_ROW) * sine
-        turned = load(work, TURN_BEND_ROW)
-        push = (self.weight * w) * pull + n * resistance(self, mode, n * rate)
+        rate = p - load(nodes.turn) * dragged
+        pull = load(nodes.up) * cosine + load(nodes.across) * sine
+        turned = load(nodes.turn_bend)
+        push = (self.weight * w) * pull + n * resistance(self.on_wheel, mode, n * rate)
         bent = -(push + dragged * turned)
         tension = w * bent + n * bend * (rate * rate) + self.carried * turned
         whole = self.shape.whole
         x = (s - whole.middle) * (1.0 / whole.half)
         return beyond_by(tension + self.weight * pull, 1.0 - x * x, s, work)
 
-    def coordinates(self, work: FloatArray) -> Lanes:
+    def coordinates(self, work: Work) -> Lanes:
         """Return s at the nodes."""
-        return load(work, X_ROW)
+        return load(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return s."""
@@ -176,9 +143,9 @@ class Lever(NamedTuple):
         dragged = case_bounds(pieces, k)[1] / omega[0]
         return CLEAR * (1.0 + self.carried * self.carried) * (dragged * dragged)
 
-    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
-        """Return whether s² + y² exceeds that square at all nodes."""
-        x, y = load(work, X_ROW), load(work, Y_ROW)
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
+        """Return whether s² + y² exceeds that at all nodes."""
+        x, y = load(work.x), load(work.y)
         return least(x * x + y * y) > square
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
@@ -192,34 +159,20 @@ class Lever(NamedTuple):
         ride = now.speed * turn * bend * (self.carried * n - w)
         return (Plane(now.speed, now.acceleration + (n + self.carried * w) * turned + ride),)
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
-        """Decide at θ̇ = 0 in which direction the wheel moves."""
-        goes_off(self, omega, angle, at, state)
-
-    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
-        """Return False: there is no kink."""
-        return True
-
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ."""
         return _values(self.shape, planes[0].x)[5]
 
     def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
         """Let an impulse change the momentum: ½ M θ̇² = ½ I ṡ²."""
-        rate = now.speed
-        struck = mode.direction * math.sqrt(rate * rate + self.energy)
-        state.planes[2] += (struck - rate) / omega[0]
-        state.planes[3] = 0.0
-
-    def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
-    ) -> float:
-        """Return the time to a little after the next expected impulse [s], or inf."""
-        return impulse_ahead_s(self, omega, length, terms, x, state, work)
+        rate, plane = now.speed, state.planes[0]
+        struck = mode.direction * math.sqrt(rate * rate + self.on_wheel.energy)
+        plane.y += (struck - rate) / omega[0]
+        plane.y_rest = 0.0
 
 
 @inlined
-def _clenshaw(terms: Any, x: Any, zero: Any) -> Any:
+def _clenshaw(terms: FloatArray, x: Number, zero: Number) -> OnArc:
     """Return n, w, χ', cos β, sin β and θ by Clenshaw's recurrence, side by side."""
     twice = 2.0 * x
     n = w = bend = cosine = sine = angle = zero
@@ -242,8 +195,8 @@ def _clenshaw(terms: Any, x: Any, zero: Any) -> Any:
 
 
 @inlined
-def _horner(terms: Any, x: Any, zero: Any) -> Any:
-    """Return the same by Horner's scheme, side by side."""
+def _horner(terms: FloatArray, x: Number, zero: Number) -> OnArc:
+    """Return the same by Horner's, side by side."""
     n = w = bend = cosine = sine = angle = zero
     for j in range(terms.shape[1] - 1, -1, -1):
         n = fma(n, x, terms[SHORTENING, j])
@@ -256,7 +209,7 @@ def _horner(terms: Any, x: Any, zero: Any) -> Any:
 
 
 @inlined
-def _series_at(series: Series | Powers, s: Any, zero: Any) -> Any:
+def _series_at(series: Series | Powers, s: Number, zero: Number) -> OnArc:
     """Return n, w, χ', cos β, sin β and θ of lanes of s or a float; `zero` is one of that kind."""
     x = (s - series.middle) * (1.0 / series.half)
     if isinstance(series, Powers):
@@ -265,7 +218,7 @@ def _series_at(series: Series | Powers, s: Any, zero: Any) -> Any:
 
 
 @compiled
-def _shape_at(shape: Any, s: Any) -> Any:
+def _shape_at(shape: LeverShape, s: Lanes) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes]:
     """Return n, w, χ', cos β and sin β of lanes of s."""
     if largest(s - shape.near.middle) <= shape.near.half:
         return _series_at(shape.near, s, filled(s, 0.0))[:5]
@@ -273,7 +226,7 @@ def _shape_at(shape: Any, s: Any) -> Any:
 
 
 @compiled
-def _values(shape: Any, s: float) -> Any:
+def _values(shape: LeverShape, s: float) -> OnArc:
     """Return n, w, χ', cos β, sin β and θ."""
     if abs(s - shape.near.middle) <= shape.near.half:
         return _series_at(shape.near, s, 0.0)
@@ -288,7 +241,7 @@ def _instant(lever: Lever, mode: Mode, s: float, p: float, at: Outside) -> Insta
     turned = line.bend - tilt.bend
     rate = p - dragged * (line.rate - tilt.rate)
     pull = at.gravity * (cosine * math.cos(tilt.value) + sine * math.sin(tilt.value))
-    drag = resistance(lever, mode, n * rate)
+    drag = resistance(lever.on_wheel, mode, n * rate)
     bent = -(lever.weight * w * pull + n * drag + dragged * turned)
     tension = w * bent + n * bend * rate * rate + lever.carried * turned
     wheel_bend = n * bent - w * bend * rate * rate

@@ -15,10 +15,11 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
-from tauto_core.motion.lanes import lane, load, negative, ones, width
+from tauto_core.motion.lanes import Lanes, lane, load, negative, ones, width
 from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
-from tauto_core.motion.system import Lanes, Mode, Run, Watch, mode_of, planes_of
-from tauto_core.motion.turning import FRACTIONS, expand
+from tauto_core.motion.system import Mode, Run, Watch, mode_of, planes_of
+from tauto_core.motion.turning import expand
+from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
 APART = 0.1
@@ -66,7 +67,7 @@ class WatchRide(NamedTuple):
 
     angle: float
     place: Place
-    work: FloatArray
+    work: Work
 
     def angles(self, xi: float) -> Angles:
         """Return the angles at a fraction of the step."""
@@ -133,28 +134,26 @@ def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float
 
 
 @compiled
-def passages(
-    watch: Watched, length_s: float, before: float, stop: float, work: FloatArray
-) -> Found:
-    """Return the passages of zero within a step, followed on its polynomials.
+def passages(watch: Watched, length_s: float, before: float, stop: float, work: Work) -> Found:
+    """Return what passes zero within a step, followed on its polynomials.
 
     Args:
         watch: the angles.
         length_s: length of the step [s].
         before: fraction before which nodes are looked at.
-        stop: fraction at which the motion over this step ends; beyond 1 if at its end. `settle`
-            decides on which side of zero it ends, once the event is located more exactly.
-        work: the array `work` of turning.
+        stop: fraction at which the motion over this step ends; beyond 1: at its end. On which
+            side of zero that is is for `settle`: an event is carried to its place more exactly.
+        work: whose nodes are looked at.
     """
     old = watch.angles(0.0)
     below, behind = old.felt < 0.0, old.angle < 0.0
     # a wheel at rest in the middle leaves it, and does not pass it
     leaving = old.angle == 0.0 and old.rate == 0.0
     turns, beats = 0, ahead(old.felt, old.felt_rate, old.angle)
-    last, fractions = 0.0, load(work, FRACTIONS)
-    for i in range(width(work) + 1):
-        ends = i == width(work)
-        xi = min(stop, 1.0) if ends else lane(fractions, min(i, width(work) - 1))
+    last, fractions = 0.0, load(work.fractions)
+    for i in range(width(fractions) + 1):
+        ends = i == width(fractions)
+        xi = min(stop, 1.0) if ends else lane(fractions, min(i, width(fractions) - 1))
         if not ends and xi >= before:
             continue
         now = watch.angles(xi)
@@ -173,16 +172,16 @@ def passages(
 
 
 @compiled
-def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: FloatArray) -> Found:
-    """Return the same as `passages` from the nodes alone, where the swing is large.
+def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -> Found:
+    """Return as `passages` what the nodes pass, where the swing is large.
 
     Args:
         coordinates: ϑ or its coordinate at the nodes.
         below: whether it was below zero at the beginning of the step.
         before: fraction before which nodes are looked at.
-        work: the array `work` of turning.
+        work: whose nodes are looked at.
     """
-    seen, less = negative(load(work, FRACTIONS) - before), negative(coordinates)
+    seen, less = negative(load(work.fractions) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
     many = ones(seen)
     if many > 0:
@@ -224,12 +223,12 @@ def in_step(
         pieces, k: the piece of forcing that the step lies in.
         place: place of the step.
     """
-    work = run.memory.work
+    work = run.work
     if clear:
         below = run.system.coordinate(planes_of(run.omega, run.state.planes)) < 0.0
         return signs_at_nodes(run.system.coordinates(work), below, before, work)
     set_piece(pieces, k, True, work)
-    expand(len(run.omega), work)
+    expand(run.omega, work)
     watch = WatchAngles(Watch(run, mode, place))
     return passages(watch, place.size * place.length, before, stop, work)
 
@@ -252,7 +251,7 @@ def count(clear: bool, found: Found, run: Run, terms: int, x: float) -> None:
         state.turns += found.turns + (1 if found.below and not now else 0)
         state.beats += found.beats + (1 if found.below != now else 0)
     else:
-        at = outside_at(terms, x, run.memory.work)
+        at = outside_at(terms, x, run.work)
         end = system.instant(mode_of(state), run.omega, planes, at)
         now = end.coordinate < 0.0
         state.turns += found.turns + (1 if found.below and not now else 0)

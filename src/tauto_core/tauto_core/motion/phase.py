@@ -19,6 +19,9 @@ DIGITS = 50
 _COARSE_NS = 2**53
 """Largest time in nanoseconds that is exact as a float: 104 days."""
 
+BELOW_ONE = 1.0 - 2.0**-53
+"""The largest fraction of a half turn: at one itself the next begins."""
+
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 
 
@@ -84,6 +87,28 @@ def polar(coordinate: FloatArray, speed: FloatArray, omega: float) -> FloatArray
     return np.where((coordinate < 0.0) & (angle < 0.0), angle + math.tau, angle)
 
 
+def polar_rate(
+    coordinate: FloatArray, speed: FloatArray, acceleration: FloatArray, omega: float
+) -> FloatArray:
+    """Return φ̇ = ω (ẋ² − x ẍ)/(ω² x² + ẋ²); 0 where it rests at zero."""
+    size = omega * omega * coordinate * coordinate + speed * speed
+    turning = omega * (speed * speed - coordinate * acceleration)
+    return np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0)
+
+
+def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntArray, FloatArray]:
+    """Return the phase since the start in whole half turns and the fraction in [0, 1).
+
+    Args:
+        turns: upward passages since the start, (n,).
+        angle: within a turn (`polar`) [rad], (n,).
+        start: the same at the start.
+    """
+    half = (angle - start) / math.pi
+    whole = np.floor(half)
+    return 2 * turns + whole.astype(np.int64), half - whole
+
+
 def within_turn(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
     """Return the angle of (s, −ṡ/ω) in [−π/2, 3π/2) from ϑ and ϑ̇."""
     speed = np.sqrt(machine.mass(angle)) * rate
@@ -93,13 +118,10 @@ def within_turn(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatA
 def phase_rate(
     machine: Machine, angle: FloatArray, rate: FloatArray, acceleration: FloatArray
 ) -> FloatArray:
-    """Return φ̇ = ω (ṡ² − s s̈)/(ω² s² + ṡ²) from ϑ, ϑ̇, ϑ̈; 0 at the well's bottom at rest."""
-    omega = machine.frequency
+    """Return φ̇ of the arc s from ϑ, ϑ̇, ϑ̈."""
     root = np.sqrt(machine.mass(angle))
     lever = machine.cam.lever_arm(angle)
     arc, speed = machine.arc(angle), root * rate
     bend = machine.carried_mass * lever * machine.cam.lever_rate(angle) / root
     speed_rate = root * acceleration + bend * rate * rate
-    size = omega * omega * arc * arc + speed * speed
-    turning = omega * (speed * speed - arc * speed_rate)
-    return np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0)
+    return polar_rate(arc, speed, speed_rate, machine.frequency)

@@ -7,7 +7,7 @@ kernels of each machine are compiled once.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,28 +16,19 @@ from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.drag import Drag
 from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import hanging_planes, lever_plane, stepping
-from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
+from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.hanging_planes import Hanging
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever_plane import Lever
 from tauto_core.motion.lever_shape import lever_shape
 from tauto_core.motion.limits import thread_slack
 from tauto_core.motion.outside import Pieces
-from tauto_core.motion.phase import polar
-from tauto_core.motion.step_size import (
-    ERROR_OF_LAST_STRONG,
-    MARGIN,
-    MIN_ANGLE,
-    TOLERANCE,
-    carried_within,
-    settled_at,
-)
-from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
-from tauto_core.motion.turning import TERMS, make_memory
-from tauto_core.samples import FloatArray, State
+from tauto_core.motion.phase import polar, polar_rate
+from tauto_core.motion.step_size import ERROR_OF_LAST_STRONG, MARGIN, MIN_ANGLE
+from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
+from tauto_core.motion.threads import OnWheel
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
-
-NAME = 'collocation'
 
 MAX_ANGLE = 2.0
 """Longest step, as the angle it turns [rad]."""
@@ -60,44 +51,37 @@ class Case(NamedTuple):
     tilt_rate: float
 
 
-class _Model(NamedTuple):
-    system: Lever | Hanging
-    omega: tuple[float, ...]
-    rows: int
-
-
-def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> dict[str, Any]:
-    """Return drag, escapement and gravity, divided by the inertia."""
+def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
     drag, escapement, inertia = machine.drag or Drag(), machine.escapement, machine.inertia
     energy = 0.0 if escapement is None else 2.0 * escapement.energy
     recoil = escapement.recoil / inertia if escapement and escapement.recoil else None
-    return {
-        'viscous': drag.viscous / inertia,
-        'quadratic': drag.quadratic / inertia,
-        'energy': energy / inertia,
-        'recoil': recoil,
-        'impulse': math.inf if escapement is None else escapement.angle,
-        'pace': pace,
-        'gravity': machine.gravity,
-    }
+    return OnWheel(
+        viscous=drag.viscous / inertia,
+        quadratic=drag.quadratic / inertia,
+        energy=energy / inertia,
+        recoil=recoil,
+        impulse=math.inf if escapement is None else escapement.angle,
+        pace=pace,
+        gravity=machine.gravity,
+    )
 
 
-def _lever(machine: LeverMachine, settled: float) -> _Model:
+def _lever(machine: LeverMachine, settled: float) -> Moved:
     try:
         omega = math.tau / machine.period(machine.release_angle)
     except CamRangeError:
         omega = machine.frequency
     carried = math.sqrt(machine.turned_inertia / machine.inertia)
     weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
-    system = Lever(lever_shape(machine, settled), carried, weight, **_on_wheel(machine, omega))
-    return _Model(system, (omega,), lever_plane.ROWS)
+    system = Lever(lever_shape(machine, settled), carried, weight, _on_wheel(machine, omega))
+    return Moved(system, (omega,))
 
 
 def _pair(numbers: FloatArray) -> tuple[float, float]:
     return float(numbers[0]), float(numbers[1])
 
 
-def _hanging(machine: HangingMachine) -> _Model:
+def _hanging(machine: HangingMachine) -> Moved:
     slow, fast, slow_share, fast_share = machine.modes
     columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
     columns = columns / np.max(np.abs(columns), axis=0)
@@ -111,39 +95,30 @@ def _hanging(machine: HangingMachine) -> _Model:
         _pair(columns[1]),
         _pair(back[0]),
         _pair(back[1]),
-        **_on_wheel(machine, machine.frequency),
+        _on_wheel(machine, machine.frequency),
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
-    return _Model(system, omega, hanging_planes.ROWS)
+    return Moved(system, omega)
 
 
-class RealThreads:
+class RealThreads(Stepped):
     """Propagator of a machine whose thread draws on a lever, or swings."""
-
-    name = NAME
 
     def __init__(
         self, machine: LeverMachine | HangingMachine, tolerance: float | None = None
     ) -> None:
         self._machine = machine
-        self.order = 2 * SIZE
-        allowed = TOLERANCE if tolerance is None else tolerance
-        self._tolerance = Tolerance(
-            step=allowed,
-            factor=ERROR_OF_LAST_STRONG,
-            settled=settled_at(allowed),
-            near=carried_within(allowed),
-            coarsen=allowed * COARSEN,
-        )
+        allowed = tolerance_of(tolerance, ERROR_OF_LAST_STRONG, COARSEN)
+        nodes: tuple[str, ...] = hanging_planes.NODES
         if isinstance(machine, LeverMachine):
-            self._model = _lever(machine, self._tolerance.settled)
+            self._model, nodes = _lever(machine, allowed.settled), lever_plane.NODES
         else:
             self._model = _hanging(machine)
-        planes = len(self._model.omega)
-        self._memory = make_memory(planes, self._model.rows)
-        self._state = np.zeros((), state_type(planes))
-        self._start_angle = 0.0
+        super().__init__(machine, len(self._model.omega), nodes, SIZE, allowed)
         self.longest_step_s = self._longest_step()
+
+    def _moved(self, forcing: Forcing) -> Moved:  # noqa: ARG002
+        return self._model
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
@@ -153,8 +128,7 @@ class RealThreads:
         Raises:
             PropagationError: a release at which the geometry ends, or the thread is slack.
         """
-        machine, row = self._machine, np.empty(1, stepping.ROW)
-        case, outside = _case(forcing), self._outside(forcing)
+        machine, case = self._machine, _case(forcing)
         felt = machine.felt_angle(machine.release_angle, case.tilt)
         if not abs(felt) <= machine.range_rad:
             raise PropagationError(
@@ -164,96 +138,43 @@ class RealThreads:
                 0.0,
             )
         self._place(case)
-        tension, _ = stepping.release(
-            self._model.system,
-            self._model.omega,
-            machine.release_angle,
-            outside,
-            float(forcing.begin[0]),
-            self._state,
-            self._memory,
-            row.reshape(()),
-        )
+        row, tension = self._released(forcing)
         if not tension > 0.0:
             raise thread_slack(0.0)
-        self._start_angle = float(self._within_turn(row)[0])
         return self._motion(row)
-
-    def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at their logged ends.
-
-        Raises:
-            PropagationError: slack thread, end of the geometry, or no convergence.
-        """
-        rows = np.empty(int(np.count_nonzero(forcing.logged)), stepping.ROW)
-        code, span, x = self._run(forcing, self._model.system, self._tolerance, rows)
-        if code != stepping.OK:
-            left = (forcing.end[span] - x) * forcing.length_s[span]
-            raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
-        return self._motion(rows) if len(rows) else no_motion()
-
-    def state(self) -> State:
-        """Return the running state by its names, and the phase at the start."""
-        return {**state_of(self._state), 'start_angle': self._start_angle}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        restore_record(self._state, state)
-        self._start_angle = float(state['start_angle'])
 
     def _outside(self, forcing: Forcing) -> Pieces:
         """Return lengths and channels; constants where the ship lies still."""
-        check_powers(forcing, TERMS)
         if forcing.neutral is not None:
-            return Pieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
+            return super()._outside(forcing)
         still = np.zeros((len(forcing.length_s), 1))
         return Pieces(forcing.length_s, still, still, still + self._machine.gravity)
 
     def _place(self, case: Case) -> None:
         """Put the wheel at rest in the case at the release angle."""
-        machine, (system, omega, _) = self._machine, self._model
+        machine, (system, omega) = self._machine, self._model
         turn, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
-        planes[:] = 0.0
+        planes[:] = 0.0, 0.0, 0.0, 0.0
         if isinstance(system, Hanging):
             angles = machine.release_angle + case.vertical - case.tilt, case.vertical
             for p, back in enumerate((system.to_first, system.to_second)):
-                planes[4 * p] = back[0] * angles[0] + back[1] * angles[1]
+                planes['x'][p] = back[0] * angles[0] + back[1] * angles[1]
                 rate = back[0] * turn + back[1] * case.vertical_rate
-                planes[4 * p + 2] = rate / omega[p]
+                planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
             ratio = system.carried * float(machine.ratio(angle))
             dragged = (1.0 + system.carried * ratio) / math.hypot(1.0, ratio)
-            planes[0] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
-            planes[2] = dragged * turn / omega[0]
-
-    def _run(
-        self,
-        forcing: Forcing,
-        system: Lever | Hanging,
-        tolerance: Tolerance,
-        rows: NDArray[np.void],
-        longest_s: float | None = None,
-    ) -> tuple[int, int, float]:
-        found: tuple[int, int, float] = stepping.advance(
-            system,
-            self._model.omega,
-            tolerance,
-            self.longest_step_s if longest_s is None else longest_s,
-            self._outside(forcing),
-            stepping.Spans(forcing.begin, forcing.end, forcing.logged),
-            self._state,
-            self._memory,
-            rows,
-        )
-        return found
+            planes['x'] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
+            planes['y'] = dragged * turn / omega[0]
 
     def _longest_step(self) -> float:
         """Return the longest step [s] with which no step of a swing on land must be halved."""
         angle, fastest = MAX_ANGLE, max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
         # without turning points d has no meaning; the pallet is 0, and so is recoil
-        free = self._model.system._replace(quadratic=0.0, impulse=math.inf)
+        on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, impulse=math.inf)
+        free = self._model._replace(system=self._model.system._replace(on_wheel=on_wheel))
         step = MARGIN * self._tolerance.step
         tolerance = self._tolerance._replace(step=step, coarsen=step * COARSEN)
         while angle > MIN_ANGLE:
@@ -268,7 +189,7 @@ class RealThreads:
             )
             self._state = np.zeros_like(self._state)
             self._place(Case(0.0, 0.0, 0.0, 0.0))
-            self._run(trial, free, tolerance, np.empty(0, stepping.ROW), step_s)
+            self._run(trial, free, tolerance, step_s)
             if self._state['level'] == 0 and self._state['newton'] == 0:
                 break
             angle *= _SHORTER
@@ -299,21 +220,9 @@ class RealThreads:
         """Return the angle of (x, −ẋ/ω) within a turn, x = s of the lever, u of the thread."""
         return polar(rows['coordinate'], rows['speed'], self._machine.frequency)
 
-    def _motion(self, rows: NDArray[np.void]) -> Motion:
-        omega, x, speed = self._machine.frequency, rows['coordinate'], rows['speed']
-        half = (self._within_turn(rows) - self._start_angle) / math.pi
-        whole = np.floor(half)
-        size = omega * omega * x * x + speed * speed
-        turning = omega * (speed * speed - x * rows['acceleration'])
-        return Motion(
-            angle=rows['angle'],
-            rate=rows['rate'],
-            torque=self._machine.inertia * rows['torque'],
-            half_turns=2 * rows['turns'] + whole.astype(np.int64),
-            fraction=half - whole,
-            phase_rate=np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0),
-            beats=rows['beats'].copy(),
-        )
+    def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
+        x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
+        return polar_rate(x, speed, acceleration, self._machine.frequency)
 
 
 def _case(forcing: Forcing) -> Case:

@@ -31,7 +31,6 @@ from tauto_core.motion.sticking import ride_along
 from tauto_core.motion.system import (
     Instant,
     Mode,
-    Omega,
     Run,
     State,
     System,
@@ -39,15 +38,8 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import (
-    PART_STEP,
-    WHOLE_STEP,
-    Memory,
-    collocate,
-    copy_state,
-    finish,
-    pointers,
-)
+from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
+from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Work
 from tauto_core.samples import FloatArray
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
@@ -105,7 +97,7 @@ class Moved(NamedTuple):
 def _ride(run: Run, place: Place) -> Moved:
     """Move the held wheel with the case, over the step or until it breaks loose."""
     loose = ride_along(run, place)
-    work = run.memory.work
+    work = run.work
     watch = WatchRide(run.state.held_angle, place, work)
     found = passages(watch, place.size * place.length, loose, loose, work)
     count(False, found, run, place.terms, place.begin + loose * place.size)
@@ -123,16 +115,17 @@ def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, 
         square: as `System.clear_square` returns.
         pieces, k: the piece of forcing that it lies in.
     """
-    system, omega, state, memory = run.system, run.omega, run.state, run.memory
+    system, omega, state, work = run.system, run.omega, run.state, run.work
     if system.sticks and state.held:
         return _ride(run, place)
     tolerance, mode, h = run.tolerance, mode_of(state), place.size * place.length
     expected = expects_events(system)
     kind = PART_STEP if expected and system.feels_tilt else WHOLE_STEP
-    system.at_nodes(place, memory.work)
-    last, newton = collocate(system, mode, omega, h, kind, tolerance.settled, state.planes, memory)
+    system.at_nodes(place, work)
+    step = Step(system, mode, omega, h, kind, state.planes, work)
+    last, newton = collocate(step, tolerance.settled)
     error = step_error(tolerance.factor, last, newton)
-    beyond = system.beyond(mode, omega, memory.work)
+    beyond = system.beyond(mode, omega, work)
     inside = min(beyond.edge, beyond.slack) > 1.0
     if not inside and omega[0] * h > HALF_SWING:
         # where the motion ends is found in shorter steps
@@ -140,21 +133,21 @@ def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, 
     if not error <= tolerance.step:
         return Moved(NO_EVENT, 0.0, error)
     state.newton += 1 if newton else 0
-    finish(omega, h, kind, state.planes, memory)
-    clear = system.clear(square, omega, memory.work)
+    finish(step)
+    clear = system.clear(square, omega, work)
     event, xi = NO_EVENT, 1.0
     if expected or not inside:
-        at = outside_at(place.terms, place.begin + place.size, memory.work)
-        after = system.instant(mode, omega, planes_of(omega, memory.end), at)
+        at = outside_at(place.terms, place.begin + place.size, work)
+        after = system.instant(mode, omega, planes_of(omega, work.end), at)
         event, xi = first_event(run, stalled, place, after, beyond)
     before = 2.0 if event == NO_EVENT else xi - APART
     found = in_step(clear, before, xi, run, mode, pieces, k, place)
     if event != NO_EVENT:
         xi = step_to_event(event, xi, run, mode_of(state), place)
-    copy_state(len(omega), memory.end, state.planes)
+    copy_planes(omega, work.end, state.planes)
     x = place.begin + xi * place.size
     if event != NO_EVENT:
-        at = outside_at(place.terms, x, memory.work)
+        at = outside_at(place.terms, x, work)
         now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         happen(event, run, at, now)
     count(clear, found, run, place.terms, x)
@@ -185,20 +178,19 @@ def release(
     pieces: Pieces,
     x0: float,
     state: State,
-    memory: Memory,
+    work: Work,
     row: Row,
 ) -> tuple[float, float]:
     """Set the state: the wheel at rest in the case at θ = angle, at x0 in the first piece.
 
     Returns the tension and the margin, which must be positive.
     """
-    memory = pointers(memory)
-    at = outside_at(set_piece(pieces, 0, True, memory.work)[1], x0, memory.work)
+    at = outside_at(set_piece(pieces, 0, True, work)[1], x0, work)
     state.side, state.direction, state.pallet = 1, 1, -1 if angle < 0.0 else 1
     state.turns, state.beats, state.level, state.newton, state.given = 0, 0, 0, 0, 0
     state.held, state.held_angle = False, 0.0
     system.set_off(omega, angle, at, state)
-    run = Run(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, memory)
+    run = Run(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, work)
     _write(run, at, row)
     state.beats, row.beats = -row.beats, 0
     now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
@@ -215,7 +207,7 @@ def _span(
     k: int, run: Run, longest_s: float, pieces: Pieces, spans: Spans, logged: bool
 ) -> tuple[int, float, int]:
     """Advance over one span; return a code, the fraction of its piece, and the powers in use."""
-    system, omega, state, work = run.system, run.omega, run.state, run.memory.work
+    system, omega, state, work = run.system, run.omega, run.state, run.work
     worst, events, stalled = 0.0, 0, 0
     # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps its
     # resolution in spans of a day.
@@ -271,7 +263,7 @@ def advance(
     pieces: Pieces,
     spans: Spans,
     state: State,
-    memory: Memory,
+    work: Work,
     rows: NDArray[np.void],
 ) -> tuple[int, int, float]:
     """Advance the state over all spans and fill a row for every logged one.
@@ -284,12 +276,12 @@ def advance(
         pieces: pieces of the forcing.
         spans: their places in the pieces.
         state: a record of `state_type`.
-        memory: the working memory (turning).
+        work: of `make_work`.
         rows: of ROW, one a logged span.
 
     Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), the span and the fraction of its piece.
     """
-    run = Run(system, omega, tolerance, state, pointers(memory))
+    run = Run(system, omega, tolerance, state, work)
     written = 0
     for k in range(len(spans.begin)):
         logged = spans.logged[k]
@@ -297,6 +289,6 @@ def advance(
         if code != OK:
             return code, k, x
         if logged:
-            _write(run, outside_at(terms, spans.end[k], run.memory.work), rows[written])
+            _write(run, outside_at(terms, spans.end[k], run.work), rows[written])
             written += 1
     return OK, 0, 0.0

@@ -8,7 +8,8 @@ from tauto_core.kernels import compiled
 from tauto_core.motion.events import is_due
 from tauto_core.motion.lanes import width
 from tauto_core.motion.outside import Outside, Place, outside_at
-from tauto_core.motion.system import Omega, Run, State, mode_of
+from tauto_core.motion.system import Run, State, mode_of
+from tauto_core.motion.turning import Omega
 from tauto_core.motion.wells import fold, holding_torque, term
 
 if TYPE_CHECKING:
@@ -37,19 +38,21 @@ def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state
 @compiled
 def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
     """Put the wheel at rest in the moving case at θ = angle."""
-    q, planes = angle - at.tilt.value, state.planes
+    q, plane = angle - at.tilt.value, state.planes[0]
     x, w = fold(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
-    planes[0], planes[1] = x, 0.0
-    planes[2], planes[3] = w / omega[0], 0.0
+    plane.x, plane.x_rest = x, 0.0
+    plane.y, plane.y_rest = w / omega[0], 0.0
 
 
 @compiled
 def ride_along(run: Run, place: Place) -> float:
     """Move the held wheel with the case; return the fraction at which it breaks loose."""
     wheel: Wheel = run.system  # type: ignore[assignment]
-    state, work = run.state, run.memory.work
+    state, work = run.state, run.work
     angle, mode, limit = state.held_angle, mode_of(state), term(wheel.machine.coulomb, 1.0)
-    probes = 1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work)
+    probes = (
+        1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work.fractions)
+    )
     for i in range(1, probes + 1):
         b = i / probes
         at = outside_at(place.terms, place.begin + b * place.size, work)

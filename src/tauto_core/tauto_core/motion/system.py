@@ -1,28 +1,21 @@
 """The interface between the driver and a system: a wheel, a lever, a swinging thread.
 
-A system is a NamedTuple of numbers with the methods of `System`. Terms that are absent when
-compiling, such as the impulse of a wheel without escapement, are not in the compiled code. The
-state consists of X and Y of each rotating plane (turning) and the other fields of `state_type`.
+A system is a NamedTuple of numbers with the methods of `System`. What is known when compiling, as
+that a wheel without escapement feels no impulse, is not in the code that runs.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.lanes import lane, least, load, width
+from tauto_core.motion.lanes import Lanes, lane, least, load, width
 from tauto_core.motion.outside import Outside, Pieces, Place, outside_at
-from tauto_core.motion.turning import FRACTIONS, Memory, between
-from tauto_core.samples import FloatArray
-
-Lanes: TypeAlias = Any
-"""A number at each stage of a step, in compiled code."""
-
-Omega: TypeAlias = tuple[float, ...]
-"""Frequencies of the rotating planes [rad/s]."""
+from tauto_core.motion.turning import Omega, between
+from tauto_core.motion.work import PLANE, Planes, Work
 
 NOWHERE = 2.0
 """A fraction beyond any step."""
@@ -110,7 +103,7 @@ class Tolerance(NamedTuple):
 def state_type(planes: int) -> np.dtype[Any]:
     """Return the type of a running state of so many planes.
 
-    `planes` is X and Y of each plane, in two doubles each; `beats` passages of θ less those by
+    `planes` has X and Y of each rotating plane; `beats` passages of θ less those by
     which it is ahead of the coordinate (passages); `level` how often steps are halved; `newton`
     steps that took Newton's method; `given` impulses so far; `held` whether friction holds the
     wheel at `held_angle`; the rest is that of `Mode`.
@@ -118,7 +111,7 @@ def state_type(planes: int) -> np.dtype[Any]:
     whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
     return np.dtype(
         [
-            ('planes', 'f8', (4 * planes,)),
+            ('planes', PLANE, (planes,)),
             ('held_angle', 'f8'),
             *((name, 'i8') for name in whole),
             ('armed', '?'),
@@ -142,7 +135,7 @@ def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
 class State(Protocol):
     """A record of `state_type` in compiled code."""
 
-    planes: FloatArray
+    planes: Planes
     held_angle: float
     side: int
     direction: int
@@ -159,7 +152,8 @@ class State(Protocol):
 class System(Protocol):
     """A system that moves, as the driver sees it; its methods run in compiled code only.
 
-    `planes` are X and Y of each plane at an instant, `memory` and `work` those of turning.
+    A system that derives from this is one on which nothing acts between the ends of its range,
+    but for what it says else.
     """
 
     @property
@@ -194,17 +188,17 @@ class System(Protocol):
     def feels_tilt(self) -> bool:
         """Whether τ matters between two logged instants; known when compiling."""
 
-    def at_nodes(self, place: Place, work: FloatArray) -> None:
-        """Fill the rows from OUTSIDE on with the motion of the ship at the nodes of a step."""
+    def at_nodes(self, place: Place, work: Work) -> None:
+        """Fill the system's rows with what the ship does at the nodes of a step."""
 
-    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill the rows D1 and D2 from the rows X and Y (turning)."""
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill the rows d1 and d2 from x and y (turning)."""
 
-    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step last collocated leaves the range."""
 
-    def coordinates(self, work: FloatArray) -> Lanes:
-        """Return a quantity with the coordinate's sign at the nodes of the last step."""
+    def coordinates(self, work: Work) -> Lanes:
+        """Return what has the coordinate's sign at the nodes of the step last collocated."""
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return the same at an instant."""
@@ -212,7 +206,7 @@ class System(Protocol):
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
         """Return the bound for piece k with which `clear` compares the swing."""
 
-    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether the swing is clear of the tilt at all nodes of the step (passages)."""
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
@@ -221,8 +215,9 @@ class System(Protocol):
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
         """Decide at θ = angle, θ̇ = 0 whether friction holds the wheel, or which way it moves."""
 
-    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
-        """Return whether the motion surely leaves the kink from the beginning of the step on."""
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:  # noqa: ARG002
+        """Return whether the motion surely leaves a kink from the beginning of the step on."""
+        return True
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return the rates of X and ωY of each plane."""
@@ -234,7 +229,7 @@ class System(Protocol):
         """Let the escapement's impulse change the planes."""
 
     def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
     ) -> float:
         """Return the time to a little after the next expected event [s], or inf."""
 
@@ -246,7 +241,7 @@ class Run(NamedTuple):
     omega: Omega
     tolerance: Tolerance
     state: State
-    memory: Memory
+    work: Work
 
 
 class Watch(NamedTuple):
@@ -259,7 +254,7 @@ class Watch(NamedTuple):
     def planes(self, xi: float) -> tuple[Plane, ...]:
         """Return X and Y of each plane at a fraction of the step; needs `turning.expand`."""
         omega, length = self.run.omega, self.place.size * self.place.length
-        start, work = self.run.state.planes, self.run.memory.work
+        start, work = self.run.state.planes, self.run.work
         found: tuple[Plane, ...] = ()
         for p in range(len(omega)):
             x, y = between(omega, p, length, xi, start, work)
@@ -269,7 +264,7 @@ class Watch(NamedTuple):
     def outside(self, xi: float) -> Outside:
         """Return the motion of the ship at a fraction of the step."""
         place = self.place
-        return outside_at(place.terms, place.begin + xi * place.size, self.run.memory.work)
+        return outside_at(place.terms, place.begin + xi * place.size, self.run.work)
 
     def instant(self, xi: float) -> Instant:
         """Return the system at a fraction of the step."""
@@ -285,20 +280,20 @@ def mode_of(state: State) -> Mode:
 
 
 @inlined
-def planes_of(omega: Omega, numbers: FloatArray) -> tuple[Plane, ...]:
-    """Return X and Y of each plane, without their second doubles."""
+def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
+    """Return X and Y of each plane, without what rounding left over."""
     found: tuple[Plane, ...] = ()
     for p in range(len(omega)):
-        found = (*found, Plane(numbers[4 * p], numbers[4 * p + 2]))
+        found = (*found, Plane(planes[p].x, planes[p].y))
     return found
 
 
 @compiled
-def first_below(values: Lanes, work: FloatArray) -> float:
+def first_below(values: Lanes, work: Work) -> float:
     """Return the first node with a value that is not positive, or NOWHERE."""
     if least(values) > 0.0:
         return NOWHERE
     for i in range(width(values)):
         if not lane(values, i) > 0.0:
-            return lane(load(work, FRACTIONS), i)
+            return lane(load(work.fractions), i)
     return NOWHERE

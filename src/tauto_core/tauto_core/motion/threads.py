@@ -3,83 +3,146 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import is_due
-from tauto_core.motion.lanes import fma, largest, least
+from tauto_core.motion.lanes import Lanes, fma, largest, least
 from tauto_core.motion.layout import BEYOND, phase_to
 from tauto_core.motion.outside import Outside, Pieces, outside_at
 from tauto_core.motion.system import (
     Beyond,
-    Lanes,
     Mode,
-    Omega,
     State,
+    System,
     first_below,
     mode_of,
     planes_of,
 )
-from tauto_core.motion.wells import term
-from tauto_core.samples import FloatArray
+from tauto_core.motion.turning import Omega
+from tauto_core.motion.wells import Number, term
+from tauto_core.motion.work import Work
 
 WELL_WITHIN = 0.05
 """Margin that all nodes must have if a step is surely within the range."""
 
 
+class OnWheel(NamedTuple):
+    """What acts on the wheel besides the thread, per inertia, and how it swings.
+
+    Attributes:
+        viscous: c₁/I.
+        quadratic: c₂/I.
+        energy: twice the impulse's over I.
+        recoil: R/I, or None.
+        impulse, pace: as in `System`.
+        gravity: at rest [m/s2].
+    """
+
+    viscous: float
+    quadratic: float
+    energy: float
+    recoil: float | None
+    impulse: float
+    pace: float
+    gravity: float
+
+
+class ThreadSystem(System):
+    """A wheel on a real thread, as `System`.
+
+    Absent terms are zeros, so that the kernels of all machines are the same.
+    """
+
+    @property
+    def on_wheel(self) -> OnWheel:
+        """What acts on the wheel."""
+        raise NotImplementedError
+
+    @property
+    def impulse(self) -> float:
+        """Angle of the impulse [rad]."""
+        return self.on_wheel.impulse
+
+    @property
+    def pace(self) -> float:
+        """Frequency of the swing [rad/s]."""
+        return self.on_wheel.pace
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.on_wheel.impulse < math.inf
+
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.on_wheel.quadratic > 0.0
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the law has a kink."""
+        return False
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel."""
+        return False
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether the thread may go slack."""
+        return True
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether the place in the case matters within a span."""
+        return True
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+        """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""
+        now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
+        state.direction = -1 if now.bend < 0.0 else 1
+        state.armed = is_due(self, float(state.direction), angle)
+
+    def ahead_s(
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
+    ) -> float:
+        """Return the time to a little after the next impulse to expect [s], or inf.
+
+        The swing goes on about its centre as that moves with the case now, as fast as gravity lets
+        it on the way.
+        """
+        if not self.feels_impulse:
+            return math.inf
+        at = outside_at(terms, x, work)
+        now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
+        way = float(state.direction if state.armed else -state.direction)
+        pace = self.pace * math.sqrt(at.gravity / self.on_wheel.gravity)
+        centre = now.angle + now.bend / (pace * pace)
+        y = (now.rate + at.tilt.rate) / pace
+        ahead = phase_to(way, now.angle - centre, y, self.impulse - way * centre)
+        if ahead < math.inf:
+            then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
+            moved = centre - (then.tilt.value - at.tilt.value)
+            ahead = phase_to(way, now.angle - centre, y, self.impulse - way * moved)
+            pace *= math.sqrt(0.5 * (1.0 + then.gravity / at.gravity))
+        return (ahead + BEYOND) / pace
+
+
 @inlined
-def resistance(system: Any, mode: Mode, rate: Any) -> Any:
+def resistance(on_wheel: OnWheel, mode: Mode, rate: Number) -> Number:
     """Return the torques of drag and recoil, reversed, over I: c₁ θ̇ + c₂ d θ̇² + R s."""
-    drag = rate * fma(system.quadratic * mode.direction, rate, system.viscous)
-    return drag + term(system.recoil, mode.pallet)
+    drag = rate * fma(on_wheel.quadratic * mode.direction, rate, on_wheel.viscous)
+    return drag + term(on_wheel.recoil, mode.pallet)
 
 
 @compiled
-def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: FloatArray) -> Beyond:
+def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> Beyond:
     """Return whether a step leaves the range, by tension and margin at its nodes."""
     edge, slack = first_below(margin, work), first_below(tension, work)
     within = least(margin) > WELL_WITHIN and least(tension) > 0.0
     return Beyond(edge, slack, within, largest(coordinate))
-
-
-@compiled
-def goes_off(system: Any, omega: Omega, angle: float, at: Outside, state: State) -> None:
-    """Decide at θ = angle, θ̇ = 0 in which direction the wheel moves."""
-    now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
-    state.direction = -1 if now.bend < 0.0 else 1
-    state.armed = is_due(system, float(state.direction), angle)
-
-
-@compiled
-def impulse_ahead_s(
-    system: Any,
-    omega: Omega,
-    length: float,
-    terms: int,
-    x: float,
-    state: State,
-    work: FloatArray,
-) -> float:
-    """Return the time to a little after the next expected impulse [s], or inf.
-
-    The swing is assumed to continue about its centre, which moves as the case does now, at the
-    pace that gravity allows on the way.
-    """
-    if not system.feels_impulse:
-        return math.inf
-    at = outside_at(terms, x, work)
-    now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
-    way = float(state.direction if state.armed else -state.direction)
-    pace = system.pace * math.sqrt(at.gravity / system.gravity)
-    centre = now.angle + now.bend / (pace * pace)
-    y = (now.rate + at.tilt.rate) / pace
-    ahead = phase_to(way, now.angle - centre, y, system.impulse - way * centre)
-    if ahead < math.inf:
-        then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
-        moved = centre - (then.tilt.value - at.tilt.value)
-        ahead = phase_to(way, now.angle - centre, y, system.impulse - way * moved)
-        pace *= math.sqrt(0.5 * (1.0 + then.gravity / at.gravity))
-    return (ahead + BEYOND) / pace
 
 
 @compiled

@@ -15,9 +15,8 @@ The stage equations are iterated, to rounding if need be; where the disturbance 
 that, Newton's method takes over. The state is kept in twofold numbers and rotated in twofold
 precision, so that the rounding error of n steps grows like √n.
 
-The caller defines the disturbance: the method `disturb(mode, omega, work)` of its `system` reads
-the rows X, Y (and rows of its own from OUTSIDE on) and writes the rows D1, D2, each as lanes, one
-for each stage. `row` returns their places in `work`, which `make_memory` makes.
+Who uses it says what disturbs: the method `disturb(mode, omega, work)` of its `system` reads the
+rows x and y of the record `work` (and rows of its own, `work.nodes`) and writes d1 and d2.
 
 Sources: J. D. Lawson, SIAM J. Numer. Anal. 4 (1967); M. Antoñana, J. Makazaga, A. Murua, Reducing
 and monitoring round-off error propagation for symplectic implicit Runge–Kutta schemes, Numer.
@@ -27,15 +26,12 @@ Algorithms 76 (2017).
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
-import numpy as np
-
-from tauto_core.kernels import compiled, inlined, overload
-from tauto_core.motion.gauss import gauss
+from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import (
-    SIZE,
     WIDE_SIZE,
+    Lanes,
     combined,
     combined_both,
     filled,
@@ -45,10 +41,8 @@ from tauto_core.motion.lanes import (
     larger,
     largest,
     load,
-    pointer,
     store,
     total,
-    wide_pointer,
     width,
 )
 from tauto_core.motion.rotation import (
@@ -57,18 +51,17 @@ from tauto_core.motion.rotation import (
     sum_exactly,
     twofold_rotation,
 )
+from tauto_core.motion.work import WHOLE_STEP, Planes, Work
 from tauto_core.samples import FloatArray
 
-TERMS = 24
-"""Largest number of powers in the polynomials of the forcing."""
+if TYPE_CHECKING:
+    from tauto_core.motion.system import Mode
 
-COEFFICIENTS, EXPANSION, FOLDED, QUADRATURE, FRACTIONS, TAIL, PIECE = 0, 16, 32, 41, 42, 43, 44
-FIRST = PIECE + TERMS
-K1, K2, U, V, X, Y, D1, D2, F1, F2, WHOLE, PART, OUTSIDE = *range(11), 12, 14
-TURNED = 5
-"""Numbers for each plane and kind of step in `turned`: h, then cos and sin of ωh, each twofold."""
+Omega: TypeAlias = tuple[float, ...]
+"""Frequencies of the rotating planes [rad/s]."""
 
-WHOLE_STEP, PART_STEP = 0, 1
+Twofold: TypeAlias = tuple[float, float]
+
 MAX_SWEEPS = 60
 MAX_NEWTON = 12
 ROUNDING = 2.0**-53
@@ -76,84 +69,33 @@ SETTLED = 0.25 * ROUNDING
 """Best relative accuracy to which stages can be computed."""
 
 
-@inlined
-def row(kind: int, planes: int, p: int) -> int:
-    """Return the row of `work` that holds K1, … or PART of plane p."""
-    return FIRST + kind * planes + p
+class Disturbed(Protocol):
+    """What disturbs the planes."""
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill the rows d1 and d2 from x and y."""
 
 
-class Memory(NamedTuple):
-    """The working memory of steps; a few kB, made once.
+class Step(NamedTuple):
+    """A step.
 
     Attributes:
-        work: rows with one number for each stage: constants, the forcing's piece, the planes
-            (`row`) and the system, one after the other. They begin at cache lines, since a row
-            across two lines costs twice the time.
-        turned: rotations over whole and part steps, TURNED·P numbers of each.
-        end: X and Y of each plane at the end of a step, each in two doubles, (4P,).
-        matrix, right, slopes: the linear system of Newton's method, (2PS · 2PS,), (2PS,), (2P ·
-            S,) of S stages.
-        wide: None for eight stages, 0 for sixteen: compiled code distinguishes them by the type.
+        system: what disturbs.
+        mode: passed to its `disturb`.
+        omega: ω of each plane.
+        h: length [s], |ωh| ≤ MAX_ANGLE.
+        kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        planes: the state at the beginning.
+        work: from `make_work`.
     """
 
-    work: FloatArray
-    turned: FloatArray
-    end: FloatArray
-    matrix: FloatArray
-    right: FloatArray
-    slopes: FloatArray
-    wide: int | None
-
-
-def make_memory(planes: int, more: int, stages: int = SIZE) -> Memory:
-    """Return the memory of P planes, with so many rows from OUTSIDE on and 8 or 16 stages."""
-    rows = FIRST + OUTSIDE * planes + more
-    raw = np.zeros(stages * (rows + 1))
-    first = -(raw.ctypes.data // raw.itemsize) % stages
-    work = raw[first : first + stages * rows].reshape(rows, stages)
-    constants = gauss(stages)
-    work[COEFFICIENTS : COEFFICIENTS + stages] = constants.columns
-    work[EXPANSION : EXPANSION + stages] = constants.integral.T
-    work[FOLDED : FOLDED + stages // 2 + 1] = constants.folded
-    work[QUADRATURE] = constants.weights
-    work[FRACTIONS] = constants.nodes
-    work[TAIL] = constants.projection[-1]
-    unknowns = 2 * planes * stages
-    return Memory(
-        work.reshape(-1),
-        np.full(2 * TURNED * planes, math.nan),
-        np.zeros(4 * planes),
-        np.zeros(unknowns * unknowns),
-        np.zeros(unknowns),
-        np.zeros(unknowns),
-        0 if stages == WIDE_SIZE else None,
-    )
-
-
-def _rows(work: Any, wide: Any) -> Any:
-    raise TypeError('_rows runs in compiled code only')
-
-
-@overload(_rows)
-def _rows_of(work: Any, wide: Any) -> Any:
-    if wide is None:
-        return lambda work, wide: pointer(work)
-    return lambda work, wide: wide_pointer(work)
-
-
-@inlined
-def pointers(memory: Any) -> Any:
-    """Return the memory as pointers, which kernels pass to each other."""
-    work, turned, end, matrix, right, slopes, wide = memory
-    return Memory(
-        _rows(work, wide),
-        pointer(turned),
-        pointer(end),
-        pointer(matrix),
-        pointer(right),
-        _rows(slopes, wide),
-        wide,
-    )
+    system: Disturbed
+    mode: Mode
+    omega: Omega
+    h: float
+    kind: int
+    planes: Planes
+    work: Work
 
 
 @inlined
@@ -166,90 +108,81 @@ def _short_of_one(cosine: float, sine: float) -> float:
 
 
 @compiled
-def turn_to(omega: Any, h: float, kind: int, work: Any, turned: Any) -> None:
-    """Fill the rotations to the stages and the end of a step of h, unless they are there.
+def turn_to(step: Step) -> None:
+    """Fill the rotations to the stages and the end of a step, unless they are there.
 
     Steps to events have lengths of their own, so that the rounding of their angles varies; for
     them doubles are enough, corrected so that they neither stretch nor shrink the state.
     """
-    planes = len(omega)
-    if turned[kind * TURNED * planes] == h:
+    _, _, omega, h, kind, _, work = step
+    first = kind * len(omega)
+    if work.turns[first].h == h:
         return
-    for p in range(planes):
-        first, angle = TURNED * (kind * planes + p), omega[p] * h
-        c, s = rotation(load(work, FRACTIONS) * angle)
-        store(work, row(WHOLE + 2 * kind, planes, p), c)
-        store(work, row(WHOLE + 2 * kind, planes, p) + planes, s)
-        turned[first] = h
+    for p in range(len(omega)):
+        turn, angle = work.turns[first + p], omega[p] * h
+        c, s = rotation(load(work.fractions) * angle)
+        store(work.cosine, first + p, c)
+        store(work.sine, first + p, s)
+        turn.h = h
         if kind == WHOLE_STEP:
-            whole_cosine, whole_sine = twofold_rotation(omega[p], h)
-            turned[first + 1], turned[first + 2] = whole_cosine
-            turned[first + 3], turned[first + 4] = whole_sine
+            cosine, sine = twofold_rotation(omega[p], h)
+            turn.cos, turn.cos_rest = cosine
+            turn.sin, turn.sin_rest = sine
         else:
-            cosine, sine = rotation(angle)
-            more = 0.5 * _short_of_one(cosine, sine)
-            turned[first + 1], turned[first + 2] = cosine, more * cosine
-            turned[first + 3], turned[first + 4] = sine, more * sine
+            whole_cosine, whole_sine = rotation(angle)
+            more = 0.5 * _short_of_one(whole_cosine, whole_sine)
+            turn.cos, turn.cos_rest = whole_cosine, more * whole_cosine
+            turn.sin, turn.sin_rest = whole_sine, more * whole_sine
 
 
 @inlined
-def _evaluate(system: Any, mode: Any, omega: Any, kind: int, work: Any) -> None:
-    """Fill the slopes K1, K2 from the stages U, V."""
-    planes = len(omega)
-    table = row(WHOLE + 2 * kind, planes, 0)
-    for p in range(planes):
-        c, s = load(work, table + p), load(work, table + planes + p)
-        u, v = load(work, row(U, planes, p)), load(work, row(V, planes, p))
-        store(work, row(X, planes, p), fma(c, u, s * v))
-        store(work, row(Y, planes, p), fma(c, v, -(s * u)))
+def _evaluate(step: Step) -> None:
+    """Fill the slopes k1, k2 from the stages u, v."""
+    system, mode, omega, _, kind, _, work = step
+    first = kind * len(omega)
+    for p in range(len(omega)):
+        c, s = load(work.cosine, first + p), load(work.sine, first + p)
+        u, v = load(work.u, p), load(work.v, p)
+        store(work.x, p, fma(c, u, s * v))
+        store(work.y, p, fma(c, v, -(s * u)))
     system.disturb(mode, omega, work)
-    for p in range(planes):
-        c, s = load(work, table + p), load(work, table + planes + p)
-        d1, d2 = load(work, row(D1, planes, p)), load(work, row(D2, planes, p))
-        store(work, row(K1, planes, p), fma(c, d1, -(s * d2)))
-        store(work, row(K2, planes, p), fma(s, d1, c * d2))
+    for p in range(len(omega)):
+        c, s = load(work.cosine, first + p), load(work.sine, first + p)
+        d1, d2 = load(work.d1, p), load(work.d2, p)
+        store(work.k1, p, fma(c, d1, -(s * d2)))
+        store(work.k2, p, fma(s, d1, c * d2))
 
 
 @inlined
-def _move_stages(omega: Any, h: float, state: Any, work: Any) -> float:
-    """Update the stages U, V from their slopes; return the largest change of a stage."""
-    planes = len(omega)
-    change = filled(work, 0.0)
-    for p in range(planes):
-        k1, k2 = load(work, row(K1, planes, p)), load(work, row(K2, planes, p))
-        if width(work) == WIDE_SIZE:
-            u, v = folded_both(work, FOLDED, row(F1, planes, 2 * p), k1, k2)
+def _move_stages(step: Step) -> float:
+    """Move the stages u, v to where their slopes lead; return the largest change of a stage."""
+    _, _, omega, h, _, planes, work = step
+    change = filled(work.u, 0.0)
+    for p in range(len(omega)):
+        k1, k2 = load(work.k1, p), load(work.k2, p)
+        if width(work.u) == WIDE_SIZE:
+            u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1 + 2 * p, k1, k2)
         else:
-            u, v = combined_both(work, COEFFICIENTS, k1, k2)
-        u, v = fma(u, h, state[4 * p]), fma(v, h, state[4 * p + 2])
-        moved = larger(u - load(work, row(U, planes, p)), v - load(work, row(V, planes, p)))
+            u, v = combined_both(work.coefficients, 0, k1, k2)
+        u, v = fma(u, h, planes[p].x), fma(v, h, planes[p].y)
+        moved = larger(u - load(work.u, p), v - load(work.v, p))
         change = larger(change, moved)
-        store(work, row(U, planes, p), u)
-        store(work, row(V, planes, p), v)
+        store(work.u, p, u)
+        store(work.v, p, v)
     return largest(change)
 
 
 @inlined
-def _size(planes: int, work: Any) -> float:
+def _size(omega: Omega, work: Work) -> float:
     """Return the largest magnitude of the stages."""
-    size = filled(work, 0.0)
-    for r in range(2 * planes):
-        size = larger(size, load(work, row(U, planes, r)))
+    size = filled(work.u, 0.0)
+    for p in range(len(omega)):
+        size = larger(larger(size, load(work.u, p)), load(work.v, p))
     return largest(size)
 
 
 @compiled
-def _iterate(
-    system: Any,
-    mode: Any,
-    omega: Any,
-    h: float,
-    kind: int,
-    settled: float,
-    most: int,
-    state: Any,
-    work: Any,
-) -> tuple[bool, float]:
+def _iterate(step: Step, settled: float, most: int) -> tuple[bool, float]:
     """Sweep until the stages have settled; return whether they do, and their size.
 
     They have settled if, at the measured rate of convergence, less than that is still to come. The
@@ -257,17 +190,19 @@ def _iterate(
     disturbance is compiled here, once.
 
     Args:
-        most: largest number of sweeps.
+        step: to be solved.
+        settled: part of the state to which stages are iterated.
+        most: sweeps at most.
     """
     before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
     for n in range(most + 1):
-        _evaluate(system, mode, omega, kind, work)
+        _evaluate(step)
         if ends or n == most:
             break
-        change = _move_stages(omega, h, state, work)
+        change = _move_stages(step)
         if n == 0:
-            size = _size(len(omega), work)
+            size = _size(step.omega, step.work)
             floor = settled * size
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             settles = ends = True
@@ -278,53 +213,56 @@ def _iterate(
 
 
 @inlined
-def _begin(planes: int, state: Any, work: Any) -> None:
-    """Set the stages to the state at the beginning of the step."""
-    for p in range(planes):
-        store(work, row(U, planes, p), filled(work, state[4 * p]))
-        store(work, row(V, planes, p), filled(work, state[4 * p + 2]))
+def _begin(step: Step) -> None:
+    """Let the stages be the state at the beginning of the step."""
+    _, _, omega, _, _, planes, work = step
+    for p in range(len(omega)):
+        store(work.u, p, filled(work.u, planes[p].x))
+        store(work.v, p, filled(work.v, planes[p].y))
+
+
+@inlined
+def _of(r: int, omega: Omega, first: FloatArray, second: FloatArray) -> tuple[FloatArray, int]:
+    """Return in which rows the unknown r is, U of each plane, then V, and in which of these."""
+    return (first, r) if r < len(omega) else (second, r - len(omega))
+
+
+@inlined
+def _slope(r: int, omega: Omega, work: Work) -> Lanes:
+    """Return the slope of an unknown at the stages."""
+    rows, p = _of(r, omega, work.k1, work.k2)
+    return load(rows, p)
 
 
 @compiled
-def _linearised(
-    system: Any,
-    mode: Any,
-    omega: Any,
-    h: float,
-    kind: int,
-    state: Any,
-    work: Any,
-    slopes: Any,
-    matrix: Any,
-) -> None:
+def _linearised(step: Step) -> None:
     """Fill the matrix I − h A ∂K/∂(U, V), by central differences at all stages together."""
-    planes = len(omega)
-    unknowns = 2 * planes
-    stages = width(work)
+    _, _, omega, h, _, _, work = step
+    unknowns, stages = 2 * len(omega), width(work.u)
     side = unknowns * stages
     for column in range(unknowns):
-        place = row(U, planes, column)
-        there = load(work, place)
-        step = 1e-6 * (largest(there) + 1e-9)
-        store(work, place, there + step)
-        _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
+        rows, p = _of(column, omega, work.u, work.v)
+        there = load(rows, p)
+        away = 1e-6 * (largest(there) + 1e-9)
+        store(rows, p, there + away)
+        _iterate(step, 0.0, 0)
         for r in range(unknowns):
-            store(slopes, r, load(work, row(K1, planes, r)))
-        store(work, place, there - step)
-        _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
-        store(work, place, there)
+            store(work.slopes, r, _slope(r, omega, work))
+        store(rows, p, there - away)
+        _iterate(step, 0.0, 0)
+        store(rows, p, there)
         for r in range(unknowns):
-            slope = (load(slopes, r) - load(work, row(K1, planes, r))) / (2.0 * step)
+            slope = (load(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
             for i in range(stages):
                 for j in range(stages):
-                    a = work[(COEFFICIENTS + j) * stages + i] * h * lane(slope, j)
-                    matrix[(r * stages + i) * side + column * stages + j] = -a
+                    a = work.coefficients[j * stages + i] * h * lane(slope, j)
+                    work.matrix[(r * stages + i) * side + column * stages + j] = -a
     for i in range(side):
-        matrix[i * side + i] += 1.0
+        work.matrix[i * side + i] += 1.0
 
 
 @compiled
-def _eliminate(n: int, matrix: Any, right: Any) -> float:
+def _eliminate(n: int, matrix: FloatArray, right: FloatArray) -> float:
     """Solve matrix · x = right in place, with pivots; return the largest |x|, NaN if singular."""
     for c in range(n):
         pivot = c
@@ -351,34 +289,33 @@ def _eliminate(n: int, matrix: Any, right: Any) -> float:
 
 
 @compiled
-def _solve(
-    system: Any, mode: Any, omega: Any, h: float, kind: int, state: Any, memory: Any
-) -> tuple[bool, float]:
+def _solve(step: Step) -> tuple[bool, float]:
     """Solve the stage equations by Newton's method; return whether it converges, and the size."""
-    work, _, _, matrix, right, slopes, _ = memory
-    planes, stages = len(omega), width(memory.work)
-    unknowns = 2 * planes
-    _begin(planes, state, work)
+    _, _, omega, h, _, planes, work = step
+    unknowns, stages, right = 2 * len(omega), width(work.u), work.right
+    _begin(step)
     before, size = math.inf, 0.0
     for _ in range(MAX_NEWTON):
-        _linearised(system, mode, omega, h, kind, state, work, slopes, matrix)
-        _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
+        _linearised(step)
+        _iterate(step, 0.0, 0)
         for r in range(unknowns):
-            begin = state[4 * (r % planes) + 2 * (r // planes)]
-            new = fma(combined(work, COEFFICIENTS, load(work, row(K1, planes, r))), h, begin)
-            wanted = new - load(work, row(U, planes, r))
+            rows, p = _of(r, omega, work.u, work.v)
+            begin = planes[p].x if r < len(omega) else planes[p].y
+            moved = combined(work.coefficients, 0, _slope(r, omega, work))
+            wanted = fma(moved, h, begin) - load(rows, p)
             for i in range(stages):
                 right[r * stages + i] = lane(wanted, i)
-        change = _eliminate(unknowns * stages, matrix, right)
+        change = _eliminate(unknowns * stages, work.matrix, right)
         for r in range(unknowns):
+            rows, p = _of(r, omega, work.u, work.v)
             for i in range(stages):
-                work[row(U, planes, r) * stages + i] += right[r * stages + i]
-        size = _size(planes, work)
+                rows[p * stages + i] += right[r * stages + i]
+        size = _size(omega, work)
         if not math.isfinite(change):
             return False, size
         floor = 4.0 * ROUNDING * size
         if change <= floor or (not change < before and change <= 64.0 * floor):
-            _iterate(system, mode, omega, h, kind, 0.0, 0, state, work)
+            _iterate(step, 0.0, 0)
             return True, size
         if not change < 4.0 * before:
             return False, size
@@ -387,53 +324,40 @@ def _solve(
 
 
 @compiled
-def collocate(
-    system: Any,
-    mode: Any,
-    omega: Any,
-    h: float,
-    kind: int,
-    settled: float,
-    state: Any,
-    memory: Any,
-) -> tuple[float, bool]:
-    """Solve the stage equations of a step of h from `state`.
+def collocate(step: Step, settled: float) -> tuple[float, bool]:
+    """Solve the stage equations of a step.
 
     Args:
-        system: the system, which defines the disturbance.
-        mode: passed to its `disturb`.
-        omega: ω of each plane [rad/s], a tuple.
-        h: length of the step [s], |ωh| ≤ MAX_ANGLE.
-        kind: WHOLE_STEP or PART_STEP: which table of rotations it uses.
+        step: to be solved.
         settled: part of the state to which the stage equations are iterated, >= SETTLED.
-        state: X and Y of each plane, each in two doubles, shape (4P,).
-        memory: from `make_memory`.
 
     Returns:
         Last Legendre coefficient of the slopes over the step, relative to the state – infinite
         without convergence – and whether Newton's method was needed.
     """
-    work, turned = memory.work, memory.turned
-    planes = len(omega)
-    turn_to(omega, h, kind, work, turned)
-    _begin(planes, state, work)
-    converged, size = _iterate(system, mode, omega, h, kind, settled, MAX_SWEEPS, state, work)
+    _, _, omega, h, _, _, work = step
+    turn_to(step)
+    _begin(step)
+    converged, size = _iterate(step, settled, MAX_SWEEPS)
     newton = not converged
     if newton:
-        converged, size = _solve(system, mode, omega, h, kind, state, memory)
+        converged, size = _solve(step)
         if not converged:
             return math.inf, True
     last = 0.0
-    for r in range(2 * planes):
-        tail = h * total(load(work, TAIL) * load(work, row(K1, planes, r)))
-        if not math.isfinite(tail):
-            return math.inf, newton
-        last = max(last, abs(tail))
+    for rows in (work.k1, work.k2):
+        for p in range(len(omega)):
+            tail = h * total(load(work.tail) * load(rows, p))
+            if not math.isfinite(tail):
+                return math.inf, newton
+            last = max(last, abs(tail))
     return last / size if size > 0.0 else 0.0, newton
 
 
 @inlined
-def _turned(cosine: Any, sine: Any, a: Any, b: Any, add_a: float, add_b: float) -> Any:
+def _turned(
+    cosine: Twofold, sine: Twofold, a: Twofold, b: Twofold, add_a: float, add_b: float
+) -> Twofold:
     """Return cos·(a + add_a) + sin·(b + add_b) for twofold cos, sin, a, b and small additions."""
     first, first_rest = multiply_exactly(cosine[0], a[0])
     second, second_rest = multiply_exactly(sine[0], b[0])
@@ -445,47 +369,48 @@ def _turned(cosine: Any, sine: Any, a: Any, b: Any, add_a: float, add_b: float) 
 
 
 @compiled
-def finish(omega: Any, h: float, kind: int, state: Any, memory: Any) -> None:
-    """Fill `memory.end` with the state at the end of the step last collocated."""
-    work, turned, end = memory.work, memory.turned, memory.end
-    planes = len(omega)
-    weights = load(work, QUADRATURE)
-    for p in range(planes):
-        at = TURNED * (kind * planes + p)
-        cosine = turned[at + 1], turned[at + 2]
-        sine = turned[at + 3], turned[at + 4]
+def finish(step: Step) -> None:
+    """Fill `work.end` with the state at the end of the step last collocated."""
+    _, _, omega, h, kind, planes, work = step
+    weights = load(work.quadrature)
+    for p in range(len(omega)):
+        turn, begin, end = work.turns[kind * len(omega) + p], planes[p], work.end[p]
+        cosine, sine = (turn.cos, turn.cos_rest), (turn.sin, turn.sin_rest)
         minus = -sine[0], -sine[1]
-        u, v = (state[4 * p], state[4 * p + 1]), (state[4 * p + 2], state[4 * p + 3])
-        add_u = h * total(weights * load(work, row(K1, planes, p)))
-        add_v = h * total(weights * load(work, row(K2, planes, p)))
-        end[4 * p], end[4 * p + 1] = _turned(cosine, sine, u, v, add_u, add_v)
-        end[4 * p + 2], end[4 * p + 3] = _turned(cosine, minus, v, u, add_v, add_u)
+        u, v = (begin.x, begin.x_rest), (begin.y, begin.y_rest)
+        add_u = h * total(weights * load(work.k1, p))
+        add_v = h * total(weights * load(work.k2, p))
+        end.x, end.x_rest = _turned(cosine, sine, u, v, add_u, add_v)
+        end.y, end.y_rest = _turned(cosine, minus, v, u, add_v, add_u)
 
 
 @compiled
-def copy_state(planes: int, source: Any, target: Any) -> None:
-    """Copy X and Y of each plane, in two doubles each."""
-    for i in range(4 * planes):
-        target[i] = source[i]
+def copy_planes(omega: Omega, source: Planes, target: Planes) -> None:
+    """Copy the state of each plane."""
+    for p in range(len(omega)):
+        old, new = source[p], target[p]
+        new.x, new.x_rest, new.y, new.y_rest = old.x, old.x_rest, old.y, old.y_rest
 
 
 @compiled
-def expand(planes: int, work: Any) -> None:
-    """Fill F1, F2 with the slopes' integrals over the fraction, in powers: for `between`."""
-    for r in range(2 * planes):
-        slopes = load(work, row(K1, planes, r))
-        store(work, row(F1, planes, r), combined(work, EXPANSION, slopes))
+def expand(omega: Omega, work: Work) -> None:
+    """Fill f1, f2 with the slopes' integrals over the fraction, in powers: for `between`."""
+    for p in range(len(omega)):
+        store(work.f1, p, combined(work.expansion, 0, load(work.k1, p)))
+        store(work.f2, p, combined(work.expansion, 0, load(work.k2, p)))
 
 
 @compiled
-def between(omega: Any, p: int, h: float, xi: float, state: Any, work: Any) -> Any:
+def between(
+    omega: Omega, p: int, h: float, xi: float, planes: Planes, work: Work
+) -> tuple[float, float]:
     """Return X and Y of plane p at the fraction xi of the step, from the stage polynomials."""
-    planes, stages, t = len(omega), width(work), 2.0 * xi - 1.0
-    first, second = row(F1, planes, p) * stages, row(F2, planes, p) * stages
-    u, v = work[first + stages - 1], work[second + stages - 1]
+    stages, t = width(work.f1), 2.0 * xi - 1.0
+    first = p * stages
+    u, v = work.f1[first + stages - 1], work.f2[first + stages - 1]
     for n in range(stages - 2, -1, -1):
-        u = fma(u, t, work[first + n])
-        v = fma(v, t, work[second + n])
-    u, v = fma(u, xi * h, state[4 * p]), fma(v, xi * h, state[4 * p + 2])
+        u = fma(u, t, work.f1[first + n])
+        v = fma(v, t, work.f2[first + n])
+    u, v = fma(u, xi * h, planes[p].x), fma(v, xi * h, planes[p].y)
     c, s = rotation(omega[p] * (xi * h))
     return c * u + s * v, c * v - s * u

@@ -16,11 +16,10 @@ from tauto_core.machines import LeverMachine
 from tauto_core.motion.action_angle import inverse, rising, series_of
 from tauto_core.motion.closed_form import ClosedForm
 from tauto_core.motion.forcing import Motion
-from tauto_core.motion.phase import DIGITS, half_turns, two_floats
+from tauto_core.motion.phase import BELOW_ONE, DIGITS, half_turns, polar_rate, two_floats
 from tauto_core.samples import FloatArray, IntArray
 
 NAME = 'action_angle'
-_LAST = 1.0 - 2.0**-53
 
 
 class UnevenWell(ClosedForm):
@@ -70,7 +69,7 @@ class UnevenWell(ClosedForm):
             torque=machine.inertia * acceleration,
             half_turns=half,
             fraction=self._fraction(x, speed, half, fraction),
-            phase_rate=_phase_rate(machine.frequency, x, speed, pushed),
+            phase_rate=polar_rate(x, speed, pushed, machine.frequency),
             beats=half + (away * angle > 0.0),
         )
 
@@ -81,11 +80,4 @@ class UnevenWell(ClosedForm):
         side = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
         turned = np.arctan2(0.0 - side * speed / self._machine.frequency, side * x) / math.pi
         # the turning point itself, from either side, is where the half turns join
-        return np.where(time < 0.5, np.maximum(turned, 0.0), np.minimum(turned, _LAST))
-
-
-def _phase_rate(
-    omega: float, x: FloatArray, speed: FloatArray, acceleration: FloatArray
-) -> FloatArray:
-    """Return φ̇ = ω (ẋ² − x ẍ)/(ω² x² + ẋ²)."""
-    return omega * (speed * speed - x * acceleration) / (omega * omega * x * x + speed * speed)
+        return np.where(time < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE))

@@ -14,22 +14,28 @@ d the sign of θ̇ and s that of the last impulse, both constant between the eve
 
 A heavy weight on a linear lever arm has a `shape` (arc_length): then x = s, the arc, and
 p = ṡ + γ̇n stand for q and w. x and w are either of them.
-
-A `well` has a `machine`, a `lever` and a `shape` or None: `wheel_plane.Wheel`.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
-from tauto_core.curves.levers import ArcLever, LinearLever, SmoothLever, SpringLever
-from tauto_core.kernels import compiled, inlined, overload
+from tauto_core.curves.levers import (
+    ArcLever,
+    Lever,
+    LinearLever,
+    SmoothLever,
+    SpringLever,
+    TableLever,
+)
+from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.escapement import Ebb
 from tauto_core.motion import arc_length
 from tauto_core.motion.lanes import (
+    Lanes,
     filled,
     fma,
     is_lanes,
@@ -42,8 +48,19 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.outside import Outside
 from tauto_core.motion.rotation import sine_versine
+from tauto_core.motion.system import Mode
+from tauto_core.samples import FloatArray
 
 SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
+
+Number: TypeAlias = Any
+"""A float, or lanes of them."""
+
+Shape: TypeAlias = tuple[Lanes, Lanes, Lanes, Lanes]
+"""n, (dn/ds)/s, b − nt/s and ϑ at the stages."""
+
+Arm: TypeAlias = tuple[Number, Number, Number]
+"""t, t' and h of a lever arm."""
 
 
 class Impulse(NamedTuple):
@@ -77,37 +94,44 @@ class Terms(NamedTuple):
     recoil: float | None
 
 
+class Well(Protocol):
+    """A wheel in its well."""
+
+    @property
+    def machine(self) -> Terms:
+        """What acts on it."""
+
+    @property
+    def lever(self) -> Lever:
+        """Arm of the thread."""
+
+    @property
+    def shape(self) -> arc_length.ArcShape | None:
+        """The arc, or None where the angle is the coordinate."""
+
+
 arc_of = compiled(arc_length.arc_of)
 angle_of = compiled(arc_length.angle_of)
 
 
-@inlined
-def horner(coefficients: Any, k: int, x: float) -> tuple[float, float, float]:
-    """Return Σ c_kj x^j and its first two derivatives in x."""
-    value = first = half_second = 0.0
-    for j in range(coefficients.shape[1] - 1, -1, -1):
-        half_second = fma(half_second, x, first)
-        first = fma(first, x, value)
-        value = fma(value, x, coefficients[k, j])
-    return value, first, 2.0 * half_second
-
-
 @compiled
-def _spline(lever: Any, q: float) -> tuple[float, float, float]:
+def _spline(lever: TableLever | SmoothLever, q: float) -> tuple[float, float, float]:
     """Return t, t' and h of pieces; odd, odd's derivative, even."""
     size = abs(q)
     knots = lever.knots
     k = min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
     x = size - knots[k]
-    value, first, _ = horner(lever.coefficients, k, x)
-    lift = 0.0
+    value = first = lift = 0.0
     for j in range(lever.coefficients.shape[1] - 1, -1, -1):
-        lift = lift * x + lever.coefficients[k, j] / (j + 1.0)
+        number = lever.coefficients[k, j]
+        first = fma(first, x, value)
+        value = fma(value, x, number)
+        lift = lift * x + number / (j + 1.0)
     return math.copysign(value, q), first, lever.lifts[k] + lift * x
 
 
 @compiled
-def _smooth_at(lever: Any, q: float) -> tuple[float, float, float]:
+def _smooth_at(lever: SmoothLever, q: float) -> tuple[float, float, float]:
     """Return t, t' and h of an analytic law."""
     if abs(q) > lever.knots[1]:
         return _spline(lever, q)
@@ -122,7 +146,7 @@ def _smooth_at(lever: Any, q: float) -> tuple[float, float, float]:
 
 
 @compiled
-def _splines(lever: Any, q: Any) -> Any:
+def _splines(lever: TableLever | SmoothLever, q: Lanes) -> Arm:
     """Return t, t' and h of pieces at the stages."""
     arm = rate = lift = filled(q, 0.0)
     for i in range(width(q)):
@@ -134,7 +158,7 @@ def _splines(lever: Any, q: Any) -> Any:
 
 
 @inlined
-def _smooth(lever: Any, q: Any) -> Any:
+def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
     """Return t, t' and h of an analytic law at the stages: mostly all in its first piece."""
     if largest(q) > lever.knots[1]:
         return _splines(lever, q)
@@ -152,7 +176,7 @@ def _smooth(lever: Any, q: Any) -> Any:
 
 
 @inlined
-def _spring(lever: Any, q: Any) -> Any:
+def _spring(lever: SpringLever, q: Number) -> Arm:
     """Return t, t' and h of a spring's own cam."""
     square = q * q
     stretched = 1.0 + lever.bend * square
@@ -161,86 +185,56 @@ def _spring(lever: Any, q: Any) -> Any:
     return q * shorter, shorter / stretched, lever.rate * square / (1.0 + longer)
 
 
-def lever_arm(lever: Any, side: float, q: Any) -> Any:
-    """Return t, t' and h at the cam angle q; `side` continues a kinked cam smoothly."""
-    raise TypeError('lever_arm runs in compiled code only')
-
-
-@overload(lever_arm)
-def _lever_arm(lever: Any, side: Any, q: Any) -> Any:
-    if lever.instance_class is LinearLever:
-        return lambda lever, side, q: (lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q))
-    if lever.instance_class is ArcLever:
-
-        def arc(lever: Any, side: float, q: Any) -> Any:
-            sine, versine = sine_versine(q)
-            cosine = 1.0 - versine
-            return (
-                lever.root_depth * sine + (side * lever.radius) * versine,
-                lever.root_depth * cosine + (side * lever.radius) * sine,
-                lever.root_depth * versine + (side * lever.radius) * (q - sine),
-            )
-
-        return arc
-    if lever.instance_class is SpringLever:
-        return lambda lever, side, q: _spring(lever, q)
-    if lever.instance_class is SmoothLever:
-        law = _smooth if is_lanes(q) else _smooth_at
-    else:
-        law = _splines if is_lanes(q) else _spline
-    return lambda lever, side, q: law(lever, q)
-
-
-def excess(lever: Any, q: Any, t: Any, pull: Any, square: float) -> Any:
-    """Return ω²q − pull·t, the departure of the well from the harmonic one."""
-    raise TypeError('excess runs in compiled code only')
-
-
-@overload(excess)
-def _excess(lever: Any, q: Any, t: Any, pull: Any, square: Any) -> Any:
-    if lever.instance_class is LinearLever:
-        # no difference of two large terms
-        return lambda lever, q, t, pull, square: (square - lever.rate * pull) * q
-    return lambda lever, q, t, pull, square: square * q - pull * t
-
-
-def kinked(lever: Any) -> bool:
-    """Return whether the lever arm has a kink in its second derivative at ϑ = 0."""
-    raise TypeError('kinked runs in compiled code only')
-
-
-@overload(kinked)
-def _kinked(lever: Any) -> Any:
-    if lever.instance_class is ArcLever:
-        return lambda lever: True
-    return lambda lever: False
-
-
-def _absent(kind: Any) -> bool:
-    return kind is None
-
-
-def term(coefficient: Any, value: Any) -> Any:
-    """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
-    raise TypeError('term runs in compiled code only')
-
-
-@overload(term)
-def _term(coefficient: Any, value: Any) -> Any:
-    if _absent(coefficient):
-        return lambda coefficient, value: -0.0
-    return lambda coefficient, value: coefficient * value
+@compiled
+def _arc(lever: ArcLever, side: float, q: Number) -> Arm:
+    """Return t, t' and h of a cheek of circular arc."""
+    sine, versine = sine_versine(q)
+    cosine = 1.0 - versine
+    return (
+        lever.root_depth * sine + (side * lever.radius) * versine,
+        lever.root_depth * cosine + (side * lever.radius) * sine,
+        lever.root_depth * versine + (side * lever.radius) * (q - sine),
+    )
 
 
 @inlined
-def pull_of(machine: Terms, lift: Any, g_eff: Any) -> Any:
+def lever_arm(lever: Lever, side: float, q: Number) -> Arm:
+    """Return t, t' and h at the cam angle q; `side` continues a kinked cam smoothly."""
+    if isinstance(lever, LinearLever):
+        return lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q)
+    if isinstance(lever, ArcLever):
+        return _arc(lever, side, q)
+    if isinstance(lever, SpringLever):
+        return _spring(lever, q)
+    if isinstance(lever, SmoothLever):
+        return _smooth(lever, q) if is_lanes(q) else _smooth_at(lever, q)
+    return _splines(lever, q) if is_lanes(q) else _spline(lever, q)
+
+
+@inlined
+def excess(lever: Lever, q: Number, t: Number, pull: Number, square: float) -> Number:
+    """Return ω²q − pull·t: by how much the well falls short of the harmonic one."""
+    if isinstance(lever, LinearLever):
+        # no difference of two large terms
+        return (square - lever.rate * pull) * q
+    return square * q - pull * t
+
+
+@inlined
+def term(coefficient: float | None, value: Number) -> Number:
+    """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
+    return -0.0 if coefficient is None else coefficient * value
+
+
+@inlined
+def pull_of(machine: Terms, lift: Number, g_eff: Number) -> Number:
     """Return F/I."""
     pull = term(machine.force, 1.0) + term(machine.stiffness, lift)
     return pull + term(machine.weight, g_eff)
 
 
 @inlined
-def resistance(machine: Terms, v: Any, mode: Any) -> Any:
+def resistance(machine: Terms, v: Number, mode: Mode) -> Number:
     """Return the torques of drag and recoil, reversed, over I."""
     d = mode.direction
     drag = term(machine.viscous, v) + term(machine.quadratic, d * (v * v))
@@ -248,31 +242,25 @@ def resistance(machine: Terms, v: Any, mode: Any) -> Any:
 
 
 @inlined
-def mass_of(mu: Any, t: Any) -> Any:
+def mass_of(mu: float | None, t: Number) -> Number:
     """Return M/I = 1 + μ t²."""
     return 1.0 + term(mu, t * t)
 
 
-def rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
+@inlined
+def rate_of(mu: float | None, t: Number, w: Number, line_rate: Number) -> Number:
     """Return q̇ from the momentum."""
-    raise TypeError('rate_of runs in compiled code only')
-
-
-@overload(rate_of)
-def _rate_of(mu: Any, t: Any, w: Any, line_rate: Any) -> Any:
-    if _absent(mu):
-        return lambda mu, t, w, line_rate: w - line_rate
-    return lambda mu, t, w, line_rate: (w - line_rate) / (1.0 + mu * (t * t))
+    return w - line_rate if mu is None else (w - line_rate) / (1.0 + mu * (t * t))
 
 
 @inlined
-def ride(mu: Any, t: Any, t1: Any, rate: Any) -> Any:
-    """Return the term in ẇ from the weight's motion on the changing lever arm."""
+def ride(mu: float | None, t: Number, t1: Number, rate: Number) -> Number:
+    """Return what the weight's ride on the changing lever arm adds to ẇ."""
     return term(mu, t * t1 * (rate * rate))
 
 
 @inlined
-def _even(terms: Any, row: int, u: Any) -> Any:
+def _even(terms: FloatArray, row: int, u: float) -> float:
     """Return a polynomial of the shape at u."""
     last = terms.shape[1] - 1
     value = fma(u, terms[row, last], terms[row, last - 1])
@@ -282,7 +270,7 @@ def _even(terms: Any, row: int, u: Any) -> Any:
 
 
 @compiled
-def _angle_along(shape: Any, arc: float) -> float:
+def _angle_along(shape: arc_length.ArcShape, arc: float) -> float:
     """Return ϑ of the arc."""
     u = arc * arc / shape.limit
     if u <= 1.0:
@@ -291,13 +279,13 @@ def _angle_along(shape: Any, arc: float) -> float:
 
 
 @inlined
-def angle_at(well: Any, x: float) -> float:
+def angle_at(well: Well, x: float) -> float:
     """Return q of a state."""
     return x if well.shape is None else _angle_along(well.shape, x)
 
 
 @inlined
-def unfold(well: Any, x: float, w: float, line_rate: float, side: float) -> tuple[float, float]:
+def unfold(well: Well, x: float, w: float, line_rate: float, side: float) -> tuple[float, float]:
     """Return q and q̇ of a state."""
     if well.shape is None:
         t = lever_arm(well.lever, side, x)[0]
@@ -309,7 +297,7 @@ def unfold(well: Any, x: float, w: float, line_rate: float, side: float) -> tupl
 
 
 @inlined
-def fold(well: Any, q: float, rate: float, line_rate: float, side: float) -> tuple[float, float]:
+def fold(well: Well, q: float, rate: float, line_rate: float, side: float) -> tuple[float, float]:
     """Return x and w of q and q̇."""
     if well.shape is None:
         t = lever_arm(well.lever, side, q)[0]
@@ -320,7 +308,7 @@ def fold(well: Any, q: float, rate: float, line_rate: float, side: float) -> tup
 
 
 @compiled
-def holding_torque(well: Any, mode: Any, angle: float, at: Outside) -> float:
+def holding_torque(well: Well, mode: Mode, angle: float, at: Outside) -> float:
     """Return the torque over I that keeps the wheel at `angle` in the moving case."""
     machine, tilt = well.machine, at.tilt
     t, t1, lift = lever_arm(well.lever, mode.side, angle - tilt.value)
@@ -330,15 +318,15 @@ def holding_torque(well: Any, mode: Any, angle: float, at: Outside) -> float:
 
 
 @compiled
-def kick(impulse: Impulse, mu: Any, t: float, v: float, d: float, given: int) -> float:
-    """Return the change of q̇ by an impulse: ½ M θ̇² grows by its energy (theory E2)."""
+def kick(impulse: Impulse, mu: float | None, t: float, v: float, d: float, given: int) -> float:
+    """Return what an impulse adds to q̇: ½ M θ̇² grows by the energy (theory E2)."""
     strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
     energy = impulse.energy * strength
     return d * math.sqrt(v * v + energy / mass_of(mu, t)) - v
 
 
 @compiled
-def _shape_exactly(shape: Any, rate: float, s: Any) -> Any:
+def _shape_exactly(shape: arc_length.ArcShape, s: Lanes) -> Shape:
     """Return n, (dn/ds)/s, b − nt/s and ϑ of each lane from the functions themselves."""
     n_all = slope = less = q_all = filled(s, 0.0)
     for i in range(width(s)):
@@ -348,17 +336,17 @@ def _shape_exactly(shape: Any, rate: float, s: Any) -> Any:
         n = 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q))
         n_all = with_lane(n_all, i, n)
         slope = with_lane(slope, i, -(shape.k * shape.k) * ratio * (n * n) * (n * n))
-        less = with_lane(less, i, rate * (1.0 - n * ratio))
+        less = with_lane(less, i, shape.rate * (1.0 - n * ratio))
         q_all = with_lane(q_all, i, q)
     return n_all, slope, less, q_all
 
 
 @inlined
-def shape_at(shape: Any, rate: float, s: Any) -> Any:
+def shape_at(shape: arc_length.ArcShape, s: Lanes) -> Shape:
     """Return n, (dn/ds)/s, b − nt/s and ϑ at the stages."""
     u = (s * s) * shape.per_limit
     if negative(1.0 - u) != 0:
-        return _shape_exactly(shape, rate, s)
+        return _shape_exactly(shape, s)
     terms, square = shape.terms, u * u
     last = terms.shape[1] - 1
     n, n_odd = _pair(terms, SHORTENING, last, s)
@@ -376,11 +364,13 @@ def shape_at(shape: Any, rate: float, s: Any) -> Any:
 
 
 @inlined
-def _pair(terms: Any, row: int, last: int, like: Any) -> Any:
+def _pair(terms: FloatArray, row: int, last: int, like: Lanes) -> tuple[Lanes, Lanes]:
     """Return the last even and the last odd coefficient as lanes."""
     return filled(like, terms[row, last - 1]), filled(like, terms[row, last])
 
 
 @inlined
-def _next(terms: Any, row: int, j: int, square: Any, even: Any, odd: Any) -> Any:
+def _next(
+    terms: FloatArray, row: int, j: int, square: Lanes, even: Lanes, odd: Lanes
+) -> tuple[Lanes, Lanes]:
     return fma(even, square, terms[row, j]), fma(odd, square, terms[row, j + 1])

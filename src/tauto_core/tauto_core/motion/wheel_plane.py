@@ -6,29 +6,23 @@ Along the angle ϑ, or along the arc where the lever arm is linear and a weight 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, Protocol
 
-from tauto_core.curves.levers import LinearLever
+from tauto_core.curves.levers import ArcLever, Lever, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.arc_length import ArcShape
-from tauto_core.motion.lanes import fma, lane, largest, least, load, store, width
+from tauto_core.motion.lanes import Lanes, fma, lane, largest, least, load, store, width
 from tauto_core.motion.layout import BEYOND, phase_to
 from tauto_core.motion.outside import (
-    D1_ROW,
-    D2_ROW,
     GRAVITY,
-    LINE_BEND,
     LINE_RATE,
-    OUTSIDE_ROW,
     TILT_RATE,
-    X_ROW,
-    Y_ROW,
-    Felt,
     Outside,
     Pieces,
     Place,
-    forcing_at_nodes,
-    node_row,
+    column,
+    columns,
+    nodes_of,
     outside_at,
 )
 from tauto_core.motion.passages import CLEAR, bounds_of
@@ -37,21 +31,18 @@ from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
     Instant,
-    Lanes,
     Mode,
-    Omega,
     Plane,
     State,
     first_below,
 )
-from tauto_core.motion.turning import FRACTIONS
+from tauto_core.motion.turning import Omega
 from tauto_core.motion.wells import (
     Terms,
     angle_at,
     excess,
     fold,
     kick,
-    kinked,
     lever_arm,
     mass_of,
     pull_of,
@@ -62,10 +53,11 @@ from tauto_core.motion.wells import (
     term,
     unfold,
 )
+from tauto_core.motion.work import Planes, Work
 from tauto_core.samples import FloatArray
 
-Lever: TypeAlias = Any
-"""One of `curves.levers`."""
+NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'
+"""Rows of γ̇, γ̈, τ̇ and g_eff at the nodes."""
 
 WELL_WITHIN = 0.97
 """Share of the range within which all nodes must lie if the whole step surely lies within the
@@ -73,6 +65,23 @@ range.
 """
 
 ANY_MODE = Mode(1.0, 1.0, 1.0)
+
+
+class Nodes(Protocol):
+    """The rows NODES; those of absent channels are not set."""
+
+    line_rate: FloatArray
+    line_bend: FloatArray
+    tilt_rate: FloatArray
+    gravity: FloatArray
+
+
+class Felt(NamedTuple):
+    """Which channels there are: True or None, so that compiled code knows."""
+
+    line: bool | None
+    tilt: bool | None
+    gravity: bool | None
 
 
 class Wheel(NamedTuple):
@@ -110,7 +119,7 @@ class Wheel(NamedTuple):
     @property
     def kinked(self) -> bool:
         """Whether the cam has a kink."""
-        return kinked(self.lever)
+        return isinstance(self.lever, ArcLever)
 
     @property
     def sticks(self) -> bool:
@@ -132,26 +141,26 @@ class Wheel(NamedTuple):
         """Whether the angle in the case matters within a span."""
         return self.feels_drag or self.feels_impulse
 
-    def at_nodes(self, place: Place, work: FloatArray) -> None:
+    def at_nodes(self, place: Place, work: Work) -> None:
         """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
-        forcing_at_nodes(self.felt, self.feels_drag, place, work)
+        _fill_nodes(self.felt, self.feels_drag, place, work)
 
-    def disturb(self, mode: Mode, omega: Omega, work: FloatArray) -> None:
-        """Fill the disturbance of the plane."""
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what disturbs the plane."""
         if self.shape is not None:
-            _along_the_arc(self, mode, omega, work)
+            _along_the_arc(self, self.shape, mode, omega, work)
         else:
             _along_the_angle(self, mode, omega, work)
 
-    def coordinates(self, work: FloatArray) -> Lanes:
+    def coordinates(self, work: Work) -> Lanes:
         """Return ϑ, or the arc, at the nodes."""
-        return load(work, X_ROW)
+        return load(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return ϑ, or the arc."""
         return planes[0].x
 
-    def beyond(self, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step leaves the cam, or its thread goes slack."""
         return _beyond(self, mode, omega, work)
 
@@ -170,9 +179,9 @@ class Wheel(NamedTuple):
         pushed = mass * reach_rate + line_rate
         return CLEAR * (mass * reach * reach + pushed * pushed)
 
-    def clear(self, square: float, omega: Omega, work: FloatArray) -> bool:
-        """Return whether x² + y² exceeds that bound at all nodes."""
-        x, y = load(work, X_ROW), load(work, Y_ROW)
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
+        """Return whether x² + y² exceeds that at all nodes."""
+        x, y = load(work.x), load(work.y)
         return least(x * x + y * y) > square
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
@@ -191,11 +200,11 @@ class Wheel(NamedTuple):
         """Put the wheel at rest at θ = angle, held by friction or about to go."""
         set_off_or_hold(self, omega, angle, at, state)
 
-    def leaves_kink(self, mode: Mode, omega: Omega, planes: FloatArray, work: FloatArray) -> bool:
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the momentum at the beginning outweighs the line's motion."""
-        line_rate = node_row(self.felt.line, work, OUTSIDE_ROW + LINE_RATE)
-        fastest = largest(0.0 * load(work, X_ROW) + line_rate)
-        return mode.side * (omega[0] * planes[2]) > fastest
+        line_rate = felt_row(self.felt.line, work.nodes.line_rate)
+        fastest = largest(0.0 * load(work.x) + line_rate)
+        return mode.side * (omega[0] * planes[0].y) > fastest
 
     def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
         """Let an impulse change the momentum."""
@@ -205,11 +214,12 @@ class Wheel(NamedTuple):
         t = lever_arm(self.lever, mode.side, q)[0]
         given, d = state.given, mode.direction
         rate = now.speed + kick(machine.impulse, machine.carried, t, now.rate, d, given)
-        state.planes[2] = fold(self, q, rate, at.line.rate, mode.side)[1] / omega[0]
-        state.planes[3] = 0.0
+        plane = state.planes[0]
+        plane.y = fold(self, q, rate, at.line.rate, mode.side)[1] / omega[0]
+        plane.y_rest = 0.0
 
     def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: FloatArray
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
     ) -> float:
         """Return the time to a little after the next expected impulse or kink [s], or inf.
 
@@ -220,7 +230,8 @@ class Wheel(NamedTuple):
         if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
             return ahead
         line, tilt, gravity = outside_at(terms, x, work)
-        q, y = angle_at(self, state.planes[0]), state.planes[2] - line.rate / omega[0]
+        plane = state.planes[0]
+        q, y = angle_at(self, plane.x), plane.y - line.rate / omega[0]
         if self.feels_impulse:
             way = float(state.direction if state.armed else -state.direction)
             ahead = phase_to(way, q, y, self.impulse - way * tilt.value)
@@ -235,37 +246,57 @@ class Wheel(NamedTuple):
         return (ahead + BEYOND) / pace
 
 
+@compiled
+def _fill_nodes(felt: Felt, drag: bool, place: Place, work: Work) -> None:
+    """Fill the rows of the channels there are; τ̇ only if it is felt."""
+    x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
+    if felt.line is not None:
+        rate, bend = columns(LINE_RATE, terms, x, work)
+        store(nodes.line_rate, 0, rate)
+        store(nodes.line_bend, 0, bend)
+    if drag and felt.tilt is not None:
+        store(nodes.tilt_rate, 0, column(TILT_RATE, terms, x, work))
+    if felt.gravity is not None:
+        store(nodes.gravity, 0, column(GRAVITY, terms, x, work))
+
+
 @inlined
-def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
+def felt_row(channel: bool | None, row: FloatArray) -> Lanes:
+    """Return a row of the nodes; 0 where its channel is absent."""
+    return 0.0 if channel is None else load(row)
+
+
+@inlined
+def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> None:
     machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
-    q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-    line_rate = node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE)
+    q, w = load(work.x), omega[0] * load(work.y)
+    line_rate = felt_row(felt.line, work.nodes.line_rate)
     t, t1, lift = lever_arm(lever, mode.side, q)
     rate = rate_of(machine.carried, t, w, line_rate)
-    v = rate + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, lift, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
+    v = rate + felt_row(felt.tilt, work.nodes.tilt_rate)
+    pull = pull_of(machine, lift, felt_row(felt.gravity, work.nodes.gravity))
     per_omega = 1.0 / omega[0]
     more = excess(lever, q, t, pull, omega[0] * omega[0])
     more = more + ride(machine.carried, t, t1, rate) - resistance(machine, v, mode)
-    store(work, D1_ROW, rate - w)
-    store(work, D2_ROW, more * per_omega)
+    store(work.d1, 0, rate - w)
+    store(work.d2, 0, more * per_omega)
 
 
 @inlined
-def _along_the_arc(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> None:
-    machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
-    s, p = load(work, X_ROW), omega[0] * load(work, Y_ROW)
-    n, slope, less, _ = shape_at(wheel.shape, lever.rate, s)
-    line_rate = node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE)
+def _along_the_arc(wheel: Wheel, shape: ArcShape, mode: Mode, omega: Omega, work: Work) -> None:
+    machine, felt = wheel.machine, wheel.felt
+    s, p = load(work.x), omega[0] * load(work.y)
+    n, slope, less, _ = shape_at(shape, s)
+    line_rate = felt_row(felt.line, work.nodes.line_rate)
     rate = fma(-line_rate, n, p)
-    v = fma(n, rate, node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE))
-    pull = pull_of(machine, 0.0, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
+    v = fma(n, rate, felt_row(felt.tilt, work.nodes.tilt_rate))
+    pull = pull_of(machine, 0.0, felt_row(felt.gravity, work.nodes.gravity))
     per_omega = 1.0 / omega[0]
-    square = fma(pull, less, omega[0] * omega[0] - lever.rate * pull)
+    square = fma(pull, less, omega[0] * omega[0] - shape.rate * pull)
     more = s * fma(rate, line_rate * slope, square)
     more = fma(-n, resistance(machine, v, mode), more)
-    store(work, D1_ROW, -(line_rate * n))
-    store(work, D2_ROW, more * per_omega)
+    store(work.d1, 0, -(line_rate * n))
+    store(work.d2, 0, more * per_omega)
 
 
 @compiled
@@ -298,60 +329,60 @@ def _drift(wheel: Wheel, mode: Mode, at: Outside, now: Instant) -> tuple[Plane, 
 
 
 @compiled
-def _at_nodes_felt(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> Any:
+def _at_nodes_felt(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> tuple[Lanes, Lanes]:
     """Return q and q̇ at the stages."""
-    line_rate = node_row(wheel.felt.line, work, OUTSIDE_ROW + LINE_RATE)
+    line_rate = felt_row(wheel.felt.line, work.nodes.line_rate)
     if wheel.shape is None:
-        q, w = load(work, X_ROW), omega[0] * load(work, Y_ROW)
+        q, w = load(work.x), omega[0] * load(work.y)
         t = lever_arm(wheel.lever, mode.side, q)[0]
         return q, rate_of(wheel.machine.carried, t, w, line_rate)
-    n, _, _, angle = shape_at(wheel.shape, wheel.lever.rate, load(work, X_ROW))
-    return angle, n * (omega[0] * load(work, Y_ROW) - line_rate * n)
+    n, _, _, angle = shape_at(wheel.shape, load(work.x))
+    return angle, n * (omega[0] * load(work.y) - line_rate * n)
 
 
 @compiled
-def _tension(wheel: Wheel, mode: Mode, q: Lanes, rate: Lanes, work: FloatArray) -> Lanes:
+def _tension(wheel: Wheel, mode: Mode, q: Lanes, rate: Lanes, work: Work) -> Lanes:
     """Return the thread's tension over I at the stages."""
     machine, felt = wheel.machine, wheel.felt
     mu = machine.carried
     t, t1, lift = lever_arm(wheel.lever, mode.side, q)
-    v = rate + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE)
-    pull = pull_of(machine, lift, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
+    v = rate + felt_row(felt.tilt, work.nodes.tilt_rate)
+    pull = pull_of(machine, lift, felt_row(felt.gravity, work.nodes.gravity))
     pushed = pull * t + resistance(machine, v, mode) + ride(mu, t, t1, rate)
-    bend = -(pushed + node_row(felt.line, work, OUTSIDE_ROW + LINE_BEND)) / mass_of(mu, t)
+    bend = -(pushed + felt_row(felt.line, work.nodes.line_bend)) / mass_of(mu, t)
     # lanes, whatever the terms are
     return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
 
 
 @compiled
-def _surely_within(wheel: Wheel, omega: Omega, work: FloatArray) -> bool:
+def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
     """Return whether rough bounds show that no node is past the edge, and no thread slack."""
     if not isinstance(wheel.lever, LinearLever):
         return False
     # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + resistance), in either coordinate
-    machine, felt, x = wheel.machine, wheel.felt, load(work, X_ROW)
+    machine, felt, x = wheel.machine, wheel.felt, load(work.x)
     none = 0.0 * x
     reach = largest(x)
-    line_rate = largest(none + node_row(felt.line, work, OUTSIDE_ROW + LINE_RATE))
-    line_bend = largest(none + node_row(felt.line, work, OUTSIDE_ROW + LINE_BEND))
-    tilt_rate = largest(none + node_row(felt.tilt, work, OUTSIDE_ROW + TILT_RATE))
-    speed = omega[0] * largest(load(work, Y_ROW)) + line_rate + tilt_rate
-    pull = pull_of(machine, 0.0, node_row(felt.gravity, work, OUTSIDE_ROW + GRAVITY))
+    line_rate = largest(none + felt_row(felt.line, work.nodes.line_rate))
+    line_bend = largest(none + felt_row(felt.line, work.nodes.line_bend))
+    tilt_rate = largest(none + felt_row(felt.tilt, work.nodes.tilt_rate))
+    speed = omega[0] * largest(load(work.y)) + line_rate + tilt_rate
+    pull = pull_of(machine, 0.0, felt_row(felt.gravity, work.nodes.gravity))
     pushed = line_bend + resistance(machine, speed, ANY_MODE)
     against = term(machine.carried, wheel.lever.rate * reach * pushed)
     return reach <= wheel.range and least(none + pull) > against
 
 
 @compiled
-def _beyond(wheel: Wheel, mode: Mode, omega: Omega, work: FloatArray) -> Beyond:
+def _beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     edge = slack = NOWHERE
-    reach = largest(load(work, X_ROW))
+    reach = largest(load(work.x))
     within = reach <= WELL_WITHIN * wheel.range
     if _surely_within(wheel, omega, work):
         return Beyond(edge, slack, within, reach)
     q, rate = _at_nodes_felt(wheel, mode, omega, work)
     if largest(q) > wheel.range:
-        nodes = load(work, FRACTIONS)
+        nodes = load(work.fractions)
         for i in range(width(q) - 1, -1, -1):
             edge = lane(nodes, i) if abs(lane(q, i)) > wheel.range else edge
     if wheel.has_weight:

@@ -24,12 +24,10 @@ from tauto_core.motion.lanes import (
     load,
     negative,
     ones,
-    pointer,
     root,
     splat,
     store,
     total,
-    wide_pointer,
     width,
     with_lane,
 )
@@ -118,8 +116,8 @@ def operate(rows, x, n, out):
 
 
 @entry
-def operate_wide(rows, x, n, out):
-    _operate(wide_pointer(rows), x, n, wide_pointer(out))
+def operate_wide(record, x, n):
+    _operate(record.rows, x, n, record.out)
 
 
 @entry
@@ -133,35 +131,49 @@ def fold(rows, out):
 
 
 @entry
-def fold_wide(rows, out):
-    _fold(wide_pointer(rows), wide_pointer(out))
+def fold_wide(record):
+    _fold(record.rows, record.out)
 
 
 @entry
-def rearrange_wide(rows, x, i, out, numbers):
-    _rearrange(wide_pointer(rows), x, i, wide_pointer(out), numbers)
+def rearrange_wide(record, x, i, numbers):
+    _rearrange(record.rows, x, i, record.out, numbers)
 
 
 @entry
 def tell(rows, numbers, counts):
-    _tell(pointer(rows), numbers, counts)
+    _tell(rows.reshape(-1), numbers, counts)
 
 
 @entry
-def tell_wide(rows, numbers, counts):
-    _tell(wide_pointer(rows), numbers, counts)
+def tell_wide(record, numbers, counts):
+    _tell(record.rows, numbers, counts)
 
 
 @entry
 def fill_eight(x, out):
     store(out, 0, splat(x))
-    store(pointer(out), 1, load(pointer(pointer(out)), 0) + 1.0)
+    store(out, 1, load(out) + 1.0)
 
 
-OPERATE = {SIZE: operate, WIDE_SIZE: operate_wide}
-REARRANGE = {SIZE: rearrange, WIDE_SIZE: rearrange_wide}
-FOLD = {SIZE: fold, WIDE_SIZE: fold_wide}
-TELL = {SIZE: tell, WIDE_SIZE: tell_wide}
+def of_record(kernel, out_at):
+    """The kernel with rows and what it writes as fields of a record, whose type says how long."""
+
+    def call(rows, *args):
+        rest = list(args)
+        out = rest.pop(out_at) if out_at is not None else np.empty((1, rows.shape[1]))
+        record = np.zeros((), [('rows', 'f8', rows.shape), ('out', 'f8', out.shape)])
+        record['rows'], record['out'] = rows, out
+        kernel(record, *rest)
+        rows[:], out[:] = record['rows'], record['out']
+
+    return call
+
+
+OPERATE = {SIZE: operate, WIDE_SIZE: of_record(operate_wide, 2)}
+REARRANGE = {SIZE: rearrange, WIDE_SIZE: of_record(rearrange_wide, 2)}
+FOLD = {SIZE: fold, WIDE_SIZE: of_record(fold_wide, 0)}
+TELL = {SIZE: tell, WIDE_SIZE: of_record(tell_wide, None)}
 WIDTHS = pytest.mark.parametrize('n', [SIZE, WIDE_SIZE])
 
 
@@ -344,7 +356,7 @@ def test_bits_tell_which_lanes_are_negative(row, n):
     same_bits(rows[1], row + 1.0)
 
 
-def test_a_pointer_to_a_pointer_is_that_pointer():
+def test_a_row_can_be_filled_and_loaded_again():
     out = np.zeros((2, SIZE))
     fill_eight(0.25, out)
     same_bits(out, np.repeat([[0.25], [1.25]], SIZE, axis=1))

@@ -12,7 +12,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.outside import Pieces, outside_at, set_piece
-from tauto_core.motion.turning import TERMS, make_memory
+from tauto_core.motion.work import TERMS, make_work
 from tauto_core.ship.interpolation import (
     FORCE_BEFORE,
     MAX_STRIDE,
@@ -30,9 +30,9 @@ def at_instant(forcing, k, x, work, out):
     out[6], out[7] = gravity, length
 
 
-def found(forcing, k, x, memory):
+def found(forcing, k, x, work):
     out = np.full(8, np.nan)
-    at_instant(forcing, k, x, memory.work, out)
+    at_instant(forcing, k, x, work, out)
     return out
 
 
@@ -52,12 +52,12 @@ def wanted(channel, k, x, length):
 @pytest.mark.parametrize('x', [0.0, 0.3, 1.0])
 def test_all_channels_and_their_derivatives_at_once(terms, x):
     """A long piece before a short one: nothing of it may be left."""
-    memory = make_memory(1, 8)
-    found(pieces(1, TERMS, TERMS, TERMS), 0, 0.7, memory)
+    work = make_work(1, ())
+    found(pieces(1, TERMS, TERMS, TERMS), 0, 0.7, work)
     forcing = pieces(2, *terms)
     for k in range(3):
         length = forcing[0][k]
-        said = found(forcing, k, x, memory)
+        said = found(forcing, k, x, work)
         exact = wanted(forcing[1], k, x, length) + wanted(forcing[2], k, x, length)
         exact += [Polynomial(forcing[3][k])(x), length]
         # sums of two dozen terms that grow at most 23 · 22 fold, over length squared
@@ -66,10 +66,10 @@ def test_all_channels_and_their_derivatives_at_once(terms, x):
 
 def test_absent_channels_are_zero():
     length, line, _, _ = pieces(3, 6, 6, 6)
-    said = found(Pieces(length, line, None, None), 1, 0.4, make_memory(1, 8))
+    said = found(Pieces(length, line, None, None), 1, 0.4, make_work(1, ()))
     np.testing.assert_allclose(said[:3], wanted(line, 1, 0.4, length[1]), rtol=1e-13)
     assert not said[3:7].any()
-    assert not found(Pieces(length, None, None, None), 1, 0.4, make_memory(1, 8))[:7].any()
+    assert not found(Pieces(length, None, None, None), 1, 0.4, make_work(1, ()))[:7].any()
 
 
 def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_are_refused():

@@ -16,19 +16,8 @@ import pytest
 
 from tauto_core.kernels import entry
 from tauto_core.motion.lanes import filled, load, store
-from tauto_core.motion.turning import (
-    D1,
-    D2,
-    SETTLED,
-    WHOLE_STEP,
-    X,
-    Y,
-    collocate,
-    finish,
-    make_memory,
-    pointers,
-    row,
-)
+from tauto_core.motion.turning import SETTLED, Step, collocate, copy_planes, finish
+from tauto_core.motion.work import PLANE, WHOLE_STEP, make_work
 
 OMEGA = 1.0, 1.7
 
@@ -42,41 +31,42 @@ class Coupled(NamedTuple):
     def disturb(self, mode: Any, omega: Any, work: Any) -> None:  # noqa: ARG002
         planes = len(omega)
         last = planes - 1
-        first_x, last_x = load(work, row(X, planes, 0)), load(work, row(X, planes, last))
+        first_x, last_x = load(work.x), load(work.x, last)
         for p in range(planes):
-            slope = filled(work, 0.0)
+            slope = filled(work.x, 0.0)
             if p == 0:
                 slope = slope + (2.0 * self.coupling) * (first_x * last_x)
             if p == last:
                 slope = slope + self.coupling * (first_x * first_x - last_x * last_x)
-            resisted = self.damping * load(work, row(Y, planes, p))
-            store(work, row(D1, planes, p), filled(work, 0.0))
-            store(work, row(D2, planes, p), -(resisted + slope / omega[p]))
+            resisted = self.damping * load(work.y, p)
+            store(work.d1, p, filled(work.d1, 0.0))
+            store(work.d2, p, -(resisted + slope / omega[p]))
 
 
 @entry
-def run(system: Any, omega: Any, h: float, steps: int, state: Any, memory: Any) -> Any:
+def run(system: Any, omega: Any, h: float, steps: int, state: Any, work: Any) -> Any:
     """Advance the state; return the largest last coefficient and how often Newton was needed."""
-    worst, newton, memory = 0.0, 0, pointers(memory)
+    worst, newton = 0.0, 0
     for _ in range(steps):
-        last, solved = collocate(system, 0, omega, h, WHOLE_STEP, SETTLED, state, memory)
+        step = Step(system, None, omega, h, WHOLE_STEP, state, work)
+        last, solved = collocate(step, SETTLED)
         worst = last if last > worst else worst
         newton += 1 if solved else 0
         if not last < math.inf:
             break
-        finish(omega, h, WHOLE_STEP, state, memory)
-        for i in range(len(state)):
-            state[i] = memory.end[i]
+        finish(step)
+        copy_planes(omega, work.end, state)
     return worst, newton
 
 
 def advance(x, y, h, steps, *, omega=OMEGA, coupling=0.0, damping=0.0, stages=8):
     """X and Y after so many steps, and what `run` says."""
-    state = np.zeros(4 * len(omega))
-    state[0::4], state[2::4] = x, y
-    memory = make_memory(len(omega), 0, stages)
-    said = run(Coupled(coupling, damping), omega, h, steps, state, memory)
-    return state[0::4].copy(), state[2::4].copy(), said
+    state = np.zeros(len(omega), PLANE)
+    state['x'], state['y'] = x, y
+    said = run(
+        Coupled(coupling, damping), omega, h, steps, state, make_work(len(omega), (), stages)
+    )
+    return state['x'].copy(), state['y'].copy(), said
 
 
 def taylor_step(x, v, omega, coupling, t, order):
@@ -212,10 +202,10 @@ def test_mild_damping_needs_no_newton_and_is_exact():
 
 @pytest.mark.parametrize('coupling', [math.nan, math.inf, -math.inf, 1e300])
 def test_what_cannot_be_solved_is_said_and_leaves_the_state(coupling):
-    state = np.zeros(8)
-    state[0::4], state[2::4] = (0.3, -0.2), (0.1, 0.25)
+    state = np.zeros(2, PLANE)
+    state['x'], state['y'] = (0.3, -0.2), (0.1, 0.25)
     before = state.copy()
-    last, _ = run(Coupled(coupling, 0.0), OMEGA, 0.4, 1, state, make_memory(2, 0))
+    last, _ = run(Coupled(coupling, 0.0), OMEGA, 0.4, 1, state, make_work(2, ()))
     assert last == math.inf
     np.testing.assert_array_equal(state, before)
 
