@@ -138,6 +138,7 @@ def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path
     assert all(node.failure is None for node in nodes)
     for node in nodes:
         assert any('undecodable' in name for name in node.health())
+        bench.until(lambda n=node: n.get_name() in heard.status)
         bench.until(lambda n=node: heard.status[n.get_name()].level > DiagnosticStatus.OK)
     recorder.close()
     bag = read_bag(tmp_path / 'bag')

@@ -141,12 +141,11 @@ def test_the_swinging_thread_is_that_of_forty_digits():
     engine = RealThreads(machine, tolerance=1e-15)
     spans = on_land(1, p['t'])
     engine.release(spans)
-    state, system = engine.state(), engine._model.system
-    for plane, back in zip(state['planes'], (system.to_first, system.to_second), strict=True):
+    system, planes = engine._model.system, engine._state['planes']
+    for plane, back in zip(planes, (system.to_first, system.to_second), strict=True):
         plane['x'] = back[0] * p['theta0'] + back[1] * p['delta0']
-    engine.restore(state)
     found = engine.advance(spans)
-    planes, omega = engine.state()['planes'], engine._model.omega
+    omega = engine._model.omega
     delta = np.dot(system.thread, planes['x'])
     rates = np.array(omega) * planes['y']
     values = {
@@ -197,7 +196,7 @@ def test_energy_is_kept_on_land(trochlea):
     spans = on_land(25_000, 0.2, every=5_000)
 
     def energy():
-        system, omega, planes = engine._model.system, engine._model.omega, engine.state()['planes']
+        system, omega, planes = engine._model.system, engine._model.omega, engine._state['planes']
         places, rates = planes['x'], np.array(omega) * planes['y']
         state = [
             np.dot(row, each) for each in (places, rates) for row in (system.wheel, system.thread)

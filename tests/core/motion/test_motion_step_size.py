@@ -115,7 +115,7 @@ def stepped(engine, state, length_s, level):
     engine._tolerance = engine._tolerance._replace(step=math.inf)
     engine.longest_step_s = length_s / 2**level
     engine.advance(at_rest_at_sea(span(length_s), engine._machine))
-    plane = engine.state()['planes'][0]
+    plane = engine._state['planes'][0]
     return np.array([plane['x'], plane['y']])
 
 
@@ -130,7 +130,7 @@ def test_a_longest_step_errs_by_less_than_its_tolerance_at_every_phase(name):
     machine = machine_of(name)
     engine = Collocation(machine)
     engine.release(at_rest_at_sea(span(1.0), machine))
-    size = abs(engine.state()['planes']['x'][0])
+    size = abs(engine._state['planes']['x'][0])
     period, states = machine.period(machine.release_angle), []
     for _ in range(24):
         stepped(engine, engine.state(), period / 24, 4)

@@ -130,8 +130,13 @@ def main() -> None:
     # no plugin has a say in what a scene means: to look for one reads all that is installed
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
+    whole = app.registered_commands, app.registered_groups
     _leave_out_all_but(*sys.argv[1:2])
-    app()
+    try:
+        app()
+    finally:
+        # who calls this from a program may call it again
+        app.registered_commands, app.registered_groups = whole
 
 
 def _leave_out_all_but(word: str = '') -> None:

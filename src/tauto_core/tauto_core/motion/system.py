@@ -122,8 +122,8 @@ def state_type(planes: int) -> np.dtype[Any]:
 
 
 def state_of(record: NDArray[np.void]) -> dict[str, Any]:
-    """Return what a running state holds, by its names."""
-    return {name: record[name].copy() for name in record.dtype.names or ()}
+    """Return what a running state holds, by its names, in plain numbers: planes are tuples."""
+    return {name: record[name].tolist() for name in record.dtype.names or ()}
 
 
 def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
