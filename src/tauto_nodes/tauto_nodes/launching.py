@@ -35,8 +35,8 @@ NEAR = 0.75
 """Names that resemble each other by so much (difflib) are taken for slips."""
 
 STOP_S = '60'
-"""After a SIGINT a node has so long until a SIGTERM, and then until a SIGKILL [s]: a recorder that
-is killed after launch's own 5 s leaves a bag without metadata."""
+"""Time that a node has after SIGINT until SIGTERM, and after that until SIGKILL [s]. Launch's own
+is 5 s; a recorder that is killed before it has closed its bag leaves it without metadata."""
 
 ARGUMENTS = {
     'scene': 'scene file (absolute path) or name of a shipped scene',
