@@ -48,7 +48,7 @@ class Tauto:
     name = NAME
 
     def __init__(self) -> None:
-        self._warm: set[tuple[str, str]] = set()
+        self._warm: set[tuple[str, str, bool]] = set()
 
     def version(self) -> str:
         """Return the version of tauto_core."""
@@ -58,7 +58,7 @@ class Tauto:
         """Return 'RATE Hz TOLERANCE', coarse to fine, or what needs neither."""
         if isinstance(problem, CaseProblem):
             return tuple(
-                f'{rate} Hz {each}' for rate in (25, 32, 40, 50) for each in _CASE_TOLERANCES
+                f'{rate} Hz {each}' for rate in (32, 40, 50) for each in _CASE_TOLERANCES
             )
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
@@ -75,11 +75,12 @@ class Tauto:
         """Solve the problem."""
         if isinstance(problem, WheelProblem) and setting == _CLOSED_FORM:
             return _on_land(problem, duration_s)
-        key, compiling_s = (problem.key, setting), 0.0
+        long, compiling_s = duration_s > WARM_S, 0.0
+        key = problem.key, setting, long
         if key not in self._warm:
             self._warm.add(key)
             # what is longer than a first run has the code that long runs have
-            with optimised() if duration_s > WARM_S else nullcontext():
+            with optimised() if long else nullcontext():
                 first, again = (_stepped(problem, setting, WARM_S) for _ in range(2))
             compiling_s = max(0.0, first.run_s - again.run_s)
         outcome = _stepped(problem, setting, duration_s)
