@@ -87,7 +87,7 @@ def test_flow_control_and_a_state_file_do_not_go_together(ros: Any, tmp_path: Pa
 
 
 def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
-    bench: Bench, tmp_path: Path
+    bench: Bench, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     options = {'source': 'foreign', 'state_folder': tmp_path, 'state_interval': 0.1}
     arguments = [part for k, v in options.items() for part in ('-p', f'{k}:={v}')]
@@ -106,6 +106,7 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
 
     def sail(first_s: float, end_s: float) -> subprocess.Popen[str]:
         process = start('trochlea', '--ros-args', *arguments)
+        request.addfinalizer(process.kill)
         bench.until(lambda: publisher.get_subscription_count() == 1)
         begun = len(readings)
         for number, payload in enumerate(encode(SHIP_IMU, still_sensor(end_s - first_s, first_s))):
