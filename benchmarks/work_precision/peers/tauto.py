@@ -57,9 +57,7 @@ class Tauto:
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return 'RATE Hz TOLERANCE', coarse to fine, or what needs neither."""
         if isinstance(problem, CaseProblem):
-            return tuple(
-                f'{rate} Hz {each}' for rate in (32, 40, 50) for each in _CASE_TOLERANCES
-            )
+            return tuple(f'{rate} Hz {each}' for rate in (32, 40, 50) for each in _CASE_TOLERANCES)
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
