@@ -39,7 +39,9 @@ def cam_extent(scene: Scene) -> float:
         curve = scene.trochlea.made_cam(scene.gravity)
         ends += [curve.drawn_rad, cheeks_meet_rad(curve)]
     swing = _swing(machine)
-    return min([float(f'{MARGIN * swing:.2g}')] * (swing > 0.0) + ends)
+    if swing > 0.0:
+        ends.append(float(f'{MARGIN * swing:.2g}'))
+    return min(ends)
 
 
 def _swing(machine: AnyMachine) -> float:
