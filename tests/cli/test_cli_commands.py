@@ -358,3 +358,43 @@ def test_refusals_speak_of_what_was_typed(arguments: tuple[str, ...], words: str
     run = tauto(*arguments)
     assert run.exit_code == 2
     assert words in run.stderr
+
+
+def test_keys_of_a_scene_are_set_on_the_command_line() -> None:
+    changed = json.loads(tauto(*MINUTE, '--set', 'trochlea.release_angle=0.3', '--json').stdout)
+    called = voyage.sail(
+        load_scene('cheek_before_euler', duration=60.0, **{'trochlea.release_angle': 0.3}),
+        origin='cheek_before_euler',
+    )
+    assert changed['clock'] == called['clock']
+    facts = json.loads(tauto('scene', 'check', 'ideal', '--set', 'duration=60', '--json').stdout)
+    assert facts['duration_s'] == 60.0
+    drawn = tauto('isochronism', 'ideal', '--amplitudes', '1', '--set', 'trochlea.inertia=1.6e-3')
+    assert 'nominal period' in drawn.stdout
+
+
+@pytest.mark.parametrize(
+    ('setting', 'words'),
+    [
+        ('seed', 'has no KEY='),
+        ('=3', 'has no KEY='),
+        ('seed=', 'has no value'),
+        ('duration=5', 'duration is given twice'),
+        ('voyage.departure=[50.8', "'voyage.departure=[50.8, -1.1]'"),
+        ('trochlea.release_angle=0,3', 'write 0.3'),
+        ('trochlea.release_angel=0.3', 'Did you mean `release_angle`'),
+    ],
+)
+def test_a_setting_that_cannot_be_is_refused_before_anything_starts(
+    setting: str, words: str, tmp_path: Path
+) -> None:
+    run = tauto(*MINUTE, '--set', setting, '--out', tmp_path / 'bag')
+    assert run.exit_code == 2
+    assert words in run.stderr
+    assert not (tmp_path / 'bag').exists()
+
+
+def test_a_bag_was_sailed_already() -> None:
+    run = tauto('plot', BAGS / 'cheek_1min', 'error', '--set', 'seed=2')
+    assert run.exit_code == 2
+    assert '--set' in run.stderr

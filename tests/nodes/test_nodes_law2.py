@@ -62,3 +62,12 @@ def test_bag_of_the_graph_is_the_bag_of_sail(
     assert {key: summary[key] for key in ('clock', 'drift')} == {
         key: offline[key] for key in ('clock', 'drift')
     }
+
+
+def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
+    """Nodes load a file or a name; a scene that was changed after loading is neither."""
+    loaded = load_scene('measured', duration=20.0, **{'trochlea.release_angle': 0.3})
+    plan = Plan('measured', tmp_path / 'graph', 20.0, 0.0, compose=True, changed=True)
+    assert run_graph(plan, loaded, lambda _: None).lost == 0
+    sail(loaded, tmp_path / 'sail')
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 
 from tauto_core.call_words import in_words_of_calls
 from tauto_core.record import Voyage, replay_voyage, sail_voyage
-from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml, shipped_scenes
+from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -52,8 +52,10 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
 
     Args:
         scene: a shipped name, a YAML file, or a scene already loaded.
-        overrides: top-level keys of the scene in place of its own, for example `duration=300.0`
-            or `drift={'observation_interval': 60.0}`; None leaves what is there.
+        overrides: values in place of the scene's own, for example `duration=300.0`, a whole
+            section such as `voyage={…}`, or the path of one key in it,
+            `**{'ship.sea.peak_period': 8.0}`; None leaves what is there. Data paths among them
+            are relative to the working directory.
 
     Raises:
         SceneError: all problems of the scene, with key, value and remedy.
@@ -63,11 +65,13 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
             return load_scene(scene, **overrides)
         if not overrides:
             return scene
-        from tauto_core.scene.yaml_text import read_mapping, write_mapping
+        from tauto_core.scene.loader import checked_scene, set_values
+        from tauto_core.scene.yaml_text import read_mapping
 
         content = read_mapping(scene_yaml(scene), scene.name)
         given = {key: value for key, value in overrides.items() if value is not None}
-        return parse_scene(write_mapping({**content, **given}), scene.name)
+        set_values(content, given, scene.name)
+        return checked_scene(content, scene.name, given)
 
 
 def sail(scene: str | Path | Scene, **overrides: object) -> Voyage:

@@ -28,7 +28,8 @@ def in_words_of_calls() -> Iterator[None]:
 
 
 def _renamed(words: str) -> str:
-    """Return words with `--some-option VALUE` as `some_option=VALUE`."""
+    """Return words with `--some-option VALUE` as `some_option=VALUE`, and `--set KEY` as `KEY`."""
+    words = words.replace('--set ', '')
 
     def argument(match: re.Match[str]) -> str:
         name = match[1].replace('-', '_')

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tauto_core.cli.options import Duration, Settings, given_values
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -68,9 +69,8 @@ def graph(
         Path | None, typer.Option(help='Folder of the bag; default: bags/out/<scene>.')
     ] = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
-    duration: Annotated[
-        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
-    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
     compose: Annotated[
         bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
     ] = False,
@@ -98,14 +98,24 @@ def graph(
     place = _namespace(namespace)
     if executor not in EXECUTORS:
         raise UsageError(f'--executor {executor}: must be {" or ".join(EXECUTORS)}')
-    loaded = load_scene(scene, **({} if duration is None else {'duration': duration}))
+    loaded = load_scene(scene, **given_values(settings, duration))
     with naming(scene, loaded.name):
         check_scene(loaded)
     for warning in oddities(loaded):
         typer.echo(f'tauto: {warning}', err=True)
     folder = out or Path('bags/out') / Path(scene).stem
     check_folder(folder, force=force)
-    plan = Plan(scene, folder, duration or 0.0, pace, force, compose, place, executor)
+    plan = Plan(
+        scene,
+        folder,
+        duration or 0.0,
+        pace,
+        force,
+        compose,
+        place,
+        executor,
+        changed=bool(settings),
+    )
     began_s = time.monotonic()
     with progress_bar(loaded.name) as progress:
         compile_kernels(loaded)  # once, and not in each node

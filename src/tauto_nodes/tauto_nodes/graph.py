@@ -8,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from std_msgs.msg import String
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
-from tauto_core.scene import Scene
+from tauto_core.scene import Scene, scene_yaml
 from tauto_nodes.domains import claim_domain, local_discovery
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
@@ -57,6 +57,8 @@ class Plan:
         namespace: namespace of the graph; empty: the root.
         executor: executor of all nodes, `events` or `single`.
         packed: whether at full speed the nodes send each other many messages in one.
+        changed: whether keys of the scene were given other values, so that the nodes load the
+            scene as it was checked and not what `scene` names.
     """
 
     scene: str
@@ -68,6 +70,7 @@ class Plan:
     namespace: str = ''
     executor: str = 'events'
     packed: bool = True
+    changed: bool = False
 
 
 @dataclass(frozen=True)
@@ -217,6 +220,10 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         folder = Path(temporary)
         report = folder / 'report.json'
         parameters = folder / 'parameters.yaml'
+        if plan.changed:
+            file = folder / 'scene.yaml'
+            file.write_text(scene_yaml(scene), 'utf-8')
+            plan = replace(plan, scene=str(file), duration_s=scene.duration)
         parameters.write_text(yaml.safe_dump(parameters_of(plan, scene, report)), 'utf-8')
         arguments = ['--ros-args', '--params-file', str(parameters)]
         if plan.namespace:

@@ -36,7 +36,7 @@ from tauto_core.cli import (
     show,
 )
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
-from tauto_core.cli.options import AsJson, SceneName
+from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.voice import be_quiet, say
 from tauto_core.scene.errors import TautoError, UsageError
 
@@ -185,9 +185,8 @@ def sail(
     out: Annotated[
         Path | None, typer.Option(help='Folder of the bag; without it no bag is written.')
     ] = None,
-    duration: Annotated[
-        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
-    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -197,7 +196,7 @@ def sail(
     from tauto_core.scene import load_scene
     from tauto_core.scene.plausible import implausible
 
-    loaded = load_scene(scene, duration=duration)
+    loaded = load_scene(scene, **given_values(settings, duration))
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
     odd = implausible(loaded)
@@ -281,13 +280,13 @@ def scenes(as_json: AsJson = False) -> None:
 
 
 @scene_commands.command()
-def check(scene: SceneName, as_json: AsJson = False) -> None:
+def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) -> None:
     """Check a scene without sailing it, and say what would run."""
     from tauto_core.cli.facts import facts_table, scene_facts
     from tauto_core.cli.progress import progress_bar
 
     with progress_bar(scene):
-        facts = scene_facts(scene)
+        facts = scene_facts(scene, given_values(settings))
     _warn(facts.get('warnings', ()))
     _show(facts, None if as_json else facts_table(facts))
 

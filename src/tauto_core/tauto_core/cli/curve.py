@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from tauto_core.cli.options import SceneName
+from tauto_core.cli.options import SceneName, Settings, given_values
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError, naming
 
@@ -53,6 +53,7 @@ def cam(
         float,
         typer.Option(metavar='MM', help='Thickness of the thread; cheeks are cut back by half.'),
     ] = 0.0,
+    settings: Settings = None,
 ) -> None:
     """Give the curve of a cam, to look at and to cut.
 
@@ -80,7 +81,7 @@ def cam(
                 f'--{kind} {file}: ends in {file.suffix}, and what is written is {kind.upper()}. '
                 f'Name it {file.with_suffix("." + kind).name}, or ask for the other format'
             )
-    loaded = load_scene(scene)
+    loaded = load_scene(scene, **given_values(settings))
     with naming(scene, loaded.name), progress_bar(f'cam of {loaded.name}'):
         if loaded.trochlea is None:
             shown = _in_fluid(loaded, files, reach, points, thread)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
@@ -28,11 +29,12 @@ def shipped_summary(name: str) -> str:
     return ' '.join(lines).partition(':')[0]
 
 
-def scene_facts(name_or_path: str) -> dict[str, Any]:
+def scene_facts(name_or_path: str, given: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return what a scene would run, after every check that `tauto sail` makes before it starts.
 
     Args:
         name_or_path: a shipped name or a YAML file.
+        given: values in place of the scene's own, by the paths of the keys.
 
     Returns:
         What `tauto scene check --json` prints. In `expected` are the figures of
@@ -50,7 +52,7 @@ def scene_facts(name_or_path: str) -> dict[str, Any]:
     from tauto_core.scene.errors import naming
     from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
 
-    scene = load_scene(name_or_path)
+    scene = load_scene(name_or_path, **(given or {}))
     with naming(name_or_path, scene.name):
         machine, motion = check_scene(scene)
     warnings = [*oddities(scene), *motion.warnings, *resonances(scene, machine)]

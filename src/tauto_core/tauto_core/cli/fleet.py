@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauto_core.cli.options import AsJson, Plots, SceneName
+from tauto_core.cli.options import (
+    AsJson,
+    Duration,
+    Plots,
+    SceneName,
+    Settings,
+    given_values,
+)
 from tauto_core.cli.voice import say
 from tauto_core.wording import counted, significant
 
@@ -31,9 +38,8 @@ def fleet(
             metavar='FILE', help='YAML: keys of the scene, and how each is drawn for every ship.'
         ),
     ] = None,
-    duration: Annotated[
-        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
-    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once on this machine.')] = 2,
     scheduler: Annotated[
         str | None,
@@ -65,7 +71,8 @@ def fleet(
         check_plot(path)
     crew = Crew(jobs, scheduler)
     draws = read_draws(vary) if vary is not None else {}
-    plan = Plan(load_scene(scene, duration=duration), scene, ships, draws, str(vary or scene))
+    loaded = load_scene(scene, **given_values(settings, duration))
+    plan = Plan(loaded, scene, ships, draws, str(vary or scene))
     with ended_by_sigterm(), counting_bar('ships', ships) as progress:
         result = sail_fleet(plan, crew, out, progress)
     for path in plot or ():

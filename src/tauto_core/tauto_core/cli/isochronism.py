@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauto_core.cli.options import AsJson, SceneName
+from tauto_core.cli.options import AsJson, SceneName, Settings, given_values
 from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ def isochronism(
             metavar='A,B,…', help='Amplitudes of the free swings [rad]; of a body in a fluid [m].'
         ),
     ],
+    settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
     """Give period and rate against amplitude, on land, without drag and escapement.
@@ -33,7 +34,7 @@ def isochronism(
     from tauto_core import machines
     from tauto_core.scene import load_scene
 
-    loaded = load_scene(scene)
+    loaded = load_scene(scene, **given_values(settings))
     if loaded.regulator is not None:
         from tauto_core.machines.fluid_regulator import compile_fluid_pendulum
 

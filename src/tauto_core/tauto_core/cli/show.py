@@ -5,10 +5,11 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tauto_core.cli.options import Duration, Settings, given_values
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
 
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
 Source = Annotated[
     str,
     typer.Argument(metavar='BAG|SCENE', help='A bag, or a scene, which is sailed for it.'),
-]
-Duration = Annotated[
-    float | None, typer.Option(metavar='S', help='Sail a scene this long instead [s].')
 ]
 _WHAT = (
     'error, rate, drift, longitude, stability, amplitude, phase, roll, spectrum, map, cam or '
@@ -41,13 +39,14 @@ def plot(
         ),
     ] = None,
     duration: Duration = None,
+    settings: Settings = None,
 ) -> None:
     """Draw one picture of a bag or a scene."""
     from tauto_core.pictures import check_picture
 
     file = out or Path(f'{Path(source).stem}_{what}.svg')
     check_picture(what, file)
-    _voyage(source, duration).plot(what, file)
+    _voyage(source, given_values(settings, duration)).plot(what, file)
     _written(file)
 
 
@@ -60,6 +59,7 @@ def report(
         ),
     ] = None,
     duration: Duration = None,
+    settings: Settings = None,
 ) -> None:
     """Write one page with all figures and pictures, and the machine as it moves."""
     from tauto_core.report import check_report, write_report
@@ -69,13 +69,13 @@ def report(
     command = (
         shlex.join(['tauto', *sys.argv[1:]]) if len(sys.argv) > 1 else f'tauto report {source}'
     )
-    voyage = _voyage(source, duration)
+    voyage = _voyage(source, given_values(settings, duration))
     say('drawing')
     write_report(voyage, file, command)
     _written(file)
 
 
-def _voyage(source: str, duration: float | None) -> Voyage:
+def _voyage(source: str, given: dict[str, Any]) -> Voyage:
     from tauto_core.api import is_bag
     from tauto_core.cli.progress import progress_bar
     from tauto_core.record import replay_voyage, sail_voyage
@@ -83,14 +83,15 @@ def _voyage(source: str, duration: float | None) -> Voyage:
     from tauto_core.scene.plausible import implausible
 
     if is_bag(source):
-        if duration is not None:
+        if given:
             raise UsageError(
-                '--duration is for a scene, and a bag was sailed already. Leave it out'
+                '--duration and --set are for a scene, and a bag was sailed already. Leave '
+                'them out'
             )
         voyage = replay_voyage(Path(source))
         said = voyage.result['warnings']
     else:
-        scene = load_scene(source, duration=duration)
+        scene = load_scene(source, **given)
         for warning in implausible(scene):
             say(warning)
         with progress_bar(scene.name) as progress:

@@ -14,6 +14,7 @@ from tauto_core.fleets.draws import Normal, OneOf, Uniform, Value
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Problem, SceneError, UsageError
 from tauto_core.scene.loader import checked_scene
+from tauto_core.scene.paths import put_at, value_at
 from tauto_core.scene.yaml_text import read_mapping
 
 MOST_SHIPS = 1_000_000
@@ -80,7 +81,7 @@ class Plan:
         for key, draw in self.draws.items():
             random = np.random.default_rng(_stream(self.scene.seed, number, *key.encode()))
             try:
-                drawn[key] = draw.draw(random, _found(given, key))
+                drawn[key] = draw.draw(random, value_at(given, key))
             except ValueError as error:
                 raise self._refused(number, Problem(key, None, str(error), _CENTRE)) from None
         words = _stream(self.scene.seed, number).generate_state(1, np.uint64)
@@ -103,17 +104,13 @@ class Plan:
             self.ship(number)
 
     def _put(self, content: dict[str, Any], key: str, value: Value, number: int) -> None:
-        *path, last = key.split('.')
-        here: Any = content
-        for name in path:
-            here = _entered(here, name)
-        if isinstance(here, list) and last.isdecimal() and int(last) < len(here):
-            here[int(last)] = value
-        elif isinstance(here, dict):
-            here[last] = value
-        else:
+        try:
+            put_at(content, key, value)
+        except KeyError:
             said = 'there is no such key in the scene'
-            raise self._refused(number, Problem(key, value, said, 'Name a key of the scene.'))
+            raise self._refused(
+                number, Problem(key, value, said, 'Name a key of the scene.')
+            ) from None
 
     def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
         said = f'ship {number}, as drawn: {first.problem}'
@@ -129,27 +126,6 @@ class Plan:
 
 
 _CENTRE = 'Give the mean, or low and high.'
-
-
-def _found(content: Any, key: str) -> Any:
-    """Return the value of a key, None where there is none."""
-    for name in key.split('.'):
-        if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
-            content = content[int(name)]
-        elif isinstance(content, dict):
-            content = content.get(name)
-        else:
-            return None
-    return content
-
-
-def _entered(content: Any, name: str) -> Any:
-    """Return what lies in a mapping or list under a name; a mapping gets one where it is empty."""
-    if isinstance(content, dict):
-        if content.get(name) is None:
-            content[name] = {}
-        return content[name]
-    return _found(content, name)
 
 
 def _stream(seed: int, *which: int) -> np.random.SeedSequence:

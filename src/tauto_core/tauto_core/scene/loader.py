@@ -17,6 +17,7 @@ from tauto_core.scene.errors import Problem, SceneError
 from tauto_core.scene.explain import explain
 from tauto_core.scene.kinds import kind_of, kinds_in
 from tauto_core.scene.models import Scene
+from tauto_core.scene.paths import put_at
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
@@ -50,8 +51,9 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
 
     Args:
         name_or_path: for example `measured` or `scenes/mine.yaml`.
-        overrides: top-level keys set before anything is checked, as `--duration` does; `None`
-            leaves what the file says.
+        overrides: values to set before anything is checked, as `--duration` and `--set` do, by
+            key (`duration`) or path (`ship.sea.peak_period`); `None` leaves what the file says.
+            Data paths among them are relative to the working directory.
 
     Raises:
         SceneError: all problems of the scene, with file, key, value and remedy.
@@ -60,8 +62,9 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
     origin = str(name_or_path)
     content = read_mapping(_read(file, origin), origin)
     given = {key: value for key, value in overrides.items() if value is not None}
-    content = {'name': file.stem} | content | copy.deepcopy(given)
+    content = {'name': file.stem} | content
     _resolve_paths(content, file.parent)
+    set_values(content, given, origin)
     scene = checked_scene(content, origin, given)
     missing = _missing_files(scene)
     if 'duration' not in given:  # a voyage may be cut short
@@ -69,6 +72,26 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
     if missing:
         raise _scene_error(origin, tuple(missing))
     return scene
+
+
+def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str) -> None:
+    """Set values in the mapping of a scene, in place.
+
+    Args:
+        content: as it stands in a YAML file.
+        given: values by key or path; data paths are relative to the working directory.
+        origin: where the mapping comes from, for error messages.
+
+    Raises:
+        SceneError: a path leads through something that has no keys.
+    """
+    for path, value in given.items():
+        try:
+            put_at(content, path, copy.deepcopy(value))
+        except KeyError:
+            said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
+            raise SceneError(origin, path, value, said, remedy) from None
+    _resolve_paths(content, Path.cwd())
 
 
 def parse_scene(text: str, origin: str) -> Scene:
@@ -100,7 +123,7 @@ def checked_scene(
     Args:
         content: content of the file.
         origin: where it comes from, for error messages.
-        given: keys of it that options of the command line gave, for errors.
+        given: values in it that options of the command line gave, by path, for errors.
 
     Raises:
         SceneError: as for `parse_scene`.
@@ -119,9 +142,11 @@ def checked_scene(
 
 
 def _name_option(problem: Problem, given: Mapping[str, object]) -> Problem:
-    if problem.key not in given:
+    place = problem.key.replace('[', '.').replace(']', '') + '.'
+    path = next((each for each in given if place.startswith(f'{each}.')), None)
+    if path is None:
         return problem
-    option = '--' + problem.key.replace('_', '-')
+    option = '--duration' if path == 'duration' else f'--set {path}'
     said = f'{problem.problem} (given by {option})'
     return Problem(problem.key, problem.value, said, problem.remedy)
 

@@ -1,0 +1,48 @@
+"""Values in the mapping of a scene, by the paths of their keys, such as `ship.sea.peak_period`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def value_at(content: Any, path: str) -> Any:
+    """Return the value at a path; None where there is none.
+
+    Args:
+        content: mapping of a scene, as its file holds it.
+        path: keys with dots between them; an item of a list is named by its number, from 0.
+    """
+    for name in path.split('.'):
+        if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
+            content = content[int(name)]
+        elif isinstance(content, dict):
+            content = content.get(name)
+        else:
+            return None
+    return content
+
+
+def put_at(content: dict[str, Any], path: str, value: object) -> None:
+    """Set the value at a path, in place; sections that are absent are added.
+
+    Args:
+        content: as for `value_at`.
+        path: as for `value_at`.
+        value: anything that a scene may hold there.
+
+    Raises:
+        KeyError: the path leads through something that is neither a mapping nor a list with
+            such an item.
+    """
+    *sections, last = path.split('.')
+    here: Any = content
+    for name in sections:
+        if isinstance(here, dict) and here.get(name) is None:
+            here[name] = {}
+        here = value_at(here, name)
+    if isinstance(here, list) and last.isdecimal() and int(last) < len(here):
+        here[int(last)] = value
+    elif isinstance(here, dict):
+        here[last] = value
+    else:
+        raise KeyError(path)

@@ -1,0 +1,73 @@
+"""Keys of a scene by their paths: what is found, what is set, what other files still mean."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tauto_core.scene import SceneError, load_scene
+from tauto_core.scene.paths import put_at, value_at
+
+
+def test_a_path_leads_through_mappings_and_lists() -> None:
+    content = {'voyage': {'waypoints': [[48.5, -6.0], [32.6, -16.9]]}, 'seed': None}
+    assert value_at(content, 'voyage.waypoints.1.0') == 32.6
+    for absent in ('voyage.arrival', 'voyage.waypoints.2', 'voyage.waypoints.x', 'seed.x', 'a.b'):
+        assert value_at(content, absent) is None
+
+
+def test_a_value_is_set_in_place_and_sections_are_added() -> None:
+    content: dict[str, object] = {'voyage': {'waypoints': [[48.5, -6.0]]}, 'drift': None}
+    put_at(content, 'voyage.waypoints.0.1', -7.0)
+    put_at(content, 'drift.lunars.sigma', 60.0)
+    put_at(content, 'seed', 4)
+    assert content == {
+        'voyage': {'waypoints': [[48.5, -7.0]]},
+        'drift': {'lunars': {'sigma': 60.0}},
+        'seed': 4,
+    }
+
+
+@pytest.mark.parametrize('path', ['seed.x', 'seed.x.y', 'list.1', 'list.x', 'list.1.y'])
+def test_a_path_through_a_value_is_no_path(path: str) -> None:
+    with pytest.raises(KeyError):
+        put_at({'seed': 1, 'list': [0]}, path, 2)
+
+
+def test_a_scene_with_one_value_changed_is_the_file_with_that_value(tmp_path: Path) -> None:
+    text = Path(load_scene.__globals__['_SHIPPED'], 'involute_weight_at_sea.yaml').read_text()
+    assert text.count('peak_period: 9.0') == 1
+    file = tmp_path / 'involute_weight_at_sea.yaml'
+    file.write_text(text.replace('peak_period: 9.0', 'peak_period: 7.5'))
+    changed = load_scene('involute_weight_at_sea', **{'ship.sea.peak_period': 7.5})
+    assert changed == load_scene(file)
+    assert changed != load_scene('involute_weight_at_sea')
+
+
+@pytest.mark.parametrize(
+    ('path', 'value', 'key', 'words'),
+    [
+        ('ship.sea.peak_period', -1.0, 'ship.sea.peak_period', 'given by --set ship.sea.peak_'),
+        ('ship.sea', {'kind': 'x'}, 'ship.sea.spectrum', r'given by --set ship.sea\)'),
+        ('ship.sea.peak_perod', 7.0, 'ship.sea.peak_perod', 'Did you mean `peak_period`'),
+        ('duration.minutes', 7.0, 'duration.minutes', 'no such key'),
+    ],
+)
+def test_a_refused_value_names_the_path_that_gave_it(
+    path: str, value: object, key: str, words: str
+) -> None:
+    with pytest.raises(SceneError, match=words) as caught:
+        load_scene('involute_weight_at_sea', **{path: value})
+    assert key in [each.key for each in caught.value.problems]
+
+
+def test_data_that_are_given_lie_in_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'arm.csv').write_text('angle_rad,lever_arm_m\n0,0\n1,0.005\n2,0.01\n')
+    scene = load_scene('measured', **{'trochlea.cam': {'kind': 'table', 'path': 'arm.csv'}})
+    assert scene.trochlea is not None
+    assert getattr(scene.trochlea.cam, 'path', None) == os.path.join(tmp_path, 'arm.csv')
