@@ -179,12 +179,20 @@ def test_a_full_disk_is_named_and_keeps_what_came_in(alone, tmp_path, monkeypatc
     assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
 
 
+WITHOUT_TAUTO = """
+import runpy, sys
+sys.modules['tauto_core'] = None
+sys.argv = sys.argv[1:]
+runpy.run_module(sys.argv[0], run_name='__main__')
+"""
+
+
 @contextmanager
-def _process(*words):
+def _process(*words, start=('-m',)):
     """Yield a dask process of its own, and the address of a scheduler that it names."""
     paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get('PYTHONPATH', '')])
     process = subprocess.Popen(
-        [sys.executable, '-m', 'distributed.cli.' + words[0], *words[1:]],
+        [sys.executable, *start, 'distributed.cli.' + words[0], *words[1:]],
         stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, 'PYTHONPATH': paths},
@@ -217,6 +225,12 @@ def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
             monkeypatch.setattr(workers, 'version', lambda _name: '0.0.1')
             with pytest.raises(WorkerError, match=r'numpy \S+ against 0\.0\.1'):
                 sail_fleet(plan(), Crew(2, address))
+        monkeypatch.undo()
+        with (
+            _process('dask_worker', address, *bare, '--no-nanny', start=('-c', WITHOUT_TAUTO)),
+            pytest.raises(WorkerError, match=r'cannot run tauto_core .*Install\s+tauto_core'),
+        ):
+            sail_fleet(plan(), Crew(2, address))
 
 
 def row(number, error, **values):
