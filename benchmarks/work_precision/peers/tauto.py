@@ -27,7 +27,7 @@ from tauto_core.motion.bearing import BearingMotion
 from tauto_core.samples import JOINT_STATES, NS_PER_S, SHIP_IMU, Batches, JointSamples
 from tauto_core.scene import Scene
 from tauto_core.ship import ShipMotion
-from tauto_core.voyage import CHUNK
+from tauto_core.voyage import QUIET_CHUNK
 
 NAME = 'tauto'
 REPEATS = 1000
@@ -61,7 +61,7 @@ class Tauto:
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
-            return ('1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
+            return ('1.25 Hz', '1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
         # what an escapement keeps going forgets how finely the sea was sampled
         rates = (5, 10) if problem.numbers.impulse_energy else (10, 20)
         # and its steps end at impulses, before they are as long as the tolerance lets them be
@@ -133,8 +133,8 @@ def _at_sea(scene: Scene) -> Outcome:
     ship, stage = ShipMotion(scene), TrochleaStage(scene)
     ready = time.perf_counter()
     said: Batches = {}
-    for _ in range(0, ship.total, CHUNK):
-        said = stage.feed({SHIP_IMU: ship.sense(CHUNK)}) or said
+    for _ in range(0, ship.total, QUIET_CHUNK):
+        said = stage.feed({SHIP_IMU: ship.sense(QUIET_CHUNK)}) or said
     said = stage.finish() or said
     run_s = time.perf_counter() - ready
     wheel = said[JOINT_STATES]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.lanes import SIZE, load, store
 from tauto_core.samples import FloatArray
 
 RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
@@ -44,15 +45,20 @@ def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray)
     for i in range(len(turns)):
         quarters = (turns[i] + eighth) >> bits
         rest[i] = np.int64(turns[i] - (quarters << bits)) * RADIANS_PER_UNIT
-    for i in range(len(turns)):
+    rows = len(turns) // SIZE
+    for i in range(rows):
+        c, s = short_cosine_sine(load(rest, i))
+        store(cosine, i, c)
+        store(sine, i, s)
+    for i in range(SIZE * rows, len(turns)):
         cosine[i], sine[i] = short_cosine_sine(rest[i])
     for i in range(len(turns)):
         quarters = np.int64((turns[i] + eighth) >> bits) & 3
         c, s = cosine[i], sine[i]
-        if quarters & 1:
-            c, s = -s, c
+        # chosen, not branched to: which quarter it is cannot be foreseen
+        across = (quarters & 1) != 0
         back = 1.0 - (quarters & 2)
-        cosine[i], sine[i] = back * c, back * s
+        cosine[i], sine[i] = back * (-s if across else c), back * (c if across else s)
 
 
 @inlined

@@ -21,6 +21,8 @@ from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.felt_step import felt_step_ns
 from tauto_core.ship.imu import plain
 from tauto_core.ship.interpolation import (
+    COARSE_BEFORE,
+    COARSE_NS,
     FORCE_BEFORE,
     FORCE_POINTS,
     MAX_STRIDE,
@@ -113,6 +115,8 @@ class MotionBuffer:
         self._stride = stride
         self._smooth = smooth
         self._by_samples = by_samples and not self._apparent_vertical
+        wide = self._by_samples and step_ns > COARSE_NS
+        self._before = COARSE_BEFORE if wide else ROLL_BEFORE
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
         self._first = 0
@@ -238,7 +242,10 @@ class MotionBuffer:
         from tauto_core.ship.fitting import choose_pieces  # imports kernels
 
         force = self._apparent_vertical or self._apparent_gravity
-        window = (FORCE_BEFORE, FORCE_POINTS) if force else (ROLL_BEFORE, ROLL_POINTS)
+        if force:
+            window = FORCE_BEFORE, FORCE_BEFORE, FORCE_POINTS
+        else:
+            window = self._before, ROLL_BEFORE, ROLL_POINTS
         limits = (bridged_ns, self._max_gap_ns)
         first, last, regular, bridged, gap = choose_pieces(
             times,
@@ -278,12 +285,13 @@ class MotionBuffer:
     def _window(self, pieces: Pieces, piece: IntArray | None) -> Window:
         """Return the samples that make the neutral line over each span."""
         values, rates = self._data['line'], self._data['line_rate']
+        stride, before = self._stride, self._before
         first, fitted = windows(
-            self._times, values, rates, pieces, stride=self._stride, offset=self._first
+            self._times, values, rates, pieces, stride=stride, offset=self._first, before=before
         )
         if piece is not None:
             first = first[piece]
-        return Window(window_nodes(self._stride), values, rates, first, fitted)
+        return Window(window_nodes(stride, before), values, rates, first, fitted)
 
     def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
         return polynomials(

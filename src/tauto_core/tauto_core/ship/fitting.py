@@ -19,7 +19,7 @@ def choose_pieces(
     offset: int,
     begin: int,
     stride: int,
-    window: tuple[int, int],
+    window: tuple[int, int, int],
     log_ns: int,
     end_ns: int,
     limits: tuple[int, int],
@@ -40,8 +40,8 @@ def choose_pieces(
         offset: index of the first of them, counted from the start of the run.
         begin: place in `times` from which on pieces are wanted.
         stride: samples that a regular piece spans, >= 1.
-        window: samples before a piece in a centred window; samples in the window of one that
-            spans one sample.
+        window: samples before a regular piece in its centred window; before one that spans one
+            sample; samples in the window of such a one.
         log_ns: time between logged instants [ns].
         end_ns: no piece begins at or after this time [ns].
         limits: longest distance of samples that is not counted as bridged; longest that is
@@ -83,7 +83,7 @@ def choose_pieces(
                 if not final:
                     break
                 even = False
-        whole = max(k + offset - before, 0) - offset + window[1] <= have
+        whole = max(k + offset - window[1], 0) - offset + window[2] <= have
         if not (even or whole or final):
             break
         span = stride if even else 1
@@ -98,10 +98,12 @@ def choose_pieces(
 
 @compiled
 def _all_even(times: IntArray) -> bool:
-    even = True
+    if len(times) < 2:
+        return True
+    step, uneven = times[1] - times[0], 0
     for i in range(len(times) - 1):
-        even &= times[i + 1] - times[i] == times[1] - times[0]
-    return even
+        uneven |= (times[i + 1] - times[i]) ^ step
+    return uneven == 0
 
 
 @entry

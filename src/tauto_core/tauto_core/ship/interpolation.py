@@ -1,7 +1,8 @@
 """Polynomials that stand for the ship's motion between its samples.
 
 A piece spans n samples. Roll comes with its rate: with one more sample on either side, n + 3
-samples give a Hermite polynomial of degree 2n + 5. The specific force comes without: with four
+samples give a Hermite polynomial of degree 2n + 5 (with three more, where samples are coarse and
+no polynomial is fitted, one of degree 2n + 13). The specific force comes without: with four
 more on either side, n + 9 samples give a Lagrange polynomial of degree n + 8. Both are written in
 powers of x, which runs from 0 to 1 over the piece.
 
@@ -43,6 +44,12 @@ ROLL_BEFORE, ROLL_POINTS = 1, 4
 FORCE_BEFORE, FORCE_POINTS = 4, 10
 MAX_STRIDE = 8
 """Most samples that one piece spans."""
+
+COARSE_NS, COARSE_BEFORE = 400_000_000, 3
+"""Samples farther apart [ns] have wider windows where that costs little: the first piece, whose
+window lies on one side, would be the worst by far. Closer ones would gain nothing by it but
+rounding, which such windows magnify: at 2.5 Hz, in a sea with a peak at 9 s, both are alike.
+"""
 
 
 @dataclass(frozen=True)
@@ -103,6 +110,7 @@ def polynomials(
     *,
     stride: int,
     offset: int,
+    wide: int | None = None,
 ) -> FloatArray:
     """Return the coefficients over some pieces, shape (n, w).
 
@@ -119,19 +127,21 @@ def polynomials(
         pieces: the pieces wanted, in order, (n,).
         stride: samples that a regular piece spans.
         offset: index of the first sample at hand, counted from the start of the run.
+        wide: samples before and after a piece of several samples; None: as above.
     """
     from tauto_core.ship.fitting import fit_hermite, fit_values, fit_windows  # imports kernels
 
     slopes = rates is not None
     before, points = (ROLL_BEFORE, ROLL_POINTS) if slopes else (FORCE_BEFORE, FORCE_POINTS)
-    basis = newton_basis(stride, before, slopes=slopes)
-    size = _conditions(stride, before, slopes=slopes)
+    around = before if wide is None else wide
+    size = _conditions(stride, around, slopes=slopes)
     result = np.empty((len(pieces.begin), size))
     if not len(result):
         return result
     rows = np.flatnonzero(pieces.regular)
     if len(rows):
-        first = pieces.begin[rows] - before
+        basis = newton_basis(stride, around, slopes=slopes)
+        first = pieces.begin[rows] - around
         if rates is None:
             fit_values(basis, size, values, first, rows, result)
         else:
@@ -139,21 +149,22 @@ def polynomials(
             fit_hermite(basis, size, values, rates, step_s, first, rows, result)
     if len(rows) < len(result):
         long = pieces.end - pieces.begin > 1
-        for which, wanted in ((long, stride + 1 + 2 * before), (~long, points)):
+        kinds = (long, around, stride + 1 + 2 * around), (~long, before, points)
+        for which, earlier, wanted in kinds:
             rows = np.flatnonzero(which & ~pieces.regular)
             begin, end = pieces.begin[rows], pieces.end[rows]
             many = min(wanted, offset + len(stamps_ns))
-            first = np.maximum(begin + offset - before, 0) - offset
+            first = np.maximum(begin + offset - earlier, 0) - offset
             first = np.minimum(first, len(stamps_ns) - many)
             fit_windows(stamps_ns, values, rates, (begin, end), first, many, rows, result)
     return result
 
 
-@lru_cache(maxsize=MAX_STRIDE)
-def window_nodes(stride: int) -> tuple[float, ...]:
-    """Return x at the samples of a regular piece's window, of a channel with rates."""
-    points = _conditions(stride, ROLL_BEFORE, slopes=False)
-    return tuple((i - ROLL_BEFORE) / stride for i in range(points))
+@lru_cache(maxsize=2 * MAX_STRIDE)
+def window_nodes(stride: int, before: int) -> tuple[float, ...]:
+    """Return x at the samples of a window of a regular piece, with so many before it."""
+    points = _conditions(stride, before, slopes=False)
+    return tuple((i - before) / stride for i in range(points))
 
 
 def windows(
@@ -164,16 +175,23 @@ def windows(
     *,
     stride: int,
     offset: int,
+    before: int,
 ) -> tuple[IntArray, FloatArray]:
     """Return where in the samples the windows of some pieces begin, (n,), and coefficients.
 
     Those are of the pieces that are not regular; there a window "begins" at −1 less their row.
-    Args: `polynomials`.
+    Args: `polynomials`, with `before` for `wide`.
     """
     others = np.flatnonzero(~pieces.regular)
-    first = pieces.begin - ROLL_BEFORE
+    first = pieces.begin - before
     first[others] = -1 - np.arange(len(others))
     fitted = polynomials(
-        stamps_ns, values, rates, pieces.part(others), stride=stride, offset=offset
+        stamps_ns,
+        values,
+        rates,
+        pieces.part(others),
+        stride=stride,
+        offset=offset,
+        wide=before,
     )
     return first, fitted

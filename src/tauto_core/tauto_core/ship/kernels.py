@@ -311,13 +311,18 @@ def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
         turns: whole turns of the angle before these.
         last: that angle, in (-pi, pi].
     """
-    narrow = abs(last) < 0.5 * math.pi
-    for i in range(len(angle)):
+    narrow, whole, reach = abs(last) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
+    rows = len(angle) // SIZE
+    for i in range(rows):
+        reach = larger(reach, load(angle, i))
+    for i in range(SIZE * rows, len(angle)):
         narrow &= abs(angle[i]) < 0.5 * math.pi
-    if narrow and len(angle):
+    if narrow and largest(reach) < 0.5 * math.pi and len(angle):
         last = angle[-1]
-        for i in range(len(angle)):
-            angle[i] += 2.0 * math.pi * turns
+        for i in range(rows):
+            store(angle, i, load(angle, i) + whole)
+        for i in range(SIZE * rows, len(angle)):
+            angle[i] += whole
         return turns, last
     for i in range(len(angle)):
         now = angle[i] if angle[i] > -math.pi else math.pi

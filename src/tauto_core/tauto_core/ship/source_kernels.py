@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.kernels import compiled, entry, inlined
+from tauto_core.kernels import entry, inlined
 from tauto_core.motion.exact_turns import cosine_sine, short_cosine_sine
 from tauto_core.motion.lanes import SIZE, fma, lane, largest, load, splat, store, with_lane
 from tauto_core.samples import FloatArray
+
+BLOCKS_TOGETHER = 8
+"""Blocks for which a part of the table is used while it is in the processor's first cache."""
 
 
 @entry
@@ -50,62 +53,86 @@ def sum_blocks(
     n = len(phase)
     turns, sine, cosine = np.empty(n, np.uint64), np.empty(n), np.empty(n)
     some = value if value is not None else acceleration
-    strips = some.shape[1] // SIZE  # type: ignore[union-attr]
-    factors = np.empty((n, 6))
-    for block in range(some.shape[0]):  # type: ignore[union-attr]
-        for i in range(n):
-            turns[i] = phase[i] + np.uint64(first_block + block) * increment[i]
-        cosine_sine(turns, cosine, sine)
-        for i in range(n):
-            w, p, q = omega[i], amplitude[i] * cosine[i], amplitude[i] * sine[i]
-            factors[i, 0], factors[i, 1] = p, -q
-            factors[i, 2], factors[i, 3] = -w * q, -w * p
-            factors[i, 4], factors[i, 5] = -w * w * p, w * w * q
-        _accumulate(mean, factors, table, block * strips, strips // 2, value, rate, acceleration)
+    blocks, strips = some.shape[0], some.shape[1] // SIZE  # type: ignore[union-attr]
+    factors = np.empty((BLOCKS_TOGETHER, n, 6))
+    for begin in range(0, blocks, BLOCKS_TOGETHER):
+        count = min(BLOCKS_TOGETHER, blocks - begin)
+        for block in range(count):
+            for i in range(n):
+                turns[i] = phase[i] + np.uint64(first_block + begin + block) * increment[i]
+            cosine_sine(turns, cosine, sine)
+            for i in range(n):
+                w, p, q = omega[i], amplitude[i] * cosine[i], amplitude[i] * sine[i]
+                factors[block, i, 0], factors[block, i, 1] = p, -q
+                factors[block, i, 2], factors[block, i, 3] = -w * q, -w * p
+                factors[block, i, 4], factors[block, i, 5] = -w * w * p, w * w * q
+        for strip in range(0, strips // 2, 2):
+            for block in range(count):
+                middle = (begin + block) * strips + strips // 2
+                _accumulate(mean, factors[block], table, strip, middle, value, rate, acceleration)
 
 
-@compiled
+@inlined
 def _accumulate(
     mean: float,
     factors: FloatArray,
     table: FloatArray,
-    begin: int,
-    strips: int,
+    strip: int,
+    middle: int,
     value: FloatArray | None,
     rate: FloatArray | None,
     acceleration: FloatArray | None,
 ) -> None:
     """Sum factor times table over the components, for the orders asked for.
 
-    Eight samples on either side are summed together: their sums stay in registers.
+    Two eights of samples on either side of the middle of a block are summed together: their sums
+    stay in registers, a factor is read once for all of them, and no sum waits for another.
 
     Args:
-        begin: place of the block in the outputs, in eights of samples.
-        strips: eights of samples on either side.
+        strip: the first of the two eights, counted from the middle.
+        middle: place of the middle in the outputs, in eights of samples.
     """
-    n, middle = len(factors), begin + strips
-    for strip in range(strips):
-        x, y, z = splat(0.0), splat(0.0), splat(0.0)
-        u, v, w = splat(0.0), splat(0.0), splat(0.0)
-        for i in range(n):
-            place = 2 * (strip * n + i)
-            c, s = load(table, place), load(table, place + 1)
-            if value is not None:
-                x, u = fma(c, factors[i, 0], x), fma(s, factors[i, 1], u)
-            if rate is not None:
-                y, v = fma(c, factors[i, 2], y), fma(s, factors[i, 3], v)
-            if acceleration is not None:
-                z, w = fma(c, factors[i, 4], z), fma(s, factors[i, 5], w)
-        right, left = middle + strip, middle - 1 - strip
+    n, x, y, z = len(factors), _no_sums(), _no_sums(), _no_sums()
+    for i in range(n):
+        one, two = 2 * (strip * n + i), 2 * ((strip + 1) * n + i)
+        c, s = load(table, one), load(table, one + 1)
+        d, t = load(table, two), load(table, two + 1)
         if value is not None:
-            store(value, right, mean + (x + u))
-            store(value, left, _turned(mean + (x - u)))
+            x = _added(x, c, s, d, t, factors[i, 0], factors[i, 1])
         if rate is not None:
-            store(rate, right, y + v)
-            store(rate, left, _turned(y - v))
+            y = _added(y, c, s, d, t, factors[i, 2], factors[i, 3])
         if acceleration is not None:
-            store(acceleration, right, z + w)
-            store(acceleration, left, _turned(z - w))
+            z = _added(z, c, s, d, t, factors[i, 4], factors[i, 5])
+    _store_sums(x, mean, middle, strip, value)
+    _store_sums(y, 0.0, middle, strip, rate)
+    _store_sums(z, 0.0, middle, strip, acceleration)
+
+
+@inlined
+def _no_sums() -> tuple[Any, Any, Any, Any]:
+    return splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+
+
+@inlined
+def _added(
+    sums: tuple[Any, Any, Any, Any], c: Any, s: Any, d: Any, t: Any, p: float, q: float
+) -> tuple[Any, Any, Any, Any]:
+    """Add to the sums of cosines and of sines of one eight, then of the next."""
+    return fma(c, p, sums[0]), fma(s, q, sums[1]), fma(d, p, sums[2]), fma(t, q, sums[3])
+
+
+@inlined
+def _store_sums(
+    sums: tuple[Any, Any, Any, Any], mean: float, middle: int, strip: int, out: FloatArray | None
+) -> None:
+    """Write two eights on either side of the middle, in one order."""
+    if out is None:
+        return
+    right, left = middle + strip, middle - 1 - strip
+    store(out, right, mean + (sums[0] + sums[1]))
+    store(out, left, _turned(mean + (sums[0] - sums[1])))
+    store(out, right + 1, mean + (sums[2] + sums[3]))
+    store(out, left - 1, _turned(mean + (sums[2] - sums[3])))
 
 
 @inlined
