@@ -152,3 +152,14 @@ def test_import_is_light():
         "sys.exit(any(m in sys.modules for m in ('llvmlite', 'scipy', 'rosbags', 'mcap')))"
     )
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize('name', ['measured', 'buoy_44004_supply'])
+def test_records_and_response_operators_are_read_without_scipy(name):
+    """Importing scipy.interpolate takes longer than all the rest of a warm start."""
+    code = (
+        'import sys; from tauto_core.scene import load_scene; '
+        f"from tauto_core.ship import ShipMotion; ShipMotion(load_scene('{name}')); "
+        "sys.exit('scipy' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0

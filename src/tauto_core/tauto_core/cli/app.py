@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
-from typer.main import get_command_name
 
 from tauto_core.cli import (
     bag,
@@ -37,6 +36,7 @@ from tauto_core.cli import (
 )
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
+from tauto_core.cli.registered import Registered
 from tauto_core.cli.voice import be_quiet, say
 from tauto_core.scene.errors import TautoError, UsageError
 
@@ -44,8 +44,15 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 
+commands = typer.Typer()
+"""With which the commands are registered."""
+
+
 class Commands(TyperGroup):
     """All commands, with one answer to what goes wrong in any of them, and one `--quiet`."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**{**settings, 'commands': Registered(commands)})
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Remove `--quiet` from the command line, wherever it stands."""
@@ -95,8 +102,8 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 scene_commands = typer.Typer(help='Look at one scene, or begin one.', no_args_is_help=True)
-app.add_typer(scene_commands, name='scene')
-app.add_typer(bag.commands, name='bag')
+commands.add_typer(scene_commands, name='scene')
+commands.add_typer(bag.commands, name='bag')
 
 
 def _print_version(wanted: bool) -> None:
@@ -130,25 +137,7 @@ def main() -> None:
     # no plugin has a say in what a scene means: to look for one reads all that is installed
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
-    whole = app.registered_commands, app.registered_groups
-    _leave_out_all_but(*sys.argv[1:2])
-    try:
-        app()
-    finally:
-        # who calls this from a program may call it again
-        app.registered_commands, app.registered_groups = whole
-
-
-def _leave_out_all_but(word: str = '') -> None:
-    """Forget the other commands where the first word names one: to build them all takes time."""
-    commands = [
-        each
-        for each in app.registered_commands
-        if each.callback and get_command_name(each.name or each.callback.__name__) == word
-    ]
-    groups = [each for each in app.registered_groups if each.name == word]
-    if commands or groups:
-        app.registered_commands, app.registered_groups = commands, groups
+    app()
 
 
 def _tell(words: str, error: BaseException) -> None:
@@ -179,7 +168,7 @@ def _show(result: dict[str, Any], table: RenderableType | None) -> None:
     Console().print(table, crop=False)
 
 
-@app.command()
+@commands.command()
 def sail(
     scene: SceneName,
     out: Annotated[
@@ -212,7 +201,7 @@ def sail(
     _show(result, voyage_table(result))
 
 
-@app.command()
+@commands.command()
 def replay(
     bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
     scene: Annotated[
@@ -264,7 +253,7 @@ def replay(
     _show(result, None if as_json else replay_tables(result))
 
 
-@app.command()
+@commands.command()
 def scenes(as_json: AsJson = False) -> None:
     """List the scenes that ship with Tauto."""
     from tauto_core.cli.facts import shipped_summary
@@ -293,12 +282,12 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
 
 scene_commands.command()(new_scene.new)
 scene_commands.command()(new_scene.schema)
-app.command()(curve.cam)
-app.command()(isochronism.isochronism)
-app.command()(design.design)
-app.command()(compare.compare)
-app.command()(fleet.fleet)
-app.command()(show.plot)
-app.command()(show.report)
-app.command()(euler.euler)
-plugins.add_to(app)
+commands.command()(curve.cam)
+commands.command()(isochronism.isochronism)
+commands.command()(design.design)
+commands.command()(compare.compare)
+commands.command()(fleet.fleet)
+commands.command()(show.plot)
+commands.command()(show.report)
+commands.command()(euler.euler)
+plugins.add_to(commands)

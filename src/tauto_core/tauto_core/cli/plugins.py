@@ -27,10 +27,10 @@ class MissingCommandError(TautoError):
     """A command whose distribution, or what it needs, is not installed."""
 
 
-def add_to(app: typer.Typer) -> None:
+def add_to(commands: typer.Typer) -> None:
     """Register the ROS commands; they are looked for when called."""
     for name, summary in ROS_COMMANDS.items():
-        app.command(
+        commands.command(
             name,
             help=summary,
             add_help_option=False,

@@ -20,6 +20,7 @@ from tauto_core.samples import NS_PER_S, FloatArray
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import MotionDataError
 from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.ship.cubic import spline
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.imu_bag import read_imu
 from tauto_core.ship.motion_csv import read_columns
@@ -146,18 +147,17 @@ def band_limited(
         passband: lowest and highest frequency kept [Hz], the highest below half the sampling rate.
         keep_mean: whether the mean over the record is kept.
     """
-    from scipy.fft import dct  # slow to import
-    from scipy.interpolate import CubicSpline
-
     length = float(time_s[-1])
     steps = round(length / float(np.median(np.diff(time_s))))
-    uniform = CubicSpline(time_s, values)(length / steps * np.arange(steps + 1))
-    coefficients = dct(uniform, type=1) / steps
+    instants = np.asarray(length / steps * np.arange(steps + 1), np.float64)
+    uniform = spline(time_s, values, instants)
+    mirrored = np.concatenate([uniform, uniform[-2:0:-1]])
+    coefficients = np.fft.rfft(mirrored).real / steps
     n = np.arange(1, steps)
     frequency = n / (2.0 * length)
     inside = n[(passband[0] <= frequency) & (frequency <= passband[1])]
     return Harmonics(
-        np.asarray(coefficients[inside], np.float64),
+        coefficients[inside],
         2.0 * length / inside,
         np.zeros(len(inside)),
         0.5 * float(coefficients[0]) if keep_mean else 0.0,

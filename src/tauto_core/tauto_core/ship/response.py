@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
+from tauto_core.ship.cubic import akima
 from tauto_core.ship.encounter import Course
 from tauto_core.ship.sea_sections import Rao, Roll
 from tauto_core.ship.waves import Harmonics
@@ -106,12 +107,9 @@ def operator_answer(
 def _at(
     rao: Rao, real: tuple[float, ...], imaginary: tuple[float, ...], omega: FloatArray
 ) -> NDArray[np.complex128]:
-    from scipy.interpolate import Akima1DInterpolator  # slow to import
-
     frequency = np.array(rao.angular_frequency)
-    parts = [Akima1DInterpolator(frequency, np.array(part))(omega) for part in (real, imaginary)]
-    joined: NDArray[np.complex128] = parts[0] + 1j * parts[1]
-    return joined
+    parts = [akima(frequency, np.array(part), omega) for part in (real, imaginary)]
+    return np.asarray(parts[0] + 1j * parts[1])
 
 
 def _uncovered(

@@ -1,0 +1,34 @@
+"""The curves through points are those of scipy.interpolate, which is slow to import."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import Akima1DInterpolator, CubicSpline
+
+from tauto_core.ship.cubic import akima, spline
+
+RANDOM = np.random.default_rng(1727)
+
+
+def points(n: int, gaps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    x = np.cumsum(RANDOM.uniform(*gaps, n))
+    return x, RANDOM.normal(size=n), np.sort(np.append(RANDOM.uniform(x[0], x[-1], 500), x))
+
+
+@pytest.mark.parametrize('n', [4, 5, 6, 500])
+@pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
+def test_the_spline_is_scipys(n, gaps):
+    """Where steps differ much, scipy takes pivots, and rounding parts the two."""
+    x, y, at = points(n, gaps)
+    expected = CubicSpline(x, y)(at)
+    rounding = 1e-13 * np.max(np.abs(expected))
+    np.testing.assert_allclose(spline(x, y, at), expected, rtol=0, atol=rounding)
+
+
+@pytest.mark.parametrize('n', [2, 3, 4, 5, 500])
+@pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
+def test_akimas_curve_is_scipys(n, gaps):
+    x, y, at = points(n, gaps)
+    y[n // 3 : n // 2] = 1.0  # a straight run, where the weights vanish
+    expected = Akima1DInterpolator(x, y)(at)
+    rounding = 1e-14 * np.max(np.abs(expected))
+    np.testing.assert_allclose(akima(x, y, at), expected, rtol=0, atol=rounding)
