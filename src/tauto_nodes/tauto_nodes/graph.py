@@ -23,12 +23,13 @@ from std_msgs.msg import String
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene
-from tauto_nodes.domains import claim_domain, local_discovery
+from tauto_nodes.domains import claim_domain, enclave_of, local_discovery
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
 from tauto_nodes.launching import fast_dds_profile
 from tauto_nodes.parameter import FOLDER
 from tauto_nodes.qos import CREDIT_QOS
+from tauto_nodes.rclpy_private import RCLError
 from tauto_nodes.recorder import Recorded
 from tauto_nodes.running import executor_named
 from tauto_nodes.supervisor import Supervisor, noted_signals
@@ -160,8 +161,13 @@ class _Watch:
     """Listens to the credits of the graph, for progress and for a standstill."""
 
     def __init__(self, namespace: str, executor: str) -> None:
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
+        args = ['--ros-args', *enclave_of('supervisor')]
+        try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
+        except RCLError as error:
+            try_shutdown()
+            raise GraphError(f'ROS does not start in this environment: {error}') from error
         self._node.create_subscription(String, CREDIT_TOPIC, self._hear, CREDIT_QOS, raw=True)
         self._executor = executor_named(executor)
         self._executor.add_node(self._node)
@@ -223,7 +229,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         names = ('compose',) if plan.compose else NODES
         with Supervisor(folder, environment) as supervisor:
             for name in names:
-                supervisor.start(name, arguments)
+                supervisor.start(name, [*arguments, *enclave_of(name)])
             watch = _Watch(plan.namespace, plan.executor)
             try:
                 while not signals.came and supervisor.exit_code(names[0]) is None:
