@@ -14,7 +14,7 @@ from tauto_nodes.packs import MOST_BYTES, pack, unpack
 
 @given(st.lists(st.binary(max_size=300), max_size=50))
 def test_what_is_packed_comes_out(payloads: list[bytes]) -> None:
-    assert [one for octets in pack(payloads) for one in unpack(octets)] == payloads
+    assert [one for octets in pack(payloads) for one in unpack('scene', octets)] == payloads
 
 
 def test_packs_fit_a_datagram_unless_a_message_does_not() -> None:
@@ -22,23 +22,27 @@ def test_packs_fit_a_datagram_unless_a_message_does_not() -> None:
     assert len(sizes) == 4
     assert max(sizes) < 65_000
     big = bytes(2 * MOST_BYTES)
-    assert [unpack(octets) for octets in pack([b'a', big, b'b'])] == [[b'a'], [big], [b'b']]
+    assert [unpack('scene', octets) for octets in pack([b'a', big, b'b'])] == [
+        [b'a'],
+        [big],
+        [b'b'],
+    ]
 
 
 def test_a_pack_is_a_message_of_its_type_and_padding_does_no_harm() -> None:
     (octets,) = pack([b'abc', b'de'])
     message = deserialize_message(octets, UInt8MultiArray)
     assert bytes(message.data).endswith(b'abcde')
-    assert unpack(octets + bytes(3)) == [b'abc', b'de']
+    assert unpack('scene', octets + bytes(3)) == [b'abc', b'de']
 
 
 @pytest.mark.parametrize('cut', [0, 4, 15, 19, 27, -1])
 def test_what_is_cut_short_is_refused(cut: int) -> None:
     (octets,) = pack([b'abc', b'de'])
-    with pytest.raises(NodesError):
-        unpack(octets[:cut])
+    with pytest.raises(NodesError, match='_tauto/pack/scene: '):
+        unpack('scene', octets[:cut])
 
 
 def test_random_octets_are_refused_or_hold_no_more_than_they_are() -> None:
     with pytest.raises(NodesError):
-        unpack(b'\xff' * 64)
+        unpack('scene', b'\xff' * 64)

@@ -8,10 +8,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+from rclpy.node import Node
 
 from tauto_core.bags import read_bag
 
@@ -204,7 +205,9 @@ def remove_unused(files: set[str]) -> None:
             file.with_name(name).unlink(missing_ok=True)
 
 
-def test_a_node_that_dies_is_named(tmp_path: Path) -> None:
+def test_a_node_that_dies_is_named_and_each_has_its_enclave(
+    tmp_path: Path, ros: Callable[[Sequence[str]], None]
+) -> None:
     out = tmp_path / 'bag'
     process = subprocess.Popen(
         tauto('graph', 'measured', '--speed', '5', '--out', str(out)),
@@ -212,6 +215,12 @@ def test_a_node_that_dies_is_named(tmp_path: Path) -> None:
         text=True,
     )
     until(lambda: len(nodes_under(process.pid)) == 5)
+    ros(())
+    onlooker = Node('onlooker')
+    found = onlooker.get_node_names_and_namespaces_with_enclaves
+    enclaves = {(name, '/', f'/tauto/{name}') for name in (*NODES, 'supervisor')}
+    until(lambda: {row for row in found() if row[0] != 'onlooker'} == enclaves)
+    onlooker.destroy_node()
     victim = node_of(process.pid, 'longitude')
     left = shared_memory(victim)
     os.kill(victim, signal.SIGKILL)
@@ -285,6 +294,22 @@ def test_a_full_disk_is_told_and_what_was_written_can_be_read(
     assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
 
 
+def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
+    nowhere = tmp_path / 'keystore'
+    secure = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_KEYSTORE': str(nowhere)}
+    done = subprocess.run(
+        tauto('graph', 'measured', '--out', str(tmp_path / 'bag')),
+        env={**os.environ, **secure, 'ROS_SECURITY_STRATEGY': 'Enforce'},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert f"'{nowhere}/enclaves/tauto/supervisor' does not exist" in done.stderr
+    assert 'Traceback' not in done.stderr
+    assert not (tmp_path / 'bag').exists()
+
+
 def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     out = tmp_path / 'bag'
     done = subprocess.run(
@@ -299,6 +324,7 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     result = json.loads(done.stdout)
     assert result['topics']['clock/reading'] == {'received': 21, 'written': 21, 'lost': 0}
     assert result['bag'] == str(out)
+    assert 0.0 < result['voyage_s'] < result['wall_s'] - result['start_s']
     played = subprocess.run(
         tauto('play', str(out), '--rate', '100', '--topic', 'clock/reading'),
         capture_output=True,

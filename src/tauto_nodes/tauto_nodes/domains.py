@@ -1,4 +1,4 @@
-"""Free ROS domains, so that graphs on one machine do not meet."""
+"""Where a graph lives: its ROS domain, how far it is discovered, the enclaves of its nodes."""
 
 from __future__ import annotations
 
@@ -21,6 +21,14 @@ _PORTS_PER_DOMAIN = 250
 def local_discovery() -> dict[str, str]:
     """Return the environment that keeps discovery on this machine; empty where one is set."""
     return {} if os.environ.get(RANGE) else {RANGE: 'LOCALHOST'}
+
+
+def enclave_of(name: str) -> list[str]:
+    """Return the ROS arguments that name a node's enclave, as in `config/sros2_policy.xml`.
+
+    Without ROS_SECURITY_ENABLE an enclave is a name and nothing more.
+    """
+    return ['--enclave', f'/tauto/{name}']
 
 
 @dataclass

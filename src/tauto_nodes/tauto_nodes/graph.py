@@ -16,18 +16,21 @@ import rclpy
 import yaml
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from rclpy.utilities import try_shutdown
 from std_msgs.msg import String
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
-from tauto_nodes.domains import claim_domain, local_discovery
+from tauto_nodes.domains import claim_domain, enclave_of, local_discovery
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
 from tauto_nodes.launching import fast_dds_profile
 from tauto_nodes.parameter import FOLDER
 from tauto_nodes.qos import CREDIT_QOS
+from tauto_nodes.rclpy_private import RCLError
+from tauto_nodes.recorder import Recorded
 from tauto_nodes.running import executor_named
 from tauto_nodes.supervisor import Supervisor, noted_signals
 
@@ -80,7 +83,7 @@ class Outcome:
     Args:
         counts: received, written and lost, by topic.
         signal: number of the signal that ended the voyage early; 0: it went to its end.
-        start_s: wall time until the first message was sent [s].
+        start_s: wall time until the recorder got its first message [s].
         voyage_s: wall time from then to the closed bag [s].
     """
 
@@ -160,33 +163,35 @@ def graph_environment() -> Iterator[dict[str, str]]:
 class _Watch:
     """Listens to the credits of the graph, for progress and for a standstill."""
 
-    def __init__(self, namespace: str) -> None:
-        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
+    def __init__(self, namespace: str, executor: str) -> None:
+        args = ['--ros-args', *enclave_of('supervisor')]
+        try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
+        except RCLError as error:
+            try_shutdown()
+            raise GraphError(f'ROS does not start in this environment: {error}') from error
         self._node.create_subscription(String, CREDIT_TOPIC, self._hear, CREDIT_QOS, raw=True)
-        self._executor = executor_named('single')
+        self._executor = executor_named(executor)
         self._executor.add_node(self._node)
         self.reports: dict[str, Report] = {}
         self.heard_s: dict[str, float] = {}
         self._spun_s = time.monotonic()
         self.moved_s = time.monotonic()
-        self.started_s: float | None = None
 
     def _hear(self, octets: bytes) -> None:
         report = Report.from_octets(octets)
         self.heard_s[report.node] = time.monotonic()
         if self.reports.get(report.node) != report:
             self.moved_s = time.monotonic()
-            if self.started_s is None and any(report.taken.values()):
-                self.started_s = self.moved_s
         self.reports[report.node] = report
 
     def spin(self) -> None:
-        """Listen for a moment."""
+        """Listen for a moment, to all reports that come."""
         stood_s = time.monotonic() - self._spun_s
         if stood_s > OWN_PAUSE_S:  # this process stood still, and heard nobody meanwhile
             self.heard_s = {node: at_s + stood_s for node, at_s in self.heard_s.items()}
-        self._executor.spin_once(timeout_sec=SPIN_S)
+        self._executor.spin_until_future_complete(Future(), SPIN_S)
         self._spun_s = time.monotonic()
 
     def recorded(self, topic: str) -> int:
@@ -231,8 +236,8 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         names = ('compose',) if plan.compose else NODES
         with Supervisor(folder, environment) as supervisor:
             for name in names:
-                supervisor.start(name, arguments)
-            watch = _Watch(plan.namespace)
+                supervisor.start(name, [*arguments, *enclave_of(name)])
+            watch = _Watch(plan.namespace, plan.executor)
             try:
                 while not signals.came and supervisor.exit_code(names[0]) is None:
                     watch.spin()
@@ -241,13 +246,18 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
                     _check_stall(watch)
             finally:
                 watch.close()
-            end_s = time.monotonic()
             killed = supervisor.stop()
-        counts = _counts(report, supervisor, names[0], interrupted=signals.came > 0)
+        recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
         if killed:
             raise GraphError(f'{", ".join(killed)} did not end on SIGTERM and had to be killed')
-        started_s = watch.started_s or end_s
-        return Outcome(counts, signals.came, started_s - born_s, end_s - started_s)
+        if recorded is None or recorded.began_s is None:
+            return Outcome(signal=signals.came)
+        return Outcome(
+            recorded.topics,
+            signals.came,
+            start_s=recorded.began_s - born_s,
+            voyage_s=recorded.closed_s - recorded.began_s,
+        )
 
 
 def _check_stall(watch: _Watch) -> None:
@@ -266,23 +276,19 @@ def _check_stall(watch: _Watch) -> None:
         )
 
 
-def _counts(
+def _recorded(
     report: Path, supervisor: Supervisor, name: str, *, interrupted: bool
-) -> dict[str, dict[str, int]]:
-    """Return the recorder's counts; raise if its process ended in any other way than a loss."""
-    counts: dict[str, dict[str, int]] = {}
-    complete = True
-    if report.is_file():
-        said = json.loads(report.read_text('utf-8'))
-        counts, complete = said['topics'], said['complete']
-    lost = any(numbers['lost'] for numbers in counts.values())
+) -> Recorded | None:
+    """Return the recorder's report; raise if its process ended in any other way than a loss."""
+    said = Recorded(**json.loads(report.read_text('utf-8'))) if report.is_file() else None
     if interrupted:
-        return counts
-    if supervisor.exit_code(name) == (1 if lost else 0):
-        if not complete:
-            raise GraphError(
-                f'node {name} was stopped before the voyage was over; the bag holds what was '
-                'sailed until then, and says so (cut_short). Start the voyage again'
-            )
-        return counts
-    raise supervisor.died(name)
+        return said
+    lost = said is not None and any(numbers['lost'] for numbers in said.topics.values())
+    if supervisor.exit_code(name) != (1 if lost else 0):
+        raise supervisor.died(name)
+    if said is not None and not said.complete:
+        raise GraphError(
+            f'node {name} was stopped before the voyage was over; the bag holds what was '
+            'sailed until then, and says so (cut_short). Start the voyage again'
+        )
+    return said

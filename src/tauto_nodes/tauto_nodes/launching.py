@@ -15,7 +15,7 @@ from tauto_core.readiness import check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError
-from tauto_nodes.domains import local_discovery
+from tauto_nodes.domains import enclave_of, local_discovery
 from tauto_nodes.errors import GraphError, ParameterError
 from tauto_nodes.parameters import PARAMETERS
 from tauto_nodes.running import SUPERVISOR
@@ -182,6 +182,7 @@ def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: 
         name=name,
         namespace=given['namespace'],
         parameters=[given['params_file'], {'executor': given['executor'], **own}],
+        ros_arguments=enclave_of(name),
         remappings=[(SHIP_IMU, imu)] if imu != SHIP_IMU else [],
         output='screen',
         sigterm_timeout=STOP_S,

@@ -41,8 +41,12 @@ def _packed(payloads: Sequence[bytes]) -> bytes:
     return _HEAD.pack(_LITTLE_ENDIAN, 0, 0, len(data)) + data
 
 
-def unpack(octets: bytes) -> list[bytes]:
+def unpack(topic: str, octets: bytes) -> list[bytes]:
     """Return the messages of a serialised pack.
+
+    Args:
+        topic: whose messages they are.
+        octets: the pack.
 
     Raises:
         NodesError: it is none.
@@ -51,10 +55,12 @@ def unpack(octets: bytes) -> list[bytes]:
         (n,) = struct.unpack_from('<I', octets, _HEAD.size)
         lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 4)
     except struct.error:
-        raise NodesError(f'not a pack of messages: {octets[:40]!r}') from None
+        raise NodesError(f'{PACK_TOPIC}{topic}: not a pack of messages: {octets[:40]!r}') from None
     at = _HEAD.size + 4 * (n + 1)
     if at + sum(lengths) > len(octets):
-        raise NodesError(f'a pack of {n} messages is cut short: {len(octets)} bytes')
+        raise NodesError(
+            f'{PACK_TOPIC}{topic}: a pack of {n} messages is cut short: {len(octets)} bytes'
+        )
     messages = []
     for length in lengths:
         messages.append(octets[at : at + length])

@@ -178,7 +178,7 @@ class PortNode(Node):
             return self.create_subscription(
                 UInt8MultiArray,
                 PACK_TOPIC + port.name,
-                self.guard(lambda octets: self.received(source, unpack(octets))),
+                self.guard(lambda octets: self.received(source, unpack(port.name, octets))),
                 PACK_QOS,
                 raw=True,
                 event_callbacks=events,

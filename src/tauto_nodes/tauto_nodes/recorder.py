@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,25 @@ from tauto_nodes.stage_node import scene_of
 
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the recorder says of a voyage, as JSON, in the file that `report` names.
+
+    Times are those of `time.monotonic()`, which on Linux is one clock for all processes.
+
+    Args:
+        complete: whether the ends of all topics had come.
+        began_s: when its first message came [s]; None: none came.
+        closed_s: when the bag was closed [s].
+        topics: received, written and lost, by topic.
+    """
+
+    complete: bool
+    began_s: float | None
+    closed_s: float
+    topics: dict[str, Any]
 
 
 def topics_of(settings: Settings) -> list[str]:
@@ -67,6 +87,7 @@ class Recorder(Member):
             compression=self.settings.text('compression'),
         )
         self._closed = False
+        self._began_s: float | None = None
         self._newest_ns: dict[str, int] = {}
         # Without flow control nobody says when a voyage is over: stopping the recorder ends it.
         self._complete = not self.settings.credits
@@ -84,6 +105,8 @@ class Recorder(Member):
 
         The scene of our own graph is written first, so that any bag says what it holds.
         """
+        if payloads and self._began_s is None:
+            self._began_s = time.monotonic()
         if self._waits_for_scene:
             for topic, messages in payloads.items():
                 self._early.setdefault(topic, []).extend(messages)
@@ -160,7 +183,7 @@ class Recorder(Member):
             failed = self.failure
             self._bag.__exit__(type(failed) if failed else None, failed, None)
         if self.failure is None:
-            self._tell()
+            self._tell(closed_s=time.monotonic())
 
     def counts(self) -> dict[str, dict[str, int | None]]:
         """Return the numbers received, written and lost by topic; lost is None if unknown.
@@ -180,7 +203,7 @@ class Recorder(Member):
             for topic, source in self.inputs.items()
         }
 
-    def _tell(self) -> None:
+    def _tell(self, closed_s: float) -> None:
         counts = self.counts()
         for topic, numbers in counts.items():
             lost = numbers['lost']
@@ -199,8 +222,8 @@ class Recorder(Member):
                 'stopped before the end of the voyage; the bag says so (cut_short)'
             )
         if self.settings.text('report'):
-            report = {'complete': self._complete, 'topics': counts}
-            Path(self.settings.text('report')).write_text(json.dumps(report), 'utf-8')
+            report = Recorded(self._complete, self._began_s, closed_s, counts)
+            Path(self.settings.text('report')).write_text(json.dumps(asdict(report)), 'utf-8')
 
 
 main = main_of(Recorder)

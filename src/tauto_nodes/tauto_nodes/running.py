@@ -142,7 +142,9 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        return _complain('tauto_nodes', ParameterError(f'command line or parameter file: {error}'))
+        return _complain(
+            'tauto_nodes', ParameterError(f'command line, parameter file or environment: {error}')
+        )
     except Exception as error:
         return _complain('tauto_nodes', error)
     finally:

@@ -1,0 +1,117 @@
+"""The policy for SROS 2 allows what the nodes do, and nothing that they never do."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from conftest import Bench, overrides
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from visualization_msgs.msg import MarkerArray
+
+from tauto_core.bags import TOPICS
+from tauto_core.samples import SHIP_IMU
+from tauto_core.scene import load_scene
+from tauto_core.voyage import sail
+from tauto_nodes.drift_estimator import DriftEstimator
+from tauto_nodes.graph import NODES
+from tauto_nodes.longitude import Longitude
+from tauto_nodes.markers import Markers
+from tauto_nodes.packs import PACK_TOPIC
+from tauto_nodes.player import Player
+from tauto_nodes.recorder import Recorder
+from tauto_nodes.ship_motion import ShipMotion
+from tauto_nodes.trochlea import Trochlea
+
+POLICY = Path(__file__).parents[2] / 'src/tauto_nodes/config/sros2_policy.xml'
+CREDITS: dict[str, Any] = {'flow_control': 'credits', 'packed': True, 'graph': NODES}
+
+Ports = dict[tuple[str, str], set[str]]
+
+OPTIONAL: Ports = defaultdict(
+    set,
+    {
+        # with publish_clock
+        ('ship_motion', 'publish'): {'/clock'},
+        # with drift.covariates
+        ('drift_estimator', 'subscribe'): {f'/{SHIP_IMU}', f'/{PACK_TOPIC}{SHIP_IMU}'},
+        # where tf2_msgs is installed
+        ('markers', 'publish'): {'/tf'},
+        # what the bag has
+        ('player', 'publish'): {'/clock', *(f'/{topic}' for topic in TOPICS)},
+    },
+)
+"""What a node does only in some configurations; on /clock any of them listens to sim time."""
+
+
+def allowed() -> Ports:
+    """Return what the policy allows, by node and way, as full names in the root namespace."""
+    found: Ports = defaultdict(set)
+    for enclave in ElementTree.parse(POLICY).getroot().iter('enclave'):
+        for profile in enclave.iter('profile'):
+            node = profile.get('node', '')
+            assert enclave.get('path') == f'/tauto/{node}'
+            assert profile.get('ns') == '/'
+            for rules in profile:
+                (way,) = rules.keys()
+                assert rules.get(way) == 'ALLOW'
+                for rule in rules:
+                    name = (rule.text or '').replace('~', f'/{node}')
+                    found[node, way].add(name if name.startswith('/') else f'/{name}')
+    return found
+
+
+def add_ports(found: Ports, name: str, onlooker: Node) -> None:
+    """Add what a node of the graph does, as other nodes see it."""
+    asked = {
+        'publish': onlooker.get_publisher_names_and_types_by_node,
+        'subscribe': onlooker.get_subscriber_names_and_types_by_node,
+        'reply': onlooker.get_service_names_and_types_by_node,
+        'request': onlooker.get_client_names_and_types_by_node,
+    }
+    for way, names in asked.items():
+        found[name, way] |= {full for full, _ in names(name, '/')}
+
+
+@pytest.fixture
+def seen(bench: Bench, tmp_path: Path) -> Ports:
+    """Return what all nodes do, those of a packed graph and those without flow control."""
+    sail(load_scene('measured', duration=1.0), tmp_path / 'sailed')
+    found: Ports = defaultdict(set)
+    onlooker = bench.add(Node('onlooker'))
+    onlooker.create_subscription(MarkerArray, 'markers', lambda _: None, QoSProfile(depth=1))
+    for flow in ({}, CREDITS):
+        nodes = [
+            ShipMotion(**overrides(scene='measured', **flow)),
+            Trochlea(**overrides(scene='measured', **flow)),
+            DriftEstimator(**overrides(scene='measured', **flow)),
+            Longitude(**overrides(scene='measured', **flow)),
+            Recorder(**overrides(output=str(tmp_path / f'recorded{len(flow)}'), **flow)),
+        ]
+        if not flow:
+            player = Player(**overrides(bag=str(tmp_path / 'sailed'), topics=['scene']))
+            nodes += [player, Markers(**overrides(scene='measured'))]
+        bench.add(*nodes)
+        bench.until(lambda nodes=nodes: all(node.diagnostics for node in nodes))
+        if not flow:
+            bench.until(lambda node=nodes[-1]: len(node.inputs) == 2)
+        for node in nodes:
+            add_ports(found, node.get_name(), onlooker)
+        for node in nodes:
+            node.close()
+            bench.remove(node)
+    return found
+
+
+def test_the_policy_allows_what_the_nodes_do_and_no_more(seen: Ports) -> None:
+    policy = allowed()
+    for way in ('publish', 'subscribe', 'reply', 'request'):
+        for node in (*NODES, 'player', 'markers'):
+            sim_time = {'/clock'} if way == 'subscribe' else set()
+            most = seen[node, way] | OPTIONAL[node, way] | sim_time
+            assert policy[node, way] >= seen[node, way], (node, way)
+            assert policy[node, way] <= most, (node, way)
