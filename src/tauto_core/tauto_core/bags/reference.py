@@ -1,4 +1,4 @@
-"""The topic reference, docs/topics.md, from the table.
+"""The topic reference, docs/topics.md, made from the topic table.
 
 `python -m tauto_core.bags.reference > docs/topics.md` writes it anew.
 """
@@ -11,20 +11,23 @@ from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, Field, MessageType
 
 _HEAD = """# Topics
 
-**`trochlea/phase`, `drift/estimate` and `longitude/error` are stamped named scalars, sent as
-`sensor_msgs/JointState`: their `position` holds values of the names, no joints.** Subscribe no
-`robot_state_publisher` to them; `trochlea/joint_states` alone is of a joint. Why no other type:
-`diagnostic_msgs/KeyValue` has no stamp and spells numbers as text; `Vector3Stamped` has no names
-and takes three values of one frame, not five of different units; `Float64` would take four or
-five topics, to be joined by a stamp that it has not; a `tauto_msgs` of our own needs generated
-code, which pip cannot build, on every machine that only wants to open a bag. JointState is in
-every ROS 2, has a stamp, names and any number of doubles, and plotting tools label its curves by
-the names.
+**`trochlea/phase`, `drift/estimate` and `longitude/error` carry named scalars with a stamp as
+`sensor_msgs/JointState`: `position` holds the values that `name` names; they are not joints.** Do
+not subscribe a `robot_state_publisher` to them; only `trochlea/joint_states` describes a joint.
 
-Names are relative: a clock in a namespace has them all below it. Only standard messages are used.
-Every publisher is RELIABLE and KEEP_LAST; a latched topic is TRANSIENT_LOCAL, the others are
-VOLATILE; deadline, lifespan and liveliness are left infinite. In a bag the log time of a message
-is its stamp; `scene`, which has no header, has the stamp of the start.
+JointState is part of every ROS 2 installation and has a stamp, names and any number of doubles;
+plotting tools label its curves by the names. The alternatives are worse:
+
+- `diagnostic_msgs/KeyValue` has no stamp and carries numbers as text.
+- `Vector3Stamped` has no names and holds three values of one frame, not five of different units.
+- `Float64` would need four or five topics, and has no stamp by which to join them.
+- A `tauto_msgs` package of our own would need generated code, which pip cannot build, on every
+  machine that only wants to open a bag.
+
+Topic names are relative, so a clock in a namespace has all of them in that namespace. Only
+standard messages are used. Every publisher is RELIABLE and KEEP_LAST; a latched topic is
+TRANSIENT_LOCAL, the others are VOLATILE; deadline, lifespan and liveliness are infinite. In a bag
+the log time of a message is its stamp; `scene`, which has no header, has the stamp of the start.
 
 This page is made from `tauto_core/bags/table.py` by `python -m tauto_core.bags.reference`.
 
@@ -35,8 +38,8 @@ This page is made from `tauto_core/bags/table.py` by `python -m tauto_core.bags.
 _FIELDS = """
 ## Fields
 
-A batch of n samples holds one array a field, whose first axis is the sample; what is marked
-"batch" is one value for the whole batch.
+A batch of n samples has one array for each field, whose first axis is the sample. A field marked
+"batch" has one value for the whole batch.
 """
 
 

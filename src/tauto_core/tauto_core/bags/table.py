@@ -1,6 +1,6 @@
-"""The topic table: what every topic carries, who publishes it and how.
+"""The topic table: the content, publisher and QoS of every topic.
 
-Nodes, the codec, the writer, the reader and docs/topics.md all come from it.
+Nodes, codec, writer, reader and docs/topics.md all use it.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ Kind: TypeAlias = Literal[
 ]
 
 DEPTH = 1000
-"""KEEP_LAST depth of the streams: above the 800 messages that flow control lets be in flight."""
+"""KEEP_LAST depth of the streams, above the 800 messages that flow control allows in flight."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """One message field, in the order of the wire, and the sample field behind it.
+    """One message field, in the order of serialisation, and the sample field that holds it.
 
     Args:
-        message: path in the message, for example `header.stamp`; of consecutive `float64` members
-            of one struct, the struct (its members follow in the order of the message definition).
+        message: path in the message, for example `header.stamp`; for consecutive `float64` members
+            of one struct, the path of the struct.
         sample: attribute of the sample class.
-        kind: primitive on the wire. `time` is int32 seconds and uint32 nanoseconds, in the sample
-            one integer of nanoseconds.
-        length: number of consecutive primitives; in the sample the last axis where above 1.
+        kind: primitive type in the message. `time` is int32 seconds and uint32 nanoseconds, in
+            the sample one integer of nanoseconds.
+        length: number of consecutive primitives; if above 1, the last axis of the sample field.
         unit: unit of the value, empty where it has none.
         shared: whether the sample class holds one value for the whole batch.
     """
@@ -51,7 +51,7 @@ class MessageType:
 
     @property
     def stamped(self) -> bool:
-        """Whether the message has a header; else its stamp is the log time."""
+        """Whether the message has a header; if not, its stamp is the log time."""
         return self.fields[0].kind == 'time'
 
 
@@ -126,8 +126,8 @@ MESSAGE_TYPES: dict[str, MessageType] = {
 class Topic:
     """One topic of the suite.
 
-    QoS is RELIABLE, KEEP_LAST of `depth`, VOLATILE, or TRANSIENT_LOCAL where `latched`; deadline,
-    lifespan and liveliness are left infinite, since foreign publishers would not match them.
+    The QoS is RELIABLE, KEEP_LAST of `depth`, and VOLATILE, or TRANSIENT_LOCAL if `latched`.
+    Deadline, lifespan and liveliness are infinite, since publishers of others would not match.
 
     Args:
         name: relative name.
@@ -157,12 +157,12 @@ class Topic:
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """The message's fields in the order of the wire."""
+        """The fields of the message in the order of serialisation."""
         return self.message.fields
 
     @property
     def stamped(self) -> bool:
-        """Whether the message has a header; else its stamp is the log time."""
+        """Whether the message has a header; if not, its stamp is the log time."""
         return self.message.stamped
 
 
@@ -173,7 +173,7 @@ TOPICS: dict[str, Topic] = {
             s.SCENE,
             STRING,
             'ship_motion',
-            'the resolved scene as YAML: the bag explains itself; once, at the start',
+            'the resolved scene as YAML, so that a bag needs no other file; once, at the start',
             depth=1,
             latched=True,
         ),
@@ -184,7 +184,7 @@ TOPICS: dict[str, Topic] = {
             'attitude, angular velocity and specific force at the clock, frame `clock_mount`; '
             'at the rate of the ship',
         ),
-        Topic(s.SHIP_FIX, NAV_SAT_FIX, 'ship_motion', 'where the ship truly is'),
+        Topic(s.SHIP_FIX, NAV_SAT_FIX, 'ship_motion', 'true position of the ship'),
         Topic(
             s.JOINT_STATES,
             JOINT_STATE,
@@ -203,14 +203,14 @@ TOPICS: dict[str, Topic] = {
             s.READING,
             TIME_REFERENCE,
             'trochlea',
-            'stamp: true time; time_ref: what the dial shows; source `dial`, with a live sensor '
-            'also when it was set and what it has lost since (docs/nodes.md)',
+            'stamp: true time; time_ref: reading of the dial; source: `dial`, with a live sensor '
+            'also when it was set and how much it has lost since (docs/nodes.md)',
         ),
         Topic(
             s.OBSERVATION,
             TIME_REFERENCE,
             'ship_motion',
-            'time_ref: the true time as the navigator found it; source: how he found it',
+            'time_ref: the true time as the navigator observed it; source: kind of observation',
         ),
         Topic(
             s.CORRECTED,
@@ -223,22 +223,22 @@ TOPICS: dict[str, Topic] = {
             JOINT_STATE,
             'drift_estimator',
             'the estimated error of the clock, names `offset_s`, `offset_sigma_s`, '
-            '`rate_s_per_day`, `rate_sigma_s_per_day`; with `drift.covariates` the rate is that '
-            'at rest, and there are `mean_rate_s_per_day` with the motion since the start, '
-            '`mean_rate_sigma_s_per_day`, and of each covariate, such as heave, '
+            '`rate_s_per_day`, `rate_sigma_s_per_day`; with `drift.covariates` that rate is for '
+            'a ship at rest, and there are also `mean_rate_s_per_day`, the mean with the motion '
+            'since the start, `mean_rate_sigma_s_per_day`, and for each covariate, such as heave, '
             '`heave_coefficient`, `heave_coefficient_sigma` and `heave_integral_s`',
         ),
         Topic(
             s.LONGITUDE_FIX,
             NAV_SAT_FIX,
             'longitude',
-            'where the clock puts the ship; east covariance from that of the clock',
+            'position by the corrected clock; east covariance from the variance of the clock',
         ),
         Topic(
             s.LONGITUDE_ERROR,
             JOINT_STATE,
             'longitude',
-            'error of the longitude, east positive, raw and corrected, names ending in '
+            'error of the longitude, east positive, raw and corrected; names end in '
             '`_arcmin` and `_nmi`',
         ),
     )

@@ -1,7 +1,7 @@
 """The claims of paper C, 'De motu penduli circa axem cylindricum' (Acta 1780 II).
 
-Printed formulas stand as printed; 2g of the paper is G here. What is true comes from axle_truth,
-and from quadrature.
+Printed formulas are evaluated as they stand; the paper's 2g is G here. Computed values come from
+`axle_truth` and from quadrature.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tauto_core.machines.modes import modes
 
 EXACT = 1e-12
 CLOSE = 1e-9
-"""For what an integrated motion gives."""
+"""Tolerance of values from an integrated motion."""
 
 
 def claims() -> list[Claim]:
@@ -49,7 +49,7 @@ def _geometry() -> list[Claim]:
     centre = E * np.exp(1j * THETA) + C * np.exp(1j * PHI)
     return [
         Claim(
-            'C', '5', 'the tilt of the body from the place of its centre of gravity',
+            'C', '5', 'tilt of the body, from the position of its centre of gravity',
             'cos θ = (x − e cos θ)/c',
             math.cos(THETA), (float(centre.real) - E * math.cos(THETA)) / C, EXACT,
             'cos Φ = (x − e cos θ)/c', math.cos(PHI),
@@ -103,7 +103,7 @@ def _first_solution() -> list[Claim]:
             'C', '15', 'θ from Dz = (A − Bc)θ + BcΦ', 'θ = Dz/A − BcΦ/(Bc)',
             d * z / a - PHI, THETA, EXACT,
             'θ = Dz/(A − Bc) − BcΦ/(A − Bc)', (d * z - b * C * PHI) / (a - b * C),
-            'the divisor A − Bc is torn apart', 'misprint',
+            'the divisor A − Bc is split in two', 'misprint',
         ),
         Claim(
             'C', '17-21', 'length of the slow mode, first solution',
@@ -132,7 +132,7 @@ def _sum_of_modes(f: float, root: float, true: TrueModes) -> Claim:
         'θ + Φ(ef + kk)/(ef) = (kk/2f)(z + z′)',
         THETA + PHI * (E * f + K * K) / (E * f), K * K / (2.0 * f) * whole, EXACT,
         'θ + Φ(cf + kk)/(ef) = (kk/2f)(z + z′)', THETA + PHI * (C * f + K * K) / (E * f),
-        'e for c; the right side is printed garbled too', 'misprint',
+        'e for c; the right side is garbled in print as well', 'misprint',
     )  # fmt: skip
 
 
@@ -156,12 +156,12 @@ def _second_solution() -> list[Claim]:
     right = G * (C * theta - C * phi) / K**2
     return [
         Claim(
-            'C', '22-23', 'what turns the body', 'kk Φ̈/g = −cΦ + cθ',
+            'C', '22-23', 'angular acceleration of the body', 'kk Φ̈/g = −cΦ + cθ',
             0.5 * right, bend, EXACT, 'kk Φ̈/2g = −cΦ + cθ', right,
             'the 2 of 2g is lost', 'misprint',
         ),
         Claim(
-            'C', '22-23', 'what turns the body', 'kk Φ̈/2g = −cΦ + eθ',
+            'C', '22-23', 'angular acceleration of the body', 'kk Φ̈/2g = −cΦ + eθ',
             G * (E * theta - C * phi) / K**2, bend, EXACT, 'kk Φ̈/2g = −cΦ + cθ', right,
             'e for c', 'misprint',
         ),
@@ -218,7 +218,7 @@ def _from_rest() -> list[Claim]:
             'C', '32', 'angular velocity of the body', 'v = −R√(…)',
             math.nan, SPIN, EXACT,
             'ν = αB√(2g/b) + α′B′√(2g/b′)', alpha * true.B * slow + other * true.B_prime * fast,
-            'letters are lost', 'misprint',
+            'the formula is garbled', 'misprint',
         ),
     ]  # fmt: skip
 
@@ -231,7 +231,7 @@ def _regular() -> list[Claim]:
     point, simple = truth.true_modes(E, C, 0.0), np.linalg.eigvals(np.array([[0.0, C], [0.0, C]]))
     return [
         Claim(
-            'C', '33-35', 'one mode alone goes on for itself: φ after its half period',
+            'C', '33-35', 'a motion in one mode stays in that mode: φ after half a period',
             'Φ : θ = B : c always', -float(start[1]),
             float(truth.linear_motion(E, start, time)[1]), CLOSE,
         ),
@@ -267,7 +267,7 @@ def _plane() -> list[Claim]:
             K * K / C * (1.0 - C / 1e4), far.b_prime, 1e-8,
         ),
         Claim(
-            'C', '38', 'on a plane the axle goes against the body, at any angle',
+            'C', '38', 'on a plane the axle moves opposite to the body, at any angle',
             's = −c sin Φ', -C * (math.sin(swing[1]) - math.sin(1.0)), float(swing[0]), CLOSE,
         ),
         Claim(
@@ -275,7 +275,7 @@ def _plane() -> list[Claim]:
             '§39', 39.0, 'a 2 for a 3', 'misprint',
         ),
         Claim(
-            'C', '39-40', 'a push goes on for ever, without any swing: s after 3 s',
+            'C', '39-40', 'after a push the body moves on steadily, without swinging: s after 3 s',
             's = nt, Φ = 0', 0.6, float(np.asarray(drift.arc)), EXACT,
         ),
     ]  # fmt: skip
@@ -319,14 +319,14 @@ def _any_motion() -> list[Claim]:
     ]
     return [
         Claim(
-            'C', '43', 'any motion is both regular ones together: Φ after half a second',
+            'C', '43', 'any small motion is the sum of both modes: Φ after half a second',
             'Φ = Σ αB sin(t√(2g/b) + δ)', float(np.asarray(found.tilt)), float(after[1]), CLOSE,
         ),
         Claim(
-            'C', '44', 'the way of the axle, s = eθ, from equilibrium',
+            'C', '44', 'path of the axle, s = eθ, from equilibrium',
             's = ae′c sin … + a′ec sin …', math.nan, E * pushed, CLOSE,
             's = αec sin t√(2g/b) + α′ec sin t√(2g/b′)', E * C * sum(waves),
-            'the dashes have slipped', 'misprint',
+            'the primes are misplaced', 'misprint',
         ),
     ]  # fmt: skip
 
@@ -342,21 +342,22 @@ def _convex() -> list[Claim]:
             math.nan, C, 0.0, 'cg = c', C, 'e for c', 'misprint',
         ),
         Claim(
-            'C', '45', 'on a convex support of radius i: e becomes −i, the mode that swings',
+            'C', '45', 'on a convex support of radius i, e becomes −i: the mode that swings',
             'b', own.b, max(true.b, true.b_prime), EXACT,
         ),
         Claim(
-            'C', '46', 'b′ negative "is to be feared"', 'b′', own.b_prime,
+            'C', '46', 'the other length is negative, which "is to be feared"', 'b′', own.b_prime,
             min(true.b, true.b_prime), EXACT,
         ),
         Claim(
-            'C', '46', 'and the mode that falls, half a second after a push',
+            'C', '46', 'the unstable mode, half a second after a push',
             'α′c sin t√(2g/b′)', math.nan, float(after[0]), CLOSE,
             'α′c sinh t√(2g/−b′)', 1e-3 * math.sinh(rate * TIME),
-            'the root is imaginary, the sine of it a sinh', 'misprint',
+            'the root is imaginary, and its sine a sinh', 'misprint',
         ),
         Claim(
-            'C', '47', 'it is certain: part of a thousand machines on convex supports that fall',
+            'C', '47', 'it is certain: share of a thousand random bodies on convex supports that '
+                       'are unstable',
             'b b′ = −ikk/c < 0', 1.0, truth.part_that_falls(), 0.0,
         ),
     ]  # fmt: skip
@@ -373,16 +374,16 @@ def _cradle() -> list[Claim]:
             own.b, true.b, EXACT,
         ),
         Claim(
-            'C', '49', 'with the centre of gravity above C it falls: that length',
+            'C', '49', 'with the centre of gravity above C it is unstable: the negative length',
             'b < 0', high.b, float(np.min(above)), EXACT,
         ),
         Claim('C', '50-51', 'the fast mode', 'b′', own.b_prime, true.b_prime, EXACT),
         Claim(
-            'C', '51', 'tilt by way of the cradle, slow mode', 'Φ/s = B/ce',
+            'C', '51', 'tilt over path of the cradle, slow mode', 'Φ/s = B/ce',
             slow, true.B / (c * e), EXACT,
         ),
         Claim(
-            'C', '51', 'tilt by way of the cradle, fast mode', 'Φ/s = B′/ce',
+            'C', '51', 'tilt over path of the cradle, fast mode', 'Φ/s = B′/ce',
             fast, true.B_prime / (c * e), EXACT,
         ),
         Claim(

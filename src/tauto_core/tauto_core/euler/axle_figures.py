@@ -34,7 +34,7 @@ AXLE = 0.05
 
 
 def both_modes() -> Figure:
-    """Draw both regular motions at their two ends: θ : φ = c : B and c : B′."""
+    """Draw both normal modes at the two ends of their swing: θ : φ = c : B and c : B′."""
     figure, panels = sheet(6.4, 3.5, 2)
     own = modes(E, C, K * K)
     for axes, theta, ratio, length, title in (
@@ -118,7 +118,7 @@ def other_supports() -> Figure:
     note(course, (6.0, 260.0), 'hollow:\nboth swing', (0.0, 0.0), fontsize=8.5)
     note(course, (9.0, float(pairs[130, 1])), 'g/b′', (-14.0, 4.0), color=THREAD)
     note(course, (9.0, float(pairs[130, 0])), 'g/b', (0.0, 8.0), color=CURVE)
-    # a plane is where b passes through infinity: beyond, it is b′ that is negative
+    # on a plane b is infinite; on convex supports b′ is the negative one
     note(course, (-2.0, float(pairs[20, 1])), 'g/b', (-8.0, 9.0), color=THREAD)
     note(course, (-2.0, float(pairs[20, 0])), 'g/b′', (12.0, -8.0), color=CURVE)
     graph(course, '1/e, 1/m', 'ω², 1/s²')

@@ -1,7 +1,7 @@
-"""What is true of the pendulum on an axle, found without the formulas of paper C.
+"""Reference values for the pendulum on an axle, found without the formulas of paper C.
 
 The eigenvalues of the flexibility matrix, whose rows are (e, c) and (e, c + k²/c), are b and b′;
-motion is integrated; Lagrange's equations stand against Euler's own.
+motions are integrated; Lagrange's equations check Euler's own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ THETA, PHI, THETA_RATE, PHI_RATE = 0.4, -0.7, 1.1, -0.3
 """A state far from rest [rad, rad/s]."""
 
 SPEED, SPIN, TIME = 0.01, 0.02, 0.5
-"""n [m/s] and ν [rad/s] of a motion from equilibrium, and when it is looked at [s]."""
+"""Initial n [m/s] and ν [rad/s] of a motion from equilibrium, and its time of comparison [s]."""
 
 
 class TrueModes(NamedTuple):
@@ -36,7 +36,7 @@ class TrueModes(NamedTuple):
 def true_modes(e: float, c: float, k: float) -> TrueModes:
     """Return both modes from the flexibility matrix."""
     values, vectors = np.linalg.eig(np.array([[e, c], [e, c + k * k / c]]))
-    # the slow mode moves body and link to one side, the fast one to opposite sides
+    # body and link tilt to the same side in the slow mode, to opposite sides in the fast one
     tilts = c * vectors[1] / vectors[0]
     slow = int(np.argmax(tilts))
     fast = 1 - slow
@@ -68,7 +68,7 @@ def half_period(ratio: float) -> float:
 
 
 def by_euler() -> FloatArray:
-    """Return θ̈ and φ̈ of §8–10 far from rest: two equations in ẍ and ÿ, linear in both."""
+    """Return θ̈ and φ̈ far from rest by §8–10, whose two equations are linear in both."""
 
     def excess(bend: FloatArray) -> FloatArray:
         x = -E * (bend[0] * math.sin(THETA) + THETA_RATE**2 * math.cos(THETA))
@@ -90,7 +90,7 @@ def by_euler() -> FloatArray:
 
 
 def by_lagrange() -> FloatArray:
-    """Return θ̈ and φ̈ of d/dt ∂L/∂q̇ = ∂L/∂q for the double pendulum of a link and a body."""
+    """Return θ̈ and φ̈ far from rest by Lagrange's equations for a link and a body."""
     cosine, sine = math.cos(PHI - THETA), math.sin(PHI - THETA)
     mass = np.array([[E * E, E * C * cosine], [E * C * cosine, C * C + K * K]])
     force = [
@@ -116,6 +116,7 @@ def on_a_plane(body: AxlePendulum, phi: float, time_s: float) -> FloatArray:
 
 
 def part_that_falls() -> float:
+    """Return the share of 1000 random bodies on convex supports that have an unstable mode."""
     rng = np.random.default_rng(1780)
     e, c, k = 10.0 ** rng.uniform(-2.0, 2.0, (3, 1000))
     matrices = np.stack([np.stack([-e, c], 1), np.stack([-e, c + k * k / c], 1)], 1)
@@ -128,7 +129,7 @@ def pushed_motion(time_s: float) -> FloatArray:
 
 
 def pushed_amplitudes() -> FloatArray:
-    """Return α and α′ of that motion: what of the push each eigenvector takes."""
+    """Return α and α′ of that motion, its components along the eigenvectors."""
     own = true_modes(E, C, K)
     slow, fast = math.sqrt(G / own.b), math.sqrt(G / own.b_prime)
     shapes = np.array([[C * slow, C * fast], [own.B * slow, own.B_prime * fast]])

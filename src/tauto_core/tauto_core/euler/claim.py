@@ -1,6 +1,6 @@
 """A claim of one of the papers, and how it is judged.
 
-What is printed is evaluated as it stands and held against a value computed independently: by
+The printed formula is evaluated as it stands and compared with a value computed independently: by
 quadrature, by integrating the motion, or by another closed form.
 """
 
@@ -16,21 +16,21 @@ Verdict: TypeAlias = Literal['holds', 'misprint', 'fails']
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim, what the print gives, and what is true.
+    """A claim, the value of what is printed, and a value computed independently.
 
     Attributes:
         paper: A: E6, the trochlea; B: E13, the fluid; C: the axle.
         paragraph: Euler's, in his numerals: 'XIX', '26-27'.
-        claim: in a line of words.
+        claim: what is claimed, in a line of words.
         printed: the formula or number as printed.
-        printed_value: what it gives for the example computed; NaN where it cannot be evaluated.
+        printed_value: its value for the example; NaN where it cannot be evaluated.
         computed: the same quantity, computed independently of it.
-        tolerance: most that the two differ, relative to `computed` (absolute where that is 0),
-            if the claim holds.
+        tolerance: largest difference of the two if the claim holds, relative to `computed`,
+            absolute where that is 0.
         corrected: the formula as it should read; empty where the print is right.
-        corrected_value: what that gives; None where there is none.
-        because: why it fails or how the misprint shows, in a line; empty where it holds.
-        expected: the verdict this suite stands for; another one is a fault of the suite.
+        corrected_value: its value; None where there is no correction.
+        because: why it fails, or how the misprint is recognised; empty where it holds.
+        expected: the verdict that the tests require.
     """
 
     paper: Paper
@@ -47,7 +47,7 @@ class Claim:
 
     @property
     def difference(self) -> float:
-        """What the print is off by, relative to `computed`, absolute where that is 0."""
+        """Difference of the printed value, relative to `computed`, absolute where that is 0."""
         return _difference(self.printed_value, self.computed)
 
     @property

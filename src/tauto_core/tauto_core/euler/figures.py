@@ -1,4 +1,4 @@
-"""The figures of the page of claims: which there are, and their files."""
+"""The figures of the page of claims, and their files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'svg.fonttype': 'none', 'font.size': 9.0}
-"""The same figure must give the same file; letters are kept as text, which is small."""
+"""Settings by which the same figure gives the same file; letters stay text, for small files."""
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ class Plate:
 
     Attributes:
         name: name of its file, without ending.
-        paper: whose.
-        caption: paragraph and what is seen, in a line or two.
-        draw: makes it.
+        paper: the paper that it belongs to.
+        caption: paragraph and content, in a line or two.
+        draw: returns the figure.
     """
 
     name: str
@@ -58,16 +58,16 @@ def _of_trochlea() -> list[Plate]:
         Plate(
             'a_period',
             'A',
-            "XX–XXI: what the inertia of the weight costs on the involute, and the weight's own "
-            'cam, which Euler did not draw.',
+            'XX–XXI: what a clock loses on the involute by the inertia of the weight, and the '
+            'cam made for that weight, which Euler did not draw.',
             trochlea_figures.weight_period,
         ),
         Plate(
             'a_lever',
             'A',
-            "V: Sully's machine. The thread draws at B on a lever that turns about A and carries "
+            "V: Sully's machine. The thread pulls at B on a lever that turns about A and carries "
             'the weight D; with the involute it is not isochronous. That the lever is level at '
-            'rest, with B under C, is assumed: the text does not say.',
+            'rest, with B under C, is an assumption: the text does not say.',
             trochlea_figures.lever_machine,
         ),
     ]
@@ -86,15 +86,15 @@ def _of_fluid() -> list[Plate]:
         Plate(
             'b_speed',
             'B',
-            '31–34: the height v that belongs to the speed. It is greatest before A, exactly as '
-            'far as the arc of ascent falls short of that of descent.',
+            '31–34: the height of fall v of the speed. It is greatest at an arc before A which '
+            'is exactly the difference between the arcs of descent and ascent.',
             fluid_figures.speed_along_arc,
         ),
         Plate(
             'b_backward',
             'B',
-            '22, the open remark: a swing backward, down NA and up AM, is not isochronous; '
-            'q = 1 − exp(−κs) of its start s.',
+            '22, the open remark: a swing in the other direction, down NA and up AM, is not '
+            'isochronous; q = 1 − exp(−κs), s its first arc.',
             fluid_figures.backward_swing,
         ),
     ]
@@ -105,21 +105,23 @@ def _of_axle() -> list[Plate]:
         Plate(
             'c_modes',
             'C',
-            '33–36: the two regular motions at both ends. O: centre of the support, C: of the '
-            'axle, A: contact, G: centre of gravity, about it the circle of gyration.',
+            '33–36: the two normal modes, each at both ends of its swing. O: centre of the '
+            'support, C: of the axle, A: contact, G: centre of gravity, about it the circle of '
+            'gyration.',
             axle_figures.both_modes,
         ),
         Plate(
             'c_lengths',
             'C',
-            '37–42: both lengths against e, and their limits; c = 300 mm, k = 150 mm.',
+            '37–42: the pendulum lengths b and b′ of both modes against e, and their limits; c = '
+            '300 mm, k = 150 mm.',
             axle_figures.mode_lengths,
         ),
         Plate(
             'c_supports',
             'C',
-            '37–40, 45–47: on a plane and on a convex support, and both squared frequencies from '
-            'one to the other.',
+            '37–40, 45–47: the body on a plane and on a convex support, and the squared '
+            'frequencies of both modes against the curvature 1/e.',
             axle_figures.other_supports,
         ),
     ]

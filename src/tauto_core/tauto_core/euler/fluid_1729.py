@@ -16,5 +16,5 @@ from tauto_core.euler.fluid_shape_claims import shape_claims
 
 
 def claims() -> list[Claim]:
-    """Return the claims of paper B in its order, every misprint after what it spoils."""
+    """Return the claims of paper B in its order, each misprint after the claim that it is in."""
     return [*curve_claims(), *series_claims(), *shape_claims(), *motion_claims()]

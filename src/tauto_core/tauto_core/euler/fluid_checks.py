@@ -1,7 +1,7 @@
 """The example of paper B, and its quantities from quadrature and integrated motion.
 
-Nothing here uses the formulas that are checked: the slope follows from what a descent must be to
-take the same time from anywhere (§14), the height from the slope by quadrature, speeds and times
+Nothing here uses the formulas that are checked. The slope follows from the condition that every
+descent takes the same time (§14), the height from the slope by quadrature, and speeds and times
 from the equation of motion.
 """
 
@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from tauto_core.euler.claim import Claim
 from tauto_core.samples import FloatArray
 
-# A globe with a tenth of its density in the fluid; m is not 1, so that its powers show.
+# The fluid has a tenth of the density of the globe; m is not 1, so that its powers matter.
 M, N, A, F = 2.0, 0.2, 0.05, 1.0
 E = 0.5 * F
 H = 0.64
@@ -32,7 +32,7 @@ BETA = GAMMA * GLOBE * F
 
 NOTHING = math.nan
 CLOSE, FAIR = 1e-10, 1e-8
-"""Tolerances: quadratures and motions are good to 1e-12, their differences to 1e-10."""
+"""Tolerances; quadratures and motions are accurate to 1e-12, differences of them to 1e-10."""
 
 holds = partial(Claim, 'B')
 
@@ -46,7 +46,7 @@ def misprint(
     because: str,
     tolerance: float = CLOSE,
 ) -> Claim:
-    """Return a claim of paper B that only its correction makes true."""
+    """Return a claim of paper B that holds only with its correction."""
     return Claim(
         'B', paragraph, claim, *printed, computed, tolerance, *corrected, because, 'misprint'
     )
@@ -108,8 +108,8 @@ def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
     """Return the time from rest at an arc to A on the curve, by the equation of motion [s].
 
     Args:
-        start: arc [m]; < 0: backward, down the branch of ascent.
-        friction: μ, constant resistance by the weight in the fluid; its curve is steeper by μ.
+        start: arc [m]; < 0: in the other direction, down the branch of ascent.
+        friction: μ, constant resistance over the weight in the fluid; the curve is steeper by μ.
         length: length of the pendulum [m].
     """
     found = _motion(start, friction, length, to_rest=False)
@@ -122,7 +122,7 @@ def swing(start: float) -> tuple[float, float]:
 
 
 def _motion(start: float, friction: float, length: float, *, to_rest: bool) -> tuple[float, float]:
-    # s̈ = −γg (p ∓ μ) ± κṡ²; in z forward, where p is steeper by μ, friction cancels
+    # s̈ = −γg (p ∓ μ) ± κṡ²; on the descent, where p is steeper by μ, friction cancels
     side = math.copysign(1.0, start)
     beta = GAMMA * GLOBE * length
 

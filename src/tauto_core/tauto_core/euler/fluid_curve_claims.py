@@ -1,4 +1,4 @@
-"""Claims of paper B on the curve: §2–22, descent, ascent, both joined."""
+"""Claims of paper B on the curve, §2–22: descent, ascent, and both together."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def _of_the_acta() -> list[Claim]:
     return [
         holds(
             '2-5',
-            'on the curve of the Acta of 1726 only the start that it is made for takes '
-            '(π/2)√(f/g): each start has its own',
+            'on the curve of the Acta of 1726 only the descent from the arc S that it is made '
+            'for takes (π/2)√(f/g)',
             'γf dx/ds = s + κ(S² − s²)',
             _QUARTER,
             descent_time(curve, G, S),
@@ -77,7 +77,7 @@ def _motion() -> list[Claim]:
         ),
         holds(
             '13',
-            'speed by what is fallen, t = γ ∫ e^{−2κs} dx',
+            'height of fall v of the speed, with t = γ ∫ e^{−2κs} dx',
             'v = e^{2κs} (b − t)',
             grown * (B - check.fallen(S)),
             v,
@@ -93,7 +93,8 @@ def _cylinder() -> list[Claim]:
     return [
         misprint(
             '14',
-            'the time does not depend on the fall b if √t goes with ∫ e^{−κs} ds',
+            'the time does not depend on b, the value of v at A, if √t is proportional to ∫ '
+            'e^{−κs} ds',
             ('∫ dt/√(bt − it)', NOTHING),
             math.pi,
             ('∫ dt/√(bt − tt) = π for any b', _time_of_any_fall()),
@@ -101,7 +102,7 @@ def _cylinder() -> list[Claim]:
         ),
         holds(
             '14-15',
-            'the curve of a cylinder, by t; q = c^{−ns/2ma}',
+            'the curve for a cylinder, in terms of t; q = c^{−ns/2ma}',
             '(m²a²/n²)(1 − q)² = e t',
             M**2 * A**2 / N**2 * (1.0 - q) ** 2 / E,
             check.fallen(S, k),
@@ -137,7 +138,7 @@ def _cylinder_by_height() -> list[Claim]:
     return [
         misprint(
             '16',
-            'the curve of a cylinder by x',
+            'the curve for a cylinder, in terms of x',
             (
                 'c^{ns/2ma} with 2m^{3/2}aa/n',
                 (2.0 * M**1.5 * A**2 * grown - rest) / denominator,
@@ -200,7 +201,8 @@ def _globe() -> list[Claim]:
     return [
         holds(
             '17',
-            'a globe resists as a cylinder of height 4a/3 (drag coefficient 1/2 on its section)',
+            'a globe is resisted like a cylinder of height 4a/3 (drag coefficient 1/2 on its '
+            'section)',
             'κ = 3n/8ma',
             3.0 * N / (8.0 * M * A),
             drag,
@@ -208,7 +210,7 @@ def _globe() -> list[Claim]:
         ),
         misprint(
             '17, 23, 31',
-            'the cylinder that is as a globe, by x of its curve',
+            'height of the cylinder equivalent to a globe, checked by x of its curve',
             (
                 '2/3 a loco a',
                 (math.expm1(weak * S) - weak * S) / (GAMMA * weak * weak * F),
@@ -219,7 +221,7 @@ def _globe() -> list[Claim]:
         ),
         holds(
             '17, 23',
-            'the curve of a globe',
+            'the curve for a globe',
             '64m³a²(c^{3ns/8ma} − 1) − 24m²nas = 9(m − n)n²fx',
             right,
             x,
@@ -240,7 +242,7 @@ def _without_fluid() -> list[Claim]:
     return [
         holds(
             '18',
-            'without a fluid it is the cycloid',
+            'without a fluid the curve is the cycloid',
             's² = 2fx',
             S * S / (2.0 * F),
             GAMMA * check.height(S, kappa=1e-11),
@@ -310,7 +312,7 @@ def _both() -> list[Claim]:
         ),
         holds(
             '22',
-            'f = h makes one continuous curve, and a whole half swing π√(f/g)',
+            'f = h gives one continuous curve, and the half swing down and up takes π√(f/g)',
             'π √(f/g)',
             2.0 * _QUARTER,
             whole,
@@ -319,15 +321,15 @@ def _both() -> list[Claim]:
         Claim(
             'B',
             '22',
-            'perhaps also the swings back, down the branch of ascent, are isochronous '
-            f'(q = 1 − c^(−κs) = {q:g} at the start), by π√(f/g)',
+            'perhaps swings in the other direction, down the branch of ascent, take π√(f/g) too '
+            f'(q = 1 − c^(−κs) = {q:g} at the start)',
             '1',
             1.0,
             back / (2.0 * _QUARTER),
             CLOSE,
             because='w = (c^{κs} − 1)/κ obeys ẅ = −(g/f)(w + κw²): T = 1 + 5q²/12 − 5q³/18 + …, '
-            '1.00395 at q = 0.1, 1.0984 at 0.5, 1.538 at 0.9, without bound; the quarters err by '
-            '±4q/3π, which cancels, so that it fails only at second order',
+            '1.00395 at q = 0.1, 1.0984 at 0.5, 1.538 at 0.9, without bound; the errors of the '
+            'two quarters, ±4q/3π, cancel, so that it fails only at second order',
             expected='fails',
         ),
     ]

@@ -1,4 +1,4 @@
-"""The figures of paper B: the curve with its cusps, speeds along it, half swings backward."""
+"""The figures of paper B: the curve with its cusps, speeds along it, reverse half swings."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def curve_in_fluid() -> Figure:
 
 
 def speed_along_arc() -> Figure:
-    """Draw v along a half swing: fastest before A, by what the arc of ascent falls short."""
+    """Draw v along a half swing, with the arc of the greatest speed before A."""
     figure, (axes,) = sheet(6.4, 3.3)
     curve = FluidTautochrone(KAPPA, GAMMA, LENGTH)
     found = arcs(curve, AT_LOWEST)
@@ -103,7 +103,7 @@ def speed_along_arc() -> Figure:
 
 
 def backward_swing() -> Figure:
-    """Draw the time of the half swing backward and of its quarters against q = 1 − e^{−κs}."""
+    """Draw the time of the reverse half swing and of its quarters against q = 1 − e^{−κs}."""
     figure, (left, right) = sheet(7.2, 3.1, 2)
     q = np.concatenate([np.linspace(0.004, 0.9, 80), 1.0 - np.geomspace(0.1, 0.01, 30)[1:]])
     start = -np.log1p(-q)

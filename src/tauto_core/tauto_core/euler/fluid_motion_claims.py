@@ -1,4 +1,4 @@
-"""Claims of paper B on motion on it: §31–35, speeds, arcs, friction."""
+"""Claims of paper B on the motion along the curve, §31–35: speeds, arcs, friction."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _speeds() -> list[Claim]:
     return [
         holds(
             '31',
-            'speed at an arc from A',
+            'height of fall v of the speed at the arc s from A',
             'v = b c^{2κs} − (c^{κs} − 1)²/(2κ²f)',
             B * grown**2 - (grown - 1.0) ** 2 / (2.0 * GLOBE**2 * F),
             v,
@@ -57,7 +57,7 @@ def _speeds() -> list[Claim]:
         ),
         holds(
             '32',
-            'the same by s and x',
+            'the same, in terms of s and x',
             'v = b c^{3ns/4ma} − (8m²as + 3(m − n)nfx)²/(128m⁴a²f)',
             B * math.exp(3.0 * N * S / (4.0 * M * A)) - square / (128.0 * M**4 * A**2 * F),
             v,
@@ -74,7 +74,7 @@ def _fall() -> list[Claim]:
     return [
         misprint(
             '32',
-            'what is fallen',
+            'the t of §13',
             (
                 't = … c^{+3ns/8ma}(c^{3ns/8ma} − 1)²',
                 grown * square,
@@ -85,7 +85,7 @@ def _fall() -> list[Claim]:
         ),
         misprint(
             '32',
-            'the curve it is taken from',
+            'the curve that it is taken from',
             ('64m²aa', (64.0 * M**2 * A**2 * curve - rest) / factor),
             check.height(S),
             ('64m³aa', (64.0 * M**3 * A**2 * curve - rest) / factor),
@@ -105,7 +105,7 @@ def _descent_arc() -> list[Claim]:
     return [
         misprint(
             '33',
-            'where the descent is fastest, before A',
+            'arc before A at which the descent is fastest',
             ('s = (8ma/3n)(1 − 9n²bf/32m²a²)', long * (1.0 - part)),
             fastest,
             ('s = −(8ma/3n) l(1 − 9n²bf/32m²a²)', -long * math.log1p(-part)),
@@ -138,14 +138,14 @@ def _ascent_arc() -> list[Claim]:
         ),
         misprint(
             '34',
-            'which arc has the + under the logarithm, held against that of the descent',
+            'which arc has the + under the logarithm, compared with the arc of descent',
             ('totus arcus descensus: l(1 + …)', long * math.log1p(reach)),
             start,
             (
                 'descensus: l(1/(1 − …)); l(1 + …) is totus arcus ascensus',
                 -long * math.log1p(-reach),
             ),
-            'the resistance makes the ascent the shorter',
+            'resistance makes the ascent shorter',
         ),
     ]
 
@@ -195,7 +195,7 @@ def _loss() -> list[Claim]:
     return [
         holds(
             '33-34',
-            'not noticed by Euler: the arc from the greatest speed to A is the loss of arc',
+            'not noticed by Euler: the arc from the greatest speed to A equals the loss of arc',
             '−l(1 − 2κ²bf)/κ',
             -math.log1p(-2.0 * GLOBE**2 * B * F) / GLOBE,
             start - end,
@@ -209,7 +209,7 @@ def _friction() -> list[Claim]:
     return [
         holds(
             '35',
-            'constant resistance besides: with x − μs for x the descent takes as long as ever',
+            'additional constant resistance: with x − μs for x the time of descent is unchanged',
             '(π/2) √(f/g)',
             _QUARTER,
             check.quarter(S, mu),
@@ -217,7 +217,7 @@ def _friction() -> list[Claim]:
         ),
         misprint(
             '35',
-            'the term that is added (g negative on the descent)',
+            'the term added to x (g negative on the descent)',
             ('x + gr', NOTHING),
             check.slope(S) + mu,
             ('x + g s', check.derivative(_with_friction, S)),

@@ -1,4 +1,4 @@
-"""Claims of paper B on the series of the curve: §24–25."""
+"""Claims of paper B on the series of the curve, §24–25."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _signs_of_the_series() -> list[Claim]:
         ),
         misprint(
             '24',
-            'how it goes on',
+            'how the series continues',
             ('− etc', NOTHING),
             x,
             ('+ etc on the descent', right),
@@ -96,7 +96,7 @@ def _signs_of_the_series() -> list[Claim]:
         ),
         holds(
             '25',
-            'both branches become cycloids as 3n/8ma goes to nothing',
+            'both branches become cycloids as 3n/8ma tends to 0',
             'x = s²/2f, γ left as it is',
             S * S / (2.0 * GAMMA * F),
             check.height(S, kappa=1e-11),

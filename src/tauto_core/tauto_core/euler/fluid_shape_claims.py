@@ -1,4 +1,4 @@
-"""Claims of paper B on its shape: §26–30, cusps, coordinates, curvature."""
+"""Claims of paper B on the shape of the curve, §26–30: cusps, coordinates, curvature."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def _height_of_cusp() -> list[Claim]:
         ),
         misprint(
             '27',
-            'a letter of the series',
+            'a power in the series',
             ('j²', NOTHING),
             low,
             ('f³ etc.', series),
@@ -166,7 +166,7 @@ def _ascent_cusp() -> list[Claim]:
         ),
         holds(
             '28',
-            'no cusp if 3(m − n)nh ≥ 8m²a: the slope goes to 1/β only (h = 3 m, κt = 40)',
+            'no cusp if 3(m − n)nh ≥ 8m²a: the slope only tends to 1/β (h = 3 m, κt = 40)',
             '8m²a/3(m − n)nh',
             8.0 * M**2 * A / (3.0 * (M - N) * N * long),
             -check.slope(-40.0 / GLOBE, length=long),
@@ -207,7 +207,7 @@ def _by_slope() -> list[Claim]:
         ),
         misprint(
             '29',
-            'the same in all letters',
+            'the same, written out',
             ('dx = −8(m − n)maf dp/(8m²ap² + 3(m − n)nfp)', lost),
             rate,
             ('dx = −8(m − n)maf dp/(8m²ap³ + 3(m − n)nfp²)', right),
@@ -250,11 +250,11 @@ def _curvature() -> list[Claim]:
         ),
         misprint(
             '30',
-            'the same in all letters',
+            'the same, written out',
             ('(m − n)f dy/(3ns)', (M - N) * F * level / (3.0 * N * S)),
             1.0 / turning,
             ('(m − n)f dy/(m c^{3ns:8ma} ds)', right),
-            'the exponential has sunk into the denominator',
+            'the exponential is printed as part of the denominator 3ns',
             FAIR,
         ),
         holds(
@@ -275,7 +275,7 @@ def _beyond_the_cusps() -> list[Claim]:
     return [
         misprint(
             '30',
-            'the arcs beyond the cusps, congruent to that between them: their width',
+            'the arcs beyond the cusps are congruent to that between them: their width',
             ('BD, ED', NOTHING),
             width,
             ('BD, CE', cusps[0] - cusps[1]),

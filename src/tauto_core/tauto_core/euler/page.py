@@ -1,6 +1,6 @@
 """The page of claims: every claim of the papers in tables, with the figures drawn again.
 
-Numbers are given to so few digits that the text is the same on all.
+Numbers are rounded to so few digits that the text is the same on every machine.
 """
 
 from __future__ import annotations
@@ -22,14 +22,22 @@ TITLES: dict[Paper, str] = {
     'mobilis* (1780)',
 }
 ROUNDING = 1e-9
-"""Larger differences are given in digits; of smaller ones only a bound."""
+"""Above this a difference is printed in digits, below it only as a bound."""
 
 _HEAD = """# Euler's papers, claim by claim
 
-Written by `tauto euler --page docs`; do not edit. What is printed is evaluated as it stands and
-held against a value computed independently of it: by quadrature, by integrating the motion, or by
-another closed form. *Off by* is relative to what was computed, absolute where that is 0. Examples
-are in SI units unless a claim says otherwise. {summary}.
+Written by `tauto euler --page docs`; do not edit. For each claim of a paper the column *printed*
+has the formula or number as it stands in the text, and after the arrow its value for an example.
+The column *computed* has the same quantity, found independently of that formula: by quadrature,
+by integrating the motion, or by another closed form. *Off by* is their difference, relative to
+the computed value, or absolute where that is 0.
+
+A claim *holds* if the two agree. It is a *misprint* if only its correction agrees; some of these
+may be errors of the transcription, since no scans were compared. It *fails* if the claim itself
+is wrong. Examples are in SI units unless a claim says otherwise. Euler writes xx for x², and in
+paper B l for the natural logarithm and c for its base.
+
+{summary}.
 """
 _COLUMNS = '| § | claim | printed | computed | off by | verdict |\n|---|---|---|---|---|---|'
 
@@ -39,10 +47,10 @@ class PageError(TautoError):
 
 
 def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
-    """Write `euler.md` and `figures/*.svg` into a folder, made if need be; return the files.
+    """Write `euler.md` and `figures/*.svg` into a folder, and return the files.
 
     Args:
-        folder: where to; files of these names are replaced.
+        folder: made if it does not exist; files of these names in it are replaced.
         claims: in the order of the page.
 
     Raises:
@@ -97,7 +105,7 @@ def _number(value: float) -> str:
 
 
 def _off_by(claim: Claim) -> str:
-    """Return the difference, or below rounding the least power of ten it is known to keep."""
+    """Return the difference; below rounding, the power of ten that it is known to be under."""
     off = claim.difference
     if math.isinf(off):
         return '—'
@@ -107,7 +115,7 @@ def _off_by(claim: Claim) -> str:
 
 
 def _safe(text: str) -> str:
-    """Return words with the characters that Markdown takes for its own as themselves."""
+    """Return text in which the characters that Markdown would interpret are escaped."""
     for each in '\\|*_`<':
         text = text.replace(each, '\\' + each)
     return text

@@ -1,4 +1,4 @@
-"""What the figures of the page share: strokes, points with letters, bare axes."""
+"""What the figures of the page of claims share: strokes, points with letters, bare axes."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""What *Dissertatio de novo quodam curvarum tautochronarum genere* (1727, E6) claims, checked.
+"""The claims of paper A, *Dissertatio de novo quodam curvarum tautochronarum genere* (1727, E6).
 
-Examples: a base radius r = 20 mm, the involute at the roll angle z = 2, a hole at a = 2 b. What
-is computed comes from the points of the unrolled circle, from the lines of the thread alone, from
-sums over the disc, or from the motion integrated by DOP853.
+Examples: a base radius r = 20 mm, the involute at the roll angle z = 2, a hole at a = 2 b.
+Computed values come from the points of the unrolled circle, from the lines of the thread, from
+sums over the disc, or from the motion integrated by DOP853 (`trochlea_evidence`).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from tauto_core.machines.design import (
 ROLL = 2.0
 TURNED = 0.7
 QUADRATURE, MOTION = 1e-10, 1e-9
-"""Tolerances: of sums and derivatives by Chebyshev series, of periods by integration."""
+"""Tolerances of sums and of derivatives by Chebyshev series, and of integrated periods."""
 
 
 _claim = partial(Claim, 'A')
@@ -181,7 +181,8 @@ def _disc() -> list[Claim]:
     return [
         _claim(
             'XVIII',
-            'vis viva of a homogeneous disc whose rim has the velocity of a fall from v',
+            'vis viva (here the kinetic energy) of a homogeneous disc; v is the height of fall '
+            'of the velocity of its rim',
             'Q vv/2',
             0.5 * weight * height**2,
             disc_energy(weight, BASE_RADIUS, math.sqrt(2.0 * G * height)),
@@ -193,7 +194,7 @@ def _disc() -> list[Claim]:
         ),
         _claim(
             'XVIII',
-            'the power rises against the arc of the rim as the lever arm against the radius',
+            'the rise of the power is to the arc of the rim as the lever arm to the radius',
             'Mmu; Mm = Bm : BC',
             math.nan,
             slope(unwound, TURNED) / BASE_RADIUS,
@@ -214,7 +215,7 @@ def _pendulum() -> list[Claim]:
     return [
         _claim(
             'XVIII-XIX',
-            'growth of the height that belongs to the velocity of the rim, along its arc s',
+            'increase, along the arc s of the rim, of the height of fall v of its velocity',
             'dv/ds = 2 P s/(Q r)',
             2.0 * pull * arc / (weight * BASE_RADIUS),
             slope(height, 0.0),
@@ -222,7 +223,7 @@ def _pendulum() -> list[Claim]:
         ),
         _claim(
             'XIX',
-            'on the cycloid of the pendulum AO the accelerating force is as the arc',
+            'on the cycloid of the pendulum AO the accelerating force is proportional to the arc',
             'nt/Nn = (AN/AO)(BS/AO)',
             0.3 * 0.3,
             cycloid_slope(0.3),
@@ -247,7 +248,7 @@ def _small_weight() -> list[Claim]:
     return [
         _claim(
             'XX',
-            'Q = 100 P and a pendulum of 3166 scruples ask for this base radius BC',
+            'base radius BC for Q = 100 P and a pendulum of 3166 scruples',
             '63 scruples',
             63.0,
             radius_of_pendulum(100.0, 1.0, 3166.0),
@@ -255,7 +256,7 @@ def _small_weight() -> list[Claim]:
         ),
         _claim(
             'XX',
-            'the rule behind it, not rounded [scruples]',
+            'the same by the formula, not rounded [scruples]',
             'BC = 2 P L/Q',
             base_radius_of_disc(100.0, 1.0, 3166.0),
             radius_of_pendulum(100.0, 1.0, 3166.0),
@@ -268,7 +269,8 @@ def _small_weight() -> list[Claim]:
             1.0,
             period(1.0, 100.0, 1.0, carried=1.0 / G) / period(1e-3, 100.0, 1.0, carried=1.0 / G),
             1e-4,
-            because='the inertia of the weight costs 428 s a day at 1 rad; its own cam mends it',
+            because='the inertia of the weight costs 428 s a day at 1 rad; a cam made for this '
+            'weight has no such error',
             expected='fails',
         ),
     ]
@@ -288,7 +290,7 @@ def _large_disc() -> list[Claim]:
             MOTION,
             'Q·a⁴·BC/(2 P)',
             length_of_thick_disc(weight, radius, pull, BASE_RADIUS),
-            'no g occurs in it; the scan would show one',
+            'a length has no g; whether g is printed only a scan would show',
             'misprint',
         ),
         _claim(
@@ -308,7 +310,8 @@ def _hole() -> list[Claim]:
     return [
         _claim(
             'XXII',
-            'through a fixed hole: the direction of the lever arm needs arcs of circles only',
+            'thread through a fixed hole: the direction of the lever arm needs only arcs of '
+            'circles',
             't/b + arcsin(t/a)',
             arm / RATE + math.asin(arm / HOLE),
             direction(TURNED, HOLE),
@@ -340,7 +343,7 @@ def _hole_proportions() -> list[Claim]:
             QUADRATURE,
             'OCo : PCt = CP : b',
             p / RATE,
-            'a triangle does not stand to a length as an angle to an angle',
+            'a ratio of angles cannot be that of a triangle to a length',
             'misprint',
         ),
         _claim(

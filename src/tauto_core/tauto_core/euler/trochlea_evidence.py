@@ -1,6 +1,6 @@
-"""Evidence on the trochlea, from points, lines, sums and motions: none from the formulas judged.
+"""Reference values for the trochlea, from points, lines, sums and motions.
 
-Lengths are metres; the unrolled circle has the radius 1.
+None uses the formulas that are checked. Lengths are metres; the unrolled circle has the radius 1.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ def _tangent(z: float) -> tuple[float, float]:
 
 
 def distance_of_normal(z: float) -> float:
-    """Return CT: how far the normal of the curve passes from the axle."""
+    """Return CT, the distance of the normal of the curve from the axle."""
     x, y = circle_unrolled(np.array(z))
     across, along = _tangent(z)
     return BASE_RADIUS * abs(float(x) * across + float(y) * along)
 
 
 def distance_of_normal_side(z: float) -> float:
-    """Return how far the curve's tangent, along which the thread leaves it, passes from C."""
+    """Return the distance from C of the curve's tangent, along which the thread leaves it."""
     x, y = circle_unrolled(np.array(z))
     across, along = _tangent(z)
     return BASE_RADIUS * abs(float(x) * along - float(y) * across)
@@ -79,12 +79,12 @@ def length(z: float) -> float:
 
 
 def unwound(angle: FloatArray) -> FloatArray:
-    """Return the lift: the length wound on the cheek, summed from its points."""
+    """Return the lift of the weight, the length wound on the cheek, from its points."""
     return np.array([BASE_RADIUS * length(float(each)) for each in np.ravel(angle)])
 
 
 def curvature_radius(z: float) -> float:
-    """Return the radius of curvature of the unrolled curve: its speed over its turning."""
+    """Return the radius of curvature of the unrolled curve, ds/dz over its turning rate."""
 
     def turned(s: FloatArray) -> FloatArray:
         return np.array([math.atan2(*_tangent(float(each))[::-1]) for each in np.ravel(s)])
@@ -101,7 +101,7 @@ def disc_inertia(weight: float, radius: float) -> float:
 
 
 def disc_energy(weight: float, radius: float, rim: float) -> float:
-    """Return the kinetic energy of a disc whose rim has a velocity [J]."""
+    """Return the kinetic energy of a disc from the velocity of its rim [J]."""
     return 0.5 * disc_inertia(weight, radius) * (rim / radius) ** 2
 
 
@@ -146,7 +146,7 @@ def period(
 
 
 def rim_height(arc: float, weight: float, pull: float) -> Function:
-    """Return v, as a function of how far the rim is within the arc s, of a disc falling in."""
+    """Return v/r, r the base radius, as a function of (s − place of the rim)/r."""
     inertia = disc_inertia(weight, BASE_RADIUS)
 
     def height(within: FloatArray) -> FloatArray:
@@ -160,7 +160,7 @@ def rim_height(arc: float, weight: float, pull: float) -> Function:
 
 
 def cycloid_slope(part: float) -> float:
-    """Return sine of the slope where a cycloid's arc from the bottom is a part of AO."""
+    """Return the sine of the slope of a cycloid where its arc from the bottom is `part` of AO."""
     # the cycloid of a pendulum of unit length, by its rolling circle of radius 1/4
     turned = 2.0 * math.asin(part)
     x = slope(lambda s: 0.25 * (s + np.sin(s)), turned)
@@ -169,22 +169,22 @@ def cycloid_slope(part: float) -> float:
 
 
 def radius_of_pendulum(weight: float, pull: float, length: float) -> float:
-    """Return the base radius at which a disc of that radius swings like a pendulum, by its motion.
+    """Return the base radius at which a disc of that radius keeps time with a pendulum.
 
-    The period goes with the root of the radius: one integration gives the factor.
+    The period is proportional to the root of the radius; one integrated motion gives the factor.
     """
     seconds = period(1.0, weight, pull)
     return BASE_RADIUS * length / (G * (seconds / math.tau) ** 2)
 
 
 def _hole_place(angle: float, distance: float) -> FloatArray:
-    """Return the hole as the wheel's frame sees it."""
+    """Return the position of the hole in the wheel's frame."""
     turned = 0.5 * math.pi + angle
     return distance * np.array([math.cos(turned), math.sin(turned)])
 
 
 def direction(angle: float, distance: float) -> float:
-    """Return the direction of the lever arm in the wheel's frame: C's foot on the thread."""
+    """Return the direction of the lever arm, from C to the thread, in the wheel's frame [rad]."""
     hole, arm = _hole_place(angle, distance), RATE * angle
     free = math.sqrt((distance - arm) * (distance + arm))
     # the foot F of length t with F ⊥ (hole − F): hole = F + free · F⊥/t
@@ -193,14 +193,14 @@ def direction(angle: float, distance: float) -> float:
 
 
 def directions(angle: FloatArray, distance: float) -> FloatArray:
-    """Return `direction` of many angles."""
+    """Return `direction` for an array of angles."""
     return np.array([direction(float(each), distance) for each in np.ravel(angle)])
 
 
 def envelope_distance(angle: float, distance: float) -> float:
-    """Return how far the cheek's point lies along the thread's line: neighbours intersect there.
+    """Return p, from the foot of the lever arm to the cheek along the thread's line.
 
-    Lines x cos ψ + y sin ψ = t: the intersection has −x sin ψ + y cos ψ = dt/dψ.
+    Neighbouring lines x cos ψ + y sin ψ = t intersect where −x sin ψ + y cos ψ = dt/dψ.
     """
     return RATE / slope(lambda each: directions(each, distance), angle)
 

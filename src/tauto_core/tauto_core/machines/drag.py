@@ -9,7 +9,7 @@ from tauto_core.scene.fields import NonNegative, Section
 
 
 class Drag(Section):
-    """Torque against the motion in the case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇."""
+    """Torque against the motion of the wheel in its case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇."""
 
     viscous: NonNegative = Field(default=0.0, description='c₁ [N m s]')
     quadratic: NonNegative = Field(default=0.0, description='c₂ [N m s2]')

@@ -15,11 +15,15 @@ FOLDER = 'tauto_core.machines.escapements'
 
 
 class Rest(Section):
-    """What the tooth that lies on a pallet between two impulses does to the wheel (theory E2)."""
+    """Friction and recoil of the tooth that rests on a pallet between impulses (theory E2)."""
 
-    friction: NonNegative = Field(default=0.0, description='torque against the motion [N m]')
+    friction: NonNegative = Field(
+        default=0.0, description='friction torque against the motion [N m]'
+    )
     recoil: NonNegative = Field(
-        default=0.0, description='torque against the last impulse, until the next [N m]'
+        default=0.0,
+        description='constant torque against the direction of the last impulse, '
+        'until the next [N m]',
     )
 
 
@@ -43,11 +47,11 @@ class Ebb(NamedTuple):
 
 
 class Train(Section):
-    """A driving train that weakens as its mainspring runs down, or its weight's line unwinds."""
+    """A driving train that weakens between two windings."""
 
     fall: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
-        description='how much weaker the train is just before it is wound than just after, by '
-        'the mean, 0 to 1'
+        description='fall of the driving energy from one winding to just before the next, '
+        'relative to its mean, 0 to 1'
     )
     impulses: Annotated[int, Strict(), Field(ge=1, le=10**9)] = Field(
         description='impulses of the escapement between two windings, 1 to 1e9'
@@ -64,7 +68,11 @@ class EscapementKind(Kind):
     energy: NonNegative = Field(
         description='energy given each beat [J]; 0 only where recoil drives the wheel'
     )
-    angle: Number = Field(default=0.0, description='angle of the wheel in its case [rad]')
+    angle: Number = Field(
+        default=0.0,
+        description='angle of the wheel in its case at the '
+        'impulse [rad], positive after the middle',
+    )
     rest: Rest | None = Field(default=None, description='mapping: friction, recoil')
 
     @property

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class FluidTautochroneRegulator(Section):
-    """A globe or cylinder that swings on a curve in a fluid (Euler 1729); no trochlea."""
+    """A globe or cylinder that swings on a curve in a fluid, without a trochlea (Euler 1729)."""
 
     kind: Literal['fluid_tautochrone'] = Field(description='fluid_tautochrone')
     curve: Literal['euler', 'cycloid', 'symmetric'] = Field(
@@ -36,12 +36,12 @@ class FluidTautochroneRegulator(Section):
         description='length f of the simple pendulum that keeps time with small swings [m]'
     )
     release_arc: Number = Field(
-        description='arc from the lowest point at which it is released at rest [m], negative on '
-        'the branch of ascent'
+        description='arc from the lowest point to the release, at rest [m]; negative on the '
+        'branch of ascent'
     )
     added_mass: NonNegative = Field(
         default=0.0,
-        description='fluid carried along, by the fluid displaced; Euler: 0, globe: 0.5',
+        description='coefficient of added mass; Euler: 0, globe in potential flow: 0.5',
     )
 
     def problems(

@@ -28,7 +28,7 @@ def cam_kinds() -> tuple[type[CamKind], ...]:
 
 
 class Trochlea(Section):
-    """The regulator: a balanced wheel whose cam winds up a thread under power."""
+    """The regulator: a balanced wheel with a cam on which a thread winds, pulled by the power."""
 
     inertia: Positive = Field(description="the wheel's moment of inertia about its axle [kg m2]")
     cam: Annotated[CamKind, OneOf(CAMS)] = Field(

@@ -39,7 +39,7 @@ class Scene(Section):
     duration: Positive = Field(description='length of the scene [s]')
     starts_at: Positive = Field(default=DAY_S, description='stamp of the first sample [s]')
     seed: Annotated[int, Strict(), Field(ge=0, le=2**63 - 1)] = Field(
-        default=1726, description='seed of everything random, 0 to 2**63 - 1'
+        default=1726, description='seed of all random numbers, 0 to 2**63 - 1'
     )
     gravity: Positive = Field(
         default=STANDARD_GRAVITY, description='acceleration of gravity [m/s2]'
@@ -49,14 +49,14 @@ class Scene(Section):
         description='mapping: inertia, cam, thread, power, release_angle of the regulator',
     )
     regulator: FluidTautochroneRegulator | None = Field(
-        default=None, description='mapping with `kind`: what swings in place of a trochlea'
+        default=None, description='mapping with `kind`: an oscillator in place of a trochlea'
     )
     drag: Drag | None = Field(default=None, description='mapping: viscous, quadratic, coulomb')
     escapement: Annotated[EscapementKind, OneOf(ESCAPEMENTS, default='impulse')] | None = Field(
         default=None, description='mapping: kind, energy, angle, rest'
     )
     ship: Annotated[ShipKind, OneOf(SHIPS)] = Field(
-        default=StillShip(), description='mapping with `kind` and how it moves'
+        default=StillShip(), description='mapping with `kind` and the motion of the ship'
     )
     suspension: AxleSuspension | None = Field(
         default=None,

@@ -19,9 +19,10 @@ _HEAD = """\
 # Scenes: sections, kinds and keys
 
 Generated from the models of the code (`python -m tauto_core.scene.reference`); a test keeps the
-two equal. Numbers are SI and radians. A key without a default must be given; what may be left out
-is then not simulated. A section *from a file* is read when the scene is loaded, and the scene that
-runs, and that a bag holds, has its numbers instead.
+two equal. Numbers are in SI units and radians. A key without a default must be given. Where the
+default is *left out*, the part is not simulated unless the key says otherwise. A section *from a
+file* is read when the scene is loaded; the scene that runs, which is also written to the bag, has
+its numbers instead.
 """
 
 

@@ -17,23 +17,23 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
 
 class Clock(Section):
-    """The dial. Without a nominal period it is the regulator's small-amplitude period.
+    """The dial. Without a nominal period it is set for small swings of the regulator.
 
-    Noise is not simulated where it is left out or 0 (theory E8).
+    Noise that is left out or 0 is not simulated (theory E8).
     """
 
     nominal_period: Positive | None = Field(
-        default=None, description='time the dial gains in a full swing [s]'
+        default=None, description='time by which the dial advances in a full swing [s]'
     )
     white_fm: Wander | None = Field(
         default=None,
-        description='white frequency noise: standard deviation of the reading after a day, '
-        'growing with the root of time, 0 to 86400 [s]',
+        description='white frequency noise: standard deviation of the reading after a day, which '
+        'grows with the square root of time, 0 to 86400 [s]',
     )
     random_walk_fm: Wander | None = Field(
         default=None,
         description='random walk of the frequency: standard deviation of the rate after a day, '
-        'growing with the root of time, 0 to 86400 [s/day]',
+        'which grows with the square root of time, 0 to 86400 [s/day]',
     )
 
     @property
@@ -56,9 +56,9 @@ class Lunars(Section):
     """Lunar distances at sea, which give the time by the Moon's motion among the stars.
 
     The Moon moves by half a degree an hour. Sextant and almanac together erred by half a minute of
-    arc, which is a minute of time. Flinders writes that the longitude from one set of six sights
-    may be 30 minutes of arc wrong, two of time, and probably not more than 12 (A Voyage to Terra
-    Australis, 1814): a normal error with a sigma of a minute agrees with both.
+    arc, which is a minute of time. Flinders (A Voyage to Terra Australis, 1814) writes that the
+    longitude from one set of six sights may be wrong by 30 minutes of arc (two minutes of time),
+    and probably not by more than 12. A normal error with a sigma of a minute agrees with both.
     """
 
     interval: Positive = Field(
@@ -73,16 +73,16 @@ Covariate: TypeAlias = Literal['heave', 'roll']
 
 
 class CoefficientPrior(Section):
-    """What is assumed about a coefficient of the rate equation before any observation."""
+    """Prior of a coefficient of the rate equation, before any observation."""
 
-    value: Number = Field(description='expected coefficient; of a weight in heave about 1')
+    value: Number = Field(description='expected coefficient; about 1 for a weight in heave')
     sigma: Annotated[float, Strict(), Field(ge=1e-9, le=1e9)] = Field(
         description='its standard deviation, 1e-9 to 1e9'
     )
 
 
 class Coefficients(Section):
-    """Coefficients of the rate equation that are known better than by trial runs."""
+    """Priors of coefficients of the rate equation that replace those from trial runs."""
 
     heave: CoefficientPrior | None = Field(
         default=None, description='mapping: value, sigma; when left out: from trial runs'
@@ -93,7 +93,7 @@ class Coefficients(Section):
 
 
 class DriftSettings(Section):
-    """The observations of the navigator, and the assumptions of the drift estimate."""
+    """The navigator's observations, and the assumptions of the drift estimate."""
 
     observation_interval: Positive = Field(
         default=DAY_S, description='time between observations in port [s]'
@@ -106,27 +106,27 @@ class DriftSettings(Section):
     )
     clouds: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
         default=0.0,
-        description='share of the observations, in port and by the Moon, that clouds hide, 0 to 1',
+        description='share of the observations in port and by the Moon that clouds hide, 0 to 1',
     )
     states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
     prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
         default=1000.0,
-        description="standard deviation of the clock's rate beforehand, 1e-9 to 86400 [s/day]; "
-        'the default covers a dial regulated for small swings (theory E7)',
+        description="prior standard deviation of the clock's rate, 1e-9 to 86400 [s/day]; the "
+        'default covers a dial regulated for small swings (theory E7)',
     )
     gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
         default=5.0,
-        description='sigmas beyond which an observation is refused as an outlier, 1 to 1e9 '
-        '(1e9: none is)',
+        description='number of standard deviations beyond which an observation is refused as an '
+        'outlier, 1 to 1e9 (1e9: none is)',
     )
     covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
         default=None,
-        description='list of heave, roll: motions of the ship that the rate is taken to follow '
-        '(theory E11)',
+        description='list of heave, roll: motions of the ship on which the rate is taken to '
+        'depend (theory E11)',
     )
     coefficients: Coefficients | None = Field(
         default=None,
-        description='mapping: heave, roll; what is assumed of the coefficients of the covariates',
+        description='mapping: heave, roll; priors of the coefficients of the covariates',
     )
 
     def problems(self) -> Iterator[Problem]:
@@ -148,11 +148,13 @@ class DriftSettings(Section):
 
 
 class Log(Section):
-    """What is logged: one sample an interval, and the motion at its full rate where asked."""
+    """The log: one sample in each interval; the ship's motion at its full rate if asked for."""
 
     interval: Positive = Field(default=1.0, description='time between logged samples [s]')
     motion: Flag | None = Field(
-        default=None, description='whether ship/imu is kept; when left out: up to a day'
+        default=None,
+        description='whether ship/imu is logged at its full rate; when left out: '
+        'in scenes of up to a day',
     )
 
 

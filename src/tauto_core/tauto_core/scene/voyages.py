@@ -29,7 +29,8 @@ class Waypoint(Section):
 
     place: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     landfall: Flag = Field(
-        default=False, description='true where the longitude is known and the clock is checked'
+        default=False,
+        description='true: land is sighted, so the longitude is known and the clock is checked',
     )
 
 
@@ -50,8 +51,8 @@ class Voyage(Section):
     arrival: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     track: Literal['geodesic', 'rhumb'] | None = Field(
         default=None,
-        description='geodesic, the shortest way from place to place, or rhumb, one course from '
-        'place to place; geodesic when left out',
+        description='geodesic, the shortest route between places, or rhumb, a constant course '
+        'between places; geodesic when left out',
     )
     sails_at: NonNegative = Field(description='time of setting sail, from the start [s]')
     arrives_at: Positive | None = Field(

@@ -17,9 +17,16 @@ class AxleSuspension(Section):
     kind: Literal['axle'] = 'axle'
     support_radius: Positive = Field(description='radius of the hollow bearing [m]')
     axle_radius: Positive = Field(description='radius of the axle that lies in it [m]')
-    depth: Number = Field(description='depth of the clock, the centre of gravity, under it [m]')
-    gyration_radius: Number = Field(description='radius of gyration about that centre [m]')
-    large_angles: Flag = Field(default=False, description='true: equations of any angles')
+    depth: Number = Field(
+        description="depth of the case's centre of gravity, where the clock "
+        "is, below the axle's centre [m]"
+    )
+    gyration_radius: Number = Field(
+        description='radius of gyration of the case about its centre of gravity [m]'
+    )
+    large_angles: Flag = Field(
+        default=False, description='true: equations for any angle; false: for small angles'
+    )
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield what is wrong between its keys.

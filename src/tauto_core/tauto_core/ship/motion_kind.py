@@ -88,7 +88,7 @@ class ShipKind(Kind):
     lies_still: ClassVar[bool] = False
     is_computed: ClassVar[bool] = True
 
-    rate: Positive = Field(default=20.0, description='samples of the motion a second [Hz]')
+    rate: Positive = Field(default=20.0, description='sampling rate of the motion [Hz]')
     height: Number = Field(default=3.0, description='height of the clock above the roll axis [m]')
     kind: str
 

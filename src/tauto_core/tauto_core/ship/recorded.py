@@ -37,10 +37,10 @@ LARGEST: dict[str, tuple[float, str, str]] = {
 
 
 class Recorded(Section):
-    """Measured motion: a CSV (columns named) or an MCAP bag with sensor_msgs/Imu (topic named).
+    """Measured motion, from the named columns of a CSV file or a sensor_msgs/Imu topic of a bag.
 
-    Columns carry their unit as a suffix: _s, _deg or _rad, _m. Roll is positive with the starboard
-    side down, heave upwards; a negative `scale` turns both round.
+    The name of a column ends in its unit: _s, _deg or _rad, _m. Roll is positive with the
+    starboard side down, heave upwards; a negative `scale` reverses both.
     """
 
     path: Text = Field(description='CSV file, .mcap file or rosbag2 folder')

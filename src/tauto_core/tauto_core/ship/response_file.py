@@ -31,12 +31,12 @@ _FORM = (
 
 
 class RaoFile(Section):
-    """An operator, given by its file; the scene that runs holds its values at the heading."""
+    """An operator from a file; the scene that runs contains its values at the heading."""
 
     path: Text = Field(description='CSV file of the operator')
     heading: Heading = Field(
-        description='direction the waves run to, from the bow to port [rad]: 0 following, 1.5708 '
-        'beam, 3.1416 head seas'
+        description='direction in which the waves run, from the bow to port [rad]: 0 following '
+        'seas, 1.5708 beam seas, 3.1416 head seas'
     )
 
 

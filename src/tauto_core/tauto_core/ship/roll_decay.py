@@ -26,23 +26,23 @@ _UNITS = {'_s': 1.0, '_rad': 1.0, '_deg': math.pi / 180.0}
 
 
 class RollDecay(Section):
-    """A roll decay test: the ship is heeled, let go, and rolls in calm water until it rests."""
+    """A roll decay test: the ship is heeled, released, and rolls in calm water until it rests."""
 
     path: Text = Field(description='CSV file of the test')
     time_column: Text = Field(description='column of the time, …_s')
     roll_column: Text = Field(description='column of the roll, …_deg or …_rad')
     cycles: Annotated[int, Strict(), Field(ge=1, le=1000)] = Field(
-        default=3, description='cycles after the release that are fitted, 1 to 1000'
+        default=3, description='number of cycles after the release that are fitted, 1 to 1000'
     )
     model_scale: Positive = Field(
         default=1.0,
-        description='length of the ship by that of the model: times are taken √ of it longer '
-        '(Froude)',
+        description='length of the ship over that of the model; times are multiplied by its '
+        'square root (Froude)',
     )
 
 
 class RollFromDecay(Section):
-    """Roll of a ship whose natural period and damping ratio a decay test gives."""
+    """Linear roll whose natural period and damping ratio follow from a roll decay test."""
 
     decay: RollDecay = Field(description='mapping: path, time_column, roll_column, …')
     slope_coefficient: NonNegative = Field(description='effective wave-slope coefficient κ_e')

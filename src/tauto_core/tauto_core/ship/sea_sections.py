@@ -19,7 +19,7 @@ Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
 
 class Sea(Section):
-    """Spectrum of a long-crested sea and how many components stand for it."""
+    """Long-crested sea with a standard spectrum, represented by a number of components."""
 
     spectrum: Literal['bretschneider', 'jonswap'] = Field(description='bretschneider or jonswap')
     significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=100.0)] = Field(
@@ -27,7 +27,7 @@ class Sea(Section):
     )
     peak_period: Positive = Field(description='period of the spectral peak [s]')
     gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
-        default=3.3, description='peak enhancement of jonswap, 1 to 10; 3.3 when left out'
+        default=3.3, description='peak enhancement factor of jonswap, 1 to 10; 3.3 when left out'
     )
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
@@ -54,10 +54,10 @@ class SpectrumTable(Section):
     """Measured spectrum of a long-crested sea, linear between its rows."""
 
     spectrum: Literal['table'] = Field(description='table')
-    source: Text = Field(description='where the spectrum is from, and of when')
-    frequency: tuple[Positive, ...] = Field(description='list of rising frequencies [Hz]')
+    source: Text = Field(description='origin and time of the spectrum')
+    frequency: tuple[Positive, ...] = Field(description='list of increasing frequencies [Hz]')
     energy_density: tuple[NonNegative, ...] = Field(
-        description='list of energy densities [m2/Hz], one a frequency'
+        description='list of energy densities [m2/Hz], one for each frequency'
     )
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
@@ -82,21 +82,23 @@ class Roll(Section):
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
     slope_coefficient: NonNegative = Field(description='effective wave-slope coefficient κ_e')
     fitted_to: Text | None = Field(
-        default=None, description='decay test that period and damping ratio are from'
+        default=None, description='decay test from which period and damping ratio were found'
     )
 
 
 class Rao(Section):
-    """Response amplitude operator at one heading, of exp(iωt), for a ship at rest."""
+    """Response amplitude operator at one heading, for a ship at rest: factors of exp(iωt)."""
 
-    source: Text = Field(description='where the operator is from')
+    source: Text = Field(description='origin of the operator')
     heading: Heading = Field(
-        description='direction the waves run to, from the bow to port [rad]: 0 following, 1.5708 '
-        'beam, 3.1416 head seas'
+        description='direction in which the waves run, from the bow to port [rad]: 0 following '
+        'seas, 1.5708 beam seas, 3.1416 head seas'
     )
-    angular_frequency: tuple[Positive, ...] = Field(description='list of rising ω [rad/s]')
+    angular_frequency: tuple[Positive, ...] = Field(description='list of increasing ω [rad/s]')
     roll_real: tuple[Number, ...] = Field(description='list of real parts of the roll [rad/m]')
-    roll_imaginary: tuple[Number, ...] = Field(description='list of imaginary parts [rad/m]')
+    roll_imaginary: tuple[Number, ...] = Field(
+        description='list of imaginary parts of the roll [rad/m]'
+    )
     heave_real: tuple[Number, ...] | None = Field(
         default=None, description='list of real parts of the heave [m/m]'
     )

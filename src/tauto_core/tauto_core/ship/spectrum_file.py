@@ -33,7 +33,7 @@ _FORM = (
 
 
 class SpectrumFile(Section):
-    """A measured spectrum, given by its file; the scene that runs holds the table itself."""
+    """A measured spectrum from a file; the scene that runs contains the table itself."""
 
     spectrum: Literal['file'] = Field(description='file')
     path: Text = Field(description='file of the spectrum')
@@ -41,7 +41,8 @@ class SpectrumFile(Section):
         default='table', description='table (CSV), ndbc, datawell, spotter or triaxys'
     )
     time: Text | None = Field(
-        default=None, description='UTC of the spectrum in a file of many, as 2000-01-01T02:00'
+        default=None,
+        description='UTC of the spectrum where the file holds several, as 2000-01-01T02:00',
     )
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 

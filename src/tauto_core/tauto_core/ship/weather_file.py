@@ -41,7 +41,7 @@ _FORM = (
 
 
 class RecordFile(WeatherKind):
-    """A buoy's record, given by its file; the scene that runs holds the rows themselves."""
+    """A buoy's record from a file; the scene that runs contains the rows themselves."""
 
     kind: Literal['record'] = 'record'
     path: Text = Field(description='file of the record')
@@ -50,8 +50,8 @@ class RecordFile(WeatherKind):
     )
     begins: Text | None = Field(
         default=None,
-        description='UTC of the record at the start of the scene, as 2000-01-01T02:00; its first '
-        'row when left out',
+        description='UTC at the start of the scene, as 2000-01-01T02:00; when left out that of '
+        'the first row',
     )
     max_gap: Positive = Field(
         default=21_600.0, description='longest gap between rows that is bridged [s]'

@@ -68,7 +68,7 @@ class WeatherKind(Kind):
         default='bretschneider', description='spectrum of the seas: bretschneider or jonswap'
     )
     gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
-        default=3.3, description='peak enhancement of jonswap, 1 to 10'
+        default=3.3, description='peak enhancement factor of jonswap, 1 to 10'
     )
     components: ComponentCount = Field(
         default=64, description='number of components of each sea, 1 to 4096'

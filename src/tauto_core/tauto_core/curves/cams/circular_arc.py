@@ -94,7 +94,7 @@ class CircularArc(Cam):
 
 
 class CircularArcCam(CamKind):
-    """Cheek of a circular arc, the cam before Euler (theory E2)."""
+    """Cheek of a circular arc, the cam before Euler (theory A)."""
 
     threads = ('vertical',)
     rank = 3
@@ -102,7 +102,7 @@ class CircularArcCam(CamKind):
 
     kind: Literal['circular_arc'] = 'circular_arc'
     radius: Positive = Field(description='radius of the arc [m]')
-    root_depth: Positive = Field(description='depth of its root under the axle [m]')
+    root_depth: Positive = Field(description='depth of its root below the axle [m]')
 
     def made(self, setting: Setting) -> CircularArc:
         """Return the arc, whatever wheel and power."""

@@ -58,7 +58,10 @@ class Hole(LinearCam):
 
 
 class HoleCam(CamKind):
-    """Euler's second curve (1727, XXII–XXIX), for a thread through a fixed hole."""
+    """Euler's second curve (1727, XXII–XXIX), for a thread through a fixed hole.
+
+    Its lever arm is lever_rate · angle.
+    """
 
     threads = ('hole',)
     rank = 2

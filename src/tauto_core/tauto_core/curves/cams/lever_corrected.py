@@ -230,7 +230,7 @@ class CorrectedLeverGeometry:
 
 
 class LeverCorrectedCam(CamKind):
-    """The tautochrone for Sully's lever machine, made for one period (theory A)."""
+    """The isochronous cam for Sully's lever machine, made for one period (theory D)."""
 
     threads = ('lever',)
     rank = 7

@@ -115,11 +115,12 @@ def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
 
 
 class MeasuredCam(CamKind):
-    """Lever arm measured on a real piece: a curve that passes the points within a tolerance.
+    """Lever arm measured on a real cam: a smooth curve that passes the points within a tolerance.
 
-    CSV with the columns angle_rad, lever_arm_m, at least six rows of angles > 0 that increase; the
-    other cheek is taken to be the mirror image. A tolerance too small for the points' errors makes
-    a cheek that no thread can wrap, and is refused with the smallest that works.
+    CSV with the columns angle_rad, lever_arm_m and at least six rows of increasing angles > 0; the
+    other cheek is assumed to be the mirror image. A tolerance that is too small for the errors of
+    the points gives a hollow cheek, which no thread can wrap. It is refused, and the error names
+    the smallest that works.
     """
 
     threads = ('vertical', 'hole')
@@ -129,7 +130,7 @@ class MeasuredCam(CamKind):
     kind: Literal['measured'] = 'measured'
     path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')
     tolerance: Positive = Field(
-        description='the most that the smoothed lever arm may be off at any point [m]'
+        description='largest difference between the smoothed lever arm and any point [m]'
     )
 
     def made(self, setting: Setting) -> Table:

@@ -113,7 +113,7 @@ class SpringCorrected(CorrectedCam):
 
 
 class SpringCorrectedCam(CamKind):
-    """The tautochrone for a spring with stiffness, made for one period (theory E2)."""
+    """The isochronous cam for a spring with stiffness, made for one period (theory D)."""
 
     threads = ('vertical', 'hole')
     corrects = 'spring'

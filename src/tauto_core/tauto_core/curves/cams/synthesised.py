@@ -1,4 +1,4 @@
-"""The tautochrone for any power, found by quadrature: beyond Euler, theory D."""
+"""The isochronous cam for any power, found by quadrature (theory D)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ REMEDY = 'Give a smaller range'
 
 
 class SynthesisedCam(CamKind):
-    """The tautochrone for any power, made for one period, up to a range (theory D).
+    """The isochronous cam for any power, made for one period and a range of angles (theory D).
 
-    For a weight alone or a spring alone this is weight_corrected or spring_corrected, which have
+    For a weight alone it equals weight_corrected, for a spring alone spring_corrected, which have
     closed forms.
     """
 

@@ -304,9 +304,9 @@ def wrappable(path: Path, table: Table) -> Table:
 
 
 class TableCam(CamKind):
-    """Lever arm tabulated against the angle: CSV with the columns angle_rad, lever_arm_m.
+    """Lever arm tabulated against the wheel's angle: CSV with the columns angle_rad, lever_arm_m.
 
-    A lever law makes a cam for either thread; a hole only turns the normal by arcsin(t/a).
+    The same lever arms make a cam for a vertical thread and another for a thread through a hole.
     """
 
     threads = ('vertical', 'hole')

@@ -185,7 +185,7 @@ class WeightCorrected(CorrectedCam):
 
 
 class WeightCorrectedCam(CamKind):
-    """The tautochrone for a weight that has inertia, made for one period (theory D)."""
+    """The isochronous cam for a weight that has inertia, made for one period (theory D)."""
 
     threads = ('vertical', 'hole')
     corrects = 'weight'

@@ -18,7 +18,7 @@ class Escapement(EscapementKind):
     kind: Literal['impulse'] = 'impulse'
     train: Train | None = Field(
         default=None,
-        description='mapping: fall, impulses; when left out all impulses are the same',
+        description='mapping: fall, impulses; when left out all impulses are equal',
     )
 
     @property

@@ -20,15 +20,15 @@ from tauto_core.scene.fields import Positive, Section
 
 
 class Remontoire(Section):
-    """The small spring."""
+    """The small spring that drives the escapement."""
 
     impulses: Annotated[int, Strict(), Field(ge=1, le=10**6)] = Field(
         description='impulses of the escapement between two rewindings, 1 to 1e6'
     )
     fall: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
         default=0.0,
-        description='how much weaker it is just before it is rewound than just after, by the '
-        'mean, 0 to 1',
+        description='fall of its energy from one rewinding to just before the next, relative to '
+        'its mean, 0 to 1',
     )
 
 
@@ -36,8 +36,8 @@ class DrivingTrain(Train):
     """The train that rewinds the small spring."""
 
     energy: Positive = Field(
-        description='work that the train has for an impulse, friction taken off, in the mean '
-        'over a winding [J]'
+        description='work that the train can supply for an impulse, less friction, averaged over '
+        'a winding [J]'
     )
 
     @property
@@ -47,7 +47,7 @@ class DrivingTrain(Train):
 
 
 class RemontoireEscapement(EscapementKind):
-    """Impulse once a beat from a small spring that the train rewinds: whatever the train's."""
+    """Impulse once a beat from a small spring that the train rewinds, independent of the train."""
 
     rank = 2
     starter = {'energy': 1.234e-4, 'remontoire': {'impulses': 15, 'fall': 0.02}}
@@ -56,7 +56,8 @@ class RemontoireEscapement(EscapementKind):
     remontoire: Remontoire = Field(description='mapping: impulses, fall')
     train: DrivingTrain | None = Field(
         default=None,
-        description='mapping: energy, fall, impulses; when left out it can always rewind',
+        description='mapping: energy, fall, impulses; when left out the train can always rewind '
+        'the spring',
     )
 
     @property

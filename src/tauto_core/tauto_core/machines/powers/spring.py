@@ -12,7 +12,7 @@ from tauto_core.scene.fields import NonNegative, Positive
 
 
 class SpringPower(PowerKind):
-    """Spring without inertia: pull = force + stiffness · draw."""
+    """Spring without inertia: pull = force + stiffness · draw, the length of thread drawn."""
 
     words = 'a spring'
     rank = 3

@@ -20,7 +20,9 @@ class WeightPower(PowerKind):
 
     kind: Literal['weight'] = 'weight'
     mass: Positive = Field(description='mass of the weight [kg]')
-    massless: Flag = Field(default=False, description='true neglects the inertia of the weight')
+    massless: Flag = Field(
+        default=False, description='true: the inertia of the weight is neglected'
+    )
 
     @property
     def pull(self) -> Pull:

@@ -12,7 +12,7 @@ from tauto_core.scene.fields import Positive
 
 
 class WeightAndSpringPower(PowerKind):
-    """Hanging weight whose thread a spring draws too: pull = mass · g + stiffness · draw."""
+    """Hanging weight, and a spring on the same thread: pull = mass · g + stiffness · draw."""
 
     words = 'a weight and a spring together'
     rank = 4
@@ -20,7 +20,9 @@ class WeightAndSpringPower(PowerKind):
 
     kind: Literal['weight_and_spring'] = 'weight_and_spring'
     mass: Positive = Field(description='mass of the weight [kg]')
-    stiffness: Positive = Field(description='stiffness of the spring, slack at rest [N/m]')
+    stiffness: Positive = Field(
+        description='stiffness of the spring, which is slack at rest [N/m]'
+    )
 
     @property
     def pull(self) -> Pull:

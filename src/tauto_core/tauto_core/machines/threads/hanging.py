@@ -210,7 +210,7 @@ class HangingMachine:
 
 
 class HangingThread(ThreadKind):
-    """Thread that hangs free with its weight, and swings."""
+    """Thread that hangs freely with its weight, and swings."""
 
     moves_the_weight = True
     rank = 4

@@ -11,7 +11,7 @@ from tauto_core.scene.fields import Positive
 
 
 class HoleThread(ThreadKind):
-    """Thread drawn through a hole fixed in the case."""
+    """Thread through a hole that is fixed in the case."""
 
     rank = 2
     starter = {'distance': 0.08}

@@ -228,15 +228,17 @@ def _tau_of_sine(sine: FloatArray) -> FloatArray:
 
 
 class LeverThread(ThreadKind):
-    """Thread tied to a lever, level at rest, that carries the weight: Sully's own (1727, V)."""
+    """Thread tied to a lever that carries the weight and is level at rest: Sully's (1727, V)."""
 
     moves_the_weight = True
     rank = 3
     starter = {'arm': 0.1, 'weight_arm': 0.1, 'length': 0.3}
 
     kind: Literal['lever'] = 'lever'
-    arm: Positive = Field(description='from the fulcrum to where the thread is tied [m]')
-    weight_arm: Positive = Field(description='from the fulcrum to the weight [m]')
+    arm: Positive = Field(
+        description='distance from the fulcrum to the point where the thread is tied [m]'
+    )
+    weight_arm: Positive = Field(description='distance from the fulcrum to the weight [m]')
     length: Positive = Field(description='free length of the thread at rest [m]')
     inertia: NonNegative = Field(
         default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"

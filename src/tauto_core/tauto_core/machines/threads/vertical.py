@@ -8,7 +8,7 @@ from tauto_core.machines.thread import ThreadKind
 
 
 class VerticalThread(ThreadKind):
-    """Thread that keeps to one direction: the apparent vertical, or the case's for a spring."""
+    """Ideal thread, along the apparent vertical under a weight, else fixed in the case."""
 
     upright = True
     rank = 1

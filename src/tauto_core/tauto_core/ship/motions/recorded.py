@@ -13,7 +13,7 @@ from tauto_core.ship.recorded import Recorded, recorded_metadata, recorded_motio
 
 
 class RecordedShip(ShipKind):
-    """Motion as measured."""
+    """Measured motion."""
 
     is_computed = False
     rank = 4

@@ -44,10 +44,11 @@ class SeaMotion:
 
 
 class SeaShip(ShipKind):
-    """Roll, and heave where asked, from a sea that the ship meets at a speed and heading.
+    """Roll, and heave where asked for, from waves that the ship meets at a speed and heading.
 
-    There is one sea, `sea`, or a sequence of seas, `weather`. Roll follows from `roll` or from
-    `rao`. Heave is the elevation, or what `rao` makes of it.
+    The waves are those of one sea, `sea`, or of a sequence of seas, `weather`. Roll follows from a
+    roll equation, `roll`, or from a response amplitude operator, `rao`. Heave equals the
+    elevation, or follows from `rao`.
     """
 
     rank = 3
@@ -79,8 +80,8 @@ class SeaShip(ShipKind):
     rao: Rao | None = Field(default=None, description='mapping: path, heading')
     heading: Heading | None = Field(
         default=None,
-        description='with roll: direction the waves run to, from the bow to port [rad]: 0 '
-        'following, 1.5708 beam (when left out), 3.1416 head seas',
+        description='with roll: direction in which the waves run, from the bow to port [rad]: 0 '
+        'following seas, 1.5708 beam seas (when left out), 3.1416 head seas',
     )
     speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] = Field(
         default=0.0, description='speed of the ship, at most 50 [m/s]'

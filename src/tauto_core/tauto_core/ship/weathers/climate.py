@@ -25,17 +25,20 @@ _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 
 
 class Region(Section):
-    """A part of the way with a climate: a known one, numbers of one's own, or both."""
+    """A part of the route with a climate: a known one, one's own numbers, or both."""
 
     at: NonNegative | None = Field(
-        default=None, description='time from the start at which it begins [s]; of the first: none'
+        default=None,
+        description='time from the start at which the region begins [s]; not needed for the first',
     )
     waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
         default=None,
-        description='or place of the voyage: 0 the departure, then waypoints, then the arrival',
+        description='or the number of a place of the voyage: 0 the departure, then the '
+        'waypoints, then the arrival',
     )
     climate: Literal['north_atlantic_winter', 'trades'] | None = Field(
-        default=None, description='north_atlantic_winter or trades: what is left out of the rest'
+        default=None,
+        description='north_atlantic_winter or trades: gives the numbers that are left out below',
     )
     median_wave_height: _Height | None = Field(
         default=None, description='median significant wave height [m]'
@@ -44,14 +47,16 @@ class Region(Section):
         default=None, description='standard deviation of its logarithm, 0 to 2'
     )
     correlation_time: Positive | None = Field(
-        default=None, description='time in which its correlation falls e-fold [s]'
+        default=None,
+        description='time in which the autocorrelation of its logarithm falls e-fold [s]',
     )
     steepness: Annotated[float, Strict(), Field(ge=1e-4, le=0.1)] | None = Field(
         default=None, description='significant steepness 2π Hs/(g Tp²), 0.0001 to 0.1'
     )
     waves_to: Heading | None = Field(
         default=None,
-        description='with follow_route: direction the waves run to, from north to the east [rad]',
+        description='with follow_route: direction in which the waves run, from north to the east '
+        '[rad]',
     )
 
     def resolved(self) -> Climate:
@@ -63,7 +68,7 @@ class Region(Section):
 
 
 class Port(Section):
-    """The sea where the ship lies before she sails and after her arrival."""
+    """The sea in port, before the ship sails and after her arrival."""
 
     still: Flag = Field(default=False, description='true: no waves')
     significant_wave_height: _Height | None = Field(
@@ -73,15 +78,15 @@ class Port(Section):
         default=None, description='period of the spectral peak [s]'
     )
     heading: Heading | None = Field(
-        default=None, description='direction the waves run to, from the bow to port [rad]'
+        default=None, description='direction in which the waves run, from the bow to port [rad]'
     )
 
 
 class ClimateWeather(WeatherKind):
-    """Seas drawn from the scene's seed: a log-normal height with a memory, and its period.
+    """Seas drawn from the scene's seed: significant wave height Hs and peak period.
 
-    ln Hs is a Gauss–Markov process: over a time d it keeps exp(−d/correlation_time) of its
-    departure from the mean. The peak period goes with the height by the steepness.
+    ln Hs is a Gauss–Markov process, whose autocorrelation after a time d is
+    exp(−d/correlation_time). The peak period follows from the height and the steepness.
     """
 
     rank = 3
@@ -89,15 +94,15 @@ class ClimateWeather(WeatherKind):
 
     kind: Literal['climate'] = 'climate'
     regions: tuple[Region, ...] = Field(
-        description='list of regions in the order of the way: climate, at or waypoint, …'
+        description='list of regions in the order of the route: climate, at or waypoint, …'
     )
     interval: Annotated[float, Strict(), Field(ge=LEAST_CHANGE_S)] = Field(
         default=21_600.0, description='time between states, at least 600 [s]'
     )
     port: Port | None = Field(
         default=None,
-        description='mapping: still, or significant_wave_height, peak_period and heading, in the '
-        'ports of the voyage; when left out the climate has no port',
+        description='mapping: still, or significant_wave_height, peak_period and heading: the '
+        'sea in the ports of the voyage; when left out the climate holds there too',
     )
 
     def resolved(self, setting: Setting) -> tuple[State, ...]:

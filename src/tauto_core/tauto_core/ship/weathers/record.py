@@ -15,9 +15,9 @@ from tauto_core.ship.weather_kind import Setting, State, WeatherKind
 
 
 class RecordWeather(WeatherKind):
-    """Seas as a buoy measured them, each row fading into the next.
+    """Seas measured by a buoy, each row changing gradually into the next.
 
-    The file is read when the scene is loaded; the scene that runs holds its rows.
+    The file is read when the scene is loaded; the scene that runs contains its rows.
     """
 
     rank = 2
@@ -29,17 +29,17 @@ class RecordWeather(WeatherKind):
     }
 
     kind: Literal['record'] = 'record'
-    source: Text = Field(description='where the record is from')
-    time: tuple[Number, ...] = Field(description='list of rising times from the start [s]')
+    source: Text = Field(description='origin of the record')
+    time: tuple[Number, ...] = Field(description='list of increasing times from the start [s]')
     significant_wave_height: tuple[Positive, ...] = Field(
-        description='list of significant wave heights [m], one a time'
+        description='list of significant wave heights [m], one for each time'
     )
     peak_period: tuple[Positive, ...] = Field(
-        description='list of periods of the spectral peak [s], one a time'
+        description='list of periods of the spectral peak [s], one for each time'
     )
     waves_to: tuple[Heading, ...] | None = Field(
         default=None,
-        description='list of directions the waves run to, from north to the east [rad]',
+        description='list of directions in which the waves run, from north to the east [rad]',
     )
     max_gap: Positive = Field(
         default=21_600.0, description='longest gap between rows that was bridged [s]'

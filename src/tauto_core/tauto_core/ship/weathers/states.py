@@ -26,12 +26,13 @@ _OF_WAVES = (
 
 
 class SeaState(Section):
-    """A sea that has fully developed at an instant; it builds up from the state before."""
+    """A sea that is fully established at an instant; it builds up from the state before."""
 
     at: NonNegative | None = Field(default=None, description='time from the start [s]')
     waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
         default=None,
-        description='or place of the voyage: 0 the departure, then waypoints, then the arrival',
+        description='or the number of a place of the voyage: 0 the departure, then the '
+        'waypoints, then the arrival',
     )
     still: Flag = Field(default=False, description='true: no waves')
     significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=30.0)] | None = Field(
@@ -45,12 +46,13 @@ class SeaState(Section):
     )
     heading: Heading | None = Field(
         default=None,
-        description='direction the waves run to, from the bow to port [rad]; ship.heading when '
-        'left out',
+        description='direction in which the waves run, from the bow to port [rad]; ship.heading '
+        'when left out',
     )
     waves_to: Heading | None = Field(
         default=None,
-        description='with follow_route: direction the waves run to, from north to the east [rad]',
+        description='with follow_route: direction in which the waves run, from north to the east '
+        '[rad]',
     )
     speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] | None = Field(
         default=None, description='speed of the ship [m/s]; ship.speed when left out'
@@ -58,11 +60,10 @@ class SeaState(Section):
 
 
 class StatesWeather(WeatherKind):
-    """Seas one after another, each fading into the next.
+    """Seas at given times, each changing gradually into the next.
 
-    The change takes the whole time between two states. Where a state is written twice, the sea
-    goes on from the one time to the other. Before the first state and after the last nothing
-    changes.
+    A change takes the whole time between two states. Where two states in a row are equal, the sea
+    does not change between them, nor does it before the first state and after the last.
     """
 
     rank = 1
