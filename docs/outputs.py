@@ -1,8 +1,9 @@
-"""Renew what commands print in the README: python docs/outputs.py [--clocks].
+"""Renew what commands print in README and pages: python docs/outputs.py [--clocks] [--passage].
 
 A comment `<!-- output: COMMAND -->` is followed by an indented block, what COMMAND prints. A
-comment `<!-- clocks: COMMAND -->` is followed by the table of a comparison; the voyages of that
-table take nine minutes of processor time, so it is made anew only with `--clocks`.
+comment `<!-- clocks: COMMAND -->` is followed by the table of a comparison, a comment
+`<!-- passage: COMMAND -->` by the table of what navigators make of one voyage. Their voyages take
+nine and six minutes of processor time, so they are made anew only when asked for.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ from tauto_core.cli.app import app
 from tauto_core.wording import significant
 
 README = Path(__file__).parents[1] / 'README.md'
+RATE = Path(__file__).parent / 'theory' / 'rate.md'
 BLOCK = re.compile(r'(<!-- output: tauto (.*?) -->\n\n)((?:(?:    .*)?\n)+?)(?=\S)')
 TABLE = re.compile(r'(<!-- clocks: tauto (.*?) -->\n\n)((?:\|.*\n)+)')
+PASSAGE = re.compile(r'(<!-- passage: tauto (.*?) -->\n\n)((?:\|.*\n)+)')
 
 CLOCKS = {
     'clock_cheek_weight': 'circular cheek, weight',
@@ -42,6 +46,17 @@ HEADINGS = (
 )
 
 
+EQUATION = 'drift.covariates=[heave, roll]'
+NAVIGATORS = {
+    'nothing: the dial as set': ('raw_', ()),
+    'the rate found in port': ('', ()),
+    'the rate equation': ('', (EQUATION,)),
+    'the rate equation, and a lunar distance a day': ('', (EQUATION, 'drift.lunars={}')),
+}
+"""What each allows for: whose error of the result it is, and what is set in the scene."""
+LANDFALLS = ('Madeira', 'Jamaica')
+
+
 def printed(command: str) -> str:
     """Return what a command prints, indented as code, without blanks at the ends of lines."""
     return ''.join(f'    {line}'.rstrip() + '\n' for line in _stdout(command).splitlines()) + '\n'
@@ -54,14 +69,35 @@ def clocks_table(command: str) -> str:
     return ''.join(f'| {" | ".join(cells)} |\n' for cells in lines)
 
 
-def renewed(text: str, *, clocks: bool = False) -> str:
-    """Return a page with each block as its command prints it now, with `clocks` tables too."""
+def passage_table(command: str) -> str:
+    """Return what each navigator makes of a voyage in Markdown, one row each."""
+    sailed = {
+        given: json.loads(_stdout(command, '--json', *(f'--set={each}' for each in given)))
+        for _, given in NAVIGATORS.values()
+    }
+    columns = [name for place in LANDFALLS for name in (f'miles off at {place}', 'his σ')]
+    lines = [('what the navigator allows for', *columns), ('---',) * (1 + len(columns))]
+    for name, (kind, given) in NAVIGATORS.items():
+        cells = [name]
+        for landfall in sailed[given]['longitude']['landfalls']:
+            sigma = '–' if kind else f'{landfall["sigma_nmi"]:,.1f}'
+            cells += [f'{abs(landfall[f"{kind}error_nmi"]):,.1f}', sigma]
+        lines.append(tuple(cells))
+    return ''.join(f'| {" | ".join(cells)} |\n' for cells in lines)
+
+
+def renewed(text: str, *, clocks: bool = False, passage: bool = False) -> str:
+    """Return a page with each block as its command prints it now, and the tables asked for."""
     text = BLOCK.sub(lambda found: found[1] + printed(found[2]), text)
-    return TABLE.sub(lambda found: found[1] + clocks_table(found[2]), text) if clocks else text
+    if clocks:
+        text = TABLE.sub(lambda found: found[1] + clocks_table(found[2]), text)
+    if passage:
+        text = PASSAGE.sub(lambda found: found[1] + passage_table(found[2]), text)
+    return text
 
 
-def _stdout(command: str) -> str:
-    run = CliRunner().invoke(app, command.split())
+def _stdout(command: str, *arguments: str) -> str:
+    run = CliRunner().invoke(app, [*shlex.split(command), *arguments])
     assert run.exit_code == 0, run.stderr
     return run.stdout
 
@@ -82,7 +118,9 @@ def _pounds(prize: int | None) -> str:
 
 
 if __name__ == '__main__':
-    parser = argparse.ArgumentParser(description='Renew what commands print in the README.')
+    parser = argparse.ArgumentParser(description='Renew what commands print in the pages.')
     parser.add_argument('--clocks', action='store_true', help='the table of the clocks, too')
-    page = renewed(README.read_text(encoding='utf-8'), clocks=parser.parse_args().clocks)
-    README.write_text(page, encoding='utf-8')
+    parser.add_argument('--passage', action='store_true', help='the table of the passage, too')
+    asked = vars(parser.parse_args())
+    for page in (README, RATE):
+        page.write_text(renewed(page.read_text('utf-8'), **asked), 'utf-8')

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 import tauto_core as tauto
@@ -129,6 +130,54 @@ def test_the_maker_s_figures_are_those_of_the_voyages(outputs: ModuleType) -> No
         assert rate == pytest.approx(result['clock']['rate_s_per_day'], rel=5e-4)
         assert float(row[2]) == pytest.approx(abs(longitude['raw_error_nmi']), rel=5e-4)
         assert float(row[4]) == pytest.approx(abs(longitude['error_nmi']), rel=5e-4)
+
+
+def test_the_passage_of_the_readme_is_that_of_the_table(outputs: ModuleType) -> None:
+    """Its voyages of 95 days are too long for a test: `python docs/outputs.py --passage`."""
+    found = outputs.PASSAGE.search((DOCS / 'theory' / 'rate.md').read_text(encoding='utf-8'))
+    assert found
+    _, _, *rows = cells(found[3])
+    assert [row[0] for row in rows] == list(outputs.NAVIGATORS)
+    dial, port, equation, lunars = (
+        [float(cell.replace(',', '')) if cell != '–' else 0.0 for cell in row[1:]] for row in rows
+    )
+    _, story = README.split('is the passage without a kind harbour', 1)
+    story = ' '.join(story.partition('Elsewhere')[0].split())
+    for words in (
+        f'he corrected longitude is {port[0]:.0f} nautical miles wrong',
+        f'puts her {port[2]:.0f} miles too far west',
+        f'By the dial alone she is {dial[2]:,.0f} miles off',
+        f'{equation[2]:.0f} miles off (the navigator says ± {equation[3]:.0f})',
+        f'{lunars[2]:.0f} miles off (± {lunars[3]:.0f})',
+    ):
+        assert words in story, words
+
+
+def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None:
+    """An hour from Portsmouth, half of it in port, with a landfall on the way."""
+    voyage = '{departure: [50.8, -1.1], waypoints: [{place: [50.75, -1.2], landfall: true}], '
+    voyage += 'arrival: [50.7, -1.3], sails_at: 1800, arrives_at: 3600}'
+    given = {'voyage': yaml.safe_load(voyage), 'drift.observation_interval': 60.0}
+    table = outputs.passage_table(
+        "sail involute_weight_at_sea --duration 3610 --set 'drift.observation_interval=60' "
+        f"--set 'voyage={voyage}'"
+    )
+    rows = cells(table)[2:]
+    assert [row[0] for row in rows] == list(outputs.NAVIGATORS)
+    sailed = tauto.sail(
+        'involute_weight_at_sea',
+        duration=3610.0,
+        **given,
+        **{'drift.covariates': ['heave', 'roll']},
+    )
+    shown = [float(cell.replace(',', '')) for cell in rows[2][1:]]
+    expected = [
+        value
+        for landfall in sailed.result['longitude']['landfalls']
+        for value in (abs(landfall['error_nmi']), landfall['sigma_nmi'])
+    ]
+    assert shown == pytest.approx(expected, abs=0.051)
+    assert rows[0][2] == rows[0][4] == '–'
 
 
 def test_the_glossary_explains_the_words_of_a_result() -> None:
