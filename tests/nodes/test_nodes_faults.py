@@ -9,23 +9,32 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from conftest import Bench, overrides
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
+from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import TOPICS, encode, read_bag
 from tauto_core.clockwork import DialSetting
 from tauto_core.samples import READING, SHIP_IMU, ImuSamples, TimeSamples, take
+from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.longitude import Longitude
+from tauto_nodes.markers import MARKERS, Markers
 from tauto_nodes.qos import port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.trochlea import Trochlea
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
+COVARIATES = {
+    'covariates': ['roll'],
+    'coefficients': {'roll': {'value': 0.01, 'sigma': 0.02}},
+}
 START_NS = 1_700_000_000 * 10**9
 GARBAGE = int(os.environ.get('TAUTO_GARBAGE', '500'))
 """Messages on each subscription; `make stress` sends ten thousand."""
@@ -85,7 +94,6 @@ def garbage(topic: str, rng: random.Random) -> bytes:
 
 
 def _valid() -> dict[str, bytes]:
-    from tauto_core.scene import load_scene
     from tauto_core.voyage import sail
 
     found: dict[str, bytes] = {}
@@ -108,20 +116,27 @@ def resident_bytes() -> int:
 
 
 def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path) -> None:
+    scene = tmp_path / 'scene.yaml'  # with covariates the drift estimator takes ship/imu too
+    scene.write_text(scene_yaml(load_scene('measured', drift=COVARIATES)), encoding='utf-8')
     recorder = Recorder(**overrides(output=str(tmp_path / 'bag')))
     nodes = [
         recorder,
         Trochlea(**overrides(**FOREIGN)),
-        DriftEstimator(**overrides(**FOREIGN)),
-        Longitude(**overrides(**FOREIGN)),
+        DriftEstimator(**overrides(source='foreign', scene=str(scene))),
+        Longitude(**overrides(**FOREIGN, use_sim_time=True)),
+        Markers(**overrides(scene='measured')),
     ]
     vandal = bench.add(Node('vandal'), *nodes)
     heard = Heard(vandal)
+    vandal.create_subscription(MarkerArray, MARKERS, lambda _: None, QoSProfile(depth=1))
+    clock = vandal.create_publisher(Clock, '/clock', QoSProfile(depth=10))
     publishers = {}
     for topic in TOPICS:
         known = port(topic)
         publishers[topic] = vandal.create_publisher(known.message, topic, known.profile)
-    bench.until(lambda: all(i.matched for i in recorder.inputs.values()))
+    bench.until(lambda: all(len(node.inputs) for node in nodes))
+    bench.until(lambda: all(i.matched for node in nodes for i in node.inputs.values()))
+    bench.until(clock.get_subscription_count)
     rng = random.Random(1726)
     used_bytes = []
     for _ in range(2):
@@ -130,6 +145,8 @@ def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path
                 publisher.publish(garbage(topic, rng))
                 if number % 5 == 0:
                     publisher.publish(VALID[topic])
+            clock.publish(b'\x00\x01\x00\x00' + rng.randbytes(3))
+            clock.publish(Clock(clock=Time(sec=rng.randrange(2**31))))
             if number % 10 == 0:
                 bench.beats(recorder, 1)
         bench.beats(recorder, 5)

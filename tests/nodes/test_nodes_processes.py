@@ -12,9 +12,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
 
 from tauto_core.bags import read_bag
+from tauto_nodes.running import executor_named
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 PATIENCE_S = 300.0
@@ -292,6 +298,43 @@ def test_a_full_disk_is_told_and_what_was_written_can_be_read(
     assert done.returncode == 1, done.stderr
     assert 'cannot be written' in done.stderr
     assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
+
+
+def test_a_clock_before_zero_ends_no_node(ros: Callable[[Sequence[str]], None]) -> None:
+    executors = {'longitude': 'events', 'drift_estimator': 'single'}
+    processes = [
+        start(node, '--ros-args', '-p', 'use_sim_time:=true', '-p', f'executor:={executor}')
+        for node, executor in executors.items()
+    ]
+    ros(())
+    simulator, executor = Node('simulator'), executor_named('single')
+    executor.add_node(simulator)
+    clock = simulator.create_publisher(Clock, '/clock', QoSProfile(depth=10))
+    complained: set[str] = set()
+    reported: set[str] = set()
+
+    def hear(array: DiagnosticArray) -> None:
+        if array.header.stamp.sec == 3:
+            reported.update(status.name for status in array.status)
+
+    simulator.create_subscription(
+        Log,
+        '/rosout',
+        lambda log: complained.add(log.name) if 'negative' in log.msg else None,
+        QoSProfile(depth=100),
+    )
+    simulator.create_subscription(DiagnosticArray, '/diagnostics', hear, QoSProfile(depth=10))
+    for second, heard in ((-5, complained), (3, reported)):
+        while heard != executors.keys():
+            assert all(process.poll() is None for process in processes)
+            clock.publish(Clock(clock=Time(sec=second)))
+            executor.spin_once(0.05)
+    executor.shutdown()
+    simulator.destroy_node()
+    for process in processes:
+        process.send_signal(signal.SIGINT)
+        words, _ = process.communicate(timeout=PATIENCE_S)
+        assert process.returncode == 0, words
 
 
 def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
