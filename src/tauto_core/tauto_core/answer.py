@@ -9,14 +9,14 @@ from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.wording import significant, span
 
 _LEAST_NMI = 1e-3
-"""Two metres: of a shorter distance only this bound is stated."""
+"""Two metres; a shorter distance is stated only as being below this."""
 
 
 def answer(result: Mapping[str, Any]) -> str:
-    """Return the sentence that answers what a voyage asks.
+    """Return the answer as a sentence.
 
     Args:
-        result: what `voyage.sail` and `voyage.replay` return, less the sentence.
+        result: what `voyage.sail` and `voyage.replay` return, without the sentence.
     """
     longitude = result.get('longitude') or {}
     stopped_s = (result.get('trochlea') or {}).get('stopped_s')
@@ -45,14 +45,14 @@ def _after(longitude: Mapping[str, Any]) -> str:
 
 
 def _place(east_nmi: float) -> str:
-    """Return a distance and its side."""
+    """Return a distance with its direction."""
     if abs(east_nmi) < _LEAST_NMI:
         return f'within {_LEAST_NMI:g} nmi'
     return f'{significant(abs(east_nmi))} nmi {"east" if east_nmi > 0.0 else "west"}'
 
 
 def _shorter(east_nmi: float, raw_nmi: float) -> str:
-    """Return a distance, with its side only where that is not the side just named."""
+    """Return a distance, with its direction only where that differs from the one just named."""
     said = _place(east_nmi)
     same = east_nmi * raw_nmi > 0.0 and min(abs(east_nmi), abs(raw_nmi)) >= _LEAST_NMI
     return said.rpartition(' ')[0] if same else said

@@ -30,10 +30,10 @@ class CamOutline:
     """The working edge of a cam's right cheek, in the frame of the wheel, origin at the axle.
 
     Attributes:
-        angle_rad: angle of the wheel where the thread touches, (n,) [rad].
-        lever_arm_m: lever arm of the thread there [m].
-        x_m: x of the point of contact, across the thread at rest [m].
-        y_m: along the thread at rest [m].
+        angle_rad: angle of the wheel when the thread leaves the cheek at the point, (n,) [rad].
+        lever_arm_m: lever arm of the thread at that angle, (n,) [m].
+        x_m: x of the point, across the direction of the thread at rest, (n,) [m].
+        y_m: y of the point, along that direction, (n,) [m].
     """
 
     angle_rad: FloatArray
@@ -90,11 +90,11 @@ def sail(scene: str | Path | Scene, **overrides: object) -> Voyage:
 
 
 def replay(bag: str | Path, *, scene: str | Path | Scene | None = None) -> Voyage:
-    """Return the voyage that a bag holds, its drift and longitude estimated anew.
+    """Return the voyage in a bag, with drift and longitude estimated anew.
 
     Args:
         bag: rosbag2 folder or MCAP file.
-        scene: in place of the bag's own, and needed where it has none.
+        scene: replaces the scene in the bag, and is needed where there is none.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -110,9 +110,9 @@ def cam(
 
     Args:
         scene: as for `load`.
-        points: how many, >= 2.
-        reach_rad: angle of the last of them [rad]; None: half as far again as the wheel swings,
-            within the cam and before its two cheeks meet.
+        points: number of points, >= 2.
+        reach_rad: angle of the last point [rad]. None: one and a half times the amplitude of the
+            wheel, but within the cam and before its two cheeks meet.
 
     Raises:
         UsageError: the scene has no cam of one shape for both sides, or arguments out of range.
@@ -154,9 +154,9 @@ def compare(
         clocks: files or shipped names; none: the shipped clocks.
         ship_of: a scene whose ship and voyage all of them get.
         duration: length of the run [s].
-        roll_deg: significant amplitudes of the roll [degrees], a run each.
-        suspension: `both`, `with` or `without`: cases hung as in the scenes, or fixed.
-        jobs: processes at once.
+        roll_deg: significant amplitudes of the roll [degrees], each in a run of its own.
+        suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
+        jobs: number of parallel processes.
 
     Raises:
         TautoError: clocks that cannot be compared, or arguments out of range.
@@ -190,25 +190,26 @@ def fleet(
 ) -> Fleet:
     """Return the voyages of many ships on one scene, each ship with its own seed.
 
-    Called from a script with `jobs` above 1, it must stand under `if __name__ == '__main__':`, as
+    In a script with `jobs` above 1 the call must be under `if __name__ == '__main__':`, as in
     every program that starts Python processes.
 
     Args:
         scene: as for `load`.
-        ships: how many.
+        ships: number of ships.
         vary: keys of the scene that are drawn for each ship, for example
-            `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`, or a YAML file of
-            that.
-        jobs: processes at once.
-        scheduler: address of a dask scheduler whose workers sail instead.
-        out: folder for the rows in Parquet; ships whose rows it has do not sail again.
+            `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`, or a YAML file with
+            that content.
+        jobs: number of parallel processes.
+        scheduler: address of a dask scheduler whose workers are used instead.
+        out: folder for the rows in Parquet; ships that have a row there do not sail again.
         overrides: as for `load`.
 
     Returns:
-        `rows`, a mapping for each ship, and `answers`, what follows from them.
+        `rows`, a mapping for each ship, and `answers`, the statistics of the fleet.
 
     Raises:
-        TautoError: a ship that no scene allows, arguments out of range, or no processes.
+        TautoError: a drawn value that the scene does not allow, arguments out of range, or
+            processes that cannot be started.
     """
     from tauto_core import fleets
     from tauto_core.workers import Crew
@@ -225,7 +226,7 @@ def fleet(
 
 
 def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None = None) -> Figure:
-    """Return a picture as a Matplotlib figure, and write it where a file is named.
+    """Return a picture as a Matplotlib figure, and write it to a file if one is named.
 
     Args:
         source: a voyage; or a bag, which is replayed; or a scene, which is sailed.
@@ -233,7 +234,7 @@ def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None
         file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
 
     Raises:
-        UsageError: no such picture, or a file of another format than those of pictures.
+        UsageError: no such picture, or a file of a format that pictures cannot have.
         TautoError: the source cannot be read or sailed.
     """
     from tauto_core.pictures import check_picture, picture
@@ -252,7 +253,7 @@ def _voyage(source: str | Path | Scene | Voyage) -> Voyage:
 
 
 def is_bag(source: str | Path) -> bool:
-    """Return whether a path is meant for a bag rather than a scene."""
+    """Return whether a path refers to a bag rather than a scene."""
     return str(source) not in shipped_scenes() and (
         Path(source).is_dir() or Path(source).suffix == '.mcap'
     )

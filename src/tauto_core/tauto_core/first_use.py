@@ -1,4 +1,4 @@
-"""Names of a package whose modules are loaded when they are first asked for."""
+"""Names of a package whose modules are loaded at the first use of the name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def loaded_from(package: str, modules: Mapping[str, str]) -> Callable[[str], Any
 
     Args:
         package: its `__name__`.
-        modules: of each name, the module that defines it: one of the package's own, or by its
+        modules: for each name, the module that defines it: one of the package's own, or by its
             full name.
     """
 

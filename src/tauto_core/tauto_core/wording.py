@@ -1,4 +1,4 @@
-"""Numbers and durations in words, as every table, sentence and figure says them."""
+"""Numbers and durations as text, in the same form in every table, sentence and figure."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 
 
 def significant(value: float | None, digits: int = 4, *, signed: bool = False) -> str:
-    """Return a number to so many significant digits, thousands apart; a dash for None.
+    """Return a number with so many significant digits and grouped thousands; a dash for None.
 
     Numbers below 0.001 in size, and those of seven digits and more, have a power of ten.
 
     Args:
-        value: what to say.
+        value: the number.
         digits: significant digits, >= 1.
-        signed: whether a positive number has its sign too.
+        signed: whether a positive number has a sign too.
     """
     if value is None:
         return '–'
@@ -30,12 +30,12 @@ def significant(value: float | None, digits: int = 4, *, signed: bool = False) -
 
 
 def span(seconds: float, digits: int = 4) -> str:
-    """Return a duration [s] in the unit a reader would use, to so many digits."""
+    """Return a duration [s] in its usual unit, with so many digits."""
     units = ((86_400.0, 'day'), (3_600.0, 'hour'), (60.0, 'minute'), (0.0, 'second'))
     size, unit = next(each for each in units if seconds >= 2.0 * each[0])
     return counted(float(f'{seconds / (size or 1.0):.{digits}g}'), unit)
 
 
 def counted(number: float, noun: str) -> str:
-    """Return a number with its noun, in the plural unless it is one."""
+    """Return a number with its noun, in the plural unless the number is one."""
     return f'{number:,g} {noun}' if number == 1 else f'{number:,g} {noun}s'

@@ -1,6 +1,7 @@
 """Euler's curves as geometry: cams for the trochlea.
 
-Modules that few scenes need, for example the curves of the second paper, are loaded at first use.
+Modules that few scenes need, such as the curves of the second paper, are loaded at their first
+use.
 """
 
 from typing import TYPE_CHECKING

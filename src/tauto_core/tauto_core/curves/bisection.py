@@ -1,4 +1,4 @@
-"""Finds where a condition ceases to hold, by bisection."""
+"""Finding the place where a condition ceases to hold, by bisection."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
 
     Args:
         holds: the condition, true from `good` up to one place and false from there to `bad`.
-        good: where it holds.
-        bad: where it does not, on either side.
+        good: a number at which it holds.
+        bad: a number at which it does not, on either side.
     """
     for _ in range(HALVINGS):
         middle = 0.5 * (good + bad)

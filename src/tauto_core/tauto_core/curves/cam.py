@@ -56,7 +56,7 @@ class Cam(ABC):
 
     @property
     def drawn_rad(self) -> float:
-        """Angle up to which the cheek is looked at by default [rad]: at most a turn."""
+        """Angle up to which the cheek is drawn and checked by default [rad]: at most a turn."""
         return min(self.range_rad, math.tau)
 
     @property
@@ -66,7 +66,7 @@ class Cam(ABC):
 
     @property
     def suits(self) -> tuple[float, float] | None:
-        """(m/I [1/m²], κ/P [1/m]) of the power with which every swing takes the same time."""
+        """(m/I [1/m²], κ/P [1/m]) of the power for which the cam is isochronous."""
         return None
 
     @property
@@ -93,8 +93,8 @@ class Cam(ABC):
         """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         Args:
-            amplitude: what the cam should feel [rad], > 0.
-            mass: the mass that rides on the thread [kg].
+            amplitude: the angle that the cam should allow [rad], > 0.
+            mass: the mass whose inertia rides on the thread [kg].
             period: period of small swings [s].
         """
         del amplitude, mass, period
@@ -140,14 +140,14 @@ class Cam(ABC):
         return self.lever_rate(angle) * self._thread(angle).share
 
     def contact(self, angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return where the thread leaves the cheek, (x, y) in the wheel's frame [m].
+        """Return the point at which the thread leaves the cheek, (x, y) in the wheel's frame [m].
 
         Positive angles use the cheek at x < 0.
         """
         angle = self.within(angle)
         thread = self._thread(angle)
-        # With s the sine at the hole: c·q·(hanging contact) + t·s·(−sin ϑ, cos ϑ), in which
-        # nothing cancels at small angles.
+        # With s the sine at the hole: c·q·(hanging contact) + t·s·(−sin ϑ, cos ϑ), which has no
+        # cancellation at small angles.
         scale = thread.cosine * thread.share
         along = self.lever_arm(angle) * thread.sine
         x, y = self._hanging_contact(angle)
@@ -160,7 +160,7 @@ class Cam(ABC):
         sine, cosine, rate = thread
         gain = self._rate_gain(angle)
         tip = self.lever_rate(0.0) / self.hole_distance
-        # h + (a − s) + (p − p(0)) with the differences taken apart: ∫ t dψ = h + a − s.
+        # h + (a − s) + (p − p(0)) with the differences resolved: ∫ t dψ = h + a − s.
         shift = self.lever_arm(angle) * sine * (cosine + tip + tip * cosine)
         shift = shift / ((1.0 + cosine) * (1.0 + tip) * (cosine + tip))
         gained = gain * cosine * cosine / ((cosine + rate) * (cosine + tip))
@@ -169,8 +169,8 @@ class Cam(ABC):
     def radius_of_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return R = sgn ϑ·(t + dp/dψ) [m].
 
-        R = |t| (1 − w³) + (1 − w)³ |t|'', w = t'/(t' + √(a² − t²)). Negative where the curve is
-        hollow: there a thread would bridge it.
+        R = |t| (1 − w³) + (1 − w)³ |t|'', w = t'/(t' + √(a² − t²)). Where the curve is hollow R is
+        negative; a thread would bridge the hollow.
         """
         angle = np.abs(self.within(angle))
         share = self._thread(angle).share
@@ -202,6 +202,6 @@ class Cam(ABC):
         a = self.hole_distance
         if math.isinf(a):
             return _Thread(np.zeros_like(arm), np.ones_like(arm), np.zeros_like(arm))
-        # the range is rounded, so t may pass a by a rounding error at the very edge
+        # the range is rounded, so at the very edge t may exceed a by a rounding error
         arm = np.clip(arm, -a, a)
         return _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)

@@ -1,10 +1,10 @@
-"""Cams that are tautochrones where Euler's two are not: beyond Euler, theory D and E2.
+"""Isochronous cams for powers with inertia or stiffness, for which Euler's two are not (theory D).
 
 The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
-mass m, V = m g h, the map (√(I/m) ϑ, h) makes a bead on a wire of the machine, and the wire must
-be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω².
+mass m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which
+must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω².
 
-Both take a vertical thread or one through a hole. Only through a hole is the weight's motion
+Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
 strictly along the thread; a vertical thread is the limit of a long one (theory A).
 """
 
@@ -24,7 +24,7 @@ class CorrectedCam(Cam):
 
     @property
     def knows_angle_of_lift(self) -> bool:
-        """True: the lift is solved for the angle."""
+        """True: the lift determines the angle in closed form."""
         return True
 
     @abstractmethod

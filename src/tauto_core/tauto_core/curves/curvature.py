@@ -1,9 +1,9 @@
-"""Whether a cheek can be cut: a thread wraps a convex curve only, and has a thickness.
+"""Whether a cheek can be cut: a thread wraps only a convex curve, and has a thickness.
 
 R, the radius of curvature, must not be negative where the thread lies, or the thread would bridge
 a hollow. A thread of thickness e has its centre line on the cam's curve, so the cheek is the
 parallel curve e/2 inwards; where R < e/2 there is none. Every cam that is smooth through rest
-has R = 0 at its tip: there a thick thread bends round the cheek's edge.
+has R = 0 at its tip, where a thick thread bends round the cheek's edge.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _ROUNDING = 1e-12
 
 
 def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
-    """Return the first stretch of angles [rad] where R < 0; None where there is none.
+    """Return the first interval of angles [rad] where R < 0; None where there is none.
 
     Args:
         cam: the cam.
-        reach_rad: up to which angle; `cam.drawn_rad` when left out.
+        reach_rad: largest angle; `cam.drawn_rad` when left out.
     """
     return _below(cam, 0.0, cam.drawn_rad if reach_rad is None else reach_rad)
 
@@ -33,11 +33,11 @@ def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | No
 def too_sharp(
     cam: Cam, radius: float, reach_rad: float | None = None
 ) -> list[tuple[float, float]]:
-    """Return the stretches of angles [rad] where R is less than a radius.
+    """Return the intervals of angles [rad] where R is less than a radius.
 
     Args:
         cam: the cam.
-        radius: half the thickness of the thread [m]; 0 asks for hollows.
+        radius: half the thickness of the thread [m]; 0 finds hollows.
         reach_rad: as for `hollow`.
     """
     edge = cam.drawn_rad if reach_rad is None else reach_rad
@@ -50,7 +50,7 @@ def too_sharp(
 
 
 def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[float, float] | None:
-    """Return the first stretch beyond `start` where R is below a radius."""
+    """Return the first interval beyond `start` where R is below a radius."""
     # closer together at both ends, where R may vanish, and down to the tip itself
     even = start + (edge - start) * np.sin(np.linspace(0.0, 0.5 * math.pi, _PROBES)) ** 2
     tip = edge * np.logspace(-9.0, -4.0, 11)
@@ -70,11 +70,11 @@ def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[fl
 
 
 def _excess(cam: Cam, angles: FloatArray, radius: float) -> FloatArray:
-    """Return R less the radius, rounding forgiven where R is a small difference."""
+    """Return R less the radius, with an allowance for rounding where R is a small difference."""
     found = cam.radius_of_curvature(angles)
     return found - radius + _ROUNDING * cam.lever_arm(angles)
 
 
 def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
-    """Return the angle at which R falls below the radius, between one where not and one where."""
+    """Return the angle at which R falls below the radius, between one above and one below."""
     return bisect(lambda at: bool(_excess(cam, np.array([at]), radius)[0] >= 0.0), good, bad)[0]

@@ -1,10 +1,10 @@
 """Curves on which a body slides through a fluid, as functions of one signed arc.
 
 Euler, *Curva tautochrona in fluido* (1729). The arc s [m] is counted from the point A: s > 0 on
-the branch of descent AM, s < 0 on that of ascent AN; the half swing forward goes from s > 0 to
-s < 0. x(s) is the height above A and p = dx/ds the slope, the sine of the inclination; where it
-comes to ±1 the curve has its cusp. Every function takes numbers or arrays of any shape. Slope and
-height are analytic beyond the cusps; `within` refuses arcs that the curve does not have.
+the branch of descent AM, s < 0 on that of ascent AN. A half swing goes from s > 0 to s < 0, a
+reverse half swing the other way. x(s) is the height above A and p = dx/ds the slope, the sine of
+the inclination; where it reaches ±1 the curve has its cusp. Every function takes numbers or arrays
+of any shape. Slope and height are analytic beyond the cusps; `within` refuses arcs beyond them.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from tauto_core.scene.errors import DescentError
 
 
 class DescentCurve(Protocol):
-    """A curve and the fluid that it is meant for."""
+    """A curve and the fluid for which it is made."""
 
     @property
     def kappa(self) -> float:
-        """κ: deceleration by the fluid, by the square of the speed [1/m], ≥ 0."""
+        """κ: deceleration by the fluid over the square of the speed [1/m], ≥ 0."""
 
     @property
     def gamma(self) -> float:
-        """γ: acceleration in the fluid, by that in vacuum, 0 < γ ≤ 1."""
+        """γ: acceleration in the fluid over that in vacuum, 0 < γ ≤ 1."""
 
     @property
     def pendulum_length(self) -> float:
@@ -54,7 +54,7 @@ class DescentCurve(Protocol):
 
 
 def check_medium(kappa: float, gamma: float, pendulum_length: float) -> None:
-    """Refuse numbers that no body in a fluid has.
+    """Refuse numbers that no body in a fluid can have.
 
     Raises:
         DescentError: κ < 0, γ outside (0, 1], f ≤ 0, or any that is not finite.
@@ -90,11 +90,11 @@ def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class Cycloid:
-    """Huygens' curve, γ f dx/ds = s: the tautochrone in vacuum, put into a fluid (1729, 18).
+    """Huygens' cycloid, γ f dx/ds = s: the tautochrone in vacuum, used in a fluid (1729, 18).
 
     Attributes:
-        kappa: kappa of the fluid, which the curve leaves out of account [1/m].
-        gamma: acceleration in the fluid, by that in vacuum.
+        kappa: κ of the fluid, which the curve does not take into account [1/m].
+        gamma: acceleration in the fluid over that in vacuum.
         pendulum_length: f [m].
     """
 
@@ -131,15 +131,15 @@ class Cycloid:
 
 @dataclass(frozen=True)
 class SymmetricCurve:
-    """γ f dx/ds = s + (4/9) κ² s³: better than Euler's for swings to and fro.
+    """γ f dx/ds = s + (4/9) κ² s³: closer to isochronous than Euler's curve for swings to and fro.
 
-    A cycloid's swing in the fluid, to and fro, takes 1 + (κS)²/6 of its small swings; a term cκ²s³
-    of the force takes 3c(κS)²/8 off, so that c = 4/9 leaves nothing of second order in either
-    direction. The curve does not need to know which way the body goes.
+    On a cycloid in the fluid a swing to and fro takes 1 + (κS)²/6 of a small swing, with S its
+    arc. A term cκ²s³ of the force reduces that by 3c(κS)²/8, so c = 4/9 leaves no error of second
+    order in either direction. The curve does not depend on the direction of the motion.
 
     Attributes:
-        kappa: kappa of the fluid [1/m].
-        gamma: acceleration in the fluid, by that in vacuum.
+        kappa: κ of the fluid [1/m].
+        gamma: acceleration in the fluid over that in vacuum.
         pendulum_length: f [m].
     """
 
@@ -152,7 +152,7 @@ class SymmetricCurve:
 
     @property
     def descent_cusp(self) -> float:
-        """Arc of the cusp [m]: the cubic s + (4/9) κ² s³ = γf, solved by hyperbolic sines."""
+        """Arc of the cusp [m]: the root of the cubic s + (4/9) κ² s³ = γf, by hyperbolic sines."""
         end = self.gamma * self.pendulum_length
         z = math.sqrt(3.0) * self.kappa * end
         return end if z == 0.0 else end * 3.0 * math.sinh(math.asinh(z) / 3.0) / z
@@ -184,18 +184,17 @@ class SymmetricCurve:
 class ActaCurve:
     """Curve of the Acta of 1726: γ f dx/ds = s + κ(S² − s²), for one start S (1729, 2–5).
 
-    From S the body takes (π/2)√(f/g) to A, being there as s = S cos ωt; from elsewhere it does
-    not, so that each start needs a curve of its own. At A the slope is κS²/γf.
+    From S the body reaches A in (π/2)√(f/g), with s = S cos ωt. From other starts it does not, so
+    each start needs a curve of its own. At A the slope is κS²/γf.
 
     Attributes:
-        kappa: kappa of the fluid [1/m].
-        gamma: acceleration in the fluid, by that in vacuum.
+        kappa: κ of the fluid [1/m].
+        gamma: acceleration in the fluid over that in vacuum.
         pendulum_length: f [m].
         start: S [m], > 0.
 
     Raises:
-        DescentError: a start at which, or on the way from which, the curve is steeper than
-            upright.
+        DescentError: a start from which the curve would be steeper than vertical on the way.
     """
 
     kappa: float
@@ -217,14 +216,14 @@ class ActaCurve:
 
     @property
     def descent_cusp(self) -> float:
-        """Arc at which the slope comes to 1 [m]; inf if it never does."""
+        """Arc at which the slope reaches 1 [m]; inf if it never does."""
         room = self.gamma * self.pendulum_length - self.kappa * self.start**2
         square = 1.0 - 4.0 * self.kappa * room
         return 2.0 * room / (1.0 + math.sqrt(square)) if square >= 0.0 else math.inf
 
     @property
     def ascent_cusp(self) -> float:
-        """Arc at which the slope comes to −1 [m]."""
+        """Arc at which the slope reaches −1 [m]."""
         room = self.gamma * self.pendulum_length + self.kappa * self.start**2
         return -2.0 * room / (1.0 + math.sqrt(1.0 + 4.0 * self.kappa * room))
 
@@ -248,10 +247,10 @@ class ActaCurve:
 
 @dataclass(frozen=True)
 class Mirrored:
-    """A curve with its branches exchanged, s → −s: to swing on it forward is to swing backward.
+    """A curve with its branches exchanged, s → −s, for reverse half swings.
 
     Attributes:
-        curve: the curve mirrored.
+        curve: the original curve.
     """
 
     curve: DescentCurve
@@ -273,12 +272,12 @@ class Mirrored:
 
     @property
     def descent_cusp(self) -> float:
-        """Arc of what was the cusp of ascent [m]."""
+        """Arc of the cusp on the original's branch of ascent [m]."""
         return -self.curve.ascent_cusp
 
     @property
     def ascent_cusp(self) -> float:
-        """Arc of what was the cusp of descent [m]."""
+        """Arc of the cusp on the original's branch of descent [m]."""
         return -self.curve.descent_cusp
 
     def slope(self, arc: ArrayLike) -> FloatArray:

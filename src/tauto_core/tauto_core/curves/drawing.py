@@ -1,4 +1,4 @@
-"""The cheeks as polylines, to look at and to cut."""
+"""The cheeks as polylines, for drawing and cutting."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import UsageError
 
 _PROBES = 2001
-"""Angles at which the cheeks are probed for the place where they meet."""
+"""Number of angles at which the cheeks are checked for a place where they meet."""
 
 
 class Cheeks(NamedTuple):
     """Both cheeks as they are cut, in the wheel's frame.
 
     Attributes:
-        angle: angle of the wheel where the thread leaves the cheek at each point [rad], shape
+        angle: angle of the wheel at which the thread leaves the cheek at each point [rad], shape
             (n,), increasing from above 0; at the other cheek it is the negative.
-        x: x of the cheek for positive angles [m], shape (n,); mirrored, of the other.
+        x: x of the cheek for positive angles [m], shape (n,); the other cheek is its mirror image.
         y: y of both [m], shape (n,).
-        thread_thickness: thickness of the thread that they are cut for [m].
+        thread_thickness: thickness of the thread for which they are cut [m].
     """
 
     angle: FloatArray
@@ -99,11 +99,11 @@ def outline(
 def cheeks_meet_rad(cam: Cam) -> float:
     """Return the angle at which the two mirror-image cheeks meet again beyond their tip [rad].
 
-    There the contact point of the thread comes back to the line x = 0. Cheeks that go further
-    cross each other and can't be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad.
+    There the contact point of the thread returns to the line x = 0. Longer cheeks would cross each
+    other and could not be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad.
 
     Args:
-        cam: the cam, looked at up to `cam.drawn_rad`.
+        cam: the cam, considered up to `cam.drawn_rad`.
 
     Returns:
         The smallest such angle; inf where the cheeks do not meet.
@@ -121,7 +121,7 @@ def cheeks_meet_rad(cam: Cam) -> float:
 
 
 def _followed(cam: Cam, radius: float, reach: float) -> tuple[float, float]:
-    """Return the first stretch of angles where R is at least a radius."""
+    """Return the first interval of angles where R is at least a radius."""
     start = 0.0
     for low, high in too_sharp(cam, radius, reach):
         if low > 0.0:

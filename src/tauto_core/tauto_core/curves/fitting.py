@@ -1,8 +1,8 @@
-"""An analytic lever law as polynomials to rounding: the form that kernels evaluate.
+"""An analytic lever arm as polynomials to rounding, the form that kernels evaluate.
 
-Chebyshev interpolation on pieces, each as long as one degree can describe to rounding; towards a
-singularity just beyond the range they shorten in proportion to its distance. The first piece is
-a polynomial in ϑ², so that t keeps its digits down to rest.
+Chebyshev interpolation on pieces, each as long as one degree can represent to rounding. Towards a
+singularity just beyond the range the pieces shorten in proportion to its distance. The first piece
+is a polynomial in ϑ², so that t keeps its relative accuracy down to rest.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from tauto_core.scene.errors import TautoError
 Law: TypeAlias = Callable[[FloatArray], FloatArray]
 
 TERMS = 12
-"""Of the first piece, in ϑ²; the others have twice as many, in ϑ."""
+"""Terms of the first piece, in ϑ²; the others have twice as many, in ϑ."""
 
 RESOLVED = 4e-16
-"""Part of the first coefficient that the last ones may be."""
+"""Largest size of the last coefficients over the first."""
 
 SHORTEST = 2.0**-48
 _EPSILON = 2.0**-52
@@ -31,19 +31,19 @@ _CHECKED = (np.arange(32) + 0.5) / 32
 
 
 class FitError(TautoError):
-    """A lever law that no polynomials describe: it is not smooth."""
+    """A lever arm that no polynomials represent, since it is not smooth."""
 
 
 def smooth_lever(arm: Law, lift: Law, edge: float) -> SmoothLever:
-    """Return an odd analytic law t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
+    """Return an odd analytic lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
 
     Args:
-        arm: t of angles [m], to rounding.
-        lift: h of angles [m], to rounding.
+        arm: function that gives t of angles [m], to rounding.
+        lift: function that gives h of angles [m], to rounding.
         edge: the range [rad], > 0 and finite.
 
     Raises:
-        FitError: pieces of 2⁻⁴⁸ of the range do not resolve the law.
+        FitError: pieces of 2⁻⁴⁸ of the range do not resolve the lever arm.
     """
     first, even = _middle(arm, edge)
     knots, rows = [0.0, first], [_odd(even, first)]
@@ -80,7 +80,7 @@ def _pieces(arm: Law, first: float, edge: float) -> Iterator[tuple[float, FloatA
     while left < edge:
         width = min(1.5 * width, edge - left)
         while True:
-            # the last piece ends at the edge itself, not a rounding beside it
+            # the last piece ends exactly at the edge
             right = edge if width >= (1.0 - 1e-9) * (edge - left) else left + width
             span = right - left
 
@@ -105,12 +105,12 @@ def _odd(even: FloatArray, knot: float) -> FloatArray:
 
 
 def _interpolated(function: Law, terms: int, blur: float = 0.0) -> FloatArray | None:
-    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1; None where they don't do.
+    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1; None if they do not resolve it.
 
     Args:
-        function: to rounding of its value, and of x by the blur.
-        terms: how many.
-        blur: rounding of x; where the law is steep, it shows.
+        function: the function, accurate to rounding of its value, and of x by the blur.
+        terms: number of terms.
+        blur: rounding of x, which shows where the function is steep.
     """
     nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
     values = function(nodes)
@@ -127,7 +127,8 @@ def _interpolated(function: Law, terms: int, blur: float = 0.0) -> FloatArray | 
 def _monomials(series: FloatArray) -> FloatArray:
     """Return the coefficients of x^j of Σ series_k T_k(2x − 1), by Clenshaw's recurrence.
 
-    `Chebyshev.convert` does the same with an object a coefficient, at twenty times the cost.
+    `Chebyshev.convert` does the same with one object for each coefficient, at twenty times the
+    cost.
     """
     last, before = np.zeros((2, len(series)))
     for coefficient in series[:0:-1]:

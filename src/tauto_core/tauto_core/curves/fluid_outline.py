@@ -1,4 +1,4 @@
-"""Where a curve in a fluid runs: coordinates, curvature, the outline to look at and to cut."""
+"""Coordinates and curvature of a curve in a fluid, and its outline for drawing and cutting."""
 
 from __future__ import annotations
 
@@ -56,13 +56,13 @@ def radius_of_curvature(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
 def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
     """Return (x, y) [m] after the curve has passed a number of cusps (1729, 30).
 
-    Beyond each cusp it goes on as its own mirror image, in arcs congruent to the whole from cusp
-    to cusp.
+    Beyond each cusp it continues as its own mirror image, in arcs congruent to the one between the
+    cusps.
 
     Args:
         curve: the curve, with a cusp at both ends.
         arc: arc of the point on the original curve [m].
-        cusps: passed on the side of descent, ≥ 0.
+        cusps: number of cusps passed on the side of descent, ≥ 0.
 
     Raises:
         DescentError: an arc beyond a cusp, or a curve without one of them.
@@ -82,18 +82,19 @@ def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
 def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, FloatArray]:
     """Return both branches as one polyline (horizontal, height) [m], ascent first.
 
-    The branch of ascent ends at its cusp, but not above the cusp of descent: no body gets there.
+    The branch of ascent ends at its cusp, but not above the cusp of descent, which no body
+    exceeds.
 
     Args:
         curve: the curve, with a cusp on the branch of descent.
-        points: on each branch, A counted, ≥ 2; the shapes are (2·points − 1,).
+        points: number on each branch, including A, ≥ 2; the shapes are (2·points − 1,).
 
     Raises:
         DescentError: fewer than two points.
     """
     if points < 2:
         raise DescentError(f'points = {points!r}: a branch needs at least 2; ask for more')
-    # closer together at the cusps, where the curve is upright
+    # closer together at the cusps, where the curve is vertical
     share = np.sin(np.linspace(0.0, 0.5 * math.pi, points))
     arc = np.concatenate([_ascent_end(curve) * share[:0:-1], curve.descent_cusp * share])
     x, y = coordinates(curve, arc)
@@ -118,7 +119,7 @@ def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:
     if math.isinf(cusp):
         end = np.maximum(arc, -_FLAT / curve.kappa)
         beyond = _cosine(curve, end) * (arc - end)
-        # each arc has panels of its own number, whatever others are asked for with it
+        # the number of panels of an arc does not depend on the other arcs
         panels, level = np.array([_panels(curve, each) for each in end.tolist()]), beyond
         for count in set(panels.tolist()):
             rows = panels == count
@@ -147,6 +148,6 @@ def _gauss(
 
 
 def _cosine(curve: DescentCurve, arc: FloatArray) -> FloatArray:
-    """Return dy/ds = √(1 − p²), 0 where rounding takes p past 1 at a cusp."""
+    """Return dy/ds = √(1 − p²), 0 where p exceeds 1 by rounding at a cusp."""
     p = curve.slope(arc)
     return np.sqrt(np.maximum((1.0 - p) * (1.0 + p), 0.0))

@@ -30,11 +30,11 @@ class FluidTautochrone:
     """The joined curve of descent and ascent (§22), with or without constant friction (§35).
 
     Attributes:
-        kappa: κ, deceleration by the square of the speed [1/m], ≥ 0.
-        gamma: γ, acceleration in the fluid, by that in vacuum, 0 < γ ≤ 1.
+        kappa: κ, deceleration over the square of the speed [1/m], ≥ 0.
+        gamma: γ, acceleration in the fluid over that in vacuum, 0 < γ ≤ 1.
         pendulum_length: f [m].
-        friction: μ, constant resistance by the weight in the fluid, 0 ≤ μ < 1. The curve is then
-            x = μs + (e^{κs} − 1 − κs)/(γκ²f): at A it still falls by μ.
+        friction: μ, constant resistance over the weight in the fluid, 0 ≤ μ < 1. The curve is then
+            x = μs + (e^{κs} − 1 − κs)/(γκ²f), which still has the slope μ at A.
 
     Raises:
         DescentError: a number out of its range, or β μ ≥ 1 with β = γκf: the friction leaves the
@@ -58,7 +58,7 @@ class FluidTautochrone:
 
     @property
     def beta(self) -> float:
-        """β = γκf: how much of the fluid the curve feels; without friction ≥ 1 no ascent cusp."""
+        """β = γκf, which measures the resistance; no ascent cusp if β ≥ 1 (without friction)."""
         return self.gamma * self.kappa * self.pendulum_length
 
     @property
@@ -101,15 +101,14 @@ class FluidTautochrone:
         return self.friction * s + s * s * exponential_defect(self.kappa * s) / (2.0 * self._gf)
 
     def arc_of_height(self, height: ArrayLike, branch: Literal['descent', 'ascent']) -> FloatArray:
-        """Return the arc s at a height above A [m], from the logarithmic form
+        """Return the arc s at a height above A [m].
 
-        κs = ln(1 + κs + γκ²f x) (§16), solved by Newton's method on √x.
-
-        With friction the curve about its lowest point is Euler's with f/(1 − βμ) in place of f.
+        Solves the logarithmic form κs = ln(1 + κs + γκ²f x) (§16) by Newton's method on √x. With
+        friction the curve about its lowest point is Euler's with f/(1 − βμ) in place of f.
 
         Args:
             height: x [m], not below the lowest point.
-            branch: on which side of the lowest point.
+            branch: side of the lowest point.
 
         Raises:
             DescentError: a height below the lowest point, or NaN.
@@ -137,7 +136,7 @@ class FluidTautochrone:
 def _arc_of_root(kappa: float, root: FloatArray) -> FloatArray:
     """Return s with s √(2(e^{κs} − 1 − κs)/(κs)²) = root [m].
 
-    The left side is convex in s, so that Newton's method from the right never overshoots.
+    The left side is convex in s, so Newton's method from the right never overshoots.
     """
     scaled = kappa * root
     # e^z − 1 − z ≥ z²/2 for z ≥ 0; beyond, z < 2 ln(1 + root)

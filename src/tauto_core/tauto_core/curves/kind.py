@@ -1,4 +1,4 @@
-"""What every kind of cam has: its keys, the thread and the power it goes with, and its law."""
+"""What all kinds of cam share: keys, compatible threads and powers, lever arm."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ FOLDER = 'tauto_core.curves.cams'
 
 
 class Pull(NamedTuple):
-    """What a power does in the thread: F = force + stiffness · lift + pulling_mass · g_eff.
+    """The pull of a power in the thread: F = force + stiffness · lift + pulling_mass · g_eff.
 
     Attributes:
-        carried_mass: m of the inertia that rides on the thread [kg].
+        carried_mass: m, whose inertia rides on the thread [kg].
         pulling_mass: mass whose weight pulls [kg].
-        force: constant pull, a spring's at zero draw [N].
+        force: constant pull, or that of a spring at zero draw [N].
         stiffness: stiffness of a spring [N/m].
     """
 
@@ -35,7 +35,7 @@ class Pull(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """What a cam is made for.
+    """The properties of the machine for which a cam is made.
 
     Attributes:
         inertia: I of the wheel [kg m2].
@@ -55,7 +55,7 @@ class CamKind(Kind):
 
     Attributes:
         threads: the kinds of thread that it takes.
-        corrects: the power that it is made for, as `PowerKind.acts_as` says; '' where any will do.
+        corrects: the power for which it is made, as in `PowerKind.acts_as`; '' for any.
     """
 
     threads: ClassVar[tuple[str, ...]]
@@ -64,10 +64,10 @@ class CamKind(Kind):
     kind: str
 
     def made(self, setting: Setting) -> Cam:
-        """Return the cam of an ideal thread.
+        """Return the cam for an ideal thread.
 
         Raises:
-            SceneError: a cheek that no thread can wrap, or a table that can't be used.
+            SceneError: a cheek that no thread can wrap, or a table that cannot be used.
         """
         del setting
         raise self._no_cheek('an ideal thread')
@@ -76,7 +76,7 @@ class CamKind(Kind):
         """Return cam, thread and lever of Sully's machine.
 
         Raises:
-            SceneError: a cam that does not go with a lever.
+            SceneError: a cam that is not compatible with a lever.
         """
         del lever
         raise self._no_cheek('a lever')
@@ -96,10 +96,10 @@ class CamKind(Kind):
 
 
 def rate_for_period(setting: Setting, period: float) -> float:
-    """Return t'(0) = I ω²/F(0), with which small swings have a period [m/rad].
+    """Return t'(0) = I ω²/F(0), which gives small swings a period [m/rad].
 
     Raises:
-        SceneError: a period that wheel and power cannot keep.
+        SceneError: a period that is impossible with wheel and power.
     """
     omega = math.tau / period
     rate = setting.inertia * omega * omega / setting.pull.at_rest(setting.gravity)

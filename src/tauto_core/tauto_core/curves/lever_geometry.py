@@ -1,14 +1,14 @@
-"""Sully's lever: where thread and lever are when the wheel has turned (Euler 1727, V).
+"""Sully's lever: the position of thread and lever for each angle of the wheel (Euler 1727, V).
 
 The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
-B to a lever AD that turns about A. At rest the lever is level and B under C. With u = θ − δ,
+B to a lever AD that turns about A. At rest the lever is level and B below C. With u = θ − δ,
 n = (cos δ, sin δ) and d = (sin δ, −cos δ)
 
     B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
 
-B's distance from C is a function of u² and, on the lever, of its angle β. So all follows without
-iteration from τ = ±√tan(β/2), which has the sign of θ and is smooth through rest, where β falls
-with θ², and up to a dead point. Forms are free of cancellation.
+The distance of B from C is a function of u², and on the lever of its angle β. So everything
+follows without iteration from τ = ±√tan(β/2). τ has the sign of θ, and is smooth up to a dead
+point and through rest, where β is proportional to θ². The forms are free of cancellation.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class LeverGeometry:
         return np.asarray(np.sqrt(2.0 * wound / (self.base_radius * (self.length + free))))
 
     def pose(self, tau: FloatArray) -> Pose:
-        """Return where everything is; NaN where the thread is too short."""
+        """Return the position of all parts; NaN where the thread is too short."""
         tau = np.asarray(tau, np.float64)
         u, beta = tau * self.u_per_tau(tau), 2.0 * np.arctan(tau * tau)
         free, half = self._wound(tau)[1], np.sin(0.5 * beta)
@@ -63,7 +63,7 @@ class LeverGeometry:
         return np.asarray(pose.u + pose.delta)
 
     def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return dθ/dτ and dβ/dτ; the first vanishes at a dead point, neither is singular."""
+        """Return dθ/dτ and dβ/dτ; the first is 0 at a dead point, neither is singular."""
         pose, square = self.pose(tau), tau * tau
         beta = 4.0 / (1.0 + square * square)
         arm = self.arm * np.cos(pose.beta - pose.delta)
@@ -97,7 +97,7 @@ class LeverGeometry:
     def wider(self, amplitude: float, loads: Loads) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence.
 
-        A smaller cam winds up less; a longer lever or thread may do.
+        A smaller cam winds up less thread; a longer lever or thread may also help.
         """
         del loads
 
@@ -117,7 +117,7 @@ class LeverGeometry:
         )
 
     def of_inertia(self, inertia: float) -> LeverGeometry:
-        """Return itself: no involute is made for a wheel."""
+        """Return itself: an involute does not depend on the wheel."""
         del inertia
         return self
 
@@ -126,7 +126,7 @@ class LeverGeometry:
         square = tau * tau
         wound = 4.0 * self.arm * (self.depth - self.arm * square) / (1.0 + square * square)
         rest = self.length * self.length - square * wound
-        # what is not there has no length
+        # beyond the geometry there is no length
         free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
         return np.where(wound > 0.0, wound, np.nan), free
 

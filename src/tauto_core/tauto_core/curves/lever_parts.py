@@ -1,4 +1,4 @@
-"""What all of Sully's levers share, whatever cam the thread leaves: parts, edges, and τ of θ."""
+"""What all of Sully's levers share, with any cam: parts, edges, and τ of θ."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from tauto_core.curves.newton import bracketed_newton
 from tauto_core.samples import FloatArray
 
 LEAST_COSINE = 0.1
-"""cos(β − δ) or cos β at the edge: beyond, the lever is within six degrees of a dead point (in
-line with the thread) or of upright."""
+"""cos(β − δ) or cos β at the edge; beyond it the lever is within six degrees of a dead point (in
+line with the thread) or of upright.
+"""
 
 LEAST_FREE = 0.1
 """Part of the thread that is still free at the edge."""
@@ -22,7 +23,7 @@ _SCAN = 4096
 
 
 class LeverSetting(NamedTuple):
-    """What the cam of a lever is made for.
+    """The properties of the machine for which the cam of a lever is made.
 
     Attributes:
         inertia: I of the wheel [kg m2].
@@ -40,12 +41,12 @@ class LeverSetting(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """What a heavier weight would change of a lever, by the mass [kg].
+    """Torque and inertia of a lever as functions of the mass of its weight.
 
     Attributes:
-        mass: mass of the weight there is [kg].
+        mass: mass of the present weight [kg].
         period: period of small swings [s].
-        of_mass: torque about the fulcrum [N m] and inertia about it [kg m2] of a mass.
+        of_mass: torque [N m] and inertia [kg m2] about the fulcrum for a mass.
     """
 
     mass: float
@@ -54,11 +55,11 @@ class Loads(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """Where the parts are, arrays of any one shape.
+    """Positions of the parts, arrays of any one shape.
 
     Attributes:
-        u: θ − δ, the direction of the thread's line in the wheel's frame; of an involute, what
-            the thread has wound up [rad].
+        u: θ − δ, the direction of the thread's line in the wheel's frame; with an involute the
+            angle of thread that is wound up [rad].
         beta: β of the lever above the level [rad].
         delta: δ of the thread from the plumb line [rad].
         free: length of the thread from the cam to B [m].
@@ -90,7 +91,7 @@ class LeverShape(Protocol):
 
     @property
     def depth(self) -> float:
-        """Depth of B under C at rest, r + l₀ [m]."""
+        """Depth of B below C at rest, r + l₀ [m]."""
         ...
 
     @property
@@ -108,7 +109,7 @@ class LeverShape(Protocol):
         ...
 
     def pose(self, tau: FloatArray) -> Pose:
-        """Return where everything is."""
+        """Return the position of all parts."""
         ...
 
     def theta(self, tau: FloatArray) -> FloatArray:
@@ -137,22 +138,22 @@ class LeverShape(Protocol):
 
 
 def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:
-    """Return where lever and thread keep clear of a dead point, of upright, and of its end.
+    """Return where lever and thread are within the limits, away from dead point, upright and end.
 
     Args:
         beta: β of the lever [rad], NaN where it cannot be.
         delta: δ of the thread [rad], likewise.
-        free: length of the thread from the cam to B, by that at rest, likewise.
+        free: length of the thread from the cam to B over that at rest, likewise.
     """
     least = np.minimum(np.cos(beta), np.cos(beta - delta))
     return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE))
 
 
 def edges(usable: Callable[[FloatArray], np.ndarray]) -> tuple[float, float]:
-    """Return the least and largest τ up to which all between is usable, by bisection.
+    """Return the least and largest τ between which everything is usable, by bisection.
 
     Args:
-        usable: of τ, (n,); not so at τ = ±1, where the lever is upright.
+        usable: function of τ, (n,); false at τ = ±1, where the lever is upright.
     """
     return -_edge(usable, -1.0), _edge(usable, 1.0)
 
@@ -163,13 +164,13 @@ def tau_of(
     angle: Callable[[FloatArray], FloatArray],
     rate: Callable[[FloatArray], FloatArray],
 ) -> FloatArray:
-    """Return τ of the wheel's angle (Newton's method, kept in brackets).
+    """Return τ for the wheel's angle, by Newton's method within brackets.
 
     Args:
         theta: θ of the wheel [rad], of any shape.
         within: least and largest τ.
-        angle: θ of τ [rad], increasing.
-        rate: dθ/dτ.
+        angle: function θ of τ [rad], increasing.
+        rate: function dθ/dτ.
     """
     theta = np.asarray(theta, np.float64)
     start = np.asarray(theta / rate(np.zeros(1))[0])

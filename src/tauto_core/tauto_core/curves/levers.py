@@ -1,6 +1,6 @@
-"""Laws of the lever arm t(ϑ) as plain numbers: what a compiled kernel needs of a cam.
+"""Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.
 
-Angles are radians, lengths metres. All laws are odd: t(−ϑ) = −t(ϑ); lifts h = ∫ t dϑ are even.
+Angles are in radians, lengths in metres. All are odd, t(−ϑ) = −t(ϑ); lifts h = ∫ t dϑ are even.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class ArcLever(NamedTuple):
     h = root_depth·(1 − cos ϑ) + radius·(|ϑ| − sin|ϑ|).
 
     Attributes:
-        root_depth: depth of the cheek's root under the axle [m], > 0; it is t'(0).
+        root_depth: depth of the cheek's root below the axle [m], > 0; it is t'(0).
         radius: radius of the arc [m], > 0.
     """
 
@@ -64,7 +64,7 @@ class SpringLever(NamedTuple):
 
 
 class SmoothLever(NamedTuple):
-    """An analytic law as polynomials in |ϑ|, to rounding: no joint is visible in the law.
+    """An analytic lever arm as polynomials in |ϑ|, whose joints are below rounding.
 
     On n pieces as TableLever, of any degree. Up to knots[1], with u = (ϑ/knots[1])²,
     t = ϑ Σ_j middle[0, j]·u^j, t' = Σ_j middle[1, j]·u^j and h = ϑ² Σ_j middle[2, j]·u^j.

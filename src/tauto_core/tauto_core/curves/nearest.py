@@ -1,4 +1,4 @@
-"""The nearest value that works: what an error names as its remedy."""
+"""The nearest value that works, which errors name as the remedy."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import math
 from collections.abc import Callable
 
 MOST_STEPS = 40
-# the interval is narrower by then than a rounding to the digits said
+# the interval is then narrower than the rounding to the printed digits
 _HALVINGS = 20
 _DIGITS = 4
 
 
 def nearest(value: float, factor: float, works: Callable[[float], bool]) -> float:
-    """Return the value nearest to one that does not work, in the direction of the factor.
+    """Return the nearest value that works, in the direction of the factor.
 
-    It is rounded to four digits, away from what does not work.
+    It is rounded to four digits, away from the value that does not work.
 
     Args:
         value: > 0, does not work.
-        factor: other than 1; by it again and again something is found that works.
-        works: of a value, and of all beyond it.
+        factor: other than 1; applied repeatedly until a value works.
+        works: test of a value; true for all values beyond the first that works.
     """
     bad, good = value, value * factor
     while not works(good):
@@ -28,7 +28,7 @@ def nearest(value: float, factor: float, works: Callable[[float], bool]) -> floa
 
 
 def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
-    """Return the same, or None where 40 steps by the factor find nothing that works."""
+    """Return the same, or None if 40 steps by the factor find nothing that works."""
     bad, good = value, value * factor
     for _ in range(MOST_STEPS):
         if works(good):
@@ -38,7 +38,7 @@ def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) 
 
 
 def farther(arm: float) -> str:
-    """Return the remedy of a cam whose lever arm would be too long for its hole [m]."""
+    """Return the remedy for a cam whose lever arm would be too long for its hole [m]."""
     return f', or move the hole to at least {arm:.6g} m from the axle'
 
 
@@ -67,7 +67,7 @@ def _between(bad: float, good: float, works: Callable[[float], bool]) -> float:
     exponent = math.floor(math.log10(good)) + 1 - _DIGITS
     share = good / 10.0**exponent
     digits, step = (math.ceil(share), 1) if up else (math.floor(share), -1)
-    # the very number that will be typed: what decides by rounding wavers near the edge
+    # tests the number as it will be typed, since near the edge rounding decides
     while not works(typed := float(f'{digits}e{exponent}')):
         digits += step
     return typed

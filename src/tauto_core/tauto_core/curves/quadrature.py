@@ -17,7 +17,7 @@ _TOLERANCE = 1e-14
 
 
 class QuadratureError(TautoError):
-    """An integral that does not settle: the function is not smooth."""
+    """An integral that does not converge, since the function is not smooth."""
 
 
 def integrate(
@@ -25,15 +25,15 @@ def integrate(
 ) -> FloatArray:
     """Return the integrals of a function over n intervals, shape (n,).
 
-    24-point Gauss–Legendre, each panel halved until its halves change it by less than 1e-14 of
-    the whole integral; the halves' value is returned. Layers as thin as 2⁻⁴⁸ of the interval are
-    found. An integral has the same bits whatever other intervals are asked for with it.
+    24-point Gauss–Legendre; each panel is halved until that changes it by less than 1e-14 of the
+    whole integral, and the value of the halves is returned. Layers as thin as 2⁻⁴⁸ of the interval
+    are found. The bits of an integral do not depend on the other intervals.
 
     Args:
         function: a function of an array of any shape, element by element, smooth within each
             interval.
-        lower: shape (n,).
-        upper: shape (n,).
+        lower: lower limits, shape (n,).
+        upper: upper limits, shape (n,).
 
     Raises:
         QuadratureError: no such agreement after 48 halvings, or with 1024 panels at once.

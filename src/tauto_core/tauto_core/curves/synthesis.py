@@ -1,14 +1,14 @@
-"""The cam that makes any power train a tautochrone: beyond Euler.
+"""The cam that makes a machine with any power train isochronous (theory D).
 
 A power train stores V(y) when its own coordinate y (the lift of a weight, the draw of a spring,
-the angle of a lever) leaves its place of rest, and carries the inertia M(y). The wheel's inertia
-is I. Every swing takes the time 2π/ω when V = ½ω²s² in the arc ds² = I dϑ² + M dy². So with
-F = dV/dy
+the angle of a lever) leaves its place of rest, and has the inertia M(y). The wheel's moment of
+inertia is I. Every swing takes the time 2π/ω when V = ½ω²s² in the arc ds² = I dϑ² + M dy². So
+with F = dV/dy
 
     dy/ds = ω²s/F,    I (dϑ/ds)² = 1 − M (ω²s/F)²,    dy/dϑ = √I ω²s/√(F² − M ω⁴s²),
 
-and ϑ(s) is one quadrature. The range ends where F² = M ω⁴s²: the train alone swings as fast there
-as the whole may. Each side is a tautochrone by itself, which determines it (Abel).
+and ϑ(s) is one quadrature. The range ends where F² = M ω⁴s²; the train by itself is no faster
+there. Each side is isochronous by itself, which determines it uniquely (Abel).
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ class SynthesisError(TautoError):
 
 @dataclass(frozen=True)
 class PowerTrain:
-    """What the thread draws on, as a function of its own coordinate y ≥ 0.
+    """The power train as a function of its own coordinate y ≥ 0.
 
     Attributes:
         pull: F(y) = dV/dy > 0 [N, or N m where y is an angle].
         place: y(V), the inverse of the potential, y(0) = 0.
         mass: M(y) ≥ 0 [kg, or kg m2].
-        largest: potential up to which the train can be drawn [J]; inf where it has no end.
+        largest: largest potential of the train [J]; inf where it has no end.
     """
 
     pull: Function
@@ -57,12 +57,12 @@ class PowerTrain:
 
 @dataclass(frozen=True)
 class Synthesis:
-    """The motion that a tautochrone cam must give: y against ϑ, both as functions of the arc.
+    """The motion that an isochronous cam must produce: y and ϑ as functions of the arc.
 
     Attributes:
         inertia: I of the wheel [kg m2].
         frequency: ω [rad/s].
-        train: what is drawn.
+        train: the power train.
         arc_range: largest s [√kg m].
     """
 
@@ -72,16 +72,17 @@ class Synthesis:
     arc_range: float
 
     def place(self, arc: FloatArray) -> FloatArray:
-        """Return y where the arc is s ≥ 0: V = ½ω²s²."""
+        """Return y at the arc s ≥ 0: V = ½ω²s²."""
         return self.train.place(0.5 * (self.frequency * arc) ** 2)
 
     def angle(self, arc: FloatArray) -> FloatArray:
-        """Return ϑ = ∫ √(1 − M (ω²s/F)²) ds/√I where the arc is s ≥ 0, shape (n,)."""
+        """Return ϑ = ∫ √(1 − M (ω²s/F)²) ds/√I at the arc s ≥ 0, shape (n,)."""
         top, root = self.arc_range, math.sqrt(self.inertia)
         if math.isinf(top):
             return integrate(self._share, np.zeros_like(arc), arc) / root
 
-        # with s = S sin v the square root's zero at the end of the range is smooth
+        # with s = S sin v the integrand is smooth at the square root's zero at the end of the
+        # range
         def rate(v: FloatArray) -> FloatArray:
             return self._share(top * np.sin(v)) * (top * np.cos(v))
 
@@ -90,7 +91,7 @@ class Synthesis:
         return found
 
     def ratio(self, arc: FloatArray) -> FloatArray:
-        """Return dy/dϑ where the arc is s ≥ 0; of a lift, the lever arm t."""
+        """Return dy/dϑ at the arc s ≥ 0; where y is a lift it is the lever arm t."""
         pull = self.train.pull(self.place(arc))
         share = self._share(arc)
         drawn: FloatArray = math.sqrt(self.inertia) * self.frequency**2 * arc
@@ -104,7 +105,7 @@ class Synthesis:
         return float(self.angle(np.array([self.arc_range]))[0])
 
     def arc(self, angle: FloatArray) -> FloatArray:
-        """Return s where ϑ ≥ 0 has a value within the range, shape (n,).
+        """Return the arc s of an angle ϑ ≥ 0 within the range, shape (n,).
 
         Newton's method with dϑ/ds.
         """
@@ -117,7 +118,7 @@ class Synthesis:
         return bracketed_newton(excess, bracket[0], bracket, relative=2e-16)
 
     def _beyond(self, angle: FloatArray) -> FloatArray:
-        """Return arcs at which ϑ is at least as large."""
+        """Return arcs whose angle ϑ is at least as large."""
         if math.isfinite(self.arc_range):
             return np.full_like(angle, self.arc_range)
         high = math.sqrt(self.inertia) * angle
@@ -133,12 +134,12 @@ class Synthesis:
 
 
 def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis:
-    """Return the cam's motion that makes a wheel and a power train a tautochrone.
+    """Return the motion of the cam that makes a wheel and a power train isochronous.
 
     Args:
         inertia: I of the wheel [kg m2], > 0.
         frequency: ω = 2π/period wanted [rad/s], > 0.
-        train: what is drawn.
+        train: the power train.
 
     Raises:
         SynthesisError: a train that by itself cannot swing as fast.
@@ -158,16 +159,16 @@ def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis
 def synthesised_cam(
     synthesis: Synthesis, distance: float = math.inf, edge: float | None = None
 ) -> Fitted:
-    """Return the cam of a power train whose coordinate is what the thread draws: t = dy/dϑ.
+    """Return the cam of a power train whose coordinate is the length of thread drawn: t = dy/dϑ.
 
     Args:
         synthesis: as `synthesise` returns.
         distance: distance of the hole from the axle [m]; inf for a vertical thread.
-        edge: range of the cam [rad], > 0; when left out, all that there is.
+        edge: range of the cam [rad], > 0; the largest possible when left out.
 
     Raises:
-        SynthesisError: a range beyond what there is, a lever arm longer than the hole is away, or
-            a cheek that would be hollow: with the angle, and the range that works.
+        SynthesisError: a range that is not possible, a lever arm longer than the distance of the
+            hole, or a cheek that would be hollow; with the angle, and the range that works.
         FitError: a train that is not smooth.
     """
     limit = synthesis.angle_range
@@ -204,14 +205,14 @@ def synthesised_cam(
 
 
 def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
-    """Return √M ω²s/F: the train's part of the speed along the arc."""
+    """Return √M ω²s/F: the share of the train in the speed along the arc."""
     place = train.place(0.5 * (frequency * arc) ** 2)
     speed: FloatArray = np.sqrt(train.mass(place)) * (frequency**2 * arc) / train.pull(place)
     return speed
 
 
 def _first_too_fast(train: PowerTrain, frequency: float, largest: float) -> float:
-    """Return the least arc at which the train takes all of the speed, at most `largest`."""
+    """Return the least arc at which the train has all of the speed, at most `largest`."""
     top = min(largest, 1e6)
     arcs = top * np.logspace(-12.0, 0.0, _BRACKETS)
     beyond = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))

@@ -1,4 +1,4 @@
-"""A cam as a workshop wants it: to scale in millimetres, with what must be known to cut it."""
+"""A cam as a workshop needs it: to scale in millimetres, with all that must be known to cut it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from tauto_core.samples import FloatArray
 
 MM_PER_M = 1000.0
 TEXT_MM, TEXT_OF_WIDTH = 2.5, 0.014
-"""Height of letters: the smallest, and of a wide drawing's width, so that it shrinks legibly."""
+"""Height of letters: the smallest, and its share of the width of a wide drawing."""
 
 LETTER, LINE = 0.62, 1.6
-"""Width of a letter, at most, and distance of lines, against the height of letters."""
+"""Largest width of a letter, and distance of lines, over the height of letters."""
 
 LEAST_WIDTH_MM = 75.0
-"""Lines of text are at least so wide, however small the cam."""
+"""Least width of lines of text, for small cams."""
 
 CHEEK_LEFT, CHEEK_RIGHT = 'CHEEK_LEFT', 'CHEEK_RIGHT'
 THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
 SCALE, NOTES = 'SCALE', 'NOTES'
 CURVE = 'CURVE'
 CUT = (CHEEK_LEFT, CHEEK_RIGHT, CURVE)
-"""Layers that are cut; all others are to look at."""
+"""Layers that are cut; all others are for information."""
 
 _AXLE_MM = 1.0
 _GAP_MM = 4.0
@@ -67,11 +67,11 @@ class Note:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is drawn, in the wheel's frame [mm]: origin at the axle, +y along the thread at rest.
+    """A drawing in the wheel's frame [mm]: origin at the axle, +y along the thread at rest.
 
     Attributes:
         title: title of the drawing.
-        lines: the cheeks first.
+        lines: polylines, the cheeks first.
         circles: axle, base circle, hole.
         notes: dimensions in words, from the top down, no wider than the drawing or 75 mm.
         text_mm: height of letters.
@@ -85,7 +85,7 @@ class Drawing:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, bottom, right and top of all but the text's length [mm]."""
+        """Left, bottom, right and top of the drawing without the length of the text [mm]."""
         x = [np.min(line.x) for line in self.lines] + [c.x - c.radius for c in self.circles]
         right = [np.max(line.x) for line in self.lines] + [c.x + c.radius for c in self.circles]
         y = [np.min(line.y) for line in self.lines] + [c.y - c.radius for c in self.circles]
@@ -100,7 +100,7 @@ def draw(cam: Cam, cut: Cheeks, title: str) -> Drawing:
     Args:
         cam: the cam.
         cut: its cheeks.
-        title: the scene's name, for example.
+        title: title, for example the scene's name.
     """
     x, y = MM_PER_M * cut.x, MM_PER_M * cut.y
     rate = MM_PER_M * float(cam.lever_rate(0.0))
@@ -125,14 +125,14 @@ def draw_uneven(
     title: str,
     words: list[str],
 ) -> Drawing:
-    """Return the drawing of cheeks that are no mirror images of each other.
+    """Return the drawing of cheeks that are not mirror images of each other.
 
     Args:
-        left: (x, y) of the cheek for positive angles, from the tip on [mm].
+        left: (x, y) of the cheek for positive angles, beginning at the tip [mm].
         right: the same for the other cheek.
-        rate: lever arm a radian at rest [mm].
-        title: the scene's name, for example.
-        words: dimensions, a line each.
+        rate: lever arm per radian at rest [mm].
+        title: title, for example the scene's name.
+        words: dimensions, one line each.
     """
     top = max(float(np.max(left[1])), float(np.max(right[1]))) + _GAP_MM
     lines = [
@@ -152,7 +152,7 @@ def draw_in_fluid(
     Args:
         curve: the curve.
         outline: (x, y) of its points [mm], origin at the lowest, +y upwards.
-        title: the scene's name, for example.
+        title: title, for example the scene's name.
     """
     ascent = curve.ascent_cusp
     words = [
@@ -168,7 +168,7 @@ def draw_in_fluid(
 def _explained(
     title: str, lines: list[Line], circles: list[Circle], dimensions: list[str]
 ) -> Drawing:
-    """Return a drawing with a scale bar and its dimensions in words below."""
+    """Return a drawing with a scale bar, and its dimensions in words below."""
     left, low, right, _ = Drawing(title, tuple(lines), tuple(circles), ()).box
     width = right - left
     text_mm = max(TEXT_MM, TEXT_OF_WIDTH * width)
@@ -194,7 +194,7 @@ def _wrapped(text: str, letters: int) -> list[str]:
 
 
 def dimensions(cam: Cam, cut: Cheeks) -> list[str]:
-    """Return what must be known to cut and to mount the cheeks, a line each."""
+    """Return the dimensions that are needed to cut and mount the cheeks, one line each."""
     rate = MM_PER_M * float(cam.lever_rate(0.0))
     thickness = MM_PER_M * cut.thread_thickness
     range_rad = cam.range_rad

@@ -1,4 +1,4 @@
-"""How far a wheel swings, from its angle and rate at any instant."""
+"""The amplitude of a wheel, from its angle and rate at any instant."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ _SAME = 4.0 * np.finfo(float).eps
 
 
 def swing_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return V(θ) + ½ M θ̇² as on land [J], (n,); of a thread that swings as in small swings.
+    """Return the energy V(θ) + ½ M θ̇² of a swing as on land [J], (n,).
+
+    For a thread that swings it is the energy of small swings.
 
     Args:
-        machine: what swings.
-        angle: θ of the wheel in its case [rad], (n,); beyond its range the end of it counts.
+        machine: the machine.
+        angle: θ of the wheel in its case [rad], (n,); an angle beyond the range counts as its end.
         rate: θ̇ [rad/s], (n,).
     """
     if isinstance(machine, HangingMachine):
@@ -33,13 +35,13 @@ def swing_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> Fl
 
 
 def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return R s θ [J], (n,), what recoil adds to the energy that a swing keeps (theory E2).
+    """Return R s θ [J], (n,), the term that recoil adds to the conserved energy (theory E2).
 
-    s is that of a swing that comes to both impulses: sgn θ̇ beyond the angle of the impulse, −sgn θ̇
-    before it.
+    s, the sign of the last impulse, is that of a swing that reaches both impulses: sgn θ̇ beyond
+    the angle of the impulse, −sgn θ̇ before it.
 
     Args:
-        machine: what swings.
+        machine: the machine.
         angle: θ of the wheel in its case [rad], (n,).
         rate: θ̇ [rad/s], (n,).
     """
@@ -52,13 +54,13 @@ def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> F
 
 
 def amplitude_of(machine: AnyMachine, energy: float) -> float:
-    """Return the amplitude A on land [rad] of a swing of an energy V(A) + R A [J].
+    """Return the amplitude A on land [rad] of a swing of the energy V(A) + R A [J].
 
-    Of the lever that on the positive side; at most the end of the range.
+    For the lever it is the turning point on the positive side. It is at most the end of the range.
 
     Args:
-        machine: what swings.
-        energy: as `swing_energy` and `recoil_energy` add up to; below 0 as 0.
+        machine: the machine.
+        energy: sum of `swing_energy` and `recoil_energy`; a negative one counts as 0.
     """
     energy = max(energy, 0.0)
     free = _free_amplitude(machine, energy)

@@ -1,10 +1,10 @@
 """A body on a cylindrical axle that rests without friction in, on or over a curved support.
 
-Euler 1780 (theory C). x is down, y lateral; θ the tilt of the contact's normal, from the
-support's centre O to the axle's centre C; φ the tilt of the body, from C to its centre of gravity.
-The axle's centre runs along an arc of radius e about O, s = eθ. Formulas take the curvature 1/e,
-so that a plane (0) and a convex support (negative) are no exceptions. A cradle is the same body:
-C is then the centre of curvature of its rockers (§48–53).
+Euler 1780 (theory C). x points down, y sideways. θ is the tilt of the normal at the contact, from
+the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre of
+gravity. The axle's centre moves along an arc of radius e about O, s = eθ. Formulas use the
+curvature 1/e, so that a plane (0) and a convex support (negative) are no exceptions. A cradle is
+the same body; C is then the centre of curvature of its rockers (§48–53).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tauto_core.scene.errors import TautoError
 
 
 class UnsteadyAxleError(TautoError):
-    """An axle and support that cannot be, or on which the body does not swing."""
+    """An impossible axle or support, or one on which the body does not swing."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class AxlePendulum:
         gravity: g [m/s2], > 0.
 
     Raises:
-        UnsteadyAxleError: a depth or radius of gyration that no modes belong to.
+        UnsteadyAxleError: a depth or radius of gyration for which there are no modes.
     """
 
     curvature: float
@@ -66,18 +66,18 @@ class AxlePendulum:
 
     @property
     def growth_rate(self) -> float:
-        """Rate at which the body falls from its rest [1/s], √(g/|b′|) or √(g/|b|); 0: it swings.
+        """Growth rate of the unstable mode [1/s], √(g/|b′|) or √(g/|b|); 0 if the body swings.
 
-        b b′ = e k²/c: one of them is negative on every convex support (§45–47), and wherever
+        b b′ = e k²/c, so one of them is negative on every convex support (§45–47), and wherever
         the centre of gravity lies above the axle's centre (§49).
         """
         return math.sqrt(max(0.0, *(-w for w in self.modes.squared_frequencies(self.gravity))))
 
     def require_swing(self) -> None:
-        """Refuse a body that falls.
+        """Refuse a body that is unstable.
 
         Raises:
-            UnsteadyAxleError: with the length that is negative and the nearest body that swings.
+            UnsteadyAxleError: names the length that is negative and the nearest body that swings.
         """
         if self.growth_rate == 0.0:
             return
@@ -99,7 +99,7 @@ def axle_on(support_radius: float, axle_radius: float) -> float:
     """Return the curvature 1/e = 1/(a − b₀) of the path of an axle's centre [1/m].
 
     Args:
-        support_radius: a, of the hollow [m]; ±inf: a plane; negative: of a convex support.
+        support_radius: radius a of the hollow [m]; ±inf: a plane; negative: a convex support.
         axle_radius: b₀ of the axle, or of a cradle's rockers [m], ≥ 0.
 
     Raises:
@@ -115,10 +115,10 @@ def axle_on(support_radius: float, axle_radius: float) -> float:
 
 @dataclass(frozen=True)
 class AxleState:
-    """Where the body is, arrays of one shape or floats.
+    """Position and velocity of the body, floats or arrays of one shape.
 
     Attributes:
-        arc: s of the axle's centre along its path [m]; of a support that moves: in its frame.
+        arc: s of the axle's centre along its path [m], in the frame of the support.
         tilt: φ of the body from the vertical [rad].
         arc_rate: ds/dt [m/s].
         tilt_rate: dφ/dt [rad/s].
@@ -136,12 +136,13 @@ REST = AxleState(0.0, 0.0, 0.0, 0.0)
 def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> AxleState:
     """Return the small motion from any state, as the sum of both modes (§29–36, 43–47).
 
-    With r = φ/s of the modes, q = (φ − r′s)/(r − r′) and q′ = (rs − φ)/(r − r′) each obey
-    q̈ = −(g/b) q: a sine, on a plane a steady drift, of a mode that falls the sinh.
+    With r and r′ the ratios φ/s of the modes, q = (φ − r′s)/(r − r′) and q′ = (rs − φ)/(r − r′)
+    each obey q̈ = −(g/b) q. The solution is a sine, on a plane a steady drift, for an unstable
+    mode a sinh.
 
     Args:
-        body: what swings.
-        start: floats, at t = 0.
+        body: the body and its support.
+        start: state at t = 0, floats.
         times_s: t [s], any shape.
     """
     slow, fast = body.modes.tilt_per_arc
@@ -166,7 +167,7 @@ def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> Ax
 def _swing(
     value: float, rate: float, squared: float, times: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return q and its rate at the times, q̈ = −ω²q."""
+    """Return q and its rate at the times, for q̈ = −ω²q."""
     w = math.sqrt(abs(squared))
     if w == 0.0:
         return value + rate * times, np.full(times.shape, rate)
@@ -182,11 +183,11 @@ def amplitudes_from_rest(body: AxlePendulum, speed: float, spin: float) -> tuple
 
     Args:
         body: one that swings on a hollow support.
-        speed: n of the centre of gravity [m/s].
-        spin: ν of the body [rad/s].
+        speed: n of the centre of gravity at the start [m/s].
+        spin: ν of the body at the start [rad/s].
 
     Raises:
-        UnsteadyAxleError: a body that falls, or a plane, where θ stays 0.
+        UnsteadyAxleError: an unstable body, or a plane, where θ stays 0.
     """
     body.require_swing()
     if not body.curvature > 0.0:
@@ -204,14 +205,14 @@ def amplitudes_from_rest(body: AxlePendulum, speed: float, spin: float) -> tuple
 
 @dataclass(frozen=True)
 class SupportMotion:
-    """How the support moves: it turns by ρ about an axis that is itself accelerated.
+    """Motion of the support: it turns by ρ about an axis that is itself accelerated.
 
-    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (lateral).
+    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (sideways).
 
     Attributes:
         turn, turn_rate, turn_acceleration: ρ [rad], ρ̇ [rad/s], ρ̈ [rad/s2].
         down, lateral: acceleration of the axis [m/s2].
-        depth, aside: X₀, Y₀ of the axle's centre at s = 0 below and beside the axis, at ρ = 0 [m].
+        depth, aside: X₀ below and Y₀ beside the axis, of the axle's centre at s = 0 and ρ = 0 [m].
     """
 
     turn: ArrayLike = 0.0
@@ -228,11 +229,10 @@ STILL = SupportMotion()
 
 @dataclass(frozen=True)
 class AxleForces:
-    """What moves the body at an instant, arrays.
+    """Contact force and accelerations of the body at an instant, arrays.
 
     Attributes:
-        contact: N/M, what the support presses with, by the mass [m/s2]; at 0 and below, the axle
-            would have to be held down: it lifts off.
+        contact: N/M, contact force over mass [m/s2]; where it is 0 or negative the axle lifts off.
         arc_acceleration: d²s/dt² in the support's frame [m/s2].
         tilt_acceleration: d²φ/dt² [rad/s2].
     """
@@ -245,16 +245,16 @@ class AxleForces:
 def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL) -> AxleForces:
     """Return contact force and accelerations at any angles (§8–10; theory C, moving support).
 
-    With δ = φ − θ and A, A⊥ the acceleration of the point of the support's frame where C is, along
-    the normal and across it,
+    With δ = φ − θ, and A, A⊥ the components along the normal and across it of the acceleration of
+    that point of the support's frame where C is,
 
         N/M = (g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
         φ̈ = −(N/M) c sin δ/k²,    s̈ = −g sin θ − A⊥ − c φ̈ cos δ + c φ̇² sin δ.
 
     Args:
-        body: what swings.
+        body: the body and its support.
         state: floats or arrays.
-        support: likewise; at rest when left out.
+        support: motion of the support, floats or arrays; at rest when left out.
     """
     s, phi, s1, phi1 = (
         np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
@@ -279,7 +279,7 @@ def _carried(
     sigma: FloatArray,
     theta: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the acceleration of the place of C in the support's frame, along and across."""
+    """Return A and A⊥, the acceleration of the support's frame where C is, along and across."""
     half = 0.5 * sigma
     chord = s * np.sinc(half / np.pi)
     x, y = support.depth - chord * np.sin(half), support.aside + chord * np.cos(half)
@@ -293,7 +293,7 @@ def _carried(
 
 
 def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
-    """Return the energy by the mass on a support at rest, 0 in equilibrium [m2/s2]."""
+    """Return the energy over the mass on a support at rest, 0 in equilibrium [m2/s2]."""
     s, phi, s1, phi1 = (
         np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
     )
@@ -307,7 +307,7 @@ def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
 def plane_period(body: AxlePendulum, amplitude: float) -> float:
     """Return the period of swings of any size on a plane, T = 4 ∫ dφ/φ̇ [s] (theory C).
 
-    The centre of gravity keeps to its vertical: (k² + c² sin²φ) φ̇² = 2gc (cos φ − cos A). With
+    The centre of gravity moves on a vertical line: (k² + c² sin²φ) φ̇² = 2gc (cos φ − cos A). With
     sin(φ/2) = sin(A/2) sin u the integrand is smooth.
 
     Args:
@@ -315,7 +315,7 @@ def plane_period(body: AxlePendulum, amplitude: float) -> float:
         amplitude: A [rad], 0 < A < π.
 
     Raises:
-        UnsteadyAxleError: another support, a body that falls, an amplitude that is no swing.
+        UnsteadyAxleError: another support, an unstable body, an amplitude out of range.
     """
     body.require_swing()
     if body.curvature != 0.0 or not 0.0 < amplitude < math.pi:

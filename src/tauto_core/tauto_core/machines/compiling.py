@@ -1,4 +1,4 @@
-"""From a scene to the machine in it."""
+"""The machine of a scene, as numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
 
 class Parts(Protocol):
-    """What a scene says of its regulator."""
+    """The parts of a scene from which a machine is made."""
 
     @property
     def name(self) -> str:
@@ -42,7 +42,7 @@ class Parts(Protocol):
 
     @property
     def regulator(self) -> FluidTautochroneRegulator | None:
-        """What swings in place of a trochlea."""
+        """The oscillator in place of a trochlea."""
         ...
 
     @property
@@ -62,7 +62,7 @@ class Parts(Protocol):
 
 
 def compile_machine(scene: Parts) -> AnyMachine | FluidPendulum:
-    """Return the regulator of a scene in numbers: its trochlea, or the body in its fluid.
+    """Return the regulator of a scene as numbers: its trochlea, or the body in its fluid.
 
     Raises:
         SceneError: a machine that cannot be built, or a release beyond its range.
@@ -73,11 +73,11 @@ def compile_machine(scene: Parts) -> AnyMachine | FluidPendulum:
 
 
 def compile_trochlea(scene: Parts) -> AnyMachine:
-    """Return the trochlea of a scene in numbers, whatever its thread.
+    """Return the trochlea of a scene as numbers, with any kind of thread.
 
-    The release is checked here where it fixes the angle at the cam: on a still ship, and at sea
-    if the thread's neutral line turns with the case. A thread that follows the apparent vertical
-    at sea is left to those who know the motion.
+    The release is checked here where it alone determines the angle of the cam: on a still ship,
+    and at sea if the thread's neutral line turns with the case. For a thread that follows the
+    apparent vertical it is checked when the motion is known.
 
     Raises:
         SceneError: a machine that cannot be built, or a release beyond its range.
@@ -86,7 +86,7 @@ def compile_trochlea(scene: Parts) -> AnyMachine:
     with naming(scene.name, 'trochlea'):
         parts = trochlea.parts(scene.gravity, scene.drag, scene.escapement)
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
-    # an angle that the tilt of the apparent vertical does not change
+    # the tilt of the apparent vertical does not change the angle
     if scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0:
         _check_release(scene.name, machine)
     return machine
@@ -98,7 +98,7 @@ def compile_ideal(scene: Parts) -> Machine:
     The release is not checked.
 
     Raises:
-        SceneError: a cam, thread or table that can't be used.
+        SceneError: a cam, thread or table that cannot be used.
     """
     trochlea = _trochlea(scene)
     with naming(scene.name, 'trochlea'):

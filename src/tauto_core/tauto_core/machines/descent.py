@@ -1,8 +1,8 @@
 """Motion along Euler's tautochrone in a fluid, in closed form (Euler 1729, 13–15, 21, 31–35).
 
-Forward, towards −s, z = (1 − e^{−κs})/κ obeys z̈ = −(g/f) z: the harmonic coordinate. A speed V is
-given, as in Euler's paper, by the height v = V²/2g; b is that at A. `curve` is a
-`FluidTautochrone`; constant friction as its curve allows for changes nothing in the motion, but
+On the way towards −s, z = (1 − e^{−κs})/κ obeys z̈ = −(g/f) z: it is the harmonic coordinate. As
+in Euler's paper, a speed V is given by its height of fall v = V²/2g, and b is v at A. `curve` is a
+`FluidTautochrone`; constant friction that its curve allows for does not change the motion, but
 then A is not the lowest point. `gravity` is g [m/s2] in vacuum.
 """
 
@@ -22,12 +22,12 @@ from tauto_core.scene.errors import DescentError
 
 
 class Arcs(NamedTuple):
-    """The arcs of a half swing forward [m], each > 0."""
+    """The arcs of descent and ascent of a half swing [m], each > 0."""
 
     descent: float
     ascent: float
     loss: float
-    """Arc of descent less that of ascent; also the arc before A at which it is fastest."""
+    """Arc of descent less that of ascent; also the arc before A at which the speed is greatest."""
 
 
 def harmonic_of_arc(kappa: float, arc: ArrayLike) -> FloatArray:
@@ -66,7 +66,7 @@ def half_swing(
         curve: the curve, with its fluid.
         gravity: g [m/s2].
         start: arc of the release [m], > 0.
-        time: 0 to π√(f/g), which all of the half swing takes; of the same shape.
+        time: from 0 to π√(f/g), the duration of the half swing; of the same shape.
 
     Raises:
         DescentError: a start that is not on the branch of descent.
@@ -106,15 +106,15 @@ def height_at_lowest(curve: FluidTautochrone, start: float) -> float:
 def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
     """Return the arcs of descent and ascent and their difference (§33–34).
 
-    S_d = −ln(1 − κ√(2bf))/κ, S_a = ln(1 + κ√(2bf))/κ. Exactly, S_d − S_a = −ln(1 − 2κ²bf)/κ: the
-    body is fastest at an arc before A equal to what it loses.
+    S_d = −ln(1 − κ√(2bf))/κ, S_a = ln(1 + κ√(2bf))/κ. Exactly, S_d − S_a = −ln(1 − 2κ²bf)/κ, which
+    is also the arc before A at which the body is fastest.
 
     Args:
         curve: the curve, with its fluid.
         at_lowest: b, the height of fall of the speed at A [m], 0 < b < 1/(2κ²f).
 
     Raises:
-        DescentError: a b that no descent on the curve gives.
+        DescentError: a b that no descent on the curve reaches.
     """
     top = _top(curve, at_lowest)
     kappa = curve.kappa
@@ -137,14 +137,14 @@ def greatest_velocity_height(curve: FluidTautochrone, at_lowest: float) -> float
     """Return v = b/(1 − 2κ²bf) [m], at the arc `arcs(…).loss` before A (§33).
 
     Raises:
-        DescentError: a b that no descent gives.
+        DescentError: a b that no descent reaches.
     """
     reduced = curve.kappa * _top(curve, at_lowest)
     return at_lowest / ((1.0 - reduced) * (1.0 + reduced))
 
 
 def _top(curve: FluidTautochrone, at_lowest: float) -> float:
-    """Return √(2bf), the z from which a descent gives b; refuse a b that none gives."""
+    """Return √(2bf), the z from which a descent reaches b; refuse a b that none reaches."""
     kappa, length = curve.kappa, curve.pendulum_length
     top = math.sqrt(2.0 * max(at_lowest, 0.0) * length)
     if not (0.0 <= at_lowest < math.inf and kappa * top < 1.0):

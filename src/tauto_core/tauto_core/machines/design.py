@@ -1,11 +1,11 @@
-"""Euler's rules for choosing a regulator, both ways (1727, XIX–XXI, XXIX).
+"""Euler's rules for designing a regulator, in both directions (1727, XIX–XXI, XXIX).
 
 A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b), so
-I ω² = P b: of period, wheel, pull and lever rate three give the fourth.
+I ω² = P b: three of period, moment of inertia, pull and lever rate determine the fourth.
 
-Units of the papers' time are rounded: the Rhenish foot is the 139.13 Paris lines, 313.85 mm, that
-Prussia fixed in 1816, and older standards differ in the fourth digit; the Paris foot is that of
-1766, 324.84 mm; the pound of Paris (poids de marc) is 489.5 g.
+The historical units are rounded. The Rhenish foot is the 139.13 Paris lines, 313.85 mm, that
+Prussia fixed in 1816; older standards differ in the fourth digit. The Paris foot is that of 1766,
+324.84 mm; the pound of Paris (poids de marc) is 489.5 g.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SCRUPLE_M = RHENISH_FOOT_M / 1000.0
 
 PARIS_FOOT_M = 0.32484
 PARIS_LINE_M = PARIS_FOOT_M / 144.0
-"""2.2558 mm."""
+"""The Paris line, 2.2558 mm."""
 
 PARIS_POUND_KG = 0.4895
 
@@ -34,10 +34,10 @@ LENGTHS_M = {
     'line': PARIS_LINE_M,
     'paris_foot': PARIS_FOOT_M,
 }
-"""Units of length a design may be given in."""
+"""Units of length in which a design may be given."""
 
 WEIGHTS_KG = {'kg': 1.0, 'pound': PARIS_POUND_KG}
-"""Units of weight besides the newton; as forces they are multiplied by gravity."""
+"""Units of weight besides the newton; a force is the mass times gravity."""
 
 
 @dataclass(frozen=True)
@@ -108,15 +108,15 @@ _WORDS = {
     'pull': 'pull',
     'lever_rate': 'base radius',
 }
-"""The four numbers in the words of a user."""
+"""The four numbers as messages name them."""
 
 
 def check_size(name: str, value: float) -> None:
-    """Refuse a quantity that no design has.
+    """Refuse a quantity outside the limits of a design.
 
     Args:
         name: name of the quantity, for the message.
-        value: in whatever unit.
+        value: in any unit.
 
     Raises:
         UsageError: not between 1e-30 and 1e30.
@@ -166,8 +166,8 @@ def equivalent_pendulum_length(
 ) -> float:
     """Return L = I g/(P b) of the isochronous simple pendulum [m].
 
-    For a disc of weight Q and radius a, and an involute of base radius r, Q a²/(2 P r) (§XXI),
-    which is Q r/(2P) where the base circle is the disc (§XIX).
+    For a disc of weight Q and radius a, and an involute of base radius r, it is Q a²/(2 P r)
+    (§XXI), and Q r/(2P) where the base circle is the disc (§XIX).
 
     Args:
         inertia: I of the wheel [kg m2].

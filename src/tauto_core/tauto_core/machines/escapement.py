@@ -1,4 +1,4 @@
-"""What every kind of escapement has: its keys, the energy of its impulses, and its words."""
+"""What all kinds of escapement share: keys, energy of the impulses, messages."""
 
 from __future__ import annotations
 
@@ -28,21 +28,22 @@ class Rest(Section):
 
 
 class Ebb(NamedTuple):
-    """How impulses weaken as what drives them runs down, until it is wound again.
+    """How the impulses weaken while the spring or weight that drives them runs down.
 
-    The k-th impulse since the start gives energy·(1 + fall·(½ − u)), u = (k mod n + ½)/n, n of
-    `impulses`; then the mean over a winding is the energy itself.
+    The impulse number k since the start has the energy·(1 + fall·(½ − u)), u = (k mod n + ½)/n,
+    with n impulses between windings; so the mean over a winding is the energy itself.
 
     Attributes:
-        fall: from the first impulse after a winding to the last, by the mean energy.
-        impulses: between two windings.
+        fall: fall of the energy from the first impulse after a winding to the last, relative to
+            its mean.
+        impulses: number n of impulses between two windings.
     """
 
     fall: float
     impulses: int
 
     def strength(self, given: int) -> float:
-        """Return the energy of the next impulse by the mean, after so many since the start."""
+        """Return the next impulse's energy relative to the mean, after `given` impulses."""
         return 1.0 + self.fall * (0.5 - (given % self.impulses + 0.5) / self.impulses)
 
 
@@ -77,22 +78,22 @@ class EscapementKind(Kind):
 
     @property
     def ebb(self) -> Ebb | None:
-        """How impulses weaken between windings; None: they are all the same."""
+        """How impulses weaken between windings; None if they are all equal."""
         return None
 
     @property
     def recoil(self) -> float:
-        """Torque against the last impulse, until the next [N m]."""
+        """Constant torque against the direction of the last impulse, until the next [N m]."""
         return 0.0 if self.rest is None else self.rest.recoil
 
     @property
     def friction(self) -> float:
-        """Torque against the motion [N m]."""
+        """Friction torque against the motion [N m]."""
         return 0.0 if self.rest is None else self.rest.friction
 
     @property
     def work(self) -> float:
-        """What it gives in a swing, in the mean: two impulses, and the loop of the recoil [J]."""
+        """Mean energy that it gives in a swing: two impulses, and the loop of the recoil [J]."""
         return 2.0 * self.energy + 4.0 * self.recoil * self.angle
 
     def problems(self) -> Iterator[Problem]:

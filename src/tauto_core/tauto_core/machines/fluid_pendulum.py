@@ -1,7 +1,8 @@
-"""A globe that swings to and fro on a curve in a fluid: paper B's body as a regulator.
+"""A body that swings to and fro on a curve in a fluid, paper B's body, as a regulator.
 
-Euler, *Curva tautochrona in fluido* (1729). On his curve the half swing forward takes π√(f/g)
-whatever its arc, the one backward more; on a symmetric curve both go alike.
+Euler, *Curva tautochrona in fluido* (1729). On his curve every half swing down the branch of
+descent takes π√(f/g), and one in the other direction takes longer. On a symmetric curve both take
+the same time.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class DescentRow(TypedDict):
 
     Keys:
         amplitude_m: arc of the release on the branch of descent [m].
-        descent_s: from there to A [s].
-        period_s: to and back from where it gets to [s].
+        descent_s: time from there to A [s].
+        period_s: time to the other side and back [s].
         rate_s_per_day: what the clock gains a day (fast is positive).
     """
 
@@ -48,7 +49,7 @@ class DescentIsochronism(TypedDict):
     """The JSON object of `tauto isochronism` for a curve in a fluid.
 
     Keys:
-        nominal_period_s: what the dial gains in a full swing [s].
+        nominal_period_s: time by which the dial advances in a full swing [s].
         rows: one per amplitude, in the order asked for.
     """
 
@@ -58,13 +59,13 @@ class DescentIsochronism(TypedDict):
 
 @dataclass(frozen=True)
 class FluidPendulum:
-    """A body on a curve in a fluid, in numbers.
+    """A body on a curve in a fluid, as numbers.
 
     Attributes:
         curve: the curve, with κ and γ of the body in the fluid, and the pendulum length f.
         weight: weight of the body less that of the fluid displaced, in vacuum's gravity [N].
         gravity: g [m/s2].
-        release_arc: where it is released at rest [m], < 0 on the branch of ascent.
+        release_arc: arc of the release at rest [m], < 0 on the branch of ascent.
     """
 
     curve: Curve
@@ -72,7 +73,7 @@ class FluidPendulum:
     gravity: float
     release_arc: float
 
-    # what the clockwork asks of every machine: nothing of this is in the fluid
+    # attributes that the clockwork asks of every machine; the fluid does not move
     follows_apparent_vertical = False
     feels_gravity = False
     drag = None
@@ -94,11 +95,11 @@ class FluidPendulum:
         return isinstance(self.curve, FluidTautochrone)
 
     def branch(self, start: float) -> DescentCurve:
-        """Return the curve as it lies for a half swing from an arc of this sign."""
+        """Return the curve as seen by a half swing that starts at an arc of this sign."""
         return self.curve if start > 0.0 else Mirrored(self.curve)
 
     def swing(self, start: float) -> tuple[float, float]:
-        """Return duration by π/ω, less 1, and end [m] of the half swing from rest at an arc [m].
+        """Return duration over π/ω, less 1, and end [m] of the half swing from rest at an arc [m].
 
         Raises:
             DescentError: a start beyond the cusp.
@@ -115,7 +116,7 @@ class FluidPendulum:
         return float(duration_excess(kappa, -start)), float(end_arc(kappa, -start))
 
     def period(self, amplitude: float) -> float:
-        """Return the time to and back from rest at an arc, back from where it gets to [s].
+        """Return the duration of a swing from rest to the other side and back [s].
 
         Args:
             amplitude: arc of the release [m], its sign the branch; 0 gives the limit 2π/ω.
@@ -135,13 +136,13 @@ def descent_isochronism(
 ) -> DescentIsochronism:
     """Return descent time, period and rate at several amplitudes.
 
-    The descent is integrated, also where Euler's curve makes it a constant.
+    The descent is integrated, even where it is constant on Euler's curve.
 
     Args:
-        machine: what swings.
+        machine: the body on its curve.
         amplitudes: arcs on the branch of descent [m], each > 0 and within the cusp.
-        nominal_period_s: what the dial gains in a full swing; the small-amplitude period when
-            left out.
+        nominal_period_s: time by which the dial advances in a full swing; the small-amplitude
+            period when left out.
 
     Raises:
         UsageError: no amplitude, or one out of range, before anything is computed.

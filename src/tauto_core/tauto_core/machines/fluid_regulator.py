@@ -1,6 +1,6 @@
 """A globe or cylinder that swings on a curve in a fluid (Euler 1729): keys, refusals, remedies.
 
-Its law is `fluid_pendulum`, loaded where a scene has it.
+Its mechanics are in `fluid_pendulum`, loaded where a scene uses it.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
 def compile_fluid_pendulum(
     name: str, gravity: float, regulator: FluidTautochroneRegulator
 ) -> FluidPendulum:
-    """Return the regulator in numbers.
+    """Return the regulator as numbers.
 
     Args:
         name: name of the scene, for errors.
@@ -145,7 +145,7 @@ def compile_fluid_pendulum(
 
 
 def _longer(regulator: FluidTautochroneRegulator) -> str:
-    """Return the shortest pendulum whose curve holds the release, or else the nearest body."""
+    """Return the shortest pendulum whose curve includes the release, or else the nearest body."""
     longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
     if longer:
         return f', or give {longer}'
@@ -158,7 +158,7 @@ def _longer(regulator: FluidTautochroneRegulator) -> str:
 
 
 def _that_sinks(regulator: FluidTautochroneRegulator) -> str:
-    """Return the lightest body and the densest fluid that the curve can be made for."""
+    """Return the lightest body and the densest fluid for which the curve can be made."""
     body = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
     fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
     if not body or fluid is None:
@@ -174,7 +174,7 @@ def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit
 def _nearest_that_holds(
     regulator: FluidTautochroneRegulator, key: str, value: float, factor: float
 ) -> float | None:
-    """Return the value of a key nearest to one that fails with which the curve holds the release.
+    """Return the nearest value of a key with which the curve includes the release.
 
     None where no such value is found in the direction of the factor.
     """

@@ -1,13 +1,13 @@
 """A half swing on any curve in a fluid, by quadrature.
 
-From rest at S > 0 towards −s, s̈ = −γg p(s) + κṡ², so that
+From rest at S > 0 towards −s, s̈ = −γg p(s) + κṡ² with the slope p = dx/ds, so that
 
     ½ṡ² = γg ∫ e^{2κ(s − σ)} p(σ) dσ from s to S,
 
-and the body comes to rest where the integral is nothing again, at −S₁. In θ, with s from S to
-−S₁ as the cosine of θ, the time is the integral of a smooth, even, periodic function, and its
-cosine series is found to rounding by the midpoint rule. The integral is taken from the nearer end
-of the swing, on the side of A where p has one sign, so that nothing cancels.
+and the body comes to rest where the integral is 0 again, at −S₁. With s from S to −S₁ as a cosine
+of θ, the time is the integral of a smooth, even, periodic function of θ, whose cosine series the
+midpoint rule gives to rounding. The integral is taken from the nearer end of the swing, on the
+side of A where p has one sign, so that nothing cancels.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from tauto_core.scene.errors import DescentError
 
 LARGEST_SERIES = 1024
 LARGEST_REDUCED_ARC = 64.0
-"""Largest κS: beyond, all but the first few 1/κ of a descent go at the speed of balance."""
+"""Largest κS; beyond, the body descends at its terminal speed except in the last few 1/κ."""
 SMALLEST_SERIES = 16
 TAIL = 2.0**-48
-"""Size of the last terms, by the first, at which a series is complete; t has them divided by k."""
+"""Size of the last terms over the first at which a series is complete; t has them divided by k."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _STEPS = 64
 _LEFT = 2.0
@@ -36,24 +36,24 @@ _ROUNDING = 2.0**-51
 
 
 class HalfSwing(NamedTuple):
-    """How a half swing ends."""
+    """Duration and end of a half swing."""
 
     duration: float
-    """[s]"""
+    """Time from rest to rest [s]."""
     arc: float
-    """Where it comes to rest, from A on the other side [m], > 0."""
+    """Arc from A on the other side at which it comes to rest [m], > 0."""
 
 
 _LONGEST_REDUCED = 1e6
 
 
 class Grid(NamedTuple):
-    """Nodes that resolve a half swing, and every shorter one on the same curve."""
+    """Numbers of nodes that resolve a half swing, and every shorter one on the same curve."""
 
     nodes: int
-    """Of the cosine series of dt/dθ."""
+    """Nodes of the cosine series of dt/dθ."""
     panels: int
-    """Of the integral of the speed, 24 nodes each."""
+    """Panels of the integral for the speed, of 24 nodes each."""
 
 
 def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
@@ -70,7 +70,7 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
     panels = _panels(curve.kappa * _on_descent(curve, start))
 
     def integrand(u: FloatArray) -> FloatArray:
-        # s = S (1 − u²) takes the root out of the start
+        # s = S (1 − u²) removes the square root at the start
         mean = _mean(curve, np.full_like(u, start), start * (1.0 - u * u), panels, -1.0)
         return np.sqrt(2.0 * start / (curve.gamma * gravity * mean))
 
@@ -78,9 +78,9 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
 
 
 def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
-    """Return how long the half swing forward takes from rest, and where it ends.
+    """Return the duration and end of the half swing from rest down the branch of descent.
 
-    For the half swing backward ask with `Mirrored(curve)`.
+    For the other direction pass `Mirrored(curve)`.
 
     Args:
         curve: the curve, with its fluid; A must be its lowest point.
@@ -89,7 +89,7 @@ def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
 
     Raises:
         DescentError: a start that is not on the branch of descent, or an ascent beyond the cusp.
-        QuadratureError: resistance so strong that the series does not settle.
+        QuadratureError: resistance so strong that the series does not converge.
     """
     end = far_end(curve, start)
     grid = grid_for(curve, start, end)
@@ -100,8 +100,8 @@ def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
 def far_end(curve: DescentCurve, start: float) -> float:
     """Return S₁ > 0, the arc of ascent from rest at S > 0 [m].
 
-    Newton's method: what the ascent takes, ∫ e^{2κσ} p dσ, is convex, and S₁ at most where the
-    body would come without resistance.
+    Newton's method converges: the energy that the ascent takes, ∫ e^{2κσ} p dσ, is convex, and S₁
+    is at most the arc that the body would reach without resistance.
 
     Raises:
         DescentError: a start beyond the cusp, or an ascent beyond it.
@@ -112,7 +112,7 @@ def far_end(curve: DescentCurve, start: float) -> float:
     given, edge, end = start * float(mean[0]), mirror.descent_cusp, start
     while end < edge and float(mirror.height(end)) < float(curve.height(start)):
         end *= 2.0
-    # what is left of a fall of any height carries a body no farther than about 1/κ
+    # from any height of fall the body comes no farther than about 1/κ
     end = min(end, edge, _LEFT / kappa if kappa else edge)
     for _ in range(_STEPS):
         mean = _mean(mirror, np.array([end]), zero, _panels(kappa * end), 1.0)
@@ -160,7 +160,7 @@ def cosines(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid)
         grid: nodes that resolve them.
     """
     rates = _rates(curve, start, end, grid)
-    # k θ_j reduced in whole numbers, so that high terms are not rounded more than low ones
+    # k θ_j reduced in integers, so that high terms are rounded no more than low ones
     turns = np.outer(np.arange(grid.nodes), 2 * np.arange(grid.nodes) + 1) % (4 * grid.nodes)
     waves = np.cos(turns * (0.5 * math.pi / grid.nodes))
     weight = np.full(grid.nodes, 2.0 / grid.nodes)
@@ -175,14 +175,14 @@ def place(
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Return arc [m] and ds/dt [m/s] at times since the release, (n,) each.
 
-    The same bits for each whatever others are asked for with it.
+    The bits of each do not depend on the others.
 
     Args:
         curve: the curve, with its fluid.
         gravity: g [m/s2].
         start: S [m], (n,).
         end: S₁ [m], (n,).
-        time: 0 to the whole half swing [s], (n,).
+        time: from 0 to the duration of the half swing [s], (n,).
         grid: nodes that resolve them all.
     """
     series, order = cosines(curve, start, end, grid), np.arange(1, grid.nodes)
@@ -231,7 +231,7 @@ def _mean(
     Args:
         curve: the curve, with its fluid.
         far: end of the swing [m].
-        near: where the body is, on the same side of A [m].
+        near: position of the body, on the same side of A [m].
         panels: number of panels, of 24 nodes each.
         sign: −1 where the body comes from `far`, 1 where it goes there.
     """
@@ -244,10 +244,10 @@ def _mean(
 
 
 def _panels(reduced: float) -> int:
-    """Return how many panels resolve e^{−2κσ} over an arc of κσ = `reduced`.
+    """Return the number of panels that resolve e^{−2κσ} over an arc of κσ = `reduced`.
 
     Raises:
-        DescentError: an arc of more than a million times what stops the body.
+        DescentError: an arc a million times longer than the stopping distance.
     """
     if not reduced <= _LONGEST_REDUCED:
         raise DescentError(

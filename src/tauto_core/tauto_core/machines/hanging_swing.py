@@ -1,9 +1,9 @@
 """The periodic swing of a wheel and its thread together: Fourier series and Newton's method.
 
-Both angles start at rest and pass the middle together, so that only odd cosines are in them:
-ψ = Σ a_k cos(2k + 1)ωt, δ = Σ b_k cos(2k + 1)ωt. The equations of motion at as many instants of a
-quarter swing, and Σ a_k = A, are as many as the unknowns. The series converge geometrically, so
-the period is good to rounding.
+Both angles start at rest and pass the middle together, so their series have odd cosines only:
+ψ = Σ a_k cos(2k + 1)ωt, δ = Σ b_k cos(2k + 1)ωt. The unknowns are determined by the equations of
+motion at as many instants of a quarter swing, and by Σ a_k = A. The series converge
+geometrically, so the period is accurate to rounding.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tauto_core.scene.errors import TautoError
 
 FEWEST_TERMS, MOST_TERMS = 8, 128
 TAIL = 2.0**-46
-"""Size of the last coefficients, against the amplitude, at which a series is complete."""
+"""Size of the last coefficients over the amplitude at which a series is complete."""
 
 SETTLED = 2.0**-48
 _ITERATIONS = 40
@@ -32,7 +32,7 @@ Accelerations = Callable[
 
 
 class SwingError(TautoError):
-    """A swing in which wheel and thread do not stay together."""
+    """A swing for which no common periodic motion of wheel and thread was found."""
 
 
 class CommonSwing(NamedTuple):
@@ -56,10 +56,10 @@ class CommonSwing(NamedTuple):
 def common_swing(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float
 ) -> CommonSwing:
-    """Return the swing of an amplitude that continues a mode of small swings.
+    """Return the periodic swing of an amplitude, continued from a mode of small swings.
 
     Args:
-        accelerations: ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays.
+        accelerations: function that gives ψ̈ and δ̈ from (ψ, δ, ψ̇, δ̇), complex arrays.
         amplitude: amplitude of ψ [rad], > 0.
         frequency: frequency of the mode [rad/s].
         share: δ/ψ in the mode.
@@ -87,7 +87,7 @@ def common_swing(
 def _continued(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float, terms: int
 ) -> FloatArray | None:
-    """Return a_k, b_k, ω at the amplitude, reached from small swings in strides; None: lost."""
+    """Return a_k, b_k, ω at the amplitude, continued from small swings; None if that fails."""
     unknowns = np.zeros(2 * terms + 1)
     unknowns[-1] = frequency
     steps = max(1, math.ceil(amplitude / _STRIDE))
@@ -125,9 +125,9 @@ def _newton(
 def _linearised(
     accelerations: Accelerations, amplitude: float, unknowns: FloatArray, terms: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what is left of the equations, per ω², and its derivatives: by complex steps, exact.
+    """Return the residuals of the equations over ω² and their derivatives, by complex steps.
 
-    All the columns are worked out together.
+    All columns are computed together.
     """
     count = len(unknowns)
     shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
@@ -151,7 +151,7 @@ def _left(
 def _along(
     unknowns: np.ndarray, terms: int
 ) -> tuple[list[np.ndarray], list[np.ndarray], list[np.ndarray]]:
-    """Return ψ and δ, their rates and their second derivatives per ω², each (m, n)."""
+    """Return ψ and δ, their rates over ω and second derivatives over ω², each (m, n)."""
     orders = 2.0 * np.arange(terms) + 1.0
     phases = 0.5 * math.pi * (np.arange(terms) + 0.5) / terms
     cosines, sines = np.cos(np.outer(orders, phases)), np.sin(np.outer(orders, phases))

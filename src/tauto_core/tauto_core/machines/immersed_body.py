@@ -1,8 +1,8 @@
-"""A body that sinks in a fluid: what the fluid takes off its weight and its speed.
+"""A body that sinks in a fluid: its effective weight and its resistance.
 
-Euler, *Curva tautochrona in fluido* (1729), 10–12. The resistance is that of a column of fluid as
-high as the fall that gives the speed: on the base of a cylinder moving along its axis all of it
-(C_d = 1), on a globe half as much (C_d = 1/2).
+Euler, *Curva tautochrona in fluido* (1729), 10–12. The resistance is the weight of a column of
+fluid as high as the fall that gives the speed: the full column on the base of a cylinder moving
+along its axis (C_d = 1), half of it on a globe (C_d = 1/2).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Literal
 
 from tauto_core.scene.errors import DescentError
 
-# drag coefficient times base area by twice the volume, times the size a: 1/2 and 3/8
+# drag coefficient × base area × size a/(2 × volume): 1/2 and 3/8
 _DRAG = {'cylinder': 0.5, 'globe': 0.375}
 _VOLUME = {'cylinder': 0.25 * math.pi, 'globe': math.pi / 6.0}
 
@@ -25,10 +25,10 @@ class ImmersedBody:
     Attributes:
         shape: 'globe' or 'cylinder'.
         size: a, diameter of the globe, height of the cylinder along its motion [m], > 0.
-        density: m of the body [kg/m3]; only its ratio to the fluid's counts but for the weight.
+        density: m of the body [kg/m3]; except for the weight, only its ratio to the fluid's
+            matters.
         fluid_density: n of the fluid [kg/m3], ≥ 0 and less than the body's.
-        added_mass: C, the fluid that is carried along, by the fluid displaced, ≥ 0. Euler: 0;
-            an ideal fluid about a globe: 1/2.
+        added_mass: C, coefficient of added mass, ≥ 0. Euler: 0; a globe in potential flow: 1/2.
 
     Raises:
         DescentError: a number out of its range; a fluid as dense as the body or denser.
@@ -73,7 +73,7 @@ class ImmersedBody:
     def sunk_mass(self) -> float:
         """Mass of the body less that of the fluid displaced [kg].
 
-        A cylinder is taken to be as wide as it is high; its motion does not depend on it.
+        A cylinder is taken to be as wide as it is high; its motion does not depend on that.
         """
         return (self.density - self.fluid_density) * _VOLUME[self.shape] * self.size**3
 

@@ -15,8 +15,8 @@ class IsochronismRow(TypedDict):
     """Period and rate at one amplitude.
 
     Keys:
-        amplitude_rad: of the swing [rad].
-        period_s: of a full swing [s].
+        amplitude_rad: amplitude of the swing [rad].
+        period_s: period of a full swing [s].
         rate_s_per_day: what the clock gains a day (fast is positive).
     """
 
@@ -29,7 +29,7 @@ class Isochronism(TypedDict):
     """The JSON object of `tauto isochronism`.
 
     Keys:
-        nominal_period_s: what the dial gains in a full swing [s].
+        nominal_period_s: time by which the dial advances in a full swing [s].
         rows: one per amplitude, in the order asked for.
     """
 
@@ -42,7 +42,7 @@ def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
 
     Args:
         period_s: T, of a full swing in true time [s], > 0.
-        nominal_period_s: T₀, what the dial gains in a full swing [s], > 0.
+        nominal_period_s: T₀, time by which the dial advances in a full swing [s], > 0.
     """
     return SECONDS_PER_DAY * (nominal_period_s - period_s) / period_s
 
@@ -53,10 +53,10 @@ def isochronism(
     """Return period and rate of free swings on land at several amplitudes.
 
     Args:
-        machine: drag and escapement are left aside.
+        machine: the machine; its drag and escapement are ignored.
         amplitudes: [rad], each > 0, within the machine's range and at most 1e6.
-        nominal_period_s: what the dial gains in a full swing; the small-amplitude period when
-            left out.
+        nominal_period_s: time by which the dial advances in a full swing; the small-amplitude
+            period when left out.
 
     Raises:
         UsageError: no amplitude, or one out of range, before anything is computed.

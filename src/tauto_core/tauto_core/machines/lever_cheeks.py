@@ -1,4 +1,4 @@
-"""The cheeks of a lever's own cam as polylines, cut for a thread of some thickness."""
+"""The cheeks of a lever's own cam as polylines, cut back for the thickness of the thread."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _PROBES = 2000
 
 
 class Cheek(NamedTuple):
-    """One cheek, in the wheel's frame, from the tip on; arrays of shape (n,).
+    """One cheek, in the wheel's frame, beginning at the tip; arrays of shape (n,).
 
     Attributes:
-        angle: angle of the wheel where the thread leaves the cheek [rad].
+        angle: angle of the wheel at which the thread leaves the cheek [rad].
         x: x of the cheek [m].
-        y: likewise.
+        y: y of the cheek [m].
     """
 
     angle: FloatArray
@@ -31,15 +31,15 @@ class Cheek(NamedTuple):
 def cheek(
     shape: CorrectedLeverGeometry, end: float, points: int, thread_thickness: float = 0.0
 ) -> Cheek:
-    """Return one cheek: the curve that `curves.drawing.cheeks` cuts for cams with an ideal thread.
+    """Return one cheek of a lever's cam, as `curves.drawing.cheeks` does for an ideal thread.
 
-    The thread's centre line follows the cam, the cheek is the parallel curve e/2 inwards. It
+    The thread's centre line follows the cam, so the cheek is the parallel curve e/2 inwards. It
     begins where the radius of curvature reaches e/2; up to there the thread bends round its edge.
 
     Args:
         shape: the shape of the cam.
         end: τ up to which it is drawn, < 0 for negative angles.
-        points: ≥ 2.
+        points: number of points, ≥ 2.
         thread_thickness: e [m], ≥ 0.
 
     Raises:
@@ -56,7 +56,7 @@ def cheek(
 
 
 def _start(shape: CorrectedLeverGeometry, end: float, radius: float) -> float:
-    """Return the τ from which on R is at least a radius."""
+    """Return the τ beyond which R is at least a given radius."""
     tau = np.linspace(0.0, end, _PROBES)
     sharp = np.flatnonzero(shape.radius_of_curvature(tau) < radius)
     last = int(sharp[-1]) if len(sharp) else 0

@@ -1,17 +1,18 @@
 """The two normal modes of a link on which a heavy body swings (theory C; Euler 1780, 12–28, 42).
 
-A massless link of length e carries at its end C a body whose centre of gravity hangs c below C,
-with the radius of gyration k about it. To first order in the tilts θ of the link and φ of the body
+A massless link of length e carries at its end C a body whose centre of gravity is c below C, with
+the radius of gyration k about it. To first order in the tilts θ of the link and φ of the body
 
     e θ̈ + c φ̈ + g θ = 0,    k² φ̈ + g c (φ − θ) = 0.
 
-Each mode swings like a simple pendulum of length b or b′ and keeps θ : φ = c : B or c : B′, with
+Each mode keeps time with a simple pendulum of length b or b′ and has the ratio θ : φ = c : B or
+c : B′, with
 
     b + b′ = (k² + c² + ce)/c,    b b′ = e k²/c,    B B′ = −ce,    b = e + B,  b′ = e + B′.
 
-An axle of radius b₀ rolling without friction in a bearing of radius a is such a link, e = a − b₀;
-on a plane 1/e = 0, on a convex support e < 0. A thread that swings and winds on a wheel is one
-too: e its free length, c the cam's base radius, k² = I/m.
+An axle of radius b₀ that lies without friction in a bearing of radius a is such a link with
+e = a − b₀; on a plane 1/e = 0, on a convex support e < 0. A thread that swings and winds on a
+wheel is one too: e is its free length, c the cam's base radius, k² = I/m.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ from typing import NamedTuple
 
 DIGITS = 60
 HUGE = 1e100
-"""Lengths [m] from which on the squares of a formula would overflow."""
+"""Lengths [m] above which the squares in a formula would overflow."""
 
 
 class Modes(NamedTuple):
-    """The slow and the fast mode; of a convex support the stable one and the one that falls.
+    """The slow and the fast mode; on a convex support the stable and the unstable one.
 
     Attributes:
         b: length of the simple pendulum that keeps time with the slow mode [m]; infinite on a
             plane, where the mode is a steady drift.
-        b_prime: the same of the fast mode [m]; negative where that mode falls.
+        b_prime: the same for the fast mode [m]; negative where that mode is unstable.
         B: tilt of the body in the slow mode, θ : φ = c : B [m].
-        B_prime: the same in the fast mode [m].
+        B_prime: the same for the fast mode [m].
     """
 
     b: float
@@ -43,7 +44,7 @@ class Modes(NamedTuple):
 
     @property
     def swings(self) -> bool:
-        """Whether no mode falls: both lengths are positive or zero."""
+        """Whether no mode is unstable: both lengths are positive or zero."""
         return self.b > 0.0 and self.b_prime >= 0.0
 
     @property
@@ -52,7 +53,7 @@ class Modes(NamedTuple):
         return -1.0 / self.B_prime, -1.0 / self.B
 
     def squared_frequencies(self, gravity: float) -> tuple[float, float]:
-        """Return ω² = g/b of both modes [rad2/s2]; negative where a mode falls, 0 of a drift."""
+        """Return ω² = g/b of both modes [rad2/s2]; negative if unstable, 0 for a drift."""
         fast = gravity / self.b_prime if self.b_prime else math.inf
         return gravity / self.b, fast
 
@@ -60,8 +61,9 @@ class Modes(NamedTuple):
 def modes(e: float, c: float, k_squared: float) -> Modes:
     """Return both modes, without cancellation from the knife-edge to the plane and beyond.
 
-    With D² = (k² + c² − ce)² + 4c³e = (k² + c² + ce)² − 4cek² the sum without a difference is
-    taken, and of two roots the one that adds up; the other follows from their product.
+    Of the two forms D² = (k² + c² − ce)² + 4c³e = (k² + c² + ce)² − 4cek² the one without a
+    difference is used. Of two roots the one whose terms have one sign is computed; the other
+    follows from their product.
 
     Args:
         e: length of the link [m]; ±inf: a plane; negative: convex.
@@ -69,15 +71,15 @@ def modes(e: float, c: float, k_squared: float) -> Modes:
         k_squared: square of the radius of gyration [m2], ≥ 0.
 
     Raises:
-        ValueError: c = 0, where the body hangs in its centre of gravity and no mode turns it;
-            k² < 0; or numbers that are not.
+        ValueError: c = 0, where gravity turns the body in neither direction; k² < 0; or values
+            that are not finite numbers.
     """
     if math.isnan(e) or not math.isfinite(c) or c == 0.0 or not 0.0 <= k_squared < math.inf:
         raise ValueError(
             f'e = {e!r}, c = {c!r}, k_squared = {k_squared!r}: c must be finite and not 0, '
             'k_squared finite and at least 0'
         )
-    # e = p/q: a plane has q = 0
+    # e = p/q, so that a plane has q = 0
     p, q = (e, 1.0) if abs(e) < HUGE else (math.copysign(1.0, e), 1.0 / abs(e))
     link = c * p
     total, rest = q * k_squared + c * (q * c + p), q * k_squared + c * (q * c - p)
@@ -101,7 +103,7 @@ def _over(above: float, below: float) -> float:
 
 
 def exact_lengths(e: Decimal, c: Decimal, k_squared: Decimal) -> tuple[Decimal, Decimal]:
-    """Return b and b′ [m] to some 40 digits, for phases carried through millions of turns.
+    """Return b and b′ [m] to some 40 digits, for phases followed through millions of turns.
 
     Args:
         e: length of the link [m], > 0, finite.

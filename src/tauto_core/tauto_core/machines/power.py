@@ -1,4 +1,4 @@
-"""What every kind of power has: its keys, its pull, and its words."""
+"""What all kinds of power share: keys, pull, messages."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ FOLDER = 'tauto_core.machines.powers'
 class PowerKind(Kind):
     """What pulls the thread. Each kind is a module of `machines/powers` that names its `KIND`.
 
-    Its law, plain and compiled, is its `pull`: of that form are weights, springs and constant
-    forces, and any of them together.
+    Its mechanics, in Python and compiled, are its `pull`, whose form covers weights, springs,
+    constant forces and their sums.
 
     Attributes:
-        words: what it is, for messages.
+        words: name of the power in messages.
     """
 
     words: ClassVar[str]
@@ -26,12 +26,12 @@ class PowerKind(Kind):
 
     @property
     def pull(self) -> Pull:
-        """What it does in the thread."""
+        """The pull in the thread."""
         raise NotImplementedError
 
     @property
     def acts_as(self) -> str:
-        """What a cam would have to correct: `weight` or `spring`; `force`: nothing."""
+        """The effect that a cam would have to correct: `weight` or `spring`; `force`: none."""
         pull = self.pull
         if pull.carried_mass:
             return 'weight'

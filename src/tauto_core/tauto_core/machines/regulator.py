@@ -1,4 +1,4 @@
-"""What is known of every regulator, however it is built."""
+"""The attributes that every regulator has, whatever its construction."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tauto_core.machines.escapement import EscapementKind
 
 
 class Regulator(Protocol):
-    """A wheel that swings, whatever draws its thread."""
+    """A wheel that swings, with any kind of thread and power."""
 
     @property
     def inertia(self) -> float:
@@ -18,17 +18,17 @@ class Regulator(Protocol):
 
     @property
     def drag(self) -> Drag | None:
-        """Torques against the motion in the case."""
+        """Drag torques against the motion in the case."""
         ...
 
     @property
     def escapement(self) -> EscapementKind | None:
-        """Impulses."""
+        """The escapement."""
         ...
 
     @property
     def release_angle(self) -> float:
-        """Of the wheel in its case, at rest at the start [rad]."""
+        """Angle of release of the wheel in its case, at rest at the start [rad]."""
         ...
 
     @property
@@ -43,7 +43,7 @@ class Regulator(Protocol):
 
     @property
     def range_rad(self) -> float:
-        """Largest angle, to either side, that what draws the thread allows [rad]."""
+        """Largest angle, to either side, that cam and thread allow [rad]."""
         ...
 
     @property
@@ -73,6 +73,6 @@ class Regulator(Protocol):
         """Return what change would widen the range to an amplitude, as the end of a sentence.
 
         Args:
-            amplitude: what should be within the range [rad], > 0.
+            amplitude: the amplitude that the range should include [rad], > 0.
         """
         ...

@@ -1,15 +1,15 @@
-"""Euler's open remark (1729, end of 22): the half swing backward on his curve, which errs.
+"""Euler's open remark (1729, end of 22): the half swing in the other direction on his curve.
 
-Down the branch of ascent and up that of descent, w = (e^{κs} − 1)/κ obeys ẅ = −(g/f)(w + κw²).
-With q = 1 − e^{−κs₁} of the start s₁ on the branch of ascent, W = κw runs from −q to the root W₂
-of
+It is not isochronous. Down the branch of ascent and up that of descent, w = (e^{κs} − 1)/κ obeys
+ẅ = −(g/f)(w + κw²). For a start at the arc s₁ on the branch of ascent, q = 1 − e^{−κs₁}, W = κw
+runs from −q to the root W₂ of
 
     (W + q)(W − W₂)(W − W₃) = 0,     W₂, W₃ = ½[−(3/2 − q) ± √((3/2 − q)(3/2 + 3q))],
 
-as a Jacobian elliptic function of the parameter m = (W₂ + q)/(W₂ − W₃). All in forms without
-cancellation from κ = 0, the harmonic swing, to starts at which e^{−κs₁} is next to nothing. The
-elliptic functions are by the arithmetic–geometric mean from m₁ = 1 − m, which near m = 1 m itself
-does not hold (Abramowitz & Stegun 16.4, 17.6).
+as a Jacobian elliptic function of the parameter m = (W₂ + q)/(W₂ − W₃). All forms are free of
+cancellation, from κ = 0, the harmonic swing, to starts at which e^{−κs₁} is almost 0. The
+elliptic functions are computed by the arithmetic–geometric mean from m₁ = 1 − m, which m itself
+does not resolve near 1 (Abramowitz & Stegun 16.4, 17.6).
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
 SERIES = (0.0, 0.0, 5 / 12, -5 / 18, 385 / 576, -385 / 432)
-"""Coefficients of the duration by π√(f/g) in powers of q, less the leading 1."""
+"""Coefficients of the duration over π√(f/g) in powers of q, without the leading 1."""
 _MEANS = 12
-"""Arithmetic–geometric means taken: they agree to rounding down to m₁ = 1e-300."""
+"""Number of arithmetic–geometric means; they agree to rounding down to m₁ = 1e-300."""
 _SMALL_Q = 1e-3
-"""Below it the next term, 1.67 q⁶, is nothing beside 1."""
+"""Below it the next term, 1.67 q⁶, is negligible."""
 
 
 class _Course(NamedTuple):
     """The roots of the swing, arrays of one shape."""
 
     fall: FloatArray
-    """q/κ, depth of the start in w [m]."""
+    """q/κ, distance of the start from 0 in w [m]."""
     rise: FloatArray
-    """W₂/κ, where it ends [m]."""
+    """W₂/κ, end of the swing in w [m]."""
     left: FloatArray
     """1 − q = e^{−κs₁}."""
     third: FloatArray
@@ -66,7 +66,7 @@ def _course(kappa: float, start: ArrayLike) -> _Course:
 
 
 def duration_excess(kappa: float, start: ArrayLike) -> FloatArray:
-    """Return T/(π√(f/g)) − 1 of the half swing backward: 5q²/12 − 5q³/18 + ….
+    """Return T/(π√(f/g)) − 1 of the reverse half swing: 5q²/12 − 5q³/18 + ….
 
     Args:
         kappa: κ [1/m], ≥ 0.
@@ -81,15 +81,15 @@ def duration_excess(kappa: float, start: ArrayLike) -> FloatArray:
 
 
 def end_arc(kappa: float, start: ArrayLike) -> FloatArray:
-    """Return how far the body comes on the branch of descent [m]; less than ln(3/2)/κ."""
+    """Return the arc that the body reaches on the branch of descent [m]; less than ln(3/2)/κ."""
     rise = _course(kappa, start).rise
     return rise * logarithmic_mean(kappa * rise)
 
 
 def quarter_ratios(kappa: float, start: float) -> tuple[float, float]:
-    """Return the times down to A and up from it, by (π/2)√(f/g).
+    """Return the times down to A and up from it, over (π/2)√(f/g).
 
-    The quarters err by ±4q/(3π) or so, and cancel to first order.
+    To first order the quarters are wrong by ±4q/(3π), which cancels in the sum.
     """
     from scipy.special import elliprf
 
@@ -106,14 +106,14 @@ def reverse_half_swing(
 ) -> tuple[FloatArray, FloatArray]:
     """Return arc [m] and ds/dt [m/s] at times since the release at rest at −start.
 
-    The arc is rounded by e^{κs₁/2}, which counts from starts of 15/κ on: so close to balance is
-    the body then.
+    Rounding errors of the arc are amplified by e^{κs₁/2}, which matters for starts beyond 15/κ,
+    where the body begins close to unstable equilibrium.
 
     Args:
         kappa: κ [1/m], ≥ 0.
         frequency: √(g/f) [rad/s].
         start: arc from A on the branch of ascent [m], > 0, any shape.
-        time: 0 to the whole half swing [s], of the same shape.
+        time: from 0 to the duration of the half swing [s], of the same shape.
     """
     course = _course(kappa, start)
     span, m1 = course.rise + course.fall, course.complement
@@ -123,7 +123,7 @@ def reverse_half_swing(
     phi = amplitude(turned, m1)
     sine, cosine = np.sin(phi), np.cos(phi)
     delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
-    # from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
+    # counted from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
     ratio = sine / delta
     gained = span * m1 * (ratio * ratio)
     rate = 2.0 * span * pace * m1 * sine * cosine / (delta * delta * delta)

@@ -50,7 +50,7 @@ class Trochlea(Section):
         drag: Drag | None = None,
         escapement: EscapementKind | None = None,
     ) -> Parts:
-        """Return what the thread joins to a machine; teeth that rest add their friction."""
+        """Return the parts of a machine; friction of resting teeth is part of the drag."""
         friction = 0.0 if escapement is None else escapement.friction
         if friction:
             drag = (drag or Drag()).with_friction(friction)
@@ -59,14 +59,14 @@ class Trochlea(Section):
         )
 
     def made_cam(self, gravity: float) -> Cam:
-        """Return the cam with the thread it is made for.
+        """Return the cam for the thread of this trochlea.
 
         Args:
             gravity: acceleration of gravity of the scene [m/s2].
 
         Raises:
-            SceneError: a cam, a thread and a power that don't go together, a cheek that no thread
-                can wrap, or a table that can't be used.
+            SceneError: a cam, a thread and a power that are not compatible, a cheek that no thread
+                can wrap, or a table that cannot be used.
         """
         fits = self.thread.kind in self.cam.threads
         if not fits or self.cam.corrects not in ('', self.power.acts_as):
@@ -88,7 +88,7 @@ class Trochlea(Section):
         *,
         still: bool,
     ) -> Iterator[Problem]:
-        """Yield what is wrong between its keys and with what acts on it.
+        """Yield what is wrong between its keys, or with the drag and escapement.
 
         Args:
             gravity: acceleration of gravity of the scene [m/s2].
@@ -117,7 +117,7 @@ class Trochlea(Section):
             )
 
     def _not_corrected(self, gravity: float) -> Problem:
-        """Return what is wrong with the power of a cam that is made for another."""
+        """Return what is wrong with a power for which the cam was not made."""
         cam, power = cast(Any, self.cam), self.power
         omega = math.tau / cam.period
         rate = self.inertia * omega * omega / power.pull.at_rest(gravity)

@@ -1,14 +1,14 @@
-"""The steady swing, in which the escapement gives what the drag takes (theory E2).
+"""The steady swing, in which the escapement gives the energy that the drag takes (theory E2).
 
-From the turning point A to the angle of the impulse, and back in time to it from the other one,
-the kinetic energy is what a free swing has there, h sin²W, and the loss δ since then:
+A swing has four arcs, each between a turning point A and an impulse; an arc that ends in its
+turning point is followed back in time. With δ the departure of the energy from that of a free
+swing, 0 at the turning point, and R the recoil,
 
-    dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ + R |A − θ|,   V = h cos²W,   h = V(A),
+    dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ + R |A − θ|,   V = h cos²W,   h = V(A).
 
-R the recoil. The swing is steady where all these arcs together lose what the escapement gives:
-two impulses, and 4 R α of the recoil. In an even well that is exact for any drag; in the lever's
-V + R |θ| is taken to be the same at both turning points, which errs by the square of the loss. On
-land.
+The swing is steady if all arcs together lose as much as the escapement gives: two impulses, and
+4 R α of the recoil. In an even well that is exact for any drag. For the lever, V + R |θ| is taken
+to be the same at both turning points, which errs by the square of the loss. All on land.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
 SETTLED = 1e-14
-"""Change of the energy lost on an arc, against all of it, at which its iteration ends."""
+"""Relative change of the energy lost on an arc at which the iteration ends."""
 
 _FAR_TOO_MUCH = 1e6
-"""Energy lost on an arc, against h, beyond which it does not matter how much it is."""
+"""Energy lost on an arc, over h, beyond which its exact value does not matter."""
 
 _ITERATIONS = 200
 _UNRESOLVED = 1e-11
@@ -51,11 +51,11 @@ class SteadySwing:
     """The swing that repeats, on land.
 
     Attributes:
-        amplitude: A; of the lever, the turning point on the positive side [rad].
+        amplitude: A; for the lever, the turning point on the positive side [rad].
         period: period of the swing with drag and impulses [s].
         free_period: period of a free swing of the same amplitude [s].
-        time_constant: in which a small departure of the swing's energy from the steady one falls
-            e-fold, to first order in the loss [s]; inf where nothing drives and nothing resists.
+        time_constant: time in which a small departure of the energy from the steady one falls
+            e-fold, to first order in the loss [s]; inf where there is neither drive nor drag.
     """
 
     amplitude: float
@@ -66,7 +66,7 @@ class SteadySwing:
 
 @dataclass(frozen=True)
 class NoSteadySwing:
-    """Why no swing repeats.
+    """The reason why no swing repeats.
 
     Attributes:
         why: what happens instead, with the quantity and its limit.
@@ -82,7 +82,7 @@ _GROWS = (
 
 
 class _Torques(NamedTuple):
-    """What acts on the wheel besides the thread: drag and recoil [N m]."""
+    """Drag and recoil, the torques on the wheel besides the thread's [N m]."""
 
     drag: Drag
     recoil: float
@@ -107,7 +107,7 @@ class _Leg(NamedTuple):
 def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing:
     """Return the swing in which a clock settles on land, released as its scene says.
 
-    Where there is no drag, and no impulse, that is the swing released.
+    Without drag and impulses it is the swing as released.
     """
     drag, escapement = _drag(machine), machine.escapement
     try:
@@ -127,13 +127,13 @@ def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing
 
 
 def _free(machine: Machine | LeverMachine) -> SteadySwing:
-    """Return the swing released, which nothing drives or resists."""
+    """Return the swing as released, without drive or drag."""
     period = machine.period(machine.release_angle)
     return SteadySwing(abs(machine.release_angle), period, period, math.inf)
 
 
 def _drag(machine: Machine | LeverMachine) -> Drag | None:
-    """Return the drag, None where all of it is 0."""
+    """Return the drag, None if all of it is 0."""
     drag = machine.drag
     return None if drag is None or drag.is_zero else drag
 
@@ -186,7 +186,7 @@ def _driven(
 def _hindrance(
     machine: Machine | LeverMachine, torques: _Torques, escapement: EscapementKind, least: float
 ) -> str:
-    """Return why the escapement does not even begin to drive the wheel, or ''."""
+    """Return why the escapement does not drive the wheel at all, or ''."""
     start, impulses = abs(machine.release_angle), 2.0 * escapement.energy
     if start <= least and not _starts_itself(machine, torques, escapement.angle):
         return (
@@ -202,7 +202,7 @@ def _hindrance(
 
 
 def _beyond(loss: Callable[[float], float], work: float, amplitude: float) -> float:
-    """Return an amplitude, at least the one given, at which the loss is more than the work."""
+    """Return an amplitude, at least the one given, at which the loss exceeds the work."""
     for _ in range(_DOUBLINGS):
         if loss(amplitude) > work:
             break
@@ -211,7 +211,7 @@ def _beyond(loss: Callable[[float], float], work: float, amplitude: float) -> fl
 
 
 def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]:
-    """Return the least amplitude that reaches ±angle on both sides, and the largest there is."""
+    """Return the least amplitude that reaches ±angle on both sides, and the largest possible."""
     if isinstance(machine, Machine):
         return abs(angle), machine.range_rad * (1.0 - _SHORT_OF_EDGE)
     geometry, (low, high) = machine.geometry, machine.geometry.edges
@@ -222,7 +222,7 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
 
 
 def _starts_itself(machine: Machine | LeverMachine, torques: _Torques, angle: float) -> bool:
-    """Return whether recoil drives the wheel from a release short of it to the first impulse."""
+    """Return whether recoil drives a wheel released short of the first impulse to that impulse."""
     if torques.recoil * angle <= 0.0:
         return False
     from scipy.integrate import solve_ivp  # slow to import
@@ -279,7 +279,7 @@ def _far_turning(machine: LeverMachine, recoil: float, amplitude: float) -> floa
     def above(angle: float) -> float:
         return float(machine.potential(angle)) - recoil * angle - height
 
-    # either of the two alone is the same at one of these
+    # at these two angles V alone, or R |θ| alone, is the same
     low, high = sorted((level, -amplitude))
     return low if above(low) <= 0.0 else float(brentq(above, low, high, xtol=_SAME, rtol=_SAME))
 
@@ -287,10 +287,10 @@ def _far_turning(machine: LeverMachine, recoil: float, amplitude: float) -> floa
 def _leg(
     machine: Machine | LeverMachine, torques: _Torques, turning: float, end: float, sign: float
 ) -> _Leg:
-    """Return what happens between a turning point and an angle.
+    """Return loss and time between a turning point and an angle.
 
     Args:
-        turning: where the wheel is at rest [rad].
+        turning: the turning point [rad].
         end: the angle [rad].
         sign: −1 where the turning point comes first, 1 where it comes last.
     """
@@ -356,9 +356,9 @@ def _along(
 
 
 def _where(loss: Callable[[float], float], work: float, low: float, high: float) -> float:
-    """Return the amplitude between two others at which the loss is the work.
+    """Return the amplitude between two others at which the loss equals the work.
 
-    The loss goes about with a power of the amplitude: both by their logarithms.
+    The loss is roughly a power of the amplitude, so logarithms of both are used.
 
     Raises:
         QuadratureError: it is not found.

@@ -1,4 +1,4 @@
-"""What every kind of thread has: its keys, the machine that it makes, and what it refuses."""
+"""What all kinds of thread share: keys, the machine that they make, refusals."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ FOLDER = 'tauto_core.machines.threads'
 
 
 class Parts(NamedTuple):
-    """What a thread joins to a machine.
+    """The parts that a thread joins to a machine.
 
     Attributes:
         inertia: I of the wheel [kg m2].
-        cam: on the wheel.
-        power: what pulls.
+        cam: cam on the wheel.
+        power: power that pulls the thread.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
         gravity: g [m/s2].
-        drag: torques against the motion in the case, the friction of resting teeth among them.
-        escapement: impulses.
+        drag: torques against the motion in the case, including the friction of resting teeth.
+        escapement: the escapement.
     """
 
     inertia: float
@@ -44,8 +44,8 @@ class ThreadKind(Kind):
     """A thread. Each kind is a module of `machines/threads` that names its `KIND`.
 
     Attributes:
-        moves_the_weight: whether the weight's motion on the thread is part of the machine.
-        upright: whether a weight keeps it to the apparent vertical.
+        moves_the_weight: whether the motion of the weight on the thread is part of the machine.
+        upright: whether a weight keeps it along the apparent vertical.
     """
 
     moves_the_weight: ClassVar[bool] = False
@@ -55,18 +55,18 @@ class ThreadKind(Kind):
 
     @property
     def hole_distance(self) -> float:
-        """Distance of the hole from the axle [m]; inf without one."""
+        """Distance of the hole from the axle [m]; inf without a hole."""
         return math.inf
 
     def setting(self, parts: Parts) -> Setting:
-        """Return what the cam is made for."""
+        """Return the properties of the machine for which the cam is made."""
         return Setting(parts.inertia, parts.power.pull, parts.gravity, self.hole_distance)
 
     def machine(self, parts: Parts) -> Regulator:
         """Return the machine, here with an ideal thread.
 
         Raises:
-            SceneError: a cam that can't be made.
+            SceneError: a cam that cannot be made.
         """
         return self.ideal(parts)
 
@@ -74,7 +74,7 @@ class ThreadKind(Kind):
         """Return the machine as if the thread were ideal.
 
         Raises:
-            SceneError: a cam that can't be made.
+            SceneError: a cam that cannot be made.
         """
         pull = parts.power.pull
         return Machine(
@@ -94,7 +94,7 @@ class ThreadKind(Kind):
     def problems(
         self, power: PowerKind, drag: Drag | None, escapement: EscapementKind | None
     ) -> Iterator[Problem]:
-        """Yield what does not go with a thread that moves its weight."""
+        """Yield what is not compatible with a thread that moves its weight."""
         if not self.moves_the_weight:
             return
         if not power.pull.pulling_mass:

@@ -1,8 +1,8 @@
-"""The trochlea as a mechanism: a wheel, its cam, and what pulls the thread.
+"""The trochlea as a mechanism: a wheel, its cam, and the power that pulls the thread.
 
-I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh of a force or a
-spring, m g_eff of a weight (theory E2; Euler 1727, XVI–XX). With ϑ at rest in the case this is a
-well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
+I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh for a force or a
+spring, m g_eff for a weight (theory E2; Euler 1727, XVI–XX). In a case at rest this is the motion
+in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ class SlackThreadError(TautoError):
 
 @dataclass(frozen=True)
 class Machine:
-    """A trochlea in numbers.
+    """A trochlea as numbers.
 
     Attributes:
         inertia: I of the wheel about its axle [kg m2], > 0.
-        carried_mass: m in M = I + m t² [kg]; 0 unless a weight's inertia counts.
+        carried_mass: m in M = I + m t² [kg]; 0 unless the inertia of a weight counts.
         pulling_mass: mass whose weight pulls the thread [kg]; 0 for a force or a spring.
-        force: P, constant pull, a spring's at zero draw [N]; 0 for a weight.
-        stiffness: κ of the spring [N/m]; 0 unless a spring.
+        force: P, constant pull, or that of a spring at zero draw [N]; 0 for a weight.
+        stiffness: κ of the spring [N/m]; 0 without a spring.
         gravity: g [m/s2].
         cam: the cam, with its thread.
         follows_apparent_vertical: whether the thread's neutral line is the apparent vertical
-            (γ = β: a weight on a vertical thread) instead of the case's (γ = α_c).
+            (γ = β: a weight on a vertical thread) instead of a line of the case (γ = α_c).
         drag: torques against the motion in the case, or None.
-        escapement: impulses, or None.
+        escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
     """
 
@@ -72,18 +72,18 @@ class Machine:
 
     @property
     def is_harmonic(self) -> bool:
-        """Whether the well is exactly harmonic in the arc: the cam is the power's tautochrone."""
+        """Whether the well is exactly harmonic in the arc, as with the power's isochronous cam."""
         stiffness = self.stiffness / self._rest_pull if self.stiffness else 0.0
         return self.cam.suits == (self.carried_mass / self.inertia, stiffness)
 
     @property
     def is_linear(self) -> bool:
-        """Whether the torque on land is −I ω²ϑ exactly: a harmonic well that carries no mass."""
+        """Whether the torque on land is exactly −I ω²ϑ: a harmonic well without a carried mass."""
         return self.is_harmonic and self.carried_mass == 0.0
 
     @property
     def range_rad(self) -> float:
-        """Largest |ϑ|, that of the cam [rad]."""
+        """Largest |ϑ|, which the cam sets [rad]."""
         return self.cam.range_rad
 
     @property
@@ -92,7 +92,7 @@ class Machine:
         return self.pulling_mass > 0.0
 
     def felt_angle(self, angle: float, tilt: float) -> float:
-        """Return ϑ of the wheel at `angle` in its case, the apparent vertical tilted there."""
+        """Return ϑ of the wheel at `angle` in its case, for a tilt of the apparent vertical."""
         return angle - tilt if self.follows_apparent_vertical else angle
 
     def wider_range(self, amplitude: float) -> str:
@@ -144,7 +144,7 @@ class Machine:
         return 0.5 * root * (angle * np.hypot(1.0, k * angle) + np.arcsinh(k * angle) / k)
 
     def angle_of_arc(self, arc: ArrayLike) -> FloatArray:
-        """Return ϑ where the arc of a harmonic well is s [√kg m], odd in s; V = ½ω²s²."""
+        """Return ϑ at which the arc in a harmonic well is s [√kg m], odd in s; V = ½ω²s²."""
         along: FloatArray = self.frequency * np.asarray(arc, dtype=np.float64)
         lift = self.lift_of_potential(0.5 * along * along)
         return np.copysign(self.cam.angle_of_lift(lift), along)
@@ -153,7 +153,7 @@ class Machine:
         """Return the period of free swings on land, without drag [s].
 
         T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ from 0 to A. With V(ϑ) = V(A) sin²u the integrand
-        4 √(2 V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2, a turning point included.
+        4 √(2 V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2, including the turning point.
 
         Args:
             amplitude: A [rad], within the cam's range; the sign does not matter, and 0 gives
@@ -183,7 +183,7 @@ class Machine:
     def swing(self, amplitude: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land.
 
-        V = V(A) sin²u runs from the middle to the turning point as u from 0 to π/2.
+        V = V(A) sin²u runs from the middle to the turning point as u goes from 0 to π/2.
 
         Args:
             amplitude: A > 0, within the cam's range [rad].
@@ -207,7 +207,7 @@ class Machine:
         sine, kinetic = np.sin(u), top * np.cos(u) ** 2
         lift = self.lift_of_potential(top * sine * sine)
         angle = cam.angle_of_lift(lift)
-        # a corrected cam knows the angle of a lift in closed form
+        # a corrected cam gives the angle of a lift in closed form
         if not cam.knows_angle_of_lift:
             last = cam.joints[cam.joints < amplitude].max(initial=0.0)
             near = (sine * sine > 0.5) & (angle > last)
@@ -215,14 +215,14 @@ class Machine:
         return angle, lift
 
     def _angle_at(self, kinetic: FloatArray, near: FloatArray, amplitude: float) -> FloatArray:
-        """Return the angle where a swing has a kinetic energy, counted from its turning point.
+        """Return the angle at which a swing has a kinetic energy, counted from its turning point.
 
-        Counted from 0, the lift of a lever arm that falls would lose the last digits of the
-        angle, and the time spent there is long.
+        Where the lever arm decreases, counting from 0 would lose the last digits of the angle, at
+        which the wheel spends much time.
 
         Args:
             kinetic: ½ M ϑ̇² [J], shape (n,).
-            near: about the angle [rad], shape (n,); up to the amplitude the arm is smooth.
+            near: approximate angle [rad], shape (n,); up to the amplitude the arm is smooth.
             amplitude: amplitude of the swing [rad].
         """
         pull = float(self.pull(self.cam.lift(amplitude), self.gravity))

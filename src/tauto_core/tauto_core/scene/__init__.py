@@ -1,7 +1,7 @@
-"""Scenes: what they may contain, how they are read and written, and those that ship.
+"""Scenes: their sections, how they are read and written, and those that ship.
 
-The names are loaded at their first use: errors, which everything imports, need no pydantic. The
-kinds of a section go by the names of their models too (`tauto_core.scene.InvoluteCam`).
+Names are loaded at their first use, so that errors, which everything imports, need no pydantic.
+The model of each kind is available by its name too (`tauto_core.scene.InvoluteCam`).
 """
 
 from typing import TYPE_CHECKING, Any

@@ -29,13 +29,13 @@ class Columns:
 def read_columns(
     path: str, required: Sequence[str], optional: Sequence[str] = (), *, remedy: str
 ) -> Columns:
-    """Read columns of a CSV file whose first line names them; blank lines are passed over.
+    """Read columns of a CSV file whose first line names them; blank lines are skipped.
 
     Args:
         path: `shipped:<folder>/<file>`, or a path of the file system.
-        required: names of columns that must be there.
-        optional: names of columns that are read where they are there.
-        remedy: what to do about a file that is not of this form.
+        required: names of columns that must be present.
+        optional: names of columns that are read if they are present.
+        remedy: advice for a file that is not of this form.
 
     Raises:
         SceneError: unreadable or empty file, a column missing or named twice, a row of another
@@ -71,7 +71,7 @@ def read_columns(
 
 def _number(path: str, where: str, cell: str) -> float:
     try:
-        # Python reads 1_0 as ten
+        # Python reads 1_0 as 10
         number = math.nan if '_' in cell else float(cell)
     except ValueError:
         number = math.nan

@@ -1,7 +1,7 @@
-"""Where the data files of a scene are.
+"""Locations of the data files of a scene.
 
 A path is either `shipped:<folder>/<file>`, data that come with the package, or a file of the
-user's own. A shipped path means the same on every machine, so a bag can carry it.
+user. A shipped path means the same on every machine, so a bag may contain it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def shipped_data() -> list[str]:
 
 
 def data_path(path: str) -> Path:
-    """Return where the file of a scene is, whether it exists or not.
+    """Return the location of a scene's data file, whether it exists or not.
 
     Args:
         path: `shipped:<folder>/<file>`, or a path of the file system.
@@ -45,17 +45,20 @@ def data_path(path: str) -> Path:
 
 
 def source_name(path: str) -> str:
-    """Return how a scene names a file whose contents it holds: its name, not its folder."""
+    """Return the name by which a scene refers to a file whose contents it contains.
+
+    A shipped path stays as it is; of another path the folder is left out.
+    """
     return path if is_shipped(path) else Path(path).name
 
 
 def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]:
-    """Return what keeps a file of a scene from being read: one problem, or none.
+    """Return why a file of a scene cannot be read: one problem, or none.
 
     Args:
-        key: the key of the scene, that names it.
-        path: as the scene says it.
-        folders: whether a folder (a bag) will do.
+        key: the key of the scene that names the file.
+        path: the path as the scene has it.
+        folders: whether a folder (a bag) is allowed.
     """
     shipped = f'Shipped data: {", ".join(shipped_data())}.'
     try:

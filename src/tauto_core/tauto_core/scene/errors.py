@@ -1,4 +1,4 @@
-"""The one family of exceptions of tauto_core.
+"""The exceptions of tauto_core.
 
 Every message names the thing, its value, the limit and the remedy. `exit_code` is what the
 command line returns: 2 for a bad command line or scene, 1 for anything that failed on the way.
@@ -12,14 +12,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-# Long or deep values are cut, so that a message stays readable whatever the file holds.
+# Long or deep values are shortened, so that a message stays readable whatever the file contains.
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 _SHORT.maxlevel = 2
 
 
 class TautoError(Exception):
-    """Base of every error that tauto_core raises on purpose; goes from process to process."""
+    """Base of every error that tauto_core raises on purpose; it can be sent between processes."""
 
     exit_code = 1
 
@@ -28,14 +28,14 @@ class TautoError(Exception):
 
 
 def _restored(kind: type[TautoError], args: tuple[Any, ...], state: dict[str, Any]) -> TautoError:
-    """Return an error as it was, whatever its constructor takes."""
+    """Return an error with its class and attributes, whatever its constructor takes."""
     error = kind.__new__(kind, *args)
     error.__dict__.update(state)
     return error
 
 
 class _Absent:
-    """Stands for the value of a key that is absent."""
+    """The type of `ABSENT`, the value of a key that is absent."""
 
     def __repr__(self) -> str:
         return 'absent'
@@ -71,7 +71,7 @@ class Problem:
 
 
 class SceneError(TautoError):
-    """A scene that cannot be run. The message lists all problems, one a line.
+    """A scene that cannot be run. The message lists all problems, one on each line.
 
     Args:
         file: the scene's file or shipped name.
@@ -105,10 +105,10 @@ class SceneError(TautoError):
 
 @contextmanager
 def naming(file: str, name: str) -> Iterator[None]:
-    """Let errors of a loaded scene, which know its name only, name its file.
+    """Replace the scene's name by its file in errors of a scene that is already loaded.
 
     Args:
-        file: what the user called the scene by.
+        file: the file or name that the user gave.
         name: name of the scene.
     """
     try:
@@ -133,7 +133,7 @@ class CamRangeError(TautoError):
 
 
 class DescentError(TautoError):
-    """A body, fluid, curve or start that makes no descent: names value, limit and remedy."""
+    """A body, fluid, curve or start that makes no descent; names value, limit and remedy."""
 
 
 class MotionDataError(TautoError):
@@ -146,11 +146,11 @@ class MotionDataError(TautoError):
 
 
 class PropagationError(TautoError):
-    """The motion cannot go on: slack thread, edge of the cam, no convergence.
+    """An event that ends the motion: slack thread, edge of the cam, no convergence.
 
     Args:
         what: the event, with the quantity and its limit, and the remedy.
-        time_s: time from the start of the scene at which it happened [s].
+        time_s: time of the event from the start of the scene [s].
     """
 
     def __init__(self, what: str, time_s: float) -> None:
@@ -163,10 +163,10 @@ class EstimationError(TautoError):
 
 
 class BagError(TautoError):
-    """A bag that cannot be read or written: names the file, what is wrong, the remedy."""
+    """A bag that cannot be read or written; names the file, the problem and the remedy."""
 
 
 class BagPlaceError(BagError):
-    """No bag to read, or no place for a bag to write; nothing was started."""
+    """No bag to read, or a place where no bag can be written; nothing was started."""
 
     exit_code = 2

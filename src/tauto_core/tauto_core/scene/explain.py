@@ -1,4 +1,4 @@
-"""From pydantic's errors to problems in the words of the schema."""
+"""Translates pydantic's errors into problems in the words of the scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.kinds import OneOf
 
 _LONGEST_KEY = 80
-# Keys that tell the kinds of a section apart.
+# Keys that distinguish the kinds of a section.
 _TAGS = ('kind', 'spectrum')
 _ORDER = {
     'greater_than': ('greater than', 'gt'),
@@ -146,7 +146,7 @@ def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
 
 
 def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
-    """Return the models among the alternatives of a field, its items' models included."""
+    """Return the models among the alternatives of a field, those of list items included."""
 
     def walk(annotation: Any) -> Iterator[type[BaseModel]]:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -161,13 +161,13 @@ def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
 
 
 def _is_union(field: FieldInfo) -> bool:
-    """Return whether pydantic names the kind in the place of an error."""
+    """Return whether the location of a pydantic error includes the kind."""
     kinds = one_of(field)
     return field.discriminator is not None or (kinds is not None and len(kinds.models) > 1)
 
 
 def one_of(field: FieldInfo) -> OneOf | None:
-    """Return what says that a field takes the kinds of a folder."""
+    """Return the marker of a field that takes the kinds of a folder."""
 
     def walk(annotation: Any) -> Iterator[OneOf]:
         if isinstance(annotation, OneOf):
@@ -182,7 +182,7 @@ def one_of(field: FieldInfo) -> OneOf | None:
 def _tag(model: type[BaseModel]) -> str:
     """Return the key that distinguishes a model from its siblings; empty if there is none."""
     keys = model.model_fields
-    # a spectrum that may be left out tells nothing apart
+    # a spectrum that may be left out distinguishes nothing
     return next(
         (tag for tag in _TAGS if tag in keys and (tag == 'kind' or keys[tag].is_required())), ''
     )

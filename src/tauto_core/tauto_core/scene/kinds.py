@@ -1,8 +1,8 @@
-"""Kinds of a section, one module each, found in the folder where they lie.
+"""Kinds of a section, one module each, found by listing their folder.
 
-A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. The module
-of a kind contains all of it: keys, checks, law and words. It lies in a folder with its siblings
-and names its model `KIND`; nothing else lists it.
+A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. All of a
+kind is in one module: keys, checks, equations and messages. The module names its model `KIND`; no
+list of kinds has to be extended.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ class Kind(Section):
     """Base of all kinds of one section.
 
     Attributes:
-        rank: its place among its siblings in lists, from the simplest on.
+        rank: its place among its siblings in lists, simplest first.
         starter: values with which a new scene starts (`scene/template.py`): all keys without a
-            default, of a machine that swings about once a second.
+            default, for a machine that swings about once a second.
     """
 
     rank: ClassVar[int] = 100
@@ -35,7 +35,7 @@ class Kind(Section):
 
 @cache
 def kinds_in(folder: str) -> tuple[type[Kind], ...]:
-    """Return the models of a folder's kinds, by their rank, and then by their modules' names.
+    """Return the models of a folder's kinds, sorted by rank, then by module name.
 
     Args:
         folder: name of the package whose modules each have a `KIND`.
@@ -46,7 +46,7 @@ def kinds_in(folder: str) -> tuple[type[Kind], ...]:
 
 
 def kind_of(model: type[Kind]) -> str:
-    """Return the value of the key `kind` that stands for a model."""
+    """Return the value of the key `kind` for a model."""
     return str(model.model_fields['kind'].default)
 
 

@@ -1,4 +1,4 @@
-"""From names, files and text to scenes, and back to text."""
+"""Reading scenes from names, files and text, and writing them as text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tauto_core.ship.motion_kind import ShipKind
 
 DEFAULT_SCENE = 'measured'
 
-# Where a scene names files.
+# Keys of a scene that name files.
 _PATHS = (
     ('trochlea', 'cam', 'path'),
     ('ship', 'recorded', 'path'),
@@ -34,7 +34,7 @@ _PATHS = (
     ('ship', 'roll', 'decay', 'path'),
 )
 _SHIPPED = Path(__file__).parent / 'shipped'
-# A scene is a page of text; more is another file by mistake.
+# A scene is a page of text; a larger file was named by mistake.
 _LARGEST_FILE = 1_000_000
 
 

@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 
 from tauto_core.scene.errors import Problem
 
-# Squares of ratios of three such numbers neither overflow nor vanish.
+# Squares of ratios of three such numbers neither overflow nor underflow.
 LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
-# A hundred thousand turns of thread; beyond, an angle's rounding is seen in the clock.
+# 150,000 turns of thread; beyond, the rounding of an angle shows in the clock.
 LARGEST_ANGLE = 1e6
 
 SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'suspension')
-# What is only ever added to something larger may be as small as it likes.
+# Numbers that are only added to larger ones may be as small as they like.
 _MAY_VANISH = frozenset(
     (
         'trochlea.release_angle',
@@ -33,7 +33,7 @@ _MAY_VANISH = frozenset(
 
 
 def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
-    """Yield the numbers of the machine, other than 0, that are beyond any machine.
+    """Yield the numbers of the machine, other than 0, that are outside these limits.
 
     Args:
         content: keys and values of the `SECTIONS` of a scene.

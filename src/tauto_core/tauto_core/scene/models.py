@@ -1,7 +1,7 @@
-"""The whole of a scene: its sections, the kinds that each takes, and the rules between them.
+"""The whole scene: its sections, the kinds that each takes, and the rules between them.
 
-SI units, radians, seconds. Sections that may be `None` are not simulated when absent. A section or
-kind has its own rules; here are only those that connect several of them.
+Numbers are in SI units and radians. Sections that are `None` are not simulated. Each section or
+kind has its own rules; the rules here are those that connect several of them.
 """
 
 from __future__ import annotations
@@ -133,9 +133,9 @@ class Scene(Section):
 
     @property
     def _lookahead(self) -> int:
-        """Samples that interpolation reaches beyond the end of a motion.
+        """Samples that interpolation needs beyond the end of a motion.
 
-        A suspension looks ahead itself, and the clock in it looks ahead in what it says.
+        With a suspension both the case and the clock in it look ahead.
         """
         return LOOKAHEAD if self.suspension is None else 2 * LOOKAHEAD
 
@@ -172,7 +172,7 @@ class Scene(Section):
             yield from self.solver.problems()
 
     def _regulator_problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the trochlea, or what stands in its place."""
+        """Yield what is wrong with the trochlea, or with the regulator in its place."""
         if self.regulator is not None:
             others = {
                 'trochlea': self.trochlea,

@@ -1,8 +1,8 @@
-"""Sizes that are probably a slip of the unit: possible, but far from any machine that was built.
+"""Warnings for numbers that are possible but probably in the wrong unit.
 
-Bounds lie about an order of magnitude outside the shipped scenes, the machines of Sully, Harrison
-and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks. What double
-precision cannot reckon with is refused elsewhere (`magnitudes`); this only warns.
+The bounds are about an order of magnitude outside the shipped scenes, the machines of Sully,
+Harrison and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks.
+Numbers that double precision cannot compute with are refused elsewhere (`magnitudes`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _RATE = (('samples a minute', 1.0 / 60.0),)
 
 
 class _Sizes(NamedTuple):
-    """The range of a key in machines and voyages that exist, apart from 0."""
+    """The range of a key in existing machines and voyages; 0 is always allowed."""
 
     key: str
     least: float
@@ -89,10 +89,10 @@ _SIZES = tuple(
 
 
 def implausible(scene: Scene) -> list[str]:
-    """Return a warning for each number of a scene that is probably a slip of the unit.
+    """Return a warning for each number of a scene that is probably in the wrong unit.
 
-    Each names the key, its value, the size it is compared with, and the value that it would be
-    in the unit that was likely meant.
+    Each names the key, its value, the size it is compared with, and the value in the unit that was
+    probably meant.
     """
     found = []
     for key, value in _numbers('', scene.model_dump(exclude_none=True)):
@@ -128,7 +128,7 @@ def _warning(key: str, value: float, sizes: _Sizes) -> str:
 
 
 def _turns(value: float, sizes: _Sizes) -> str:
-    """Return a size in a form that is easier to grasp, if there is one."""
+    """Return the size in a more familiar unit, as turns or days, if that helps."""
     if sizes.unit == 'rad' and abs(value) > math.tau:
         return f'{abs(value) / math.tau:.2g} turns, '
     if sizes.unit == 's' and abs(value) >= 2.0 * DAY_S:

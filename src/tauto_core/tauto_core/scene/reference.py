@@ -27,17 +27,17 @@ its numbers instead.
 
 
 def all_kinds() -> tuple[type[Kind], ...]:
-    """Return the models of all kinds, section by section."""
+    """Return the models of all kinds, in the order of the sections."""
     return tuple(chain(*(kinds.models for kinds in _folders(Scene))))
 
 
 def _folders(model: type[BaseModel]) -> Iterator[OneOf]:
-    """Yield the folders of kinds that the sections below a model take."""
+    """Yield the folders of kinds for the sections below a model."""
     for field in model.model_fields.values():
         kinds = one_of(field)
         if kinds is not None:
             yield kinds
-        # a kind may have a section of kinds itself
+        # a kind may have a section with kinds of its own
         yield from chain(*map(_folders, models_of(field)))
 
 

@@ -1,7 +1,7 @@
-"""The JSON schema of a scene as it is written, for editors and other programs.
+"""The JSON schema of scene files, for editors and other programs.
 
 It is the schema of the models with additions that pydantic cannot make: sections that a file
-replaces, the key `kind` that must be given, a waypoint that is written as its place.
+may replace, the required key `kind`, a waypoint that is written as its place.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ FILE = Path(__file__).with_name('scene.schema.json')
 """The schema that ships, which `python -m tauto_core.scene.schema` prints."""
 
 _REF = '#/$defs/'
-# The same set of characters, without the classes that few programs know.
+# The same set of characters, without the character classes that few programs know.
 _ONE_LINE = (r'\p{Cc}\p{Zl}\p{Zp}', r'\u0000-\u001f\u007f-\u009f\u2028\u2029')
 
 
@@ -41,7 +41,7 @@ def schema() -> dict[str, Any]:
     place = waypoint['properties']['place']
     definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
     for name in (*(model.__name__ for model in all_kinds()), RecordFile.__name__):
-        # impulses are what an escapement gives that does not say its kind
+        # an escapement without a kind is of the kind impulse
         if name != 'Escapement':
             required = definitions[name].setdefault('required', [])
             required.insert(0, 'kind')
@@ -52,7 +52,7 @@ def schema() -> dict[str, Any]:
 
 
 def _cleaned(part: Any) -> Any:
-    """Return a part without titles that only repeat keys and pydantic's own discriminators."""
+    """Return a part without pydantic's discriminators and without titles that only repeat keys."""
     if isinstance(part, list):
         return [_cleaned(each) for each in part]
     if isinstance(part, str):

@@ -1,4 +1,4 @@
-"""Sections of a scene that come in one kind: dial, navigator, log, solver."""
+"""Sections of a scene that have only one kind: dial, navigator, log, solver."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tauto_core.scene.errors import Problem
 from tauto_core.scene.fields import Flag, Number, Positive, Section
 
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
-# Half a rounding is 1.1e-16, and a step makes several; 1e-3 of a swing is minutes a day.
+# The rounding error of a step is several times 1.1e-16; 1e-3 of a swing is minutes a day.
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
 
@@ -38,12 +38,12 @@ class Clock(Section):
 
     @property
     def white_fm_s(self) -> float:
-        """q1: variance of the reading in a second [s²/s]."""
+        """q1: variance of the reading after a second [s²/s]."""
         return (self.white_fm or 0.0) ** 2 / DAY_S
 
     @property
     def random_walk_fm_per_s(self) -> float:
-        """q2: variance of the relative rate in a second [1/s]."""
+        """q2: variance of the relative rate after a second [1/s]."""
         return ((self.random_walk_fm or 0.0) / DAY_S) ** 2 / DAY_S
 
     @property

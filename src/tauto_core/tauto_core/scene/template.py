@@ -1,7 +1,8 @@
-"""A scene to start from: every key with its unit and meaning, and values that sail.
+"""A scene to start from: every key with its unit and meaning, and values that run.
 
-Values are those of the kinds (`Kind.starter`), chosen so that all kinds that go together fit: a
-wheel of 4 kg cm2 that swings about once a second by a radian. The dial is regulated on land.
+The values are those of the kinds (`Kind.starter`), chosen so that all compatible kinds work
+together: a wheel of 4 kg cm2 that swings about once a second by a radian. The dial is regulated
+on land.
 """
 
 from __future__ import annotations
@@ -40,16 +41,16 @@ from tauto_core.ship.sea_sections import Rao
 
 WIDTH = 99
 FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
-"""The sections that have to go together, and where their kinds are."""
+"""The sections that must be compatible, and the folders of their kinds."""
 
-# Text that YAML does not read as anything else.
+# Text that YAML reads as nothing but text.
 _PLAIN = re.compile(
     r'(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z]\w*', re.ASCII | re.IGNORECASE
 )
 _USUAL = {'cam': 'involute', 'thread': 'vertical', 'power': 'weight', 'escapement': ''}
 _FORMS: dict[type[BaseModel], type[BaseModel]] = {Rao: RaoFile}
 _DRAG = {'viscous': 1.25e-5}
-# What a section or key that is left out would start with.
+# Values shown in the comments for sections and keys that are left out.
 _LEFT_OUT: dict[str, Any] = {
     'drag': _DRAG,
     'suspension': {
@@ -94,15 +95,15 @@ _LEFT_OUT: dict[str, Any] = {
 
 
 def new_scene(name: str, kinds: Mapping[str, str]) -> str:
-    """Return the text of a scene with comments, which sails.
+    """Return the text of a scene with comments, which runs as it is.
 
     Args:
         name: name of the scene.
         kinds: the kinds of `ship`, `cam`, `thread`, `power` and `escapement`, where wanted; the
-            others are chosen to go with them.
+            others are chosen to be compatible.
 
     Raises:
-        UsageError: a kind that is not known, or kinds that don't go together.
+        UsageError: a kind that is not known, or kinds that are not compatible.
     """
     wanted = {'ship': 'sea', **kinds}
     _check_known(wanted)
@@ -123,13 +124,13 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
 
 
 def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
-    """Return a kind of each of `FOLDERS` that go together, the usual ones where they do.
+    """Return compatible kinds for each of `FOLDERS`, the usual ones where possible.
 
     Args:
         wanted: kinds that are given.
 
     Raises:
-        UsageError: they don't go together; names the options, and what does.
+        UsageError: they are not compatible; names the options, and kinds that are.
     """
     found = _completed(wanted)
     if found is None:
@@ -138,7 +139,7 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
 
 
 def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
-    """Return whether kinds go together, with the values that a new scene starts with.
+    """Return whether kinds are compatible, with the values that a new scene starts with.
 
     Args:
         cam: kind of the cam.
@@ -167,7 +168,7 @@ def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
 
 @cache
 def all_that_go() -> tuple[dict[str, str], ...]:
-    """Return all kinds that go together, the usual ones first."""
+    """Return all compatible combinations of kinds, the usual ones first."""
     every = [[kind_of(model) for model in kinds_in(folder)] for folder in FOLDERS.values()]
     every[-1].insert(0, '')
     rows = (dict(zip(FOLDERS, row, strict=True)) for row in product(*every))
@@ -186,7 +187,7 @@ def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:
 
 
 def _misfit(wanted: Mapping[str, str]) -> UsageError:
-    """Return the error for the smallest set of options that don't go together."""
+    """Return the error for the smallest set of options that are not compatible."""
     for key, other in product(wanted, wanted):
         pair = {each: wanted[each] for each in (key, other)}
         if key != other and _completed(pair) is None:
@@ -235,7 +236,7 @@ def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:
         },
         **({'drag': _DRAG, 'escapement': _started('escapement', gives)} if gives else {}),
         'ship': _started('ship', ship),
-        # a weight at sea loses a minute a day
+        # wide enough for a weight, which loses a minute a day at sea
         'drift': {'observation_interval': 60.0, 'prior_rate_sigma': 100.0},
     }
 
@@ -245,9 +246,9 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
 
     Args:
         model: the model of the section.
-        given: its values; what is not among them has its default or is commented out.
-        path: path of the section's key, '' of the whole.
-        edge: what every line begins with.
+        given: its values; a key that is missing has its default or is commented out.
+        path: path of the section's key, '' for the whole scene.
+        edge: prefix of every line.
     """
     lines: list[str] = []
     for name, field in _fields(model, given):
@@ -270,7 +271,7 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
 
 
 def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[str, FieldInfo]]:
-    """Yield the fields, the key of the kind first, without those that do not go with the kind."""
+    """Yield the fields, the key of the kind first, without those that do not apply to the kind."""
     fields = sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind')
     for name, field in fields:
         if not (name == 'gamma' and given.get('spectrum') != 'jonswap'):
@@ -278,7 +279,7 @@ def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[
 
 
 def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] | None:
-    """Return the model of the section that a field is; None for a number, a text or a list."""
+    """Return the model of the section that a field holds; None for a number, a text or a list."""
     models = models_of(field)
     if not models or isinstance(value, list | tuple) or (value is None and not out):
         return None
@@ -302,12 +303,12 @@ def _said(model: type[BaseModel], name: str, field: FieldInfo) -> str:
 
 
 def _summary(model: type[BaseModel]) -> str:
-    """Return the first sentence of what a section is."""
+    """Return the first sentence of a section's description."""
     return ' '.join((model.__doc__ or '').split('\n\n')[0].split())
 
 
 def _entry(edge: str, name: str, value: Any, said: str, *, out: bool) -> list[str]:
-    """Return a key with its value and what it means: behind it, or above where that is long."""
+    """Return a key with its value, and its meaning behind it, or above where the line is long."""
     key = f'{edge}{"#" if out else ""}{name}: {_yaml(value)}'.rstrip()
     if not said:
         return [key]
@@ -325,7 +326,7 @@ def _prose(text: str, edge: str = '') -> list[str]:
 
 
 def _yaml(value: Any) -> str:
-    """Return a value within a line, a number in the digits that one would write."""
+    """Return a value within a line; a number has the digits that one would write."""
     if value is None:
         return ''
     if isinstance(value, list | tuple):

@@ -1,4 +1,4 @@
-"""Rules between the times of a scene: whole nanoseconds, and grids that fit into each other."""
+"""Rules between the times of a scene: whole nanoseconds, and steps that fit each other."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ class Times:
     Attributes:
         starts_at: stamp of the first sample [s].
         duration: length of the scene [s].
-        log_interval: between logged samples [s].
-        observation_interval: between observations in port [s].
-        lunar_interval: between lunar distances [s]; None: none are taken.
-        rate: samples of a ship that moves, a second [Hz].
-        shortest_wave_s: shortest period of the waves given [s]; inf where none are.
+        log_interval: time between logged samples [s].
+        observation_interval: time between observations in port [s].
+        lunar_interval: time between lunar distances [s]; None: none are taken.
+        rate: sampling rate of the motion of a ship that moves [Hz].
+        shortest_wave_s: shortest period of the given waves [s]; inf where there are none.
         still: whether the ship lies still; then the rate does not matter.
-        step_ns: between samples of the ship's motion [ns].
-        beyond: steps that are sent beyond the end.
+        step_ns: time between samples of the ship's motion [ns].
+        beyond: number of steps that are sent beyond the end.
     """
 
     starts_at: float
@@ -93,7 +93,7 @@ def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
 
 
 def _least_rate(shortest_wave_s: float) -> str:
-    """Return in words at which rates the motion can be interpolated."""
+    """Return in words the rates at which the motion can be interpolated."""
     least_hz, two_a_wave_hz = 1.0 / MAX_GAP_S, 2.0 / shortest_wave_s
     if two_a_wave_hz >= least_hz:
         return f'more than {two_a_wave_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'

@@ -5,9 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 NS_PER_S = 1_000_000_000
-# builtin_interfaces/Time holds whole seconds in 32 bits, the sign among them.
+# builtin_interfaces/Time has whole seconds in 32 bits, including the sign.
 LAST_STAMP_S = 2**31 - 1
-# Interpolation of the motion reaches so many samples beyond its end.
+# Number of samples that interpolation needs beyond the end of a motion.
 LOOKAHEAD = 4
 MAX_GAP_S = 1.0
 """Longest time between samples of the motion that is interpolated [s]."""

@@ -1,4 +1,4 @@
-"""The voyage: from port to port, over waypoints, and the rules between its keys."""
+"""The voyage: from port to port by way of waypoints, and the rules between its keys."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ WIDEST_AWARD_NMI = 60.0
 """Distance within which the Act of 1714 pays anything [nautical miles]."""
 
 HIGHEST_LATITUDE_DEG = math.degrees(math.acos(WIDEST_AWARD_NMI / (180.0 * 60.0)))
-"""89.68°: nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
+"""89.68°; nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
 
 
 def _with_place(value: object) -> object:
-    """Let a waypoint be written as its place alone."""
+    """Accept a waypoint that is written as its place alone."""
     return {'place': value} if isinstance(value, list | tuple) else value
 
 
@@ -69,7 +69,7 @@ class Voyage(Section):
         return (self.departure, *between, self.arrival)
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys, as far as no way need be computed."""
+        """Yield what is wrong between its keys, without computing the route."""
         yield from _times(self)
         yield from _places(self)
 
@@ -120,7 +120,7 @@ def _places(voyage: Voyage) -> Iterator[Problem]:
             )
     for index, (one, other) in enumerate(pairwise(voyage.places), 1):
         apart = abs(math.remainder(other[1] - one[1], 360.0))
-        # a ship may lie in port throughout, but not without a time of arrival
+        # a ship may lie in port throughout, but then a time of arrival is needed
         if one[0] == other[0] and apart == 0.0 and (voyage.waypoints or voyage.speed is not None):
             yield Problem(
                 key_of_place(voyage, index),

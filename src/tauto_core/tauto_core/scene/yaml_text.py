@@ -1,6 +1,6 @@
-"""YAML 1.2 scalars in and out: `1e-4` is a number, `yes` and `12:30` are strings.
+"""YAML 1.2 scalars, reading and writing: `1e-4` is a number, `yes` and `12:30` are strings.
 
-PyYAML reads the older 1.1 rules; its scanner is used here with the scalar rules of the YAML 1.2
+PyYAML has the older rules of 1.1; its scanner is used here with the scalar rules of the YAML 1.2
 core schema (section 10.3.2). Duplicate keys, keys that are not strings, anchors and unknown tags
 are refused, since a scene needs none of them and each hides a mistake.
 """
@@ -29,7 +29,7 @@ _SCALARS: tuple[tuple[str, re.Pattern[str], str], ...] = (
         '-+.0123456789',
     ),
 )
-# Longer than any number in use, shorter than what Python refuses to convert.
+# Longer than any number in use, shorter than those that Python refuses to convert.
 _LONGEST_NUMBER = 400
 _DEEPEST = 20
 
@@ -53,7 +53,7 @@ class _Loader(yaml.SafeLoader):
     depth = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Return the next node, with all that is in it."""
+        """Return the next node, with all nodes below it."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         if isinstance(event, yaml.AliasEvent) or event.anchor:
             raise _RefusedError(event, 'anchors and aliases are not read', 'Write the value out.')
@@ -76,7 +76,7 @@ for _character, _patterns in _resolvers().items():
 
 
 class _RefusedError(Exception):
-    """A node or an event of the YAML holds something that cannot be read."""
+    """A node or an event of the YAML that cannot be read."""
 
     def __init__(self, at: yaml.Node | yaml.Event, problem: str, remedy: str) -> None:
         mark: yaml.Mark = at.start_mark  # type: ignore[assignment]  # the scanner sets it always
@@ -86,7 +86,7 @@ class _RefusedError(Exception):
 
 
 def read_mapping(text: str, origin: str) -> dict[str, Any]:
-    """Return the mapping that a YAML text holds.
+    """Return the mapping in a YAML text.
 
     Args:
         text: one YAML document.
@@ -141,7 +141,7 @@ def _mapping(node: yaml.MappingNode) -> dict[str, Any]:
 
 
 def _word_for(key: yaml.Node, before: object) -> str:
-    """Return the remedy for a key that is no word, such as 322 in `{mass: 0,322}`."""
+    """Return the remedy for a key that is no string, such as 322 in `{mass: 0,322}`."""
     if key.tag == f'{_TAG}int' and isinstance(before, int) and not isinstance(before, bool):
         return f'Write {before}.{key.value} with a decimal point if {before},{key.value} is meant.'
     return 'Use the names of the scene reference.'
@@ -166,7 +166,7 @@ def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
 
 
 def _integer(text: str) -> int:
-    # Python takes a leading zero for an error in base 0, YAML 1.2 for a decimal.
+    # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
     return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))
 
 

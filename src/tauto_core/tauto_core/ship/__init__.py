@@ -1,7 +1,7 @@
-"""The ship: sea, roll, recorded motion, what an IMU at the clock reads, observations of time.
+"""The ship: sea, roll, recorded motion, readings of an IMU at the clock, observations of time.
 
-The kinds of motion are part of a scene, and what a ship sends takes a scene: names are loaded at
-their first use.
+Names are loaded at their first use, since the kinds of motion are part of a scene, and a ship's
+source of samples needs a scene.
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""The clock's case hung on an axle: keys and refusals. Its law is `suspension`."""
+"""The clock's case hung on an axle: keys and refusals. Its mechanics are in `suspension`."""
 
 from __future__ import annotations
 

@@ -37,28 +37,29 @@ from tauto_core.ship.planar import read_force, read_roll
 
 BRIDGED_STEPS = 1.5
 CROWDED_PART = 4
-"""A sample less than this part of a step after the last one is left out: polynomials through
-roll and roll rate at two instants δ apart multiply their noise by (step/δ)³."""
+"""A sample less than 1/4 of a step after the last one is left out: polynomials through
+roll and roll rate at two instants δ apart multiply their noise by (step/δ)³.
+"""
 
 _LATEST_NS = 2**63 - 1
 
 
 PIECE_COST = 0.5
-"""Cost of a piece beside that of its steps, in steps."""
+"""Cost of a piece in addition to that of its steps, in steps."""
 
 WORTH = 0.9
-"""Shorter pieces are used if they lower the cost below this fraction."""
+"""Shorter pieces are used if they reduce the cost below this fraction."""
 
 
 def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1) -> int:
-    """Return how many samples a piece spans, so that pieces end at logged instants.
+    """Return the number of samples in a piece, such that pieces end at logged instants.
 
-    The more a polynomial spans, the less of it is at the edge of what it is fitted to. Shorter
-    pieces are taken where the steps then fill them better.
+    A polynomial over a longer piece is more accurate, since less of the piece is near the edge of
+    the fitted window. Shorter pieces are used where whole steps fit them better.
 
     Args:
-        scene: one that can sail.
-        steps_in: how many steps the propagator takes in a piece of a length [s].
+        scene: a scene that runs.
+        steps_in: number of steps that the propagator takes in a piece of a given length [s].
     """
     if scene.lies_still:
         return 1
@@ -74,17 +75,17 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
 
 
 class MotionBuffer:
-    """Turns motion samples into forcing; how they are batched does not change the result.
+    """Turns motion samples into forcing; the result does not depend on batches.
 
     Args:
         apparent_vertical: whether the neutral line is the apparent vertical, not fixed to the
             case.
-        apparent_gravity: whether the pull follows the apparent gravity.
+        apparent_gravity: whether the pull is proportional to the apparent gravity.
         still: whether the platform lies still; samples then only set the pace of the run.
-        step_ns: nominal time between samples; longer pieces count as bridged, samples that crowd
-            within a quarter of it (or of the last step, where shorter) are left out [ns].
-        max_gap_s: longest time between samples that is interpolated; None where samples only
-            pace [s].
+        step_ns: nominal time between samples [ns]. Longer steps count as bridged; samples within a
+            quarter of it (or of the last step, where shorter) after the last one are left out.
+        max_gap_s: longest time between samples that is interpolated [s]; None where samples only
+            set the pace.
         stride: samples that a piece spans, 1 to 8, where they are evenly spaced and no logged
             instant falls inside.
         smooth: whether the motion is free of noise. The first pieces may then span as many samples
@@ -127,7 +128,7 @@ class MotionBuffer:
         self.crowded = 0
 
     def add(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> None:
-        """Take screened samples; times count from the origin."""
+        """Take screened samples; times are counted from the origin."""
         if isinstance(imu, ImuSamples):
             kept = self._spaced(imu.stamp_ns - origin_ns)
             if kept is not None:
@@ -152,7 +153,7 @@ class MotionBuffer:
         return len(self._times) > 0
 
     def _channels(self) -> tuple[str, ...]:
-        """Return the names of what is kept: `line` is the neutral line's direction."""
+        """Return the names of the channels; `line` is the direction of the neutral line."""
         if self._still:
             return ()
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
@@ -179,10 +180,7 @@ class MotionBuffer:
             roll += tilt
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
-        """Return which samples keep their distance from the last step or the nominal one.
-
-        None: all do.
-        """
+        """Return which samples are far enough from the one before; None if all are."""
         least = -(-self._step_ns // CROWDED_PART)
         if self._still:
             return None
@@ -206,11 +204,11 @@ class MotionBuffer:
         Args:
             log_ns: time between logged instants [ns].
             end_ns: no span goes beyond this time [ns]; None: no end.
-            final: no more samples will come: windows at the end become one-sided.
+            final: no more samples will come, so windows at the end become one-sided.
 
         Raises:
-            PropagationError: the next piece is longer than `max_gap_s`; the call before gave
-                all that comes before it.
+            PropagationError: the next piece is longer than `max_gap_s`; everything before it was
+                returned by the previous call.
         """
         end = _LATEST_NS if end_ns is None else end_ns
         pieces = self._ready(log_ns, end, final=final)
@@ -231,7 +229,7 @@ class MotionBuffer:
         return spans
 
     def _ready(self, log_ns: int, end_ns: int, *, final: bool) -> Pieces:
-        """Return the complete pieces not yet used, up to the first gap; raise where it is next."""
+        """Return the complete pieces not yet used, up to the first gap; raise if it is next."""
         times, begin = self._times, self._next - self._first
         bridged_ns = int(BRIDGED_STEPS * self._step_ns)
         if self._still:
@@ -270,7 +268,7 @@ class MotionBuffer:
         return Pieces(first, last, regular)
 
     def _polynomials(self, pieces: Pieces, piece: IntArray | None) -> dict[str, Any]:
-        """Return what makes the motion over each span."""
+        """Return the polynomials of the motion over each span."""
         if self._by_samples:
             return {'window': self._window(pieces, piece)}
         found = {'neutral': self._channel('line', self._data.get('line_rate'), pieces)}
@@ -283,7 +281,7 @@ class MotionBuffer:
         return found
 
     def _window(self, pieces: Pieces, piece: IntArray | None) -> Window:
-        """Return the samples that make the neutral line over each span."""
+        """Return the samples of the neutral line over each span."""
         values, rates = self._data['line'], self._data['line_rate']
         stride, before = self._stride, self._before
         first, fitted = windows(
@@ -304,7 +302,7 @@ class MotionBuffer:
         )
 
     def _forget(self) -> None:
-        """Drop the samples no later window can reach."""
+        """Drop the samples that no later window can reach."""
         drop = max(self._next - FORCE_POINTS - self._first, 0)
         self._times = self._times[drop:]
         self._data = {name: values[drop:] for name, values in self._data.items()}

@@ -1,7 +1,8 @@
 """Wave climates with their sources, for `weathers.climate`.
 
-Of a record of hourly significant wave heights Hs: the median is exp⟨ln Hs⟩, the deviation that of
-ln Hs, the correlation time τ that of exp(−24 h/τ) = the autocorrelation of ln Hs over a day.
+From a record of hourly significant wave heights Hs: the median is exp⟨ln Hs⟩, the deviation is
+that of ln Hs, and the correlation time τ follows from exp(−24 h/τ) = the autocorrelation of ln Hs
+at a lag of a day.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ HOUR_S = DAY_S / 24.0
 
 
 class Climate(NamedTuple):
-    """The wave climate of a part of the ocean in a part of the year.
+    """The wave climate of a part of the ocean in a season.
 
     Attributes:
         median_wave_height: median of the significant wave heights [m].
         log_deviation: standard deviation of their logarithm.
         correlation_time: correlation time of the logarithm [s].
-        steepness: s_p = 2π Hs/(g Tp²), significant.
-        waves_to: direction the waves run to, from north to the east [rad]; None: not known.
+        steepness: significant steepness s_p = 2π Hs/(g Tp²).
+        waves_to: direction in which the waves run, from north to the east [rad]; None: not known.
         source: source of these numbers.
     """
 
@@ -57,4 +58,4 @@ CLIMATES = {
         '2009 to 2025; steepness of a fully developed sea',
     ),
 }
-"""By their names in `ship.weather.regions[…].climate`."""
+"""The climates by their names in `ship.weather.regions[…].climate`."""

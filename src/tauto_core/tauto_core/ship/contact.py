@@ -1,12 +1,12 @@
 """Whether the axle of a suspended case stays in its bearing, also between samples (theory E3).
 
-The contact force divided by the mass is P/(1 + (c/k)² sin²δ) with δ = φ − θ and
+The contact force over the mass is P/(1 + (c/k)² sin²δ) with δ = φ − θ and
 
     P = (g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ,
 
-so that contact is lost where P comes down to 0. Between two instants P is taken as the cubic of
-its values and slopes there, both in closed form from the motion: with the fast mode turning ωh the
-cubic is off by at most (2ωh)⁴/384 of the amplitude of P in that mode, 1e-3 at ωh = 0.4.
+so contact is lost where P falls to 0. Between two instants P is approximated by the cubic through
+its values and slopes there, both in closed form from the motion. Where the fast mode turns by ωh
+the cubic is off by at most (2ωh)⁴/384 of the amplitude of P in that mode, 1e-3 at ωh = 0.4.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Felt(NamedTuple):
 
 
 def felt_at(bearing: BearingMotion, x: FloatArray) -> Felt:
-    """Return what is felt at a place of each part's piece, 0 ≤ x ≤ 1, (Σ parts,)."""
+    """Return the specific force at a place of each part's piece, 0 ≤ x ≤ 1, (Σ parts,)."""
     piece = bearing.piece
     found = []
     for coefficients in (bearing.sway, bearing.lift):
@@ -62,12 +62,12 @@ def felt_at(bearing: BearingMotion, x: FloatArray) -> Felt:
 def lost_at(
     case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion, pressed: FloatArray
 ) -> float | None:
-    """Return when contact is first lost [s] from the start of the run; None: it is kept.
+    """Return the time at which contact is first lost [s] from the start of the run; None: never.
 
     Args:
-        case: what hangs, at small angles.
-        bearing: its motion.
-        before: the case's at the beginning of each part, (Σ parts,).
+        case: the suspended case, at small angles.
+        bearing: motion of the bearing.
+        before: motion of the case at the beginning of each part, (Σ parts,).
         after: the same at its end.
         pressed: P at the end of each part [m/s2], (Σ parts,).
     """
@@ -121,7 +121,7 @@ def pressing_rate(case: Case, motion: CaseMotion, felt: Felt) -> FloatArray:
 
 
 def _steepest(case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion) -> float:
-    """Return an upper bound of |dP/dt| in a batch, from the sizes of its quantities."""
+    """Return an upper bound of |dP/dt| in a batch."""
     e, c, k, gravity = case
     columns = zip(vars(before).values(), vars(after).values(), strict=True)
     theta, phi, theta_rate, phi_rate = (
@@ -141,17 +141,17 @@ def _steepest(case: Case, bearing: BearingMotion, before: CaseMotion, after: Cas
 
 
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:
-    """Return the stretch in which P first reaches 0, and the fraction of it; None if in none.
+    """Return the interval in which P first reaches 0, and the fraction of it; None if in none.
 
     Args:
-        ends: P at the beginning and end of each of n stretches, (2, n).
-        slopes: dP/dx there, x from 0 to 1 over the stretch, (2, n).
+        ends: P at the beginning and end of each of n intervals, (2, n).
+        slopes: dP/dx there, x from 0 to 1 over the interval, (2, n).
     """
     a, b = ends
     # a + b₁x + b₂x² + b₃x³
     first, second = slopes[0], 3.0 * (b - a) - 2.0 * slopes[0] - slopes[1]
     third = slopes[0] + slopes[1] - 2.0 * (b - a)
-    # what a slope adds to the cubic of both ends is at most 4/27 of it
+    # a slope at an end adds at most 4/27 of itself to the cubic
     dips = np.maximum(-slopes[0], 0.0) + np.maximum(slopes[1], 0.0)
     low = np.minimum(a, b) - 4.0 / 27.0 * dips
     for stretch in np.flatnonzero(low <= 0.0).tolist():
@@ -170,10 +170,10 @@ def _first_root(a: float, first: float, second: float, third: float) -> float | 
     if a <= 0.0:
         return 0.0
     low = 0.0
-    # from one extreme to the next the cubic goes one way
+    # between two extremes the cubic is monotonic
     for place in (*sorted(_roots(first, 2.0 * second, 3.0 * third)), 1.0):
         if value(place) <= 0.0:
-            from scipy.optimize import brentq  # slow to import, and the last thing done
+            from scipy.optimize import brentq  # slow to import
 
             return float(brentq(value, low, place))
         low = place

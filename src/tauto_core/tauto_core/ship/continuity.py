@@ -1,10 +1,10 @@
-"""Which samples of a live sensor make one uninterrupted motion, and where a new one begins.
+"""Which samples of a live sensor form one uninterrupted motion, and where a new one begins.
 
 A sample continues the last one if it is later by at most the longest gap, and the roll has changed
 by as much as the gyro says. Samples that do not continue it are set aside. If a later sample
-continues the last good one, those set aside were wrong and are left out; if they continue each
-other for `CONFIRMED_GAPS` longest gaps, time or motion has jumped for good, and a new run begins
-with them. This depends on the samples alone: neither on batches nor on the speed at which a bag is
+continues the last good one, those set aside were wrong and are left out. If they continue each
+other for `CONFIRMED_GAPS` longest gaps, time or motion has really jumped, and a new run begins
+with them. This depends on the samples alone, not on batches or on the speed at which a bag is
 played.
 """
 
@@ -33,10 +33,10 @@ FILLED = 3.0
 
 JUMP_RAD = 0.05
 """Change of roll that the gyro may leave unexplained: more than the errors of sensors, less than
-harms a clock.
+would disturb a clock.
 """
 JUMP_RAD_PER_S3 = 0.2
-"""What the trapezoid rule misses, |d³ρ/dt³|/12, in a sea of 4 s and 30 degrees."""
+"""Error of the trapezoid rule, |d³ρ/dt³|/12, in a sea of 4 s and 30 degrees."""
 
 
 class Place(NamedTuple):
@@ -55,7 +55,7 @@ class Run(NamedTuple):
 
 
 class Continuity:
-    """Sorts screened samples of a live sensor into runs, the same whatever batches they come in.
+    """Sorts screened samples of a live sensor into runs, independently of batches.
 
     Args:
         step_ns: the scene's time between samples.
@@ -196,7 +196,7 @@ def _between(before: ImuSamples, after: ImuSamples, number: int) -> ImuSamples:
     def mixed(one: FloatArray, other: FloatArray) -> FloatArray:
         return one + x[:, None] * (other - one)
 
-    # q and −q are the same attitude: the nearer one is meant
+    # q and −q are the same attitude; the nearer one is used
     sign = math.copysign(1.0, float(np.sum(before.orientation * after.orientation)))
     orientation = mixed(before.orientation, sign * after.orientation)
     rows = np.zeros(number - 1, np.int64)

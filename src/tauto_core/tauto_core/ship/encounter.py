@@ -11,9 +11,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.ship.waves import Harmonics
 
 STANDING = 1e-12
-"""Least frequency of encounter [rad/s]: a slower wave moves with the ship and seems to stand
-still.
-"""
+"""Least encounter frequency [rad/s]; slower waves move with the ship and seem to stand still."""
 
 
 @dataclass(frozen=True)
@@ -22,8 +20,8 @@ class Course:
 
     Attributes:
         speed: V [m/s], >= 0.
-        heading: mu, the direction the waves run to, from the bow to port [rad]: 0 following,
-            pi/2 beam, pi head seas.
+        heading: mu, direction in which the waves run, from the bow to port [rad]: 0 following
+            seas, pi/2 beam seas, pi head seas.
         gravity: g [m/s2].
     """
 
@@ -32,7 +30,7 @@ class Course:
     gravity: float
 
     def frequency(self, omega: FloatArray) -> FloatArray:
-        """Return the frequency of encounter omega - omega^2 V cos(mu)/g [rad/s].
+        """Return the encounter frequency omega - omega^2 V cos(mu)/g [rad/s].
 
         It is negative where the ship overtakes the waves.
 
@@ -45,12 +43,12 @@ class Course:
         return met
 
     def answer(self, waves: Harmonics, amplitude: FloatArray, lead: FloatArray) -> Harmonics:
-        """Return sum amplitude_i cos(omega_e,i t + eps_i + lead_i).
+        """Return the response sum amplitude_i cos(omega_e,i t + eps_i + lead_i).
 
         Args:
-            waves: give omega and eps.
-            amplitude: amplitude of the answers, shape (n,).
-            lead: phase of the answers before that of the waves [rad], shape (n,).
+            waves: the waves, with omega and eps.
+            amplitude: amplitudes of the response, shape (n,).
+            lead: phase of the response ahead of the waves [rad], shape (n,).
         """
         phase = waves.phase + lead
         if self.speed == 0.0:

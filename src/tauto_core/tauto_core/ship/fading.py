@@ -1,13 +1,13 @@
-"""A motion whose sea changes: sums of harmonics that fade into one another (theory F1).
+"""Motion in a sea that changes: sums of harmonics that fade into one another (theory F1).
 
 Between two states, at t_k and t_k+1, the motion is
 
     x(t) = cos(½π s(u)) x_k(t) + sin(½π s(u)) x_k+1(t),    u = (t − t_k)/(t_k+1 − t_k),
     s(u) = 35 u⁴ − 84 u⁵ + 70 u⁶ − 20 u⁷.
 
-The two are independent, so the variance is cos² of the one and sin² of the other: it goes from
-σ_k² to σ_k+1² without a dip. Three derivatives of s vanish at both ends. The process is one of
-Priestley's (Evolutionary spectra and non-stationary processes, J. R. Stat. Soc. B 27, 1965).
+The two are independent, so the variance is cos² σ_k² + sin² σ_k+1², without a dip in between.
+Three derivatives of s vanish at both ends. The process is an evolutionary one (Priestley,
+Evolutionary spectra and non-stationary processes, J. R. Stat. Soc. B 27, 1965).
 """
 
 from __future__ import annotations
@@ -22,20 +22,18 @@ from tauto_core.samples import FloatArray
 from tauto_core.ship.waves import TOGETHER, Harmonics, SampledHarmonics
 
 KEPT = 3
-"""Number of sums kept in memory: two that fade into each other, and one that has ended or comes
-next.
-"""
+"""Number of sums kept in memory: two during a change, and one that has ended or comes next."""
 
 
 @dataclass(frozen=True)
 class Fades:
-    """x(t) of states at rising times; before the first and after the last it does not change.
+    """x(t) for states at increasing times; before the first and after the last it does not change.
 
     Attributes:
-        at_ns: time of each state from the start of the scene, maybe before it, (n,), n > 0.
-        sums: number of the sum that each state moves by, (n,); where it is that of the state
-            before, the motion goes on. A sum is present in successive states only.
-        of: the harmonics of a sum, asked for when first needed; None: a calm, x = 0.
+        at_ns: time of each state from the start of the scene, possibly before it, (n,), n > 0.
+        sums: number of the sum of harmonics of each state, (n,); equal to that of the state before
+            where the motion continues. A sum is present in successive states only.
+        of: function that gives the harmonics of a sum; None: a calm, x = 0.
     """
 
     at_ns: tuple[int, ...]
@@ -45,8 +43,8 @@ class Fades:
     def most(self, order: int) -> float:
         """Return a bound of the size of the motion's derivative of some order, 0 to 2.
 
-        While two sums fade, lower derivatives enter with those of the angle, which are below 1/s
-        (and 1/s2) in changes of ten seconds or more.
+        During a change the derivatives of the angle contribute. They are below 1/s (and 1/s2) in
+        changes of ten seconds or more.
         """
         sums = [self.of(number) for number in set(self.sums)]
         sizes = [sum(each.most(n) for n in range(order + 1)) for each in sums if each is not None]
@@ -107,7 +105,7 @@ class SampledFades:
     def _alone(
         self, number: int, span: tuple[int, int], orders: tuple[int, ...]
     ) -> list[FloatArray]:
-        """Return samples of a sum; zeros in a calm, one array for all orders."""
+        """Return samples of one sum; zeros in a calm, one array for all orders."""
         found = self._sampled(number)
         if found is not None:
             return found.between(*span, *orders)
@@ -128,7 +126,7 @@ class SampledFades:
         motions = []
         for number in numbers:
             parts = self._alone(number, span, tuple(range(orders[-1] + 1)))
-            # what is not asked for is not read
+            # derivatives that no output needs are not read
             motions.append((*parts, *[parts[0]] * (3 - len(parts))))
         samples = span[1] - span[0]
         outputs: list[FloatArray | None] = [None, None, None]

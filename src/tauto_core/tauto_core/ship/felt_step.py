@@ -1,4 +1,4 @@
-"""How finely the motion that the clock feels is sampled: a suspended case adds faster motion."""
+"""The time step of the motion that the clock feels, which a suspended case makes finer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tauto_core.scene import AxleSuspension, Scene
 from tauto_core.scene.errors import SceneError
 
 LARGEST_TURN = 0.4
-"""Largest phase of the fast mode between two samples [rad]: the interpolation error is then below
+"""Largest phase of the fast mode between two samples [rad]; the interpolation error is then below
 3e-8 of the amplitude of that mode.
 """
 
@@ -25,10 +25,10 @@ def case_modes(hung: AxleSuspension) -> Modes:
 
 
 def felt_parts(scene: Scene) -> int:
-    """Return in how many equal parts each sample of ship/imu is divided for the clock.
+    """Return the number of equal parts into which a step of ship/imu is divided for the clock.
 
-    1 without a suspension; with one the least that divides the step into whole nanoseconds and
-    keeps the fast mode's turn within LARGEST_TURN.
+    1 without a suspension; otherwise the least number that divides the step into whole nanoseconds
+    and keeps the turn of the fast mode within LARGEST_TURN.
 
     Raises:
         SceneError: the fast mode is too fast for that.

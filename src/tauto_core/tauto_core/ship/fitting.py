@@ -1,8 +1,8 @@
 """Compiled choice and fit of the pieces of ship motion; import on first use only.
 
-All fits are Newton's form, from divided differences: data that vary slowly leave small
-differences, so that nothing large cancels when they are turned into powers of x, however many
-samples a piece spans. Sums have a fixed order: the bits do not depend on the batch.
+All fits use Newton's form, from divided differences. Data that vary slowly leave small
+differences, so nothing large cancels when they are turned into powers of x, however many samples a
+piece spans. Sums have a fixed order, so the bits do not depend on the batch.
 """
 
 import numpy as np
@@ -28,17 +28,17 @@ def choose_pieces(
 ) -> tuple[IntArray, IntArray, NDArray[np.bool_], int, bool]:
     """Return the pieces that can be used: first and last sample, and which are regular.
 
-    A regular piece spans `stride` samples from a multiple of it on; its window is evenly spaced,
-    with as many samples more on either side. Where that fails, or a logged instant or the end
-    falls inside a piece of several samples, single pieces take its place. Where `early` allows it,
-    the first pieces span `stride` samples, too: their windows are as wide but begin at the first
-    sample, and they are not regular. A piece that may yet become long waits; so what is chosen
-    does not depend on when samples come.
+    A regular piece begins at a multiple of `stride` and spans `stride` samples; its window is
+    evenly spaced, with as many more samples on either side. Where that is impossible, or a logged
+    instant or the end falls inside a piece of several samples, pieces of one sample are used. If
+    `early` is set, the first pieces also span `stride` samples; their windows are as wide but
+    begin at the first sample, and they do not count as regular. A piece that may still become long
+    waits, so the choice does not depend on when samples come.
 
     Args:
         times: times of the samples at hand [ns], strictly increasing, shape (m,).
         offset: index of the first of them, counted from the start of the run.
-        begin: place in `times` from which on pieces are wanted.
+        begin: place in `times` at which the first piece wanted begins.
         stride: samples that a regular piece spans, >= 1.
         window: samples before a regular piece in its centred window; before one that spans one
             sample; samples in the window of such a one.
@@ -129,7 +129,7 @@ def fit_values(
     newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
     for done in range(0, len(rows), SIZE):
         _take(values, first, done, newton, size)
-        # two levels of differences at one go
+        # two levels of differences in one pass
         for k in range(1, size, 2):
             before = load(newton, k)
             one = before - load(newton, k - 1)
@@ -229,8 +229,8 @@ def _to_powers(
 ) -> None:
     """Turn Newton's coefficients into those of the powers of x; small terms first.
 
-    A lane a polynomial: the coefficients are the rows of `newton`, and `powers`, as large, is for
-    what comes of them. Four at one go, after those that make no four.
+    Each lane is one polynomial. The coefficients are the rows of `newton`; `powers`, of the same
+    size, holds intermediate results. Four are done in one pass, after the remainder.
     """
     fours = size // 4 * 4
     for j in range(0, size, 2):

@@ -1,7 +1,7 @@
-"""From the ship's motion to the readings of an inertial sensor beside the clock, and back.
+"""Conversion between the ship's motion and the readings of an inertial sensor beside the clock.
 
-Axes REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is right-handed
-about x: starboard down is positive. Equations: theory E1.
+Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is
+right-handed about x: starboard down is positive. Equations: theory E1.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ REFUSALS = (
 
 @dataclass(frozen=True)
 class Attitude:
-    """The motion of the ship that the clock feels, arrays of shape (n,).
+    """The motion of the ship as the clock feels it, arrays of shape (n,).
 
     Attributes:
         roll: rho [rad], in (-pi, pi].
@@ -127,8 +127,8 @@ def imu_samples(
 ) -> ImuSamples:
     """Return the readings of an IMU beside the clock (theory E1).
 
-    The acceleration of the clock, y'' = -z0 (rho'' cos rho - rho'^2 sin rho) and
-    z'' = z_s'' - z0 (rho'' sin rho + rho'^2 cos rho), turned with gravity by -rho, leaves
+    The acceleration of the clock is y'' = -z0 (rho'' cos rho - rho'^2 sin rho) and
+    z'' = z_s'' - z0 (rho'' sin rho + rho'^2 cos rho). With gravity, in axes turned by rho, it is
 
         f'_y = (g + z_s'') sin rho - z0 rho'',    f'_z = (g + z_s'') cos rho - z0 rho'^2.
 
@@ -136,7 +136,7 @@ def imu_samples(
         stamp_ns: true time of each sample [ns], shape (n,).
         roll: rho [rad], shape (n,).
         roll_rate: rho' [rad/s], shape (n,).
-        roll_acceleration: rho'' [rad/s2], shape (n,); None: not felt, since the height is 0.
+        roll_acceleration: rho'' [rad/s2], shape (n,); None where the height is 0.
         heave_acceleration: z_s'' of the roll axis [m/s2], shape (n,); None: no heave.
         height: z0 of the clock above the roll axis [m].
         gravity: g [m/s2].
@@ -169,9 +169,8 @@ def attitude(imu: ImuSamples) -> Attitude:
         rho = atan2(2 (w x + y z), w^2 - x^2 - y^2 + z^2),
         rho' = omega_x + (omega_y sin rho + omega_z cos rho) tan(pitch).
 
-    Both are homogeneous in the quaternion, so that its norm does not matter. What pitch adds to
-    the force along z stays there. Each sample is computed by itself: any split of the batch
-    gives the same bits.
+    Both are homogeneous in the quaternion, so its norm does not matter. The effect of pitch on the
+    force along z is kept. Each sample is computed by itself, so the bits do not depend on batches.
 
     Args:
         imu: samples that `screen` has passed.
@@ -197,23 +196,23 @@ def attitude(imu: ImuSamples) -> Attitude:
 def screen(
     imu: ImuSamples, last_stamp_ns: int | None, *, compiled: bool = False
 ) -> tuple[ImuSamples, dict[str, int]]:
-    """Return the samples that may be integrated, and how many were refused for what.
+    """Return the samples that may be integrated, and the number refused for each reason.
 
     Each refused sample counts once, under the first of `REFUSALS` that applies:
     `orientation_absent`, `angular_velocity_absent`, `linear_acceleration_absent` (first element
     of the covariance -1; all zero means unknown and is accepted), `not_finite` (in orientation,
     angular velocity or linear acceleration), `zero_quaternion` (norm below 1e-6),
-    `not_unit_quaternion` (norm off 1 by more than 1e-3; less does not matter to `attitude`),
-    `roll_undefined` (pitch at 90 degrees), `duplicated` (stamp of the last sample kept),
-    `out_of_order` (an earlier one).
+    `not_unit_quaternion` (norm differs from 1 by more than 1e-3; less does not matter to
+    `attitude`), `roll_undefined` (pitch at 90 degrees), `duplicated` (stamp of the last sample
+    kept), `out_of_order` (an earlier one).
 
     Args:
         imu: samples as they came.
         last_stamp_ns: stamp of the last sample kept before these; None: none was.
-        compiled: see first, in one compiled pass, whether nothing is to be refused.
+        compiled: whether one compiled pass checks first if nothing is to be refused.
 
     Returns:
-        The samples kept, stamps strictly increasing, and the counts by name (all names, always).
+        The samples kept, stamps strictly increasing, and the counts by name (always all names).
         The split into batches does not matter if `last_stamp_ns` is carried along.
     """
     if compiled and len(imu.stamp_ns) and _nothing_refused(imu, last_stamp_ns):
@@ -225,7 +224,7 @@ def screen(
 
 
 def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
-    """Return whether all samples are good by a margin that rounding does not reach."""
+    """Return whether all samples are good by a margin larger than rounding."""
     from tauto_core.ship.kernels import all_good  # imports kernels
 
     covariances = (
@@ -252,7 +251,7 @@ def _absent_somewhere(covariance: FloatArray) -> bool:
 
 
 def plain(array: A) -> A:
-    """Return an array as compiled functions take it: contiguous and writable, mostly itself."""
+    """Return an array in the form that compiled functions need, contiguous and writable."""
     flags = array.flags
     return array if flags.c_contiguous and flags.writeable else array.copy()
 
@@ -276,7 +275,7 @@ def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
 
 
 def content_reasons(imu: ImuSamples) -> IntArray:
-    """Return the same as `refusal_reasons`, but whatever the stamps: of the content alone."""
+    """Return the same as `refusal_reasons` for the content alone, without the stamps."""
     reasons = np.zeros(len(imu.stamp_ns), np.int64)
     for number, wrong in enumerate(_content_problems(imu), start=1):
         reasons[(reasons == 0) & wrong] = number
@@ -292,7 +291,7 @@ def _content_problems(imu: ImuSamples) -> list[NDArray[np.bool_]]:
     )
     vectors = (imu.orientation, imu.angular_velocity, imu.linear_acceleration)
     finite = np.logical_and.reduce([np.isfinite(vector).all(axis=1) for vector in vectors])
-    # refused rows are replaced, so that what follows raises no floating-point warnings
+    # refused rows are replaced, so that the computation raises no floating-point warnings
     unit = np.array([0.0, 0.0, 0.0, 1.0])
     orientation = np.where(finite[:, None], imu.orientation, unit)
     with np.errstate(over='ignore'):

@@ -19,7 +19,7 @@ MCAP_MAGIC = b'\x89MCAP0\r\n'
 def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, ...]]:
     """Return the Imu messages on a topic in the order stored, by their header stamps.
 
-    A file that breaks off or is damaged is read as far as it goes, and a warning says so.
+    A file that is truncated or damaged is read as far as possible, with a warning.
 
     Args:
         path: MCAP file, or folder with MCAP files, read in the order of their numbers.
@@ -31,7 +31,7 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
 
     Raises:
         MotionDataError: not MCAP; topic missing, empty, of another type or encoding; a payload
-            that is no Imu message.
+            that is not an Imu message.
     """
     topics: dict[str, str] = {}
     payloads: list[bytes] = []
@@ -61,7 +61,7 @@ def _files(path: Path, name: str) -> list[Path]:
 
 
 def _open(file: Path, name: str) -> IO[bytes]:
-    """Open a file that begins as MCAP does."""
+    """Open a file that begins with the MCAP magic bytes."""
     try:
         stream = file.open('rb')
     except OSError as error:
@@ -79,7 +79,7 @@ def _open(file: Path, name: str) -> IO[bytes]:
 
 
 def _collect(stream: IO[bytes], topic: str, topics: dict[str, str], payloads: list[bytes]) -> str:
-    """Add the topics found, with type and encoding, and the payloads on one; say what broke."""
+    """Add the topics found, with type and encoding, and the payloads on one; return what broke."""
     from mcap.records import Channel, Message, Schema  # only for bags
 
     schemas: dict[int, str] = {}
@@ -90,7 +90,7 @@ def _collect(stream: IO[bytes], topic: str, topics: dict[str, str], payloads: li
             record = next(records)
         except StopIteration:
             return ''
-        except Exception as error:  # a damaged file makes parser and decompressor raise anything
+        except Exception as error:  # in a damaged file parser and decompressor may raise anything
             return f'{type(error).__name__}: {error}'
         if isinstance(record, Schema):
             schemas[record.id] = record.name
@@ -104,7 +104,7 @@ def _collect(stream: IO[bytes], topic: str, topics: dict[str, str], payloads: li
 
 
 def _records(stream: IO[bytes]) -> Iterator[Any]:
-    # mcap's seeking readers give nothing of a file without a footer
+    # mcap's seeking readers cannot read a file without a footer
     from mcap.stream_reader import StreamReader
 
     return iter(StreamReader(stream, validate_crcs=True).records)
@@ -136,7 +136,7 @@ def _decode(name: str, topic: str, payloads: list[bytes]) -> ImuSamples:
     for number, payload in enumerate(payloads, start=1):
         try:
             messages.append(store.deserialize_cdr(payload, IMU_TYPE))
-        except Exception as error:  # the deserialiser's own kinds are not documented
+        except Exception as error:  # the exceptions of the deserialiser are not documented
             raise MotionDataError(
                 f'{name}: message {number} on {topic!r} is no valid {IMU_TYPE}: {error}. '
                 'Record the bag again.'

@@ -1,9 +1,9 @@
-"""Polynomials that stand for the ship's motion between its samples.
+"""Polynomials that represent the ship's motion between its samples.
 
 A piece spans n samples. Roll comes with its rate: with one more sample on either side, n + 3
 samples give a Hermite polynomial of degree 2n + 5 (with three more, where samples are coarse and
-no polynomial is fitted, one of degree 2n + 13). The specific force comes without: with four
-more on either side, n + 9 samples give a Lagrange polynomial of degree n + 8. Both are written in
+no polynomial is fitted, one of degree 2n + 13). The specific force comes
+without a rate: with four more samples on either side, n + 9 samples give a Lagrange polynomial of degree n + 8. Both are written in
 powers of x, which runs from 0 to 1 over the piece.
 
 Remainder for a wave of angular frequency Ω sampled every h, of unit amplitude: at most
@@ -13,7 +13,7 @@ samples, over the piece. For n = 1 that is, in the middle, for roll (Ωh)⁸ (3/
 interpolation, e.g. Stoer & Bulirsch, Introduction to Numerical Analysis, 2.1.
 
 Measured, for a wave of 5 s of unit amplitude: largest error of the value, of the first derivative
-over Ω, of the second over Ω² (the last two mostly rounding of the samples, which no fit avoids).
+over Ω, of the second over Ω² (the last two are mostly rounding of the samples).
 
 | n | force, 20 Hz       | roll, 20 Hz        | force, 10 Hz       | roll, 10 Hz        |
 |---|--------------------|--------------------|--------------------|--------------------|
@@ -79,8 +79,8 @@ def _conditions(stride: int, before: int, *, slopes: bool) -> int:
 def newton_basis(stride: int, before: int, *, slopes: bool) -> FloatArray:
     """Return the powers of x of Newton's basis over a piece of evenly spaced samples.
 
-    Column k holds the coefficients of Π_{i<k} (stride·x + before − z_i), with z = 0, 1, 2, … for
-    values, over k! there, and z = 0, 0, 1, 1, … for values and slopes. Exact up to the rounding
+    Column k has the coefficients of Π_{i<k} (stride·x + before − z_i), with z = 0, 1, 2, … and a
+    factor 1/k! for values, and z = 0, 0, 1, 1, … for values and slopes. Exact up to the rounding
     of each number.
 
     Args:
@@ -177,10 +177,10 @@ def windows(
     offset: int,
     before: int,
 ) -> tuple[IntArray, FloatArray]:
-    """Return where in the samples the windows of some pieces begin, (n,), and coefficients.
+    """Return the first sample of the window of each piece, (n,), and coefficients.
 
-    Those are of the pieces that are not regular; there a window "begins" at −1 less their row.
-    Args: `polynomials`, with `before` for `wide`.
+    The coefficients are those of the pieces that are not regular; for these the first sample is
+    given as −1 less their row. Args: as `polynomials`, with `before` for `wide`.
     """
     others = np.flatnonzero(~pieces.regular)
     first = pieces.begin - before

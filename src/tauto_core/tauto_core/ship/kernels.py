@@ -50,9 +50,9 @@ def all_good(
     force: FloatArray,
     off_unit: float,
 ) -> bool:
-    """Return whether stamps rise and all samples are finite, have a roll and are beyond doubt.
+    """Return whether stamps increase and all samples are finite, have a roll and are not doubtful.
 
-    Doubtful is a pitch above 82 degrees, too: 2 (w y - z x) is its sine.
+    A pitch above 82 degrees also counts as doubtful: 2 (w y - z x) is its sine.
 
     Args:
         stamp_ns: shape (n,), n > 0.
@@ -60,7 +60,7 @@ def all_good(
         orientation: shape (n, 4).
         angular_velocity: shape (n, 3).
         force: shape (n, 3).
-        off_unit: by how much the quaternion's norm may be off 1, exclusive.
+        off_unit: difference from 1 that the quaternion's norm must not reach.
     """
     rows = len(stamp_ns) // SIZE
     off, steep, finite = splat(0.0), splat(0.0), splat(0.0)
@@ -152,7 +152,7 @@ def roll_of(
 def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None) -> None:
     """Fill the direction of (-f_y, f_z), turned upwards in the case, and its size.
 
-    A force that would throw the weight out of the top of the case counts as negative: the pull
+    A force that would throw the weight out of the top of the case counts as negative. The pull
     then passes through zero smoothly, and the slack thread is found there.
 
     Args:
@@ -172,9 +172,9 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
 def planar_roll(
     angle: FloatArray, turning: FloatArray, roll: FloatArray, rate: FloatArray | None
 ) -> None:
-    """Fill the roll as the quaternion of a ship that only rolls has it.
+    """Fill the roll as `roll_of` would from the quaternion of a ship that only rolls.
 
-    Bits are those of `roll_of` on what `source_kernels.encode` writes.
+    The bits are those of `roll_of` for the output of `source_kernels.encode`.
 
     Args:
         angle: rho [rad], shape (n,).
@@ -185,7 +185,7 @@ def planar_roll(
     rows = len(angle) // SIZE
     for i in range(rows):
         s, c = half_angles(0.5 * load(angle, i))
-        # 0.0 is what the quaternion's and the angular velocity's other terms add
+        # 0.0 stands for the other terms of quaternion and angular velocity
         _store_directions(2.0 * (c * s + 0.0), (c * c - s * s) + 0.0, i, roll)
         if rate is not None:
             store(rate, i, load(turning, i) + 0.0)
@@ -208,7 +208,7 @@ def planar_force(
     tilt: FloatArray | None,
     size: FloatArray | None,
 ) -> None:
-    """Fill what `force_of` makes of the force that `source_kernels.encode` writes."""
+    """Fill the results of `force_of` for the force from `source_kernels.encode`."""
     rows = len(angle) // SIZE
     for i in range(rows + 1):
         s, c = half_angles(0.5 * eight(angle, i))
@@ -224,7 +224,7 @@ def planar_force(
 def _store_forces(
     y: Any, z: Any, i: int, tilt: FloatArray | None, size: FloatArray | None
 ) -> None:
-    """Write what `force_of` makes of lanes to row i."""
+    """Write the results of `force_of` for lanes to row i."""
     if tilt is not None:
         _store_directions(-y, z, i, tilt)
     if size is not None:
@@ -238,7 +238,7 @@ def _store_forces(
 def _store_upwards(
     y: float, z: float, i: int, tilt: FloatArray | None, size: FloatArray | None
 ) -> None:
-    """Write what `force_of` makes of one sample."""
+    """Write the results of `force_of` for one sample."""
     up = -1.0 if z < 0.0 else 1.0
     if tilt is not None:
         tilt[i] = _direction(-up * y, abs(z))

@@ -1,7 +1,7 @@
-"""Legs of a voyage on WGS 84: geodesics and rhumb lines, as Chebyshev series along the way.
+"""Legs of a voyage on WGS 84: geodesics and rhumb lines, as Chebyshev series along the route.
 
-A series costs additions and multiplications only, which give the same bits wherever a sample
-lies in its array; the elementary functions left are those of `math`, sample by sample.
+A series needs additions and multiplications only, so the bits do not depend on the place of a
+sample in its array. The remaining elementary functions are those of `math`, sample by sample.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ EQUATOR_M = 6_378_137.0
 FLATTENING = 1.0 / 298.257223563
 _SQUARED_ECCENTRICITY = FLATTENING * (2.0 - FLATTENING)
 
-# cos(σ) over half a turn, and the third harmonic of the flattening, fall below rounding by then
+# by then cos(σ) over half a turn, and the third harmonic of the flattening, are below rounding
 _GEODESIC_NODES = 32
 # enough for the secant of the latitude from 89.7° south to 89.7° north, the hardest leg
 _RHUMB_NODES = 512
@@ -30,31 +30,31 @@ _QUADRATURE_NODES, _QUADRATURE_WEIGHTS = leggauss(32)
 
 
 class Leg(Protocol):
-    """The way between two places."""
+    """The route between two places."""
 
     @property
     def length_m(self) -> float:
-        """Length of the way [m]."""
+        """Length of the leg [m]."""
         ...
 
     @property
     def highest_deg(self) -> float:
-        """Largest |latitude| on the way [degrees]."""
+        """Largest |latitude| on the leg [degrees]."""
         ...
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return latitudes, and longitudes in [−180, 180), of parts of the way, both (n,).
+        """Return latitudes, and longitudes in [−180, 180), at shares of the leg, both (n,).
 
         Args:
-            part: way made over way in all, 0 to 1, (n,).
+            part: distance made over the length of the leg, 0 to 1, (n,).
 
         Returns:
-            Degrees, each of its own part alone to the bit.
+            Degrees; the bits of each depend on its own share alone.
         """
         ...
 
     def course(self, part: float) -> float:
-        """Return the course at a part of the way, from north to the east [rad], 0 to 2π."""
+        """Return the course at a share of the leg, from north to the east [rad], 0 to 2π."""
         ...
 
 
@@ -62,17 +62,17 @@ def wrap_degrees(longitude: FloatArray) -> FloatArray:
     """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
     inside = (longitude >= -180.0) & (longitude < 180.0)
     wrapped = np.mod(longitude + 180.0, 360.0) - 180.0
-    # mod rounds what is just below 360 up to 360
+    # mod rounds numbers just below 360 up to 360
     wrapped = np.where(wrapped < 180.0, wrapped, -180.0)
     return np.where(inside, longitude, wrapped)
 
 
 @dataclass(frozen=True)
 class GeodesicLeg:
-    """The shortest way (Karney, J. Geod. 87, 2013), by the direction of the vertical along it.
+    """The shortest route (Karney, J. Geod. 87, 2013), by the direction of the vertical along it.
 
     Attributes:
-        unique: whether no other way is as short; nearly antipodal places may have two.
+        unique: whether no other route is as short; nearly antipodal places may have two.
         vertical: Chebyshev coefficients of (cos φ cos λ, cos φ sin λ, sin φ), (m, 3).
     """
 
@@ -82,7 +82,7 @@ class GeodesicLeg:
     vertical: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the places at parts of the way, as `Leg` says."""
+        """Return the places at shares of the leg, as `Leg` says."""
         x, y, z = chebyshev.chebval(2.0 * part - 1.0, self.vertical).tolist()
         latitude = [
             math.degrees(math.atan2(c, math.hypot(a, b))) for a, b, c in zip(x, y, z, strict=True)
@@ -91,7 +91,7 @@ class GeodesicLeg:
         return np.array(latitude), wrap_degrees(np.array(longitude))
 
     def course(self, part: float) -> float:
-        """Return the course there, by the turning of the vertical: M dφ north, N cos φ dλ east."""
+        """Return the course from the derivative of the vertical: M dφ north, N cos φ dλ east."""
         along = 2.0 * part - 1.0
         turning = chebyshev.chebder(self.vertical)
         x, y, z = np.asarray(chebyshev.chebval(along, self.vertical)).tolist()
@@ -117,7 +117,7 @@ def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> Geodes
     across = np.cos(latitude)
     vertical = np.stack((across * np.cos(longitude), across * np.sin(longitude), np.sin(latitude)))
     azimuths = line.azi1, line.Position(length, Geodesic.AZIMUTH)['azi2']
-    # Karney, section 3: of places on opposite parallels a second way has the azimuths exchanged
+    # Karney, section 3: between opposite parallels a second route has the azimuths exchanged
     opposite = abs(start[0] + end[0]) < 1e-6 and abs(start[1] - end[1]) > 90.0
     return GeodesicLeg(
         length,
@@ -130,7 +130,7 @@ def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> Geodes
 def _highest(start: float, end: float, azimuths: tuple[float, float]) -> float:
     """Return the largest |latitude| [degrees] of a geodesic, by Clairaut's cos β sin α."""
     northing = [math.cos(math.radians(azimuth)) for azimuth in azimuths]
-    if northing[0] * northing[1] >= 0.0:  # it does not turn back on the way
+    if northing[0] * northing[1] >= 0.0:  # the latitude has no extreme between the ends
         return max(abs(start), abs(end))
     reduced = math.atan((1.0 - FLATTENING) * math.tan(math.radians(start)))
     least = math.cos(reduced) * abs(math.sin(math.radians(azimuths[0])))
@@ -139,7 +139,7 @@ def _highest(start: float, end: float, azimuths: tuple[float, float]) -> float:
 
 @dataclass(frozen=True)
 class RhumbLeg:
-    """The way of one course, by latitude and longitude along it.
+    """The route of constant course, by latitude and longitude along it.
 
     Attributes:
         course_deg: course of the ship, from north to east.
@@ -154,7 +154,7 @@ class RhumbLeg:
     longitude: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the places at parts of the way, as `Leg` says."""
+        """Return the places at shares of the leg, as `Leg` says."""
         along = 2.0 * part - 1.0
         latitude, longitude = (
             np.asarray(chebyshev.chebval(along, series), np.float64)
@@ -163,7 +163,7 @@ class RhumbLeg:
         return latitude, wrap_degrees(longitude)
 
     def course(self, part: float) -> float:
-        """Return the one course."""
+        """Return the constant course."""
         del part
         return math.radians(self.course_deg)
 
@@ -171,9 +171,10 @@ class RhumbLeg:
 def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
     """Return the rhumb line between two places [degrees], the shorter way round (theory E6).
 
-    On a course α the way s makes dm = cos α ds of meridian and dλ = sin α ds/r, r the radius of
-    the parallel. So r⁻¹ has the same mean over the way as over the meridian, and a departure
-    p = Δλ/⟨r⁻¹⟩ with the meridian Δm makes s = √(Δm² + p²), tan α = p/Δm, on any course.
+    On a course α, a distance s changes the meridian arc by dm = cos α ds and the longitude by
+    dλ = sin α ds/r, with the radius r of the parallel. So 1/r has the same mean over the leg as
+    over the meridian. With the departure p = Δλ/⟨1/r⟩ and the meridian arc Δm, s = √(Δm² + p²) and
+    tan α = p/Δm, on any course.
     """
     first, turn = math.radians(start[0]), math.radians(end[0] - start[0])
     eastward = math.remainder(end[1] - start[1], 360.0)
@@ -197,13 +198,13 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
 
 
 def _series(values: FloatArray) -> FloatArray:
-    """Return the Chebyshev series through values at the nodes, without what rounding left."""
+    """Return the Chebyshev series through values at the nodes, without what is below rounding."""
     found = coefficients(values)
     return np.asarray(chebyshev.chebtrim(found, 2e-16 * float(np.abs(values).max())), np.float64)
 
 
 def _part_of_turn(first: float, turn: float, part: FloatArray) -> FloatArray:
-    """Return the part of a change of latitude that is made in a part of its meridian."""
+    """Return the share of a change of latitude at a share of its meridian arc."""
     whole = _mean_curvature_m(first, turn, np.ones(1))
     found = part
     for _ in range(4):  # Newton, from within the 1 % by which the radius of curvature varies

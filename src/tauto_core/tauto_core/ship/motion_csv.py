@@ -22,7 +22,7 @@ UNITS: dict[str, dict[str, float]] = {
 def read_columns(
     path: Path, name: str, columns: Mapping[str, str]
 ) -> tuple[list[int], dict[str, FloatArray]]:
-    """Read columns of a CSV file whose first line names them; blank lines are passed over.
+    """Read columns of a CSV file whose first line names them; blank lines are skipped.
 
     Args:
         path: the file.
@@ -60,7 +60,7 @@ def read_columns(
 
 
 def _factor(name: str, quantity: str, column: str) -> float:
-    """Return what a column's numbers are multiplied by."""
+    """Return the factor that converts a column to SI units and radians."""
     units = UNITS[quantity]
     for suffix, factor in units.items():
         if column.endswith(suffix):
@@ -109,7 +109,7 @@ def _place(name: str, header: list[str], column: str) -> int:
 def _number(where: str, column: str, cell: str) -> float:
     """Return a cell as a finite number."""
     try:
-        # Python reads 1_0 as ten
+        # Python reads 1_0 as 10
         number = math.nan if '_' in cell else float(cell)
     except ValueError:
         number = math.nan

@@ -1,4 +1,4 @@
-"""The base of all kinds of ship's motion: keys, harmonics, and words."""
+"""The base of all kinds of ship's motion: keys, harmonics, messages."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Surroundings(Protocol):
 
     @property
     def seed(self) -> int:
-        """Seed of everything random."""
+        """Seed of all random numbers."""
         ...
 
     @property
@@ -44,12 +44,12 @@ class Surroundings(Protocol):
 
     @property
     def duration_ns(self) -> int:
-        """The same [ns]."""
+        """Length of the scene [ns]."""
         ...
 
     @property
     def voyage(self) -> Voyage | None:
-        """From port to port; None: the ship stays where she is."""
+        """The voyage from port to port; None: the ship stays in one place."""
         ...
 
 
@@ -57,15 +57,15 @@ class Surroundings(Protocol):
 class Channels:
     """The quantities that move; None if not simulated. The force is given if it was measured.
 
-    A motion is a sum of harmonics, or in weather one that fades from sum to sum.
+    A motion is a sum of harmonics, or in weather one that changes gradually from sum to sum.
 
     Attributes:
         roll: [rad], starboard down positive.
         heave: [m], upwards.
         force_y: specific force along the ship's y [m/s2].
-        force_z: likewise along z.
+        force_z: specific force along the ship's z [m/s2].
         metadata: describes what the motion was computed from.
-        warnings: what was unusual about it.
+        warnings: anything unusual about it.
     """
 
     roll: Harmonics | Fades | None = None
@@ -80,9 +80,9 @@ class ShipKind(Kind):
     """How the ship moves. Each kind is a module of `ship/motions` that names its model `KIND`.
 
     Attributes:
-        lies_still: whether nothing moves, and a sample an interval of the log is enough.
-        is_computed: whether its harmonics are the motion itself, not what was read of a measured
-            one: then it is smooth at the start, its waves are known and its roll can be scaled.
+        lies_still: whether nothing moves, so that one sample per log interval is enough.
+        is_computed: whether its harmonics are the motion itself rather than a measured one. Then
+            it is smooth at the start, its waves are known and its roll can be scaled.
     """
 
     lies_still: ClassVar[bool] = False
@@ -94,21 +94,21 @@ class ShipKind(Kind):
 
     @property
     def reported_as(self) -> str:
-        """Key under which reports and bags state its metadata; '' if they do not."""
+        """Key under which reports and bags have its metadata; '' if they do not."""
         return ''
 
     @property
     def shortest_wave_s(self) -> float:
-        """Shortest period of the waves that it names [s]; inf where it names none."""
+        """Shortest period of the waves that it gives [s]; inf where it gives none."""
         return math.inf
 
     @classmethod
     def with_files_read(cls, ship: dict[str, Any], origin: str) -> dict[str, Any]:
-        """Return its keys with what the files hold that they name; not checked yet.
+        """Return its keys with the contents of the files that they name; not checked yet.
 
         Args:
             ship: keys and values as read.
-            origin: what the user called the scene, for error messages.
+            origin: name of the scene as the user wrote it, for error messages.
 
         Raises:
             SceneError: keys or files that are wrong.
@@ -121,17 +121,17 @@ class ShipKind(Kind):
 
         Raises:
             MotionDataError: measured motion that cannot be used.
-            SceneError: a sea that the ship cannot meet or answer.
+            SceneError: a sea for which the ship has no response.
         """
         raise NotImplementedError
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
-        """Return the metadata in reports and bags, where `reported_as` names it."""
+        """Return the metadata for reports and bags, where `reported_as` names it."""
         del scene
         return {}
 
     def roughest(self, scene: Surroundings) -> ShipKind:
-        """Return the ship in the highest sea that it meets, for as long as the scene lasts.
+        """Return the ship in the highest sea that it meets, for the whole scene.
 
         Costs and errors are predicted for it. Its channels are harmonics.
         """
@@ -139,12 +139,12 @@ class ShipKind(Kind):
         return self
 
     def with_roll_scaled(self, factor: float) -> Self:
-        """Return the ship in the same waves with another roll, where `is_computed`."""
+        """Return the ship in the same waves with another roll, if `is_computed`."""
         del factor
         return self
 
     def files(self) -> Iterator[tuple[str, str, bool]]:
-        """Yield key and path of the files that must exist, and whether a folder will do."""
+        """Yield key and path of the files that must exist, and whether a folder is allowed."""
         return iter(())
 
     def problems(self) -> Iterator[Problem]:

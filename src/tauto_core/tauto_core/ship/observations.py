@@ -19,10 +19,10 @@ _LUNARS, _CLOUDS = 0x6C756E61, 0x636C6F75
 def schedule(scene: Scene) -> IntArray:
     """Return the stamps of the observations [ns], on the log grid, strictly increasing.
 
-    In port: every `drift.observation_interval` from the start until setting sail, both counted. At
-    each landfall: one, as `landfalls` says. At sea, where asked, lunar distances. A scene without
-    a voyage is in port throughout. Nothing after the end of the scene, and nothing that clouds
-    hide; land is seen under them.
+    In port there is one every `drift.observation_interval`, from the start until setting sail,
+    both included. At each landfall there is one, as `landfalls` says. At sea, where asked for,
+    there are lunar distances. A scene without a voyage is in port throughout. There are none after
+    the end of the scene, and none that clouds hide; landfalls are never hidden.
 
     Raises:
         SceneError: a voyage that cannot be sailed, as `Passage` says.
@@ -34,7 +34,7 @@ def landfalls(scene: Scene) -> IntArray:
     """Return the stamps of the observations at landfalls [ns], in order, none beyond the end.
 
     The land is made at the first logged instant at or after the ship's passing it, and the clock
-    checked at the next one: so the estimate at the landfall is what the clock showed before the
+    is checked at the next one. So the estimate at the landfall is what the clock showed before the
     check.
 
     Raises:
@@ -71,9 +71,9 @@ def _by_the_moon(scene: Scene) -> IntArray:
 class Observations:
     """Observed times t_k + N(0, sigma), sigma that of the port or of lunar distances.
 
-    The k-th error of port and landfalls is drawn from its own generator, PCG64 seeded by
-    (seed, k): it does not depend on what is asked for before it. So is that of each lunar
-    distance, and whether clouds hide an observation, from streams of the seed of their own.
+    The k-th error in port and at landfalls is drawn from its own generator, PCG64 seeded by
+    (seed, k), so it does not depend on earlier calls. The error of each lunar distance, and
+    whether clouds hide an observation, are drawn in the same way from separate streams.
 
     Attributes:
         stamps: stamps of the observations, as `schedule` says.
@@ -99,7 +99,7 @@ class Observations:
         self.stamps: IntArray = np.array(list(self._drawn), np.int64)
 
     def between(self, first_ns: int, last_ns: int) -> TimeSamples:
-        """Return the observations with first_ns <= stamp < last_ns, maybe none.
+        """Return the observations with first_ns <= stamp < last_ns, possibly none.
 
         `time_ref_ns` is the observed time, rounded to the nanosecond; `source` is `port`,
         `landfall` or `lunar`.
@@ -120,7 +120,7 @@ class Observations:
         return round(NS_PER_S * sigma * float(normal))
 
     def _hidden(self, stamp_ns: int, share: float) -> bool:
-        """Return whether clouds hide what is observed at a time."""
+        """Return whether clouds hide an observation at a time."""
         if share == 0.0:
             return False
         seeds = np.random.SeedSequence(self._seed, spawn_key=(_CLOUDS, *divmod(stamp_ns, 10**9)))

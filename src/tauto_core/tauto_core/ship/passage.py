@@ -26,15 +26,15 @@ class Passage:
     Times are nanoseconds from the start of the scene.
 
     Attributes:
-        length_m: length of the whole way [m].
+        length_m: length of the route [m].
         sails_ns: time of setting sail.
-        arrives_ns: time of arrival; with `voyage.speed`, from the length of the way.
+        arrives_ns: time of arrival; with `voyage.speed`, from the length of the route.
         places_ns: times at which she is at each of `voyage.places`.
         landfalls_ns: those of the waypoints that are landfalls, and `arrives_ns`.
 
     Raises:
-        SceneError: a leg that goes too near a pole or is not the only shortest, or a speed that
-            does not reach the arrival within the scene.
+        SceneError: a leg that comes too near a pole or is not the only shortest one, or a speed
+            with which she does not arrive within the scene.
     """
 
     def __init__(self, scene: Surroundings, voyage: Voyage) -> None:
@@ -69,8 +69,8 @@ class Passage:
     def course(self, time_ns: int) -> float:
         """Return the course made good at a time from the start of the scene [rad].
 
-        From north to the east, 0 to 2π. At a waypoint it is the course from there on; before she
-        sails the one on which she will, after her arrival the last one.
+        From north to the east, 0 to 2π. At a waypoint it is the course after it; before she sails
+        it is the first course, after her arrival the last one.
         """
         under_way = self.arrives_ns - self.sails_ns
         made_m = self.length_m * ((time_ns - self.sails_ns) / under_way)
@@ -81,7 +81,7 @@ class Passage:
         return leg.course((made_m - begin_m) / (leg.length_m or 1.0))
 
     def places(self, time_ns: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return latitudes and longitudes at some times [degrees], each of its time alone.
+        """Return latitudes and longitudes at some times [degrees]; each depends on its time alone.
 
         Args:
             time_ns: from the start of the scene, (n,).
@@ -103,7 +103,7 @@ class Passage:
 
 
 def _legs(scene: Surroundings, voyage: Voyage) -> list[Leg]:
-    """Return the way from place to place."""
+    """Return the legs from place to place."""
     legs: list[Leg] = []
     for index, (start, end) in enumerate(pairwise(voyage.places), 1):
         leg = rhumb_leg(start, end) if voyage.track == 'rhumb' else geodesic_leg(start, end)
@@ -160,6 +160,6 @@ def _arrives_at(scene: Surroundings, voyage: Voyage, length_m: float) -> float:
 
 
 def _rounded_up(value: float) -> str:
-    """Return a number > 0 with four digits, none smaller than itself."""
+    """Return a number > 0 rounded up to four digits."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 3)
     return f'{math.ceil(value / unit) * unit:.4g}'

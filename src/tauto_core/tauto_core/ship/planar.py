@@ -1,4 +1,4 @@
-"""The readings from a `PlanarImu`, with the same bits as from its samples as messages."""
+"""The readings of a `PlanarImu`, with the same bits as from its samples as messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def message(imu: PlanarImu) -> ImuSamples:
 
 
 def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None:
-    """Fill in the roll as the quaternion would have it, and the roll rate."""
+    """Fill in the roll as computed from the quaternion, and the roll rate."""
     from tauto_core.ship.kernels import planar_roll  # imports kernels
 
     planar_roll(plain(imu.roll), plain(imu.roll_rate), roll, rate)

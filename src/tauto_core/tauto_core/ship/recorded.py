@@ -1,10 +1,10 @@
 """Measured motion: read, checked, and resampled within a pass-band.
 
-The record's times are mapped to a uniform grid of its median step by a cubic spline; the record is
-continued evenly (mirrored) at both ends and taken apart by a DCT-I; of its harmonics, with
-frequencies n/(2 length), those with low <= f <= high are kept whole and the others dropped. What
-is left is a sum of cosines, so its derivatives are exact; mirroring makes its rate zero at both
-ends of the record, an effect that lasts for about 1/high.
+The record is mapped to a uniform grid of its median step by a cubic spline, continued evenly
+(mirrored) at both ends, and transformed by a DCT-I. Of its harmonics, with frequencies n/(2
+length), those with low <= f <= high are kept and the others dropped. The result is a sum of
+cosines, so its derivatives are exact. Mirroring makes its rate zero at both ends of the record, an
+effect that lasts for about 1/high.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ LARGEST: dict[str, tuple[float, str, str]] = {
     'roll': (math.pi / 2.0, 'rad', 'the ship would capsize'),
     'heave': (1000.0, 'm', 'no sea lifts a ship so far'),
 }
-"""Largest size of a channel of a CSV with its unit, and the reason."""
+"""Largest size of a channel of a CSV with its unit, and the reason for the limit."""
 
 
 class Recorded(Section):
@@ -66,7 +66,7 @@ class Record:
         time_s: time from the first sample [s], strictly increasing.
         where: for each sample, its line or message number, for messages.
         channels: `roll` [rad]; `heave` [m] or `force_y`, `force_z` [m/s2] where measured.
-        warnings: what was unusual about the file.
+        warnings: anything unusual about the file.
     """
 
     name: str
@@ -84,10 +84,10 @@ class RecordedMotion:
         roll: [rad], starboard down positive.
         heave: upwards [m]; None where not measured.
         force_y: measured specific force along the ship's y [m/s2]; None for a CSV.
-        force_z: likewise along z.
+        force_z: measured specific force along the ship's z [m/s2]; None for a CSV.
         length_s: length of the record.
         gaps: number of gaps bridged by interpolation.
-        warnings: what was unusual about the file.
+        warnings: anything unusual about the file.
     """
 
     roll: Harmonics
@@ -102,9 +102,9 @@ class RecordedMotion:
 def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
     """Read a measured motion and resample it within its pass-band.
 
-    Of a CSV the means are dropped unless the pass-band reaches down to 0 Hz. Of a bag the means
-    of roll and specific force are kept, so that the apparent vertical stays where it was
-    measured; its specific force is used as it is, and neither `ship.height` nor gravity added.
+    For a CSV file the means are dropped unless the pass-band includes 0 Hz. For a bag the means of
+    roll and specific force are kept, so that the apparent vertical stays where it was measured;
+    the specific force is used as it is, without adding `ship.height` or gravity.
 
     Raises:
         MotionDataError: the file cannot be read or used, or is shorter than the scene.
@@ -115,7 +115,7 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
         _check_sizes(record)
         _check_length(record, scene)
     except MotionDataError as error:
-        # a file that breaks off may be why
+        # a truncated file may be the reason
         for warning in record.warnings:
             error.add_note(warning)
         raise

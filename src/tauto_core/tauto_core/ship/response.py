@@ -22,7 +22,7 @@ NEGLIGIBLE = 0.01
 
 @dataclass(frozen=True)
 class Answer:
-    """Roll [rad] and, where the operator has it, heave [m] of a ship; what was left out.
+    """Roll [rad] and, where the operator has it, heave [m] of a ship; and what was left out.
 
     `left_out` is the share of the waves' energy outside the operator's frequencies.
     """
@@ -35,9 +35,9 @@ class Answer:
 def roll_answer(waves: Harmonics, roll: Roll, course: Course) -> Harmonics:
     """Return the steady roll of rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa slope [rad].
 
-    In beam seas waves run to port, elevation a cos(omega t - k y + eps), so that at the ship the
-    slope to port is (a omega^2/g) sin(mu) cos(omega_e t + eps - pi/2) in deep water; a surface
-    that rises to port turns the starboard side down: positive. The transfer is
+    In beam seas waves run to port, elevation a cos(omega t - k y + eps). So in deep water the
+    slope to port at the ship is (a omega^2/g) sin(mu) cos(omega_e t + eps - pi/2). A surface that
+    rises to port turns the starboard side down, which is positive. The transfer function is
     H = w^2 kappa/(w^2 - omega_e^2 + 2 i zeta w omega_e), and roll = |H| slope at phase + arg H.
 
     Args:
@@ -65,10 +65,11 @@ def operator_answer(
 ) -> Answer:
     """Return roll and heave by the response operator of a ship at rest.
 
-    The operator's values are joined by Akima's interpolant. Roll answers to the wave's slope at
-    the frequency of encounter, R(omega_e) (omega/omega_e)^2 for the operator R [rad/m], as in
-    `roll_answer`; minus its conjugate where the ship overtakes the waves. Heave is the wave's
-    averaged over the hull, which goes by the length of the wave: its operator is read at omega.
+    Akima's interpolant joins the values of the operator. The roll responds to the wave slope at
+    the encounter frequency, R(omega_e) (omega/omega_e)^2 for the operator R [rad/m], as in
+    `roll_answer`; where the ship overtakes the waves it is minus the conjugate of that. The heave
+    is that of the wave averaged over the hull, which depends on the wavelength, so its operator is
+    read at omega.
 
     Args:
         scene_name: for errors.
@@ -79,7 +80,7 @@ def operator_answer(
 
     Raises:
         SceneError: more than `NEGLIGIBLE` of the waves' energy lies outside the operator's
-            frequencies. What lies outside is left out of the answer, never extrapolated.
+            frequencies. Waves outside are left out of the response, never extrapolated.
     """
     omega = waves.angular_frequency
     met = course.frequency(omega)
@@ -94,7 +95,7 @@ def operator_answer(
     kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
     omega, met = omega[inside], met[inside]
     roll = _at(rao, rao.roll_real, rao.roll_imaginary, np.abs(met)) * (omega / met) ** 2
-    # -i of the slope is the wave's shape, the rest the ship's answer to a rising frequency
+    # the factor -i of the slope belongs to the wave, the rest to the ship's response
     answered = [np.where(met < 0.0, -np.conj(roll), roll)]
     if heave and rao.heave_real is not None and rao.heave_imaginary is not None:
         answered.append(_at(rao, rao.heave_real, rao.heave_imaginary, omega))

@@ -1,9 +1,9 @@
-"""Response amplitude operators of a ship: from a file of all headings to one heading.
+"""Response amplitude operators of a ship: from a file with all headings to one heading.
 
-Columns: `heading_deg` (0 following, 90 beam, waves to port, 180 head seas), `omega_radps`,
+Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps`,
 `roll_re` and `roll_im` [rad per m of wave amplitude] and, where the ship's heave is known,
-`heave_re` and `heave_im` [m/m], of exp(i omega t) at the ship's origin, in the axes of theory E;
-other columns are passed over. All headings have the same frequencies.
+`heave_re` and `heave_im` [m/m], as factors of exp(i omega t) at the ship's origin, in the axes of
+theory E1; other columns are ignored. All headings have the same frequencies.
 """
 
 from __future__ import annotations
@@ -43,15 +43,16 @@ class RaoFile(Section):
 def read_operator(asked: RaoFile) -> dict[str, Any]:
     """Return the keys of `ship.rao`: the operator at one heading, linear between two of the file.
 
-    A ship is alike on both sides: waves to starboard (heading > pi) are those to port mirrored,
-    with the roll of the other sign.
+    A ship is symmetric: waves to starboard (heading > pi) are those to port mirrored, with the
+    roll of the other sign.
 
     Args:
         asked: the file and the heading.
 
     Raises:
         SceneError: a file that cannot be read, an operator of a ship under way, frequencies that
-            do not rise or differ between headings, a heading outside the file's; with the line.
+            do not increase or differ between headings, a heading outside the file's; with the
+            line.
     """
     optional = (*HEAVE, SPEED)
     table = read_columns(asked.path, (HEADING, OMEGA, *ROLL), optional, remedy=_FORM)
@@ -85,7 +86,7 @@ def _check_at_rest(table: Columns) -> None:
 
 
 def _by_heading(table: Columns) -> dict[float, list[int]]:
-    """Return the rows of each heading [deg]; all must have the same rising frequencies."""
+    """Return the rows of each heading [deg]; all must have the same increasing frequencies."""
     blocks: dict[float, list[int]] = {}
     for row, heading in enumerate(table.values[HEADING]):
         blocks.setdefault(heading, []).append(row)
@@ -122,8 +123,8 @@ def _wrong_frequencies(
 def _neighbours(
     asked: RaoFile, headings: list[float], heading: float
 ) -> tuple[float, float, float]:
-    """Return the headings of the file [deg] on either side, and the share of the upper one."""
-    # a heading in radians is never 90 degrees to the last bit
+    """Return the neighbouring headings of the file [deg], and the weight of the upper one."""
+    # a heading in radians never equals 90 degrees to the last bit
     near = min(headings, key=lambda each: abs(each - heading))
     if abs(near - heading) < 1e-9:
         return near, near, 0.0

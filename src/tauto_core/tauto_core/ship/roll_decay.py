@@ -50,14 +50,14 @@ class RollFromDecay(Section):
 
 @dataclass(frozen=True)
 class DecayFit:
-    """A linear decay and how far it may be trusted.
+    """A linear decay with its standard errors.
 
     Attributes:
         natural_period: 2 pi/omega_n [s].
         damping_ratio: zeta.
         period_sigma: standard error of the period [s].
         damping_sigma: standard error of the ratio.
-        residual: root mean square of the difference from the linear law [rad].
+        residual: root mean square of the difference from the linear decay [rad].
     """
 
     natural_period: float
@@ -68,7 +68,7 @@ class DecayFit:
 
 
 def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
-    """Return the keys of `ship.roll`: period and damping ratio as fitted, and to what.
+    """Return the keys of `ship.roll`: fitted period and damping ratio, and the source of the fit.
 
     Args:
         asked: the test and the slope coefficient.
@@ -125,15 +125,15 @@ def released(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the part of a test in which the ship rolls freely.
 
-    It begins where the roll passes the middle for the first time after its largest angle (until
-    then the ship may have been held) and lasts `cycles` cycles. The middle is the mean of the
-    last quarter of the test.
+    It begins where the roll first passes the middle after its largest angle (until then the ship
+    may have been held) and lasts `cycles` cycles. The middle is the mean of the last quarter of
+    the test.
 
     Args:
         name: name of the file, for messages.
         time: [s], increasing, shape (n,).
         roll: [rad], shape (n,).
-        cycles: how many.
+        cycles: number of cycles.
 
     Raises:
         SceneError: there are not so many cycles, or too few samples in one.
@@ -165,12 +165,12 @@ def released(
 def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
     """Fit rho = mean + exp(-zeta w t) (a cos w_d t + b sin w_d t), w_d = w sqrt(1 - zeta^2).
 
-    Least squares over w and zeta, the rest being linear. Damping of a ship falls with the angle,
-    so that the linear law leaves a residual that is no noise; the standard errors therefore take
-    the residuals as one independent value a half cycle.
+    Least squares over w and zeta; the other parameters are linear. The damping of a ship falls
+    with the angle, so the residual of this linear decay is not white noise. The standard errors
+    therefore count one independent residual in each half cycle.
 
     Args:
-        time: [s], increasing, shape (n,), of whole cycles from a zero crossing on.
+        time: [s], increasing, shape (n,), of whole cycles beginning at a zero crossing.
         roll: [rad], shape (n,).
     """
     import numpy as np
@@ -206,7 +206,7 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
 
 
 def _first_guess(t: FloatArray, roll: FloatArray) -> tuple[int, list[float]]:
-    """Return the half cycles, w by their number and zeta by the sizes of the record's halves."""
+    """Return the number of half cycles, w from it, and zeta from the sizes of both halves."""
     import numpy as np
 
     about = roll - np.mean(roll)

@@ -1,4 +1,4 @@
-"""A long-crested sea: its spectrum, and the components that stand for it (theory E5)."""
+"""A long-crested sea: its spectrum, and the components that represent it (theory E5)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tauto_core.ship.waves import Harmonics
 
 LOWEST = 0.5
 HIGHEST = 4.0
-_STREAM = 1  # observations draw from SeedSequence([seed, k]); this keeps the sea apart
+_STREAM = 1  # keeps the sea apart from observations, which use SeedSequence([seed, k])
 
 
 def bretschneider(
@@ -43,7 +43,7 @@ def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatA
     Args:
         omega: angular frequency [rad/s], > 0.
         peak_period: Tp [s].
-        gamma: peak enhancement, >= 1.
+        gamma: peak enhancement factor, >= 1.
     """
     ratio = omega * peak_period / (2.0 * np.pi)
     sigma = np.where(ratio <= 1.0, 0.07, 0.09)
@@ -55,7 +55,7 @@ def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
     """Return the energy of a measured spectrum below a frequency, its exact integral [m2].
 
     Args:
-        spectrum: linear between its rows, nothing outside them.
+        spectrum: linear between its rows, zero outside them.
         frequency: [Hz], within the rows, any shape.
     """
     rows, density = np.array(spectrum.frequency), np.array(spectrum.energy_density)
@@ -71,7 +71,8 @@ def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
 def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
     """Return the significant wave height [m] and the peak period [s] of a spectrum.
 
-    Of a measured one Hs = 4 sqrt(m0), m0 its integral; Tp is of the row with the most energy.
+    For a measured one Hs = 4 sqrt(m0), m0 its integral; Tp is that of the row with the most
+    energy.
     """
     if isinstance(sea, Sea):
         return sea.significant_wave_height, sea.peak_period
@@ -81,10 +82,10 @@ def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
 
 
 def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
-    """Return the lowest and the highest frequency that the components come from [Hz].
+    """Return the lowest and the highest frequency of the components [Hz].
 
-    Half to four times the peak frequency (all but 0.5 % of a Bretschneider sea's energy); of a
-    measured spectrum the rows up to the last ones without energy at either end.
+    Half to four times the peak frequency (all but 0.5 % of a Bretschneider sea's energy); for a
+    measured spectrum all rows between the outermost ones with energy.
     """
     if isinstance(sea, Sea):
         return LOWEST / sea.peak_period, HIGHEST / sea.peak_period
@@ -96,11 +97,11 @@ def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
 def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics:
     """Return the wave elevation at a ship at rest, sum a_i cos(omega_i t + eps_i) [m].
 
-    The band is cut into `components` bins of equal ratio. Each omega_i is drawn uniformly within
-    its bin and eps_i uniformly over a turn, so that no two are commensurate and the sea does not
-    repeat. a_i = sqrt(2 S(omega_i) delta omega_i), times one common factor that makes the
-    significant height 4 sqrt(sum a_i^2/2) equal Hs to rounding; of a measured spectrum a_i^2/2 is
-    the energy of the bin itself.
+    The band is divided into `components` bins of equal ratio. Each omega_i is drawn uniformly
+    within its bin and eps_i uniformly over a turn, so no two frequencies are commensurate and the
+    sea does not repeat. a_i = sqrt(2 S(omega_i) delta omega_i), times a common factor that makes 4
+    sqrt(sum a_i^2/2) equal to Hs to rounding. For a measured spectrum a_i^2/2 is the energy of the
+    bin itself.
 
     Args:
         sea: spectrum and number of components.
@@ -121,7 +122,7 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
     omega = edges[:-1] + width * random.random(sea.components)
     phase = 2.0 * np.pi * random.random(sea.components)
     if isinstance(sea, SpectrumTable):
-        # rounding may leave an empty bin below 0
+        # rounding may make an empty bin negative
         energy = np.maximum(np.diff(energy_below(sea, edges_hz)), 0.0)
         return Harmonics(np.sqrt(2.0 * energy), 2.0 * np.pi / omega, phase)
     spectrum = bretschneider(omega, sea.significant_wave_height, sea.peak_period)

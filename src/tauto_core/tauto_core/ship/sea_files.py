@@ -1,6 +1,6 @@
 """The files from which a sea is computed, read into the scene before it is checked.
 
-A scene that runs holds tables and numbers, no paths: a bag needs nothing but its text.
+A scene that runs contains tables and numbers, no paths, so a bag needs nothing but its text.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FILE_FORMS: dict[str, type[Section]] = {
     'roll': RollFromDecay,
     'weather': RecordFile,
 }
-"""What a section of a sea's ship may be written as, by its key, where a file gives its values."""
+"""The form of each section of a sea's ship whose values are in a file."""
 
 
 def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
@@ -36,11 +36,11 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
 
     `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator at its
     heading, `ship.roll` with a decay its period and damping ratio, `ship.weather` of a record its
-    rows. The rest is left as it is.
+    rows. The rest is not changed.
 
     Args:
         ship: keys and values as read, not checked yet.
-        origin: what the user called the scene, for error messages.
+        origin: name of the scene as the user wrote it, for error messages.
 
     Raises:
         SceneError: keys that are wrong, with their path; files that are missing or wrong, with
@@ -69,7 +69,7 @@ def _read(
     path: str,
     origin: str,
 ) -> dict[str, Any]:
-    """Return what a section is to hold, from the file that `path` in it names."""
+    """Return the contents of a section, from the file that its `path` names."""
     section, *names = path.split('.')
     try:
         asked = form.model_validate(ship[section])

@@ -14,7 +14,7 @@ from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
 from tauto_core.ship.motion_kind import sampled
 
 ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
-# Courses are in degrees elsewhere; 90 is out of range, so that it is not taken for radians.
+# 90, meant in degrees, is out of range and so is not taken for radians.
 Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
 

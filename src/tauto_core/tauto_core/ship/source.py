@@ -14,23 +14,22 @@ from tauto_core.ship.planar import message
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 LARGEST = 1e150
-"""Larger values may overflow when they are squared."""
+"""Larger values might overflow when they are squared."""
 
 KEPT_BYTES = 2**24
 """Memory that the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
 
 
 class ShipMotion:
-    """IMU samples k = 0 ... scene.samples - 1, and what the stages need beyond the end.
+    """IMU samples k = 0 ... scene.samples - 1, and those that the stages need beyond the end.
 
     Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
     still sends one constant sample per log interval.
 
     Attributes:
         total: number of samples in all.
-        metadata: what the motion was made from: kind, and spectrum, pass-band, seed ... where
-            they apply.
-        warnings: what was odd about measured motion, or left out of a sea.
+        metadata: origin of the motion: kind, and spectrum, pass-band, seed ... where they apply.
+        warnings: anything odd about measured motion, or left out of a sea.
 
     Raises:
         MotionDataError: measured motion that cannot be used.
@@ -51,7 +50,7 @@ class ShipMotion:
         self._heave = _sampled(channels.heave, scene)
         self._force_y = _sampled(channels.force_y, scene)
         self._force_z = _sampled(channels.force_z, scene)
-        # the acceleration of roll that fades has the other two in it: one pass makes all three
+        # in weather the acceleration of roll needs the other two, so one pass makes all three
         with_bend = isinstance(self._roll, SampledFades) and scene.ship.height != 0.0
         self._orders = (0, 1, 2) if with_bend else (0, 1)
         self._is_planar = _stays_finite(channels.roll, channels.heave, scene)
@@ -66,7 +65,7 @@ class ShipMotion:
         return message(imu) if isinstance(imu, PlanarImu) else imu
 
     def sense(self, count: int) -> ImuSamples | PlanarImu:
-        """Return the same as `produce`, possibly without the fields that a clock does not need."""
+        """Return the same as `produce`, possibly without fields that a clock does not need."""
         first = self._next
         last = min(first + count, self.total)
         self._next = last
@@ -129,7 +128,7 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
 def _stays_finite(
     roll: Harmonics | Fades | None, heave: Harmonics | Fades | None, scene: Scene
 ) -> bool:
-    """Return whether no sample can be refused, because all values are far from overflow."""
+    """Return whether all values are so far from overflow that no sample can be refused."""
     if roll is None:
         return True
     angle, rate, bend = (roll.most(order) for order in range(3))

@@ -1,8 +1,7 @@
 """Measured wave spectra: from a table or a buoy's file to the spectrum of a scene.
 
 A table has the columns `frequency_hz` and `energy_density_m2_per_hz`. The files of buoys are read
-by wavespectra, the optional extra `spectra`; spectra in two dimensions are summed over the
-directions.
+by wavespectra, the optional extra `spectra`; directional spectra are summed over the directions.
 """
 
 from __future__ import annotations
@@ -48,16 +47,16 @@ class SpectrumFile(Section):
 
 
 def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
-    """Return the keys of `ship.sea` that hold a measured spectrum as a table.
+    """Return the keys of `ship.sea` with a measured spectrum as a table.
 
-    A row at 0 Hz without energy is dropped: no wave has that frequency.
+    A row at 0 Hz without energy is dropped, since no wave has that frequency.
 
     Args:
-        asked: the file, its format and, where it holds many spectra, the time of one.
+        asked: the file, its format and, where it holds several spectra, the time of one.
 
     Raises:
-        SceneError: a file that cannot be read, a time that does not choose one spectrum, fewer
-            than two frequencies, frequencies that do not rise, gaps, negative or no energy; or
+        SceneError: a file that cannot be read, a time that does not select one spectrum, fewer
+            than two frequencies, frequencies that do not increase, gaps, negative or no energy; or
             the extra `spectra` is not installed. With the line, or the frequency.
     """
     source = source_name(asked.path)
@@ -82,7 +81,7 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
 def check_spectrum(
     name: str, where: Sequence[str], frequency: Sequence[float], density: Sequence[float]
 ) -> None:
-    """Refuse a table that does not hold a spectrum.
+    """Refuse a table that is not a spectrum.
 
     Args:
         name: name of its file.
@@ -132,7 +131,7 @@ def _of_buoy(asked: SpectrumFile) -> tuple[list[float], list[float], str]:
     data = _read_with_library(asked)
     stamps = [str(each) for each in data['time'].values.astype('datetime64[s]').reshape(-1)]
     chosen = _chosen(asked, stamps)
-    # the shortest digits: a float32 of 0.1 is meant as 0.1
+    # the shortest digits, since the float32 nearest to 0.1 means 0.1
     frequency = [float(str(each)) for each in data['freq'].values]
     density = [float(each) for each in data.transpose('time', 'freq').values[chosen]]
     if asked.format == 'ndbc':
@@ -190,14 +189,14 @@ def _read_with_library(asked: SpectrumFile) -> Any:
         'spotter': lambda: wavespectra.read_spotter(str(file), filetype='csv', dd=None),
         'triaxys': lambda: wavespectra.read_triaxys(glob.escape(str(file))),
     }
-    # What the library's own dependencies deprecate, and the files it leaves open when it fails,
-    # are no matter of the scene's; its error is let go of here, and the files with it.
+    # Deprecation warnings from the library's dependencies, and files that it leaves open when it
+    # fails, do not concern the user of a scene; releasing its error here closes the files.
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')
         try:
             density = readers[asked.format]()['efth']
             return density.spec.oned() if 'dir' in density.dims else density
-        except Exception as error:  # whatever a malformed file makes the library raise
+        except Exception as error:  # a malformed file may make the library raise anything
             said = f'{type(error).__name__}: {" ".join(str(error).split())}'
     problem = f'cannot be read as format {asked.format}: {said}'
     remedy = 'Correct ship.sea.format or the file, or give the spectrum as a CSV table.'

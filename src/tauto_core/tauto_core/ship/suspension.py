@@ -1,11 +1,11 @@
 """The clock's case hung on a cylindrical axle in a bearing of the ship (Euler 1780; theory E3).
 
 It takes the ship's motion, and returns what a sensor fixed in the case at the clock would read.
-The bearing's centre is where the ship's sensor is; of the ship's motion only its acceleration
-reaches the case, since the axle lies in the bearing without friction. Contact pushes along the
-normal alone, so that the specific force at the centre of gravity of the case, where the clock is,
-points along θ and has the size N/M: θ is the apparent vertical, N/M the apparent gravity. In the
-case it reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
+The bearing's centre is where the ship's sensor is. Of the ship's motion only its acceleration
+reaches the case, since the axle lies in the bearing without friction. The contact pushes along its
+normal alone, so the specific force at the centre of gravity of the case, where the clock is,
+points along θ and has the size N/M: θ is the apparent vertical and N/M the apparent gravity. In
+the case the sensor reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
 """
 
 from __future__ import annotations
@@ -25,12 +25,11 @@ from tauto_core.ship.imu import attitude, imu_from_roll
 from tauto_core.ship.planar import message
 
 SMALL_ANGLE = 0.5
-"""Largest tilt [rad] for which the equations of small angles are used: there sin differs by 4 %.
-"""
+"""Largest tilt [rad] for the equations of small angles; there sin differs by 4 %."""
 
 
 class _BearingBuffer(MotionBuffer):
-    """Turns samples into polynomials of the specific force at the bearing, pieces of a sample."""
+    """Turns samples into polynomials of the specific force at the bearing, piece by piece."""
 
     def __init__(self, *, step_ns: int, felt_ns: int, max_gap_s: float) -> None:
         super().__init__(
@@ -78,8 +77,8 @@ class _BearingBuffer(MotionBuffer):
 class Suspension:
     """Turns samples of ship/imu into those of a sensor in the case, up to four samples later.
 
-    At the start the case hangs at rest in equilibrium: θ = φ, along the apparent vertical – at
-    small angles −ÿ/g –, both rates 0.
+    At the start the case hangs at rest in equilibrium: θ = φ along the apparent vertical (at small
+    angles −ÿ/g), both rates 0.
 
     Args:
         scene: one with a suspension.
@@ -105,12 +104,12 @@ class Suspension:
 
     @property
     def bridged(self) -> int:
-        """Gaps in the ship's motion that were interpolated."""
+        """Number of gaps in the ship's motion that were interpolated."""
         return self._buffer.bridged
 
     @property
     def crowded(self) -> int:
-        """Samples of the ship that were left out because they crowd."""
+        """Number of samples of the ship that were left out because they are too close together."""
         return self._buffer.crowded
 
     def feed(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> ImuSamples | None:
@@ -125,7 +124,7 @@ class Suspension:
         return self._advance(origin_ns, final=False)
 
     def finish(self, origin_ns: int) -> ImuSamples | None:
-        """Use one-sided neighbours for what is left."""
+        """Return the remaining samples, interpolated with one-sided windows."""
         return self._advance(origin_ns, final=True)
 
     def _advance(self, origin_ns: int, *, final: bool) -> ImuSamples | None:
@@ -159,7 +158,7 @@ class Suspension:
         return imu_from_roll(stamps + origin_ns, *columns)
 
     def _release(self) -> tuple[float, float, float, float] | None:
-        """Let the case hang in equilibrium; return φ, φ̇ and the force in it."""
+        """Put the case in equilibrium; return φ, φ̇ and the force in it."""
         if not self._buffer.has_samples:
             return None
         sway, lift = self._buffer.first()
@@ -172,8 +171,7 @@ class Suspension:
     def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
 
-        What lies between the last sample of a batch and the first of the next belongs to the
-        next: where batches end does not matter.
+        The interval between two batches is checked with the later batch, so batches do not matter.
         """
         after = np.stack([case.theta, case.phi, case.theta_rate, case.phi_rate])
         before = np.concatenate([self._last[:, None], after[:, :-1]], axis=1)

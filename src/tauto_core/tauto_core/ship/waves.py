@@ -25,7 +25,7 @@ _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 class Harmonics:
     """x(t) = mean + sum a_i cos(2 pi t/T_i + eps_i); t from the start of the scene.
 
-    The period, not the angular frequency, is the given number: the phase after 100 days is that
+    The period, not the angular frequency, is the exact number: the phase after 100 days is that
     of exactly this period.
 
     Attributes:
@@ -56,8 +56,8 @@ class SampledHarmonics:
 
     Phases are kept as integers in 2^-64 turns, so that a sample's phase is off by at most
     (k/BLOCK + 1) 2^-65 turns plus rounding: 1e-13 rad after 100 days at 20 Hz. Whole blocks of
-    `BLOCK` samples at absolute indices are computed, and the last one is kept: a sample's bits
-    depend on its index alone, and samples asked for one by one cost little more than together.
+    `BLOCK` samples at absolute indices are computed, and the last one is kept. So the bits of a
+    sample depend on its index alone, and single samples cost little more than many together.
 
     Args:
         harmonics: the sum.
@@ -127,7 +127,7 @@ def _table(angle: FloatArray) -> FloatArray:
     return table.reshape(-1, TOGETHER)
 
 
-# Fractions as pairs of whole numbers: in lowest terms they would cost ten times as much.
+# Fractions as pairs of integers; reducing them to lowest terms would cost ten times as much.
 def _steps_in_turns(step_ns: int, period_s: float) -> tuple[int, int]:
     """Return the exact turns of a step."""
     numerator, denominator = period_s.as_integer_ratio()

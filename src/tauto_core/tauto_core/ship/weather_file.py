@@ -26,8 +26,7 @@ from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 HEIGHT, PERIOD, WAVES_FROM = 'significant_wave_height_m', 'peak_period_s', 'waves_from_deg'
 UTC_TIME, SECONDS = 'time_utc', 'time_s'
 MISSING = frozenset({'', 'MM', 'nan', 'NaN', 'NA'})
-"""Cells where nothing was measured; heights and periods of 99 and directions of 999 mean the same.
-"""
+"""Cells without a measurement; heights and periods of 99 and directions of 999 mean the same."""
 NINES, NINES_DEG = 99.0, 999.0
 LONGEST_S = 40.0
 """Longest peak period of wind waves [s]."""
@@ -64,10 +63,11 @@ class Row:
 
     Attributes:
         line: line of the file.
-        time_s: from 1970 in UTC, or as the file counts.
+        time_s: from 1970 in UTC, or as in the file.
         height: significant wave height [m].
         period: period of the peak [s].
-        waves_from: direction the waves come from, from north to the east [degrees]; None: unknown.
+        waves_from: direction from which the waves come, from north to the east [degrees]; None:
+            unknown.
     """
 
     line: int
@@ -78,18 +78,18 @@ class Row:
 
 
 def read_record(asked: RecordFile) -> dict[str, Any]:
-    """Return the keys of `ship.weather` that hold a buoy's record.
+    """Return the keys of `ship.weather` with a buoy's record.
 
-    Rows where height or period is missing are left out. The rows from the last one before
-    `begins` on are kept; their times count from it.
+    Rows where height or period is missing are left out. Rows are kept from the last one before
+    `begins`; their times count from `begins`.
 
     Args:
         asked: the file, its format, when it begins and the longest gap.
 
     Raises:
-        SceneError: a file that cannot be read, a column that is missing, a cell that is no
-            number, a height or period out of range, times that do not rise, a gap longer than
-            `max_gap`, or a time to begin at that the record does not hold. With the line.
+        SceneError: a file that cannot be read, a column that is missing, a cell that is not a
+            number, a height or period out of range, times that do not increase, a gap longer than
+            `max_gap`, or a time to begin at outside the record. With the line.
     """
     rows = sorted(
         _ndbc_rows(asked) if asked.format == 'ndbc' else _csv_rows(asked),
@@ -193,7 +193,7 @@ def _ndbc_rows(asked: RecordFile) -> Iterator[Row]:
     lines = _lines(asked)
     header = lines[0].lstrip('#').split() if lines else []
     year = next((name for name in _YEARS if name in header), 'YYYY')
-    # MM names the month in the header, and in the rows what is missing
+    # MM is the month in the header, and a missing value in the rows
     _check_header(asked, header, (year, 'MM', 'DD', 'hh', 'WVHT', 'DPD'))
     for line, text in enumerate(lines[1:], 2):
         if not text.strip() or text.startswith('#'):
@@ -260,7 +260,7 @@ def _utc(asked: RecordFile, line: int, cell: str) -> float:
 
 def _number(asked: RecordFile, line: int, name: str, cell: str) -> float:
     try:
-        # Python reads 1_0 as ten
+        # Python reads 1_0 as 10
         number = math.nan if '_' in cell else float(cell)
     except ValueError:
         number = math.nan

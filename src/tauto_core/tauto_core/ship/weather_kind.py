@@ -24,22 +24,22 @@ if TYPE_CHECKING:
 FOLDER = 'tauto_core.ship.weathers'
 
 LEAST_CHANGE_S = 600.0
-"""Shortest time in which one sea turns into another [s]: this is slow compared with its waves, and
-the jump of the fade's fourth derivative is below the rounding of the interpolation.
+"""Shortest time in which one sea changes into another [s]. It is long compared with the waves, and
+the jump of the fourth derivative at its ends is below the rounding of the interpolation.
 """
 
 HIGHEST_M = 30.0
-"""Significant wave height beyond which no sea is known [m]."""
+"""Significant wave height [m] above any known sea."""
 
 
 @dataclass(frozen=True)
 class State:
-    """A sea that the ship has fully met at an instant.
+    """A sea that is fully established at an instant.
 
     Attributes:
-        at_ns: from the start of the scene, maybe before it.
+        at_ns: from the start of the scene, possibly before it.
         sea: None: a calm.
-        heading: direction the waves run to, from the bow to port [rad].
+        heading: direction in which the waves run, from the bow to port [rad].
         speed: speed of the ship [m/s].
         key: the key of the scene that gives it, for error messages.
     """
@@ -101,19 +101,19 @@ class WeatherKind(Kind):
         return iter(())
 
     def facts(self) -> dict[str, object]:
-        """Return what reports say about it besides its states."""
+        """Return what reports say about the weather besides its states."""
         return {}
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Scene and ship for which a weather is resolved.
+    """Scene and ship for which the states of a weather are computed.
 
     Attributes:
-        scene: the scene whose weather it is.
-        weather: the weather whose states are made.
-        heading: heading of the waves where the weather does not say it [rad].
-        speed: speed of the ship where the weather does not say it [m/s].
+        scene: the scene of the weather.
+        weather: the weather.
+        heading: default heading of the waves [rad].
+        speed: default speed of the ship [m/s].
     """
 
     scene: Surroundings
@@ -142,11 +142,11 @@ class Setting:
         return self.passage
 
     def time_of_place(self, place: int, key: str) -> int:
-        """Return when the ship is at a place of the voyage [ns].
+        """Return the time at which the ship is at a place of the voyage [ns].
 
         Args:
             place: 0 the departure, then the waypoints, then the arrival.
-            key: the key that says so.
+            key: the key that names the place.
 
         Raises:
             SceneError: there is no such place.
@@ -178,12 +178,12 @@ class Setting:
         """Return a state with waves.
 
         Args:
-            at_ns: when it is fully met.
+            at_ns: time at which it is fully established.
             height: significant wave height [m].
             period: period of the peak [s].
-            key: what gives it.
+            key: the key that gives it.
             spectrum: the spectrum of this sea, where it is not that of the weather.
-            heading: direction the waves run to, from the bow to port [rad].
+            heading: direction in which the waves run, from the bow to port [rad].
             waves_to: the same from north to the east [rad], for `follow_route`.
             speed: speed of the ship [m/s], where the route is not followed.
 
@@ -221,7 +221,7 @@ def checked(states: Sequence[State], scene: Surroundings) -> tuple[State, ...]:
     """Return the states, after checking their times.
 
     Raises:
-        SceneError: times that do not rise, or a change that is too quick.
+        SceneError: times that do not increase, or a change that is too quick.
     """
     for before, after in pairwise(states):
         apart_s = (after.at_ns - before.at_ns) / NS_PER_S

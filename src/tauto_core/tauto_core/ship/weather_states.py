@@ -16,7 +16,7 @@ from tauto_core.ship.weather_kind import State
 
 
 def sums_of(states: Sequence[State]) -> tuple[int, ...]:
-    """Return the number of each state's sum of harmonics: that of the state where it began."""
+    """Return the number of each state's sum of harmonics, which equal states in a row share."""
     sums = [0]
     for number, (before, after) in enumerate(pairwise(states), 1):
         sums.append(sums[-1] if after.goes_on(before) else number)
@@ -29,11 +29,11 @@ def fades_of(
     *,
     heave: bool,
 ) -> tuple[Fades, Fades | None]:
-    """Return roll and heave that fade from state to state; None: no heave is asked for.
+    """Return roll and heave that change from state to state; heave is None if not asked for.
 
     Args:
         states: in the order of their times.
-        motion_of: roll and heave of a state with waves, by its number.
+        motion_of: function that gives roll and heave of a state with waves, by its number.
         heave: whether heave is asked for.
     """
     at_ns, sums = tuple(state.at_ns for state in states), sums_of(states)
@@ -49,7 +49,7 @@ def fades_of(
 
 
 def seas_at_once(states: Sequence[State], duration_ns: int) -> float:
-    """Return how many seas are summed at an instant of the scene, on average: 0 to 2."""
+    """Return the average number of seas that are summed at an instant of the scene: 0 to 2."""
     edges = np.array([0, *(state.at_ns for state in states), duration_ns])
     lengths = np.diff(np.clip(edges, 0, max(duration_ns, 1)))
     sums = sums_of(states)

@@ -1,4 +1,4 @@
-"""The cheek in the form of a circular arc, which was in use before Euler (theory E2)."""
+"""The cheek in the form of a circular arc, which was in use before Euler (theory A)."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from tauto_core.scene.fields import Positive
 
 @dataclass(frozen=True)
 class CircularArc(Cam):
-    """The cheek before Euler: half a circle, root at depth d under the axle, vertical there.
+    """The cheek before Euler: half a circle, vertical at its root, d below the axle.
 
-    t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread (theory E2). The circle's centre
-    is (∓R, d). The range is half a turn: there the thread has gone round the half disc and
+    t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread (theory A). The circle's centre
+    is (∓R, d). The range is half a turn; there the thread has gone round the half disc and
     leaves it at its outer corner (∓2R, d), level with the root. Up to there it meets neither
     the other cheek nor the axle, and t > 0, so that the well rises all the way.
 
@@ -105,7 +105,7 @@ class CircularArcCam(CamKind):
     root_depth: Positive = Field(description='depth of its root below the axle [m]')
 
     def made(self, setting: Setting) -> CircularArc:
-        """Return the arc, whatever wheel and power."""
+        """Return the arc; it is the same for any wheel and power."""
         del setting
         return CircularArc(self.radius, self.root_depth)
 

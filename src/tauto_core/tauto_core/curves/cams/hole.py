@@ -71,7 +71,7 @@ class HoleCam(CamKind):
     lever_rate: Positive = Field(description='lever arm per angle of the wheel [m/rad]')
 
     def made(self, setting: Setting) -> Hole:
-        """Return the curve for the hole, whatever wheel and power."""
+        """Return the curve for the hole; it is the same for any wheel and power."""
         return Hole(self.lever_rate, setting.distance)
 
 

@@ -21,7 +21,7 @@ from tauto_core.scene.fields import Positive
 
 @dataclass(frozen=True)
 class Involute(LinearCam):
-    """Involute of a circle, for a vertical thread: t = r·ϑ (§VII–XIV). No range.
+    """Involute of a circle, for a vertical thread: t = r·ϑ (§VII–XIV). It has no limit of range.
 
     Attributes:
         base_radius: radius r of the circle [m], > 0.
@@ -36,7 +36,7 @@ class Involute(LinearCam):
 
     @property
     def range_rad(self) -> float:
-        """Infinite: the involute can be wound on for ever."""
+        """Infinite: any length of thread can be wound on the involute."""
         return math.inf
 
     def polar(self, roll_angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -59,12 +59,12 @@ class InvoluteCam(CamKind):
     base_radius: Positive = Field(description='radius of the base circle [m]')
 
     def made(self, setting: Setting) -> Involute:
-        """Return the involute, whatever wheel and power."""
+        """Return the involute; it is the same for any wheel and power."""
         del setting
         return Involute(self.base_radius)
 
     def on_lever(self, lever: LeverSetting) -> LeverGeometry:
-        """Return the lever that an involute draws on."""
+        """Return the lever machine with an involute."""
         return LeverGeometry(self.base_radius, lever.arm, lever.length)
 
 

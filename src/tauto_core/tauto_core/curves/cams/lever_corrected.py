@@ -1,20 +1,20 @@
-"""The cam that makes Sully's lever machine isochronous: beyond Euler (1727, V).
+"""The cam that makes Sully's lever machine isochronous (machine: Euler 1727, V; cam: theory D).
 
 The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam
-on the wheel's axle C. At rest the lever is level and B, at the depth D, under C. With
+on the wheel's axle C. At rest the lever is level, and B is below C at the depth D. With
 W = m g AD, J = m AD² + J_lever and the lever's angle β: V = W sin β = ½ω²s², and
 ds² = I dθ² + J dβ². Along τ = ±√tan(β/2), which has the sign of θ and is smooth through rest,
 
     dθ/dτ = 2 √(W cos²β − 2Jω² sin β)/(ω √I √(1 + τ⁴)),    dβ/dτ = 4τ/(1 + τ⁴),
 
 so that θ is one quadrature and ρ = dβ/dθ is known. The thread is the line through B at the
-distance t = ρ AB cos(β − δ) from C, and B lies on it, which gives its inclination δ:
+distance t = ρ AB cos(β − δ) from C, which gives its inclination δ:
 
     tan δ = (B − ρ AB (cos β, sin β))_x/(D − AB (1 − ρ) sin β).
 
 With u = θ − δ these lines have the support function t(u) in the wheel's frame; the cam is their
-envelope, p = dt/du. Each side keeps time by itself; the two differ from the third order on, since
-δ has the same sign on both.
+envelope, p = dt/du. Each side is isochronous by itself. The two differ from the third order on,
+since δ has the same sign on both.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _COMPLEX_STEP = 1e-30
 
 
 class _Line(NamedTuple):
-    """The thread's line and how it moves with θ, by functions that take complex τ too."""
+    """The thread's line and its derivatives by θ, from functions that also take complex τ."""
 
     ratio: Any  # ρ = dβ/dθ
     bend: Any  # dρ/dθ
@@ -48,12 +48,12 @@ class _Line(NamedTuple):
     turns: Any  # dδ/dθ
     arm: Any  # t
     p: Any
-    reach: Any  # from the foot of t to B
+    reach: Any  # distance from the foot of t to B
 
 
 @dataclass(frozen=True)
 class CorrectedLeverGeometry:
-    """The cam, thread and lever of a lever machine that keeps one period.
+    """Cam, thread and lever of an isochronous lever machine.
 
     Attributes:
         inertia: I of the wheel [kg m2], > 0.
@@ -73,7 +73,7 @@ class CorrectedLeverGeometry:
 
     @property
     def base_radius(self) -> float:
-        """r = dt/du at rest [m]: that of the involute of the same small swings.
+        """r = dt/du at rest [m], the base radius of the involute with the same small swings.
 
         W r (1 + r/l₀)/AB = I ω².
         """
@@ -82,11 +82,11 @@ class CorrectedLeverGeometry:
 
     @property
     def depth(self) -> float:
-        """D of B under C at rest, r + l₀ [m]."""
+        """Depth D of B below C at rest, r + l₀ [m]."""
         return self.base_radius + self.length
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
-        """Return t/(r τ): what an involute of base radius r would have wound up, over τ."""
+        """Return t/(r τ): the angle that an involute of base radius r would wind up, over τ."""
         line = self._line(tau)
         square = tau * tau
         beta_per_tau = 4.0 / (1.0 + square * square)
@@ -135,17 +135,17 @@ class CorrectedLeverGeometry:
     def radius_of_curvature(self, tau: FloatArray) -> FloatArray:
         """Return R of the cheek that the thread leaves [m]; negative where that is hollow.
 
-        t + dp/du, on the other cheek its negative. The derivative of p is that of the complex
-        step (Squire & Trapp, SIAM Review 40, 1998): to rounding.
+        R = t + dp/du, on the other cheek its negative. The derivative of p is computed to rounding
+        by the complex step (Squire & Trapp, SIAM Review 40, 1998).
         """
         tau = np.asarray(tau, np.float64)
         radius: FloatArray = np.where(tau < 0.0, -1.0, 1.0) * self._signed_radius(tau)
         return radius
 
     def contact(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return where the thread leaves the cam, (x, y) in the wheel's frame [m].
+        """Return the point at which the thread leaves the cam, (x, y) in the wheel's frame [m].
 
-        The frame is that of `curves.Cam`: +y along the thread at rest, x < 0 the cheek for
+        The frame is that of `curves.Cam`: +y along the thread at rest, x < 0 on the cheek for
         positive angles.
         """
         line, u = self._line(tau), self.pose(tau).u
@@ -161,7 +161,7 @@ class CorrectedLeverGeometry:
     def wider(self, amplitude: float, loads: Loads) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence.
 
-        A heavier weight needs a smaller cam, a longer period likewise.
+        A heavier weight or a longer period needs a smaller cam.
         """
 
         def holds(*, mass: float = loads.mass, period: float = loads.period) -> bool:
@@ -181,7 +181,7 @@ class CorrectedLeverGeometry:
         return replace(self, inertia=inertia)
 
     def _theta_rate(self, tau: Any) -> Any:
-        """Return dθ/dτ; NaN where the lever alone would be too slow."""
+        """Return dθ/dτ; NaN where the lever alone takes the whole energy."""
         square = tau * tau
         quartic = square * square
         sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)

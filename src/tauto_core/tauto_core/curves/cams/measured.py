@@ -1,11 +1,10 @@
-"""A cam given by points that were measured on a real piece, smoothed within a stated tolerance.
+"""A cam given by points measured on a real piece, smoothed within a stated tolerance.
 
-A spline through measured points follows their errors, and its radius of curvature, t + t'' on a
-vertical thread, magnifies them: a piece that is convex comes out hollow. So the spline need only
-pass within the tolerance of every point, and of those that do the smoothest is taken: FITPACK's
-smoothing spline (Dierckx 1993, *Curve and Surface Fitting with Splines*, ch. 5), whose knots are
-as few as the sum of squares S that is allowed asks for, at the largest S, by factors of
-two, at which no point is farther off than the tolerance.
+A spline through measured points follows their errors. Its radius of curvature, t + t'' on a
+vertical thread, magnifies them, so that a convex piece would come out hollow. The cam is therefore
+the smoothest spline that passes within the tolerance of every point: FITPACK's smoothing spline
+(Dierckx 1993, *Curve and Surface Fitting with Splines*, ch. 5). It has as few knots as an allowed
+sum of squares S needs; S is halved until no point is farther off than the tolerance.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 _TERMS = 6
 MOST_ROWS = 500
 _HALVINGS = 32
-"""Largest number of halvings of S, from the value with all points off by the tolerance; after them
+"""Largest number of halvings of S, beginning where all points are off by the tolerance; after them
 the points are interpolated.
 """
 _LARGEST_SHARE = 0.5
@@ -55,7 +54,7 @@ def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLev
     Args:
         angles: ϑ > 0, strictly increasing [rad], shape (n,), n ≥ 6.
         arms: t measured there [m], shape (n,).
-        tolerance: the most that the spline may be off at any of the points [m], > 0.
+        tolerance: largest difference of the spline from any point [m], > 0.
     """
     x = np.concatenate([-angles[::-1], [0.0], angles])
     y = np.concatenate([-arms[::-1], [0.0], arms])
@@ -88,13 +87,13 @@ def _fitted(x: FloatArray, y: FloatArray, tolerance: float, squares: float) -> B
 
 
 def _odd_part(spline: BSpline) -> TableLever:
-    """Return (s(ϑ) − s(−ϑ))/2 piece by piece from 0: FITPACK's knots are not symmetric."""
+    """Return (s(ϑ) − s(−ϑ))/2 piece by piece from 0, since FITPACK's knots are not symmetric."""
     from scipy.interpolate import PPoly
 
     whole = PPoly.from_spline(spline.tck)
     ends = np.unique(whole.x)
     knots = np.unique(np.concatenate([[0.0], np.abs(ends)]))
-    # knots that mirror each other are the same to rounding
+    # knots that mirror each other are equal to rounding
     apart = np.diff(knots) > 1e-12 * knots[-1]
     knots = np.append(knots[:-1][apart], knots[-1])
     rows = []
@@ -107,7 +106,7 @@ def _odd_part(spline: BSpline) -> TableLever:
 
 
 def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
-    """Return the piece that an angle lies on, as a polynomial in h of start + way·h."""
+    """Return the piece that contains an angle, as a polynomial in h of start + way·h."""
     x, c = whole.x, whole.c
     k = int(np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2))
     found: Polynomial = Polynomial(c[::-1, k])(Polynomial([start - x[k], way]))
@@ -134,7 +133,7 @@ class MeasuredCam(CamKind):
     )
 
     def made(self, setting: Setting) -> Table:
-        """Return the smoothed cam, whatever wheel and power.
+        """Return the smoothed cam; it is the same for any wheel and power.
 
         Raises:
             SceneError: naming file, line, value and remedy; or a tolerance with which no thread
@@ -143,7 +142,7 @@ class MeasuredCam(CamKind):
         path = data_path(self.path)
         rows = read_rows(path)
         if rows and rows[0][1:] == (0.0, 0.0):
-            rows = rows[1:]  # rest is part of every cam
+            rows = rows[1:]  # the point at rest is part of every cam
         check_rows(path, rows)
         if len(rows) > MOST_ROWS:
             problem = f'more than {MOST_ROWS} points take minutes to smooth'
@@ -170,13 +169,13 @@ class MeasuredCam(CamKind):
             raise self._refused(path, angles, arms, setting.distance, error) from None
 
     def files(self) -> Iterator[tuple[str, str]]:
-        """Yield the points."""
+        """Yield the file of the points."""
         yield 'trochlea.cam.path', self.path
 
     def _refused(
         self, path: Path, angles: FloatArray, arms: FloatArray, distance: float, error: SceneError
     ) -> SceneError:
-        """Return the error of a tolerance without a cam; it names the smallest that works."""
+        """Return the error for a tolerance without a cam; it names the smallest that works."""
         largest = _LARGEST_SHARE * float(arms.max())
 
         def works(tolerance: float) -> bool:

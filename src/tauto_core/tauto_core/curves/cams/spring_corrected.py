@@ -1,4 +1,4 @@
-"""The cam that is a tautochrone for a massless spring: beyond Euler, theory E2."""
+"""The isochronous cam for a spring without mass (theory D)."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from tauto_core.scene.fields import Positive
 
 @dataclass(frozen=True)
 class SpringCorrected(CorrectedCam):
-    """The tautochrone for a massless spring of any stiffness (theory E2).
+    """The isochronous cam for a spring of any stiffness without mass (theory D).
 
     With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), which becomes the
-    involute as κ → 0. The torque is −I ω²ϑ exactly. Through a hole at distance a the range is
-    a/√(b² − a²c²), none where a c ≥ b. The cheek may be hollow at its tip: see `curvature`.
+    involute as κ → 0. The torque is exactly −I ω²ϑ. Through a hole at distance a the range is
+    a/√(b² − a²c²), unlimited where a c ≥ b. The cheek may be hollow at its tip (`curvature`).
 
     Attributes:
         rate: b = t'(0) [m/rad], > 0.
@@ -55,7 +55,7 @@ class SpringCorrected(CorrectedCam):
 
     @property
     def range_rad(self) -> float:
-        """Where t reaches the hole [rad]; inf where it never does."""
+        """Angle at which t reaches the hole [rad]; inf if it never does."""
         reached = self.distance * math.sqrt(self.bend)
         if math.isinf(self.distance) or reached >= self.rate:
             return math.inf

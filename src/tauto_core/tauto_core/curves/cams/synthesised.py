@@ -37,8 +37,8 @@ class SynthesisedCam(CamKind):
         """Return the cam for the wheel and its power.
 
         Raises:
-            SceneError: a power too slow for the period, a range beyond what there is, a lever arm
-                longer than the hole is away, or a cheek that would be hollow.
+            SceneError: a power too slow for the period, a range that the power cannot provide, a
+                lever arm longer than the distance of the hole, or a cheek that would be hollow.
         """
         rate_for_period(setting, self.period)
         key, value = 'trochlea.cam.period', self.period
@@ -54,7 +54,7 @@ class SynthesisedCam(CamKind):
 
 
 def power_train(setting: Setting) -> PowerTrain:
-    """Return V and M of a power by its lift y: F = F(0) + κy, V = F(0) y + κy²/2."""
+    """Return V and M of a power as functions of its lift y: F = F(0) + κy, V = F(0) y + κy²/2."""
     pull, first = setting.pull, setting.pull.at_rest(setting.gravity)
     stiffness = pull.stiffness
     return PowerTrain(

@@ -37,12 +37,11 @@ _FORM = f'Write the header {",".join(HEADER)} and rows of two plain numbers.'
 class Table(Cam):
     """A cam whose lever arm is a quintic spline through tabulated points.
 
-    t has continuous derivatives up to the fourth. A law of any form will do with a hole, as
-    ψ = ϑ + arcsin(t/a) asks nothing of it but |t| ≤ a. Where `radius_of_curvature` comes out
-    negative the tabulated arm can't be cut as a cheek.
+    t has continuous derivatives up to the fourth. For a thread through a hole, ψ = ϑ + arcsin(t/a)
+    requires only |t| ≤ a. Where `radius_of_curvature` is negative the cheek cannot be cut.
 
     Attributes:
-        source: where the table comes from, for messages.
+        source: origin of the table, for messages.
         law: the spline, from 0 to the range.
         distance: distance of the hole from the axle [m]; inf for a vertical thread.
     """
@@ -128,11 +127,11 @@ class Table(Cam):
 
 
 class Fitted(Table):
-    """A cam whose lever arm is an analytic law, as polynomials to rounding."""
+    """A cam whose lever arm is an analytic function, represented by polynomials to rounding."""
 
     @property
     def joints(self) -> FloatArray:
-        """None: the joints of its polynomials are not visible in the law."""
+        """None: the joints of the polynomials are below rounding."""
         return np.empty(0)
 
 
@@ -259,7 +258,7 @@ def law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
 
 
 def check_spline(path: Path, table: Table) -> None:
-    """Refuse a spline that swings below zero, or out of the hole's reach, between the rows."""
+    """Refuse a spline that is negative, or beyond the hole, between the rows."""
     name, arm = str(path), table._arm
     slope = float(table.lever_rate(0.0))
     if not slope > 0.0:
@@ -317,7 +316,7 @@ class TableCam(CamKind):
     path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')
 
     def made(self, setting: Setting) -> Table:
-        """Return the cam through the rows, whatever wheel and power.
+        """Return the cam through the rows; it is the same for any wheel and power.
 
         Raises:
             SceneError: naming file, line, value and remedy.
@@ -326,7 +325,7 @@ class TableCam(CamKind):
         return wrappable(path, load_table(path, setting.distance))
 
     def files(self) -> Iterator[tuple[str, str]]:
-        """Yield the table."""
+        """Yield the file of the table."""
         yield 'trochlea.cam.path', self.path
 
 

@@ -1,4 +1,4 @@
-"""The cam that is a tautochrone for a weight with inertia: beyond Euler, theory D."""
+"""The isochronous cam for a weight with inertia (theory D)."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from tauto_core.scene.errors import CamRangeError
 from tauto_core.scene.fields import Positive
 
 STEEPEST = 1000.0
-"""tan χ at the edge of a weight's cam on a vertical thread, where t grows without bounds."""
+"""tan χ at the edge of a weight's cam on a vertical thread, where t grows without bound."""
 
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 @dataclass(frozen=True)
 class WeightCorrected(CorrectedCam):
-    """The tautochrone for a weight that has inertia (theory D).
+    """The isochronous cam for a weight that has inertia (theory D).
 
     With λ = √(I/m), L = λ²/r = g/ω² and the slope χ of the cycloid:
     ϑ = (L/2λ)(χ + sin χ cos χ), h = (L/2) sin²χ, t = λ tan χ, t' = r sec⁴χ, t'' = 4(λ³/L²) tan χ
-    sec⁶χ. The arc is L√m sin χ. On a vertical thread the range is πλ/(4r), less 4e-10 of it: there
-    the lever arm is 1000 λ and grows without bounds. Through a hole at distance a, tan χ ≤ a/λ.
+    sec⁶χ. The arc is L√m sin χ. On a vertical thread the range is πλ/(4r), less 4e-10 of it; there
+    the lever arm is 1000 λ and grows without bound. Through a hole at distance a, tan χ ≤ a/λ.
 
     Attributes:
         rate: r = t'(0) = I ω²/(m g) [m/rad], > 0.
@@ -54,17 +54,17 @@ class WeightCorrected(CorrectedCam):
 
     @property
     def suits(self) -> tuple[float, float]:
-        """(m/I, 0): a weight of this inertia, whatever gravity."""
+        """(m/I, 0): a weight of this inertia, in any gravity."""
         return self.mass_ratio, 0.0
 
     @property
     def range_rad(self) -> float:
-        """Where t reaches the hole; on a vertical thread πλ/(4r), less 4e-10 of it [rad]."""
+        """Angle where t reaches the hole; on a vertical thread πλ/(4r), less 4e-10 of it [rad]."""
         return float(self.angle_of_slope(min(self.distance / self.gyration, STEEPEST)))
 
     @property
     def drawn_rad(self) -> float:
-        """At most a turn, and on a vertical thread up to t = λ [rad]: beyond, it sweeps away."""
+        """At most a turn, on a vertical thread up to t = λ [rad]; beyond, it is too wide."""
         steepest = STEEPEST if math.isfinite(self.distance) else 1.0
         return min(self.range_rad, math.tau, float(self.angle_of_slope(steepest)))
 
@@ -100,7 +100,7 @@ class WeightCorrected(CorrectedCam):
         if near.any():
             found[near] = np.tan(_rising(mean[near]))
         if not near.all():
-            # near the edge the angle that is left counts
+            # near the edge the angle is counted from there
             edge = 0.25 * math.pi * self.gyration / self.rate
             left = per_rad * (edge - np.abs(np.atleast_1d(angle)[~near]))
             found[~near] = 1.0 / np.tan(_falling(left))
@@ -162,7 +162,7 @@ class WeightCorrected(CorrectedCam):
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence.
 
-        A heavier weight needs shorter lever arms, a longer period likewise.
+        A heavier weight or a longer period needs shorter lever arms.
         """
 
         def heavier(tried: float) -> bool:
@@ -205,7 +205,7 @@ KIND = WeightCorrectedCam
 
 
 def _rising(mean: FloatArray) -> FloatArray:
-    """Return χ of χ + sin χ cos χ = mean, 0 ≤ mean ≤ 1.2: Newton's method."""
+    """Return the χ with χ + sin χ cos χ = mean, 0 ≤ mean ≤ 1.2, by Newton's method."""
 
     def excess(chi: FloatArray) -> tuple[FloatArray, FloatArray]:
         cosine = np.cos(chi)
@@ -216,7 +216,7 @@ def _rising(mean: FloatArray) -> FloatArray:
 
 
 def _falling(left: FloatArray) -> FloatArray:
-    """Return w of w − sin w cos w = left, 0 < left ≤ 0.4: Newton's method."""
+    """Return the w with w − sin w cos w = left, 0 < left ≤ 0.4, by Newton's method."""
 
     def excess(w: FloatArray) -> tuple[FloatArray, FloatArray]:
         sine = np.sin(w)

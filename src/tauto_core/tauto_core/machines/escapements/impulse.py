@@ -1,4 +1,4 @@
-"""The plain escapement: what the train has, it gives."""
+"""The plain escapement, whose impulses weaken with the train."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Escapement(EscapementKind):
 
     @property
     def ebb(self) -> Ebb | None:
-        """That of the train: what it lacks, the impulses lack."""
+        """That of the train."""
         if self.train is None or self.train.fall == 0.0:
             return None
         return Ebb(self.train.fall, self.train.impulses)

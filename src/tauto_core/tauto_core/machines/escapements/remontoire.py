@@ -1,10 +1,10 @@
 """The remontoire: a small spring that drives the escapement, and that the train only rewinds.
 
-Whatever the train has beyond what rewinding takes is spent on a fly; the impulses depend on the
-small spring alone, which falls off a little between one rewinding and the next and begins anew at
-each. Harrison's fourth timekeeper rewinds its own eight times a minute (*The Principles of Mr.
-Harrison's Time-keeper, with Plates of the same*, London 1767), with five beats a second: 37 or 38
-impulses from one rewinding to the next.
+The energy that the train has beyond what rewinding takes is spent on a fly. The impulses depend on
+the small spring alone, which weakens a little between two rewindings. Harrison's fourth timekeeper
+rewinds its own eight times a minute (*The Principles of Mr. Harrison's Time-keeper, with Plates of
+the same*, London 1767), with five beats a second: 37 or 38 impulses from one rewinding to the
+next.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class DrivingTrain(Train):
 
     @property
     def least(self) -> float:
-        """Work that it has for an impulse just before it is wound [J]."""
+        """Work that the train can supply for an impulse just before it is wound [J]."""
         return self.energy * (1.0 - 0.5 * self.fall)
 
 
@@ -62,13 +62,13 @@ class RemontoireEscapement(EscapementKind):
 
     @property
     def ebb(self) -> Ebb | None:
-        """That of the small spring; the train's is not felt."""
+        """That of the small spring; the train has no influence."""
         if self.remontoire.fall == 0.0:
             return None
         return Ebb(self.remontoire.fall, self.remontoire.impulses)
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys: a train too weak to rewind, above all."""
+        """Yield what is wrong between its keys, for example a train that is too weak to rewind."""
         yield from super().problems()
         if self.train is not None and self.train.least < self.energy:
             factor = 1.0 - 0.5 * self.train.fall

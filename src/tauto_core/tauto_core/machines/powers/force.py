@@ -1,4 +1,4 @@
-"""A constant pull without inertia: Euler's own supposition (1727, X)."""
+"""A constant pull without inertia, as Euler assumes (1727, X)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ForcePower(PowerKind):
 
     @property
     def pull(self) -> Pull:
-        """The force alone."""
+        """The constant force."""
         return Pull(force=self.force)
 
 

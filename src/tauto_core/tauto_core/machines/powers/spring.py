@@ -24,7 +24,7 @@ class SpringPower(PowerKind):
 
     @property
     def pull(self) -> Pull:
-        """The force, and the stiffness."""
+        """The force at zero draw, and the stiffness."""
         return Pull(force=self.force, stiffness=self.stiffness)
 
     @property

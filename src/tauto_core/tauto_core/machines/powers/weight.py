@@ -26,7 +26,7 @@ class WeightPower(PowerKind):
 
     @property
     def pull(self) -> Pull:
-        """The weight, and its inertia unless it is neglected."""
+        """The weight, and its inertia unless that is neglected."""
         return Pull(carried_mass=0.0 if self.massless else self.mass, pulling_mass=self.mass)
 
     def left_out(self) -> tuple[str, ...]:

@@ -31,7 +31,7 @@ class WeightAndSpringPower(PowerKind):
 
     @property
     def acts_as(self) -> str:
-        """Both at once: no closed form corrects that."""
+        """Both; no closed form corrects them together."""
         return 'weight_and_spring'
 
 

@@ -1,12 +1,12 @@
 """The thread that swings: wheel, involute and a weight on a free thread (Euler 1727, XX).
 
-Two degrees of freedom, as absolute angles: ψ of the wheel, δ of the thread. With u = ψ − δ, the
-angle that the cam feels, and l = l₀ − r u²/2 the free thread,
+Two degrees of freedom, both absolute angles: ψ of the wheel, δ of the thread. With u = ψ − δ, the
+angle by which the cam winds the thread, and l = l₀ − r u²/2, the free length,
 
     (I + m r²u²) ψ̈ = −m r u [g cos(δ − β) + l δ̇² + r ψ̇²] + torque on the wheel,
     l δ̈ = −g sin(δ − β) − r ψ̈ + r u δ̇ (2ψ̇ − δ̇),
 
-in the direction β of the apparent vertical, where the apparent gravity is g. Small swings are the
+where β is the direction of the apparent vertical and g the apparent gravity. Small swings are the
 modes of paper C (`modes`).
 """
 
@@ -35,10 +35,10 @@ Angles = TypeVar('Angles', FloatArray, np.ndarray)
 
 
 LEAST_FREE = 0.01
-"""Part of the thread that must stay free: with none the thread swings infinitely fast."""
+"""Part of the thread that must stay free; its frequency grows without bound as it is used up."""
 
 LEAST_AMPLITUDE = 2.0**-40
-"""Below [rad] the period is the limit's to rounding: they differ by a share of A²."""
+"""Below it [rad] the period equals its limit to rounding, since they differ by a share of A²."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,10 @@ class HangingMachine:
 
     @property
     def wheel_is_fast(self) -> bool:
-        """Whether the faster mode is the wheel's, as with a long thread: l₀ > r + I/(m r).
+        """Whether the wheel's mode is the faster one, as with a long thread: l₀ > r + I/(m r).
 
-        The wheel's mode is the one that takes most of a wheel released with the thread plumb; at
-        l₀ = r + I/(m r) both take half.
+        The wheel's mode is the one that dominates when the wheel is released with the thread
+        plumb; at l₀ = r + I/(m r) both modes have half.
         """
         return self.length > self.base_radius + self.inertia / (self.mass * self.base_radius)
 
@@ -88,7 +88,7 @@ class HangingMachine:
     def frequency(self) -> float:
         """Angular frequency of small swings in the wheel's mode on land [rad/s].
 
-        It tends to √(m g r/I), the ideal vertical thread's, as the thread grows long.
+        For a long thread it tends to √(m g r/I), that of the ideal vertical thread.
         """
         return math.sqrt(
             self.gravity / (self.modes.b_prime if self.wheel_is_fast else self.modes.b)
@@ -108,11 +108,11 @@ class HangingMachine:
 
     @property
     def range_rad(self) -> float:
-        """Largest |u|: all but a hundredth of the thread is wound up there [rad]."""
+        """Largest |u|, at which only a hundredth of the thread is still free [rad]."""
         return math.sqrt(2.0 * (1.0 - LEAST_FREE) * self.length / self.base_radius)
 
     def felt_angle(self, angle: float, tilt: float) -> float:
-        """Return u of a wheel at `angle` in its case, the thread plumb [rad]."""
+        """Return u of a wheel at `angle` in its case with the thread plumb [rad]."""
         return angle - tilt
 
     def wider_range(self, amplitude: float) -> str:
@@ -154,10 +154,10 @@ class HangingMachine:
     def energy(
         self, psi: float, delta: float, psi_rate: float, delta_rate: float, gravity: float
     ) -> float:
-        """Return kinetic and potential energy, the latter 0 at rest [J].
+        """Return kinetic plus potential energy, 0 at rest in equilibrium [J].
 
         Args:
-            psi: ψ [rad].
+            psi: ψ, from the apparent vertical [rad].
             delta: δ, from the apparent vertical [rad].
             psi_rate: ψ̇ [rad/s].
             delta_rate: δ̇ [rad/s].
@@ -175,15 +175,15 @@ class HangingMachine:
     def period(self, amplitude: float) -> float:
         """Return the period of the periodic swing in the wheel's mode on land [s].
 
-        In it wheel and thread come to rest together, and pass the middle together, so that it
-        repeats; other releases mix in swings of the thread. As A → 0 it is the mode of small
-        swings.
+        In this swing wheel and thread come to rest together and pass the middle together, so that
+        it repeats. Other releases also excite the thread's mode. As A → 0 it becomes the mode of
+        small swings.
 
         Args:
             amplitude: A of the wheel [rad]; the sign does not matter.
 
         Raises:
-            CamRangeError: an amplitude at which the thread would be wound up.
+            CamRangeError: an amplitude at which the whole thread would be wound up.
             SwingError: no such swing.
             SlackThreadError: a swing in which the thread goes slack.
         """
@@ -220,9 +220,9 @@ class HangingThread(ThreadKind):
     length: Positive = Field(description='free length of the thread at rest [m]')
 
     def machine(self, parts: Parts) -> HangingMachine:
-        """Return the machine whose thread swings."""
+        """Return the machine with a thread that swings."""
         rate = parts.cam.made(self.setting(parts)).linear_rate
-        assert rate is not None  # of the cams it goes with
+        assert rate is not None  # linear in the cams that this thread takes
         return HangingMachine(
             inertia=parts.inertia,
             mass=parts.power.pull.carried_mass,

@@ -1,4 +1,4 @@
-"""The thread drawn through a fixed hole (Euler 1727, XXII)."""
+"""The thread through a fixed hole (Euler 1727, XXII)."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Sully's own machine: the thread draws on a lever that carries the weight (Euler 1727, V).
+"""Sully's own machine: the thread pulls a lever that carries the weight (Euler 1727, V).
 
-One degree of freedom: with the lever's angle β(θ) of `lever_geometry`, m the weight at AD from the
-fulcrum and J = m AD² + J_lever about it,
+One degree of freedom. With the lever's angle β(θ) of `lever_geometry`, the weight m at the
+distance AD from the fulcrum and J = m AD² + J_lever about it,
 
     M(θ) = I + J (dβ/dθ)²,    V(θ) = m g AD sin β.
 
-The involute does not make it isochronous, and the well is not even: the far turning point differs.
+It is not isochronous with the involute. The well is not even, so the two turning points differ.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from tauto_core.scene.fields import NonNegative, Positive
 
 @dataclass(frozen=True)
 class LeverMachine:
-    """Sully's lever machine in numbers.
+    """Sully's lever machine as numbers.
 
     Attributes:
         inertia: I of the wheel about its axle [kg m2], > 0.
         mass: m of the weight [kg], > 0.
         weight_arm: AD, from the fulcrum to the weight [m], > 0.
-        lever_inertia: moment of inertia of the lever itself about its fulcrum, where it is
+        lever_inertia: moment of inertia of the lever itself about its fulcrum, at which it is
             balanced [kg m2], ≥ 0.
         geometry: cam, thread and lever.
         gravity: g [m/s2].
         drag: torques against the motion in the case, or None.
-        escapement: impulses, or None.
+        escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
     """
 
@@ -62,12 +62,12 @@ class LeverMachine:
 
     @property
     def turned_inertia(self) -> float:
-        """J of weight and lever about the fulcrum [kg m2]."""
+        """J, moment of inertia of weight and lever about the fulcrum [kg m2]."""
         return self.mass * self.weight_arm**2 + self.lever_inertia
 
     @property
     def weight_torque(self) -> float:
-        """Torque of the weight about the fulcrum, the lever level, on land: m g AD [N m]."""
+        """Torque of the weight about the fulcrum with the lever level, on land: m g AD [N m]."""
         return self.mass * self.gravity * self.weight_arm
 
     @property
@@ -94,7 +94,7 @@ class LeverMachine:
         return min(-self.sides[0], self.sides[1])
 
     def felt_angle(self, angle: float, tilt: float) -> float:
-        """Return the angle that `range_rad` bounds, θ: the lever is fixed in the case."""
+        """Return the angle that `range_rad` bounds: θ, since the lever is fixed in the case."""
         del tilt
         return angle
 
@@ -109,7 +109,7 @@ class LeverMachine:
         return self.geometry.wider(amplitude, loads)
 
     def with_inertia(self, inertia: float) -> LeverMachine:
-        """Return the machine with another wheel [kg m2], and the cam made for it."""
+        """Return the machine with another wheel [kg m2], and with the cam made for that."""
         return replace(self, inertia=inertia, geometry=self.geometry.of_inertia(inertia))
 
     def beta(self, angle: ArrayLike) -> FloatArray:
@@ -136,7 +136,7 @@ class LeverMachine:
     def arc(self, angle: ArrayLike) -> FloatArray:
         """Return s(θ) = ∫√M dθ from 0 [√kg m], with the sign of θ.
 
-        Along τ the integrand √(I θ_τ² + J β_τ²) has no singularity at a dead point.
+        As an integral over τ, √(I θ_τ² + J β_τ²) has no singularity at a dead point.
         """
         tau = np.atleast_1d(self._tau(angle))
         return integrate(self.arc_slope, np.zeros(tau.size), tau.ravel()).reshape(np.shape(angle))
@@ -149,11 +149,11 @@ class LeverMachine:
     def swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return τ and dt/dW along a swing released at rest at an amplitude ≠ 0.
 
-        V = V(A) cos²W runs once through the swing as W from 0 to π. With Y = ±√V, of the sign of
-        θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
+        V = V(A) cos²W runs once through the swing as W goes from 0 to π. With Y = ±√V, of the sign
+        of θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
 
         Args:
-            amplitude: A, where it is released [rad].
+            amplitude: A, angle of the release [rad].
             w: in [0, π], any shape.
         """
         shape, cosine = self.geometry, np.cos(w)
@@ -171,7 +171,7 @@ class LeverMachine:
         return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
 
     def angle_of_potential(self, potential: float) -> float:
-        """Return θ ≥ 0 at which V is `potential` [J], at most the largest of the geometry."""
+        """Return θ ≥ 0 at which V is `potential` [J], at most the end of the geometry."""
         sine = np.array(min(potential / self.weight_torque, 1.0))
         tau = min(float(_tau_of_sine(sine)), self.geometry.edges[1])
         return float(self.geometry.theta(np.array([tau]))[0])
@@ -186,8 +186,8 @@ class LeverMachine:
         The thread stays taut, since m g AD cos β + J β″θ̇² > 0: within the geometry β″ > 0.
 
         Args:
-            amplitude: where the wheel is released at rest [rad]; its sign matters, the well is
-                not even. 0 gives the limit 2π/ω.
+            amplitude: angle of the release at rest [rad]; its sign matters, since the well is not
+                even. 0 gives the limit 2π/ω.
 
         Raises:
             CamRangeError: an amplitude, or its far turning point, beyond the geometry.
@@ -248,7 +248,7 @@ class LeverThread(ThreadKind):
         """Return the lever machine.
 
         Raises:
-            SceneError: a cam that does not go with a lever.
+            SceneError: a cam that is not compatible with a lever.
         """
         mass = parts.power.pull.carried_mass
         lever = LeverSetting(

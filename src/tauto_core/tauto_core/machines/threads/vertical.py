@@ -1,4 +1,4 @@
-"""The thread that keeps to one direction (Euler 1727, VII)."""
+"""The ideal thread of one direction (Euler 1727, VII)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motion as measured: a CSV of roll and heave, or a bag of an inertial sensor."""
+"""Measured motion: a CSV of roll and heave, or a bag of an inertial sensor."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class RecordedShip(ShipKind):
     recorded: Recorded = Field(description='mapping: path, and CSV columns or a topic')
 
     def channels(self, scene: Surroundings) -> Channels:
-        """Return what was measured, within its pass-band."""
+        """Return the measured motion within its pass-band."""
         motion = recorded_motion(scene, self.recorded)
         return Channels(
             motion.roll,
@@ -42,7 +42,7 @@ class RecordedShip(ShipKind):
         )
 
     def files(self) -> Iterator[tuple[str, str, bool]]:
-        """Yield the record, which is a folder where it is a bag."""
+        """Yield the record, which may be a folder if it is a bag."""
         yield 'ship.recorded.path', self.recorded.path, self.recorded.topic is not None
 
     def problems(self) -> Iterator[Problem]:
@@ -76,7 +76,7 @@ class RecordedShip(ShipKind):
             )
 
     def left_out(self) -> tuple[str, ...]:
-        """Return the heave where none was measured."""
+        """Return the heave if none was measured."""
         measured = self.recorded.heave_column is not None or self.recorded.topic is not None
         return () if measured else ('heave',)
 

@@ -1,4 +1,4 @@
-"""A ship in a long-crested sea, and how she moves in it (theory E5)."""
+"""A ship in a long-crested sea, and its motion there (theory E5)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tauto_core.ship.weather_states import fades_of, seas_at_once, told
 
 @dataclass(frozen=True)
 class SeaMotion:
-    """The waves that a ship meets and her motion in them, at frequencies of encounter.
+    """The waves that a ship meets and its motion in them, at encounter frequencies.
 
     Attributes:
         elevation: elevation of the waves at the ship [m], upwards.
@@ -67,7 +67,7 @@ class SeaShip(ShipKind):
         default=None,
         description='mapping: spectrum, significant_wave_height, peak_period, …; or spectrum '
         'file, path',
-        # read before a scene is checked, and then a table
+        # replaced by a table before a scene is checked
         examples=['file'],
     )
     weather: Annotated[WeatherKind, OneOf(WEATHERS)] | None = Field(
@@ -90,7 +90,7 @@ class SeaShip(ShipKind):
 
     @property
     def relative_heading(self) -> float:
-        """Direction the waves run to, from the bow to port [rad], of `rao` or `heading`."""
+        """Direction in which the waves run, from the bow to port [rad]: of `rao` or `heading`."""
         if self.rao is not None:
             return self.rao.heading
         return 0.5 * math.pi if self.heading is None else self.heading
@@ -131,7 +131,7 @@ class SeaShip(ShipKind):
         return checked(self.weather.resolved(setting), scene)
 
     def in_state(self, state: State) -> Self:
-        """Return the ship in the one sea of a state."""
+        """Return the ship in the sea of one state."""
         here = {'sea': state.sea, 'weather': None, 'speed': state.speed}
         if self.rao is None:
             here['heading'] = state.heading
@@ -142,7 +142,7 @@ class SeaShip(ShipKind):
         if self.weather is None:
             return self
         highest = max(self.states(scene), key=lambda state: state.height)
-        # a voyage may be cut short before she leaves a calm
+        # a shortened voyage may end before she leaves a calm
         return StillShip() if highest.sea is None else self.in_state(highest)
 
     def with_roll_scaled(self, factor: float) -> Self:
@@ -151,7 +151,7 @@ class SeaShip(ShipKind):
             slope = factor * self.roll.slope_coefficient
             roll = self.roll.model_copy(update={'slope_coefficient': slope})
             return self.model_copy(update={'roll': roll})
-        assert self.rao is not None  # a scene has one of them
+        assert self.rao is not None  # a scene has roll or rao
         parts = {
             key: tuple(factor * each for each in getattr(self.rao, key))
             for key in ('roll_real', 'roll_imaginary')
@@ -218,7 +218,7 @@ def _response(ship: SeaShip) -> Iterator[Problem]:
 
 
 def course_of(scene: Surroundings, ship: SeaShip) -> Course:
-    """Return how the ship of a scene meets the waves."""
+    """Return speed and heading of the ship of a scene in the waves."""
     return Course(ship.speed, ship.relative_heading, scene.gravity)
 
 
@@ -245,7 +245,7 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
     if ship.rao is not None:
         found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
         return SeaMotion(met, found.roll, found.heave, found.left_out)
-    assert ship.roll is not None  # a scene has one of them
+    assert ship.roll is not None  # a scene has roll or rao
     roll = roll_answer(waves, ship.roll, course)
     return SeaMotion(met, roll, met if ship.heave else None, 0.0)
 
@@ -272,7 +272,7 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
     """Return roll and heave in one sea after another.
 
     Raises:
-        SceneError: as `sea_motion`, of any state.
+        SceneError: as `sea_motion`, for any state.
     """
     states = ship.states(scene)
     left_out = 0.0
@@ -292,7 +292,7 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
 
 
 def _band(state: State, gravity: float) -> FloatArray:
-    """Return both ends of a sea's band [rad/s], and where the frequency of encounter turns."""
+    """Return both ends of a sea's band [rad/s], and the extreme of the encounter frequency."""
     assert state.sea is not None
     low, high = (2.0 * np.pi * each for each in band_hz(state.sea))
     along = state.speed * math.cos(state.heading)
@@ -349,7 +349,7 @@ def sea_warnings(left_out: float) -> tuple[str, ...]:
     """Return a warning about the waves to which the ship does not respond.
 
     Args:
-        left_out: share of the energy of the waves, the largest of any sea.
+        left_out: share of the energy of the waves, the largest in any sea.
     """
     if left_out == 0.0:
         return ()

@@ -19,7 +19,7 @@ from tauto_core.ship.sea_sections import Heading
 from tauto_core.ship.weather_kind import HIGHEST_M, LEAST_CHANGE_S, Setting, State, WeatherKind
 
 _STREAM = 0x636C696D
-"""Stream of random numbers from the seed, apart from those of the seas and of the dial's noise."""
+"""Stream of random numbers from the seed, separate from those of the seas and the dial's noise."""
 _NUMBERS = ('median_wave_height', 'log_deviation', 'correlation_time', 'steepness')
 _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 
@@ -60,7 +60,7 @@ class Region(Section):
     )
 
     def resolved(self) -> Climate:
-        """Return its numbers, all of which it has or a known climate."""
+        """Return all numbers, its own where given, otherwise those of the known climate."""
         known = CLIMATES[self.climate]._asdict() if self.climate is not None else {}
         own = {name: getattr(self, name) for name in (*_NUMBERS, 'waves_to')}
         given = {name: value for name, value in own.items() if value is not None}

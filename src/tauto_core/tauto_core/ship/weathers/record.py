@@ -1,4 +1,4 @@
-"""Weather as a buoy measured it."""
+"""Weather from the record of a buoy."""
 
 from __future__ import annotations
 
