@@ -2,9 +2,9 @@
 
 A piece spans n samples. Roll comes with its rate: with one more sample on either side, n + 3
 samples give a Hermite polynomial of degree 2n + 5 (with three more, where samples are coarse and
-no polynomial is fitted, one of degree 2n + 13). The specific force comes
-without a rate: with four more samples on either side, n + 9 samples give a Lagrange polynomial of degree n + 8. Both are written in
-powers of x, which runs from 0 to 1 over the piece.
+no polynomial is fitted, one of degree 2n + 13). The specific force comes without a rate: with
+four more samples on either side, n + 9 samples give a Lagrange polynomial of degree n + 8. Both
+are written in powers of x, which runs from 0 to 1 over the piece.
 
 Remainder for a wave of angular frequency Ω sampled every h, of unit amplitude: at most
 (Ωh)^w max|ω(u)|/w!, with w conditions and ω(u) the product of the distances to their nodes, in
