@@ -57,7 +57,9 @@ class Tauto:
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return 'RATE Hz TOLERANCE', coarse to fine, or what needs neither."""
         if isinstance(problem, CaseProblem):
-            return tuple(f'{rate} Hz {each}' for rate in (32, 40, 50) for each in _CASE_TOLERANCES)
+            return tuple(
+                f'{rate} Hz {each}' for rate in (31.25, 40, 50) for each in _CASE_TOLERANCES
+            )
         if problem.numbers.sea is None:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
@@ -96,7 +98,7 @@ def _hung(case: HungCase, setting: str, duration_s: float) -> Outcome:
     from tauto_core.motion.axle_swing import AxleSwing  # imports numba
 
     first, tolerance = setting.split(' Hz ')
-    rate, gravity = int(first), case.gravity
+    rate, gravity = float(first), case.gravity
     swing = AxleSwing(
         case.e, case.c, case.k, gravity, tolerance=float(tolerance), step_s=1.0 / rate
     )

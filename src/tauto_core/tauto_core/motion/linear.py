@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.kernels import compiled, entry
+from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.exact_turns import cosine_sine, turns_at
 from tauto_core.motion.lanes import fma, load, splat, store
 from tauto_core.motion.phase import DIGITS, PI
@@ -136,8 +136,14 @@ def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
 def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
     """Fill in the path: b and frame of each span by itself, then their sum over the spans."""
     _fill_frames(of, spans.begin_ns, spans.end_ns, path.frame)
-    for k in range(len(spans.end_ns)):
-        store(path.span, k, applied(spans, spans.shape[k], k))
+    k, n = 0, len(spans.end_ns)
+    while k < n:
+        if k + 4 <= n and _are_alike(spans, k):
+            _apply_four(spans, k, path.span)
+            k += 4
+        else:
+            store(path.span, k, applied(spans, spans.shape[k], k))
+            k += 1
     _add(spans, state, path)
 
 
@@ -167,6 +173,44 @@ def applied(spans: Spans, place: int, k: int) -> Any:
         for j in range(fitted.shape[1]):
             one = fma(load(rows, row + j), fitted[-1 - begin, j], one)
     return one + two
+
+
+@inlined
+def _are_alike(spans: Spans, k: int) -> bool:
+    """Return whether four spans from the k-th on have one shape and samples in regular windows."""
+    if spans.given is None:
+        return False
+    shape, first = spans.shape, spans.given.first
+    same = shape[k] == shape[k + 1] == shape[k + 2] == shape[k + 3]
+    return same and min(min(first[k], first[k + 1]), min(first[k + 2], first[k + 3])) >= 0
+
+
+@inlined
+def _apply_four(spans: Spans, k: int, out: FloatArray) -> None:
+    """Do for four spans what `applied` does: a row is read once, and no sum waits for another."""
+    if spans.given is None:
+        return
+    values, rates, first, _ = spans.given
+    rows, points = spans.responses.rows, spans.responses.rows.shape[1] // 2
+    row, a, b, c, d = (
+        2 * points * spans.shape[k],
+        first[k],
+        first[k + 1],
+        first[k + 2],
+        first[k + 3],
+    )
+    a1, b1, c1, d1 = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    a2, b2, c2, d2 = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    for i in range(points):
+        one, two = load(rows, row + i), load(rows, row + points + i)
+        a1, a2 = fma(one, values[a + i], a1), fma(two, rates[a + i], a2)
+        b1, b2 = fma(one, values[b + i], b1), fma(two, rates[b + i], b2)
+        c1, c2 = fma(one, values[c + i], c1), fma(two, rates[c + i], c2)
+        d1, d2 = fma(one, values[d + i], d1), fma(two, rates[d + i], d2)
+    store(out, k, a1 + a2)
+    store(out, k + 1, b1 + b2)
+    store(out, k + 2, c1 + c2)
+    store(out, k + 3, d1 + d2)
 
 
 @compiled
