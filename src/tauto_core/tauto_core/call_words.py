@@ -11,7 +11,7 @@ from tauto_core.scene.errors import Problem, SceneError, TautoError
 
 @contextmanager
 def in_words_of_calls() -> Iterator[None]:
-    """Let errors name arguments where the command line has options."""
+    """Rename options in errors to the arguments of a Python call."""
     try:
         yield
     except SceneError as error:
@@ -28,7 +28,7 @@ def in_words_of_calls() -> Iterator[None]:
 
 
 def _renamed(words: str) -> str:
-    """Return words with `--some-option VALUE` as `some_option=VALUE`."""
+    """Return text with `--some-option VALUE` as `some_option=VALUE`."""
 
     def argument(match: re.Match[str]) -> str:
         name = match[1].replace('-', '_')

@@ -1,6 +1,6 @@
 """Commands that other distributions add through the entry-point group `tauto.commands`.
 
-They are loaded when they run, not for `tauto --help`, and without their distribution they name
+They are loaded when they run, not for `tauto --help`; without their distribution the error names
 the remedy.
 """
 
@@ -28,7 +28,7 @@ class MissingCommandError(TautoError):
 
 
 def add_to(app: typer.Typer) -> None:
-    """Register the ROS commands; they are looked for when called."""
+    """Register the ROS commands, which are looked up when called."""
     for name, summary in ROS_COMMANDS.items():
         app.command(
             name,

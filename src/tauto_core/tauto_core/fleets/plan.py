@@ -19,7 +19,7 @@ from tauto_core.scene.yaml_text import read_mapping
 MOST_SHIPS = 1_000_000
 
 _STREAM = 3
-"""Streams of random numbers from the scene's seed for ships and draws."""
+"""Number of the streams of random numbers from the scene's seed for ships and draws."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,8 @@ class Ship:
 
     Attributes:
         number: from 0.
-        drawn: value of each key that is drawn, by its path.
-        scene: the scene that she sails.
+        drawn: value of each drawn key, by its path.
+        scene: the scene of her voyage.
     """
 
     number: int
@@ -39,17 +39,17 @@ class Ship:
 
 @dataclass(frozen=True)
 class Plan:
-    """A fleet: every ship has a seed of her own, and her own value of each key that is drawn.
+    """A fleet: every ship has a seed of her own, and her own value of each drawn key.
 
-    A ship depends on the scene, its seed, her number and the draws alone: with more ships, or more
-    keys drawn, the other values drawn for her stay the same.
+    A ship depends on the scene, its seed, her number and the draws alone. With more ships, or more
+    drawn keys, the other values drawn for her do not change.
 
     Attributes:
-        scene: the scene that they vary.
-        origin: what the user called it by.
-        ships: how many.
-        draws: how keys are drawn, by their paths.
-        drawn_by: the file that says so, for errors.
+        scene: the scene that the ships vary.
+        origin: file or name that the user gave.
+        ships: number of ships.
+        draws: distributions of the drawn keys, by their paths.
+        drawn_by: the file with the distributions, for errors.
     """
 
     scene: Scene
@@ -132,7 +132,7 @@ _CENTRE = 'Give the mean, or low and high.'
 
 
 def _found(content: Any, key: str) -> Any:
-    """Return the value of a key, None where there is none."""
+    """Return the value of a key, None if there is none."""
     for name in key.split('.'):
         if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
             content = content[int(name)]
@@ -144,7 +144,7 @@ def _found(content: Any, key: str) -> Any:
 
 
 def _entered(content: Any, name: str) -> Any:
-    """Return what lies in a mapping or list under a name; a mapping gets one where it is empty."""
+    """Return the entry of a mapping or list under a name; an absent one becomes a mapping."""
     if isinstance(content, dict):
         if content.get(name) is None:
             content[name] = {}
