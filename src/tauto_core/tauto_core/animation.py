@@ -1,4 +1,4 @@
-"""The data with which a report moves the machine: outlines, and the motion in several parts."""
+"""The data of the moving machine in a report: outlines, and the motion in several parts."""
 
 from __future__ import annotations
 
@@ -24,17 +24,19 @@ _MM = 1000.0
 
 
 def animation(voyage: Voyage) -> dict[str, Any]:
-    """Return outlines and motion, ready for JSON; or `why` there are none.
+    """Return outlines and motion, ready for JSON; or the reason `why` there are none.
 
     The wheel stands at A cos φ: phase φ and amplitude A are interpolated between logged samples,
-    which may be a minute apart, where the angle itself swings once a second.
+    which may be a minute apart, while the angle itself swings once a second.
 
     Returns:
-        `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, what it
-        moves with: `wheel`, `case` or `weight`; `parts` of the voyage, each from `from_s` on for
-        `length_s`, with `time_s` within it, `phase_rad` and `amplitude_rad` at logged samples and
-        `roll_rad` every `roll_step_s`; of the thread `end`, and `winding` (`angle_rad`,
-        `x`, `y` of the contact in the wheel's frame, `rise`, all [mm]), null of a cam without.
+        `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, the part
+        with which it moves: `wheel`, `case` or `weight`; `parts` of the voyage, each beginning at
+        `from_s` for `length_s`, with `time_s` within it, `phase_rad` and `amplitude_rad` at logged
+        samples and `roll_rad` every `roll_step_s`; for the thread `end`, and `winding`
+        (`angle_rad`, `x`, `y` of the contact in the wheel's frame, `rise`, all [mm]), null without
+        a
+        cam.
     """
     scene = voyage.scene
     try:
@@ -72,13 +74,13 @@ def animation(voyage: Voyage) -> dict[str, Any]:
 
 
 def _starts(end_s: float) -> FloatArray:
-    """Return where parts of the voyage begin [s]: all of it, or evenly spread."""
+    """Return the beginnings of the parts [s]: one for all of the voyage, or evenly spread."""
     parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
     return np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
 
 
 def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
-    """Return the motion of wheel and ship from the logged sample at or before a time on."""
+    """Return the motion of wheel and ship, beginning at the logged sample at or before a time."""
     first = max(int(np.searchsorted(voyage.time_s, from_s, side='right')) - 1, 0)
     began_s = float(voyage.time_s[first])
     last = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
@@ -98,7 +100,7 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
 
 
 def _winding(scene: Scene) -> dict[str, Any] | None:
-    """Return where the thread touches the cheek for positive angles of the wheel."""
+    """Return the contact of the thread with the cheek for positive angles of the wheel."""
     assert scene.trochlea is not None
     if scene.trochlea.cam.kind == 'lever_corrected':
         return None

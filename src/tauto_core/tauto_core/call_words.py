@@ -11,7 +11,7 @@ from tauto_core.scene.errors import Problem, SceneError, TautoError
 
 @contextmanager
 def in_words_of_calls() -> Iterator[None]:
-    """Let errors name arguments where the command line has options."""
+    """Rename options in errors to the arguments of a Python call."""
     try:
         yield
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""How far a cheek is drawn and cut where nobody asks for a certain angle."""
+"""The default extent of a cheek in drawings and files."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tauto_core.machines import (
 from tauto_core.scene import Scene
 
 MARGIN = 1.5
-"""The extent as a multiple of the swing: a ship's motion and an escapement change the swing."""
+"""Extent over swing; a ship's motion and an escapement may increase the swing."""
 
 
 def cam_extent(scene: Scene) -> float:
     """Return the largest angle of the wheel for which a scene's cheeks are drawn [rad].
 
-    The extent is half as far again as the wheel swings, rounded to two digits, but neither beyond
-    the range of the cam nor beyond the angle at which the two cheeks would meet. The swing is the
-    angle of release or, where an escapement drives the wheel, the amplitude that it settles at on
-    land, whichever is larger.
+    The extent is one and a half times the swing of the wheel, rounded to two digits, but neither
+    beyond the range of the cam nor beyond the angle at which the two cheeks would meet. The swing
+    is the angle of release or, where an escapement drives the wheel, its steady amplitude on land,
+    whichever is larger.
 
     Args:
         scene: a scene whose machine has a trochlea.

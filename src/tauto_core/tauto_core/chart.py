@@ -1,4 +1,4 @@
-"""A picture apart from how it is drawn: lines, bands and points on axes with units."""
+"""A picture independent of the renderer: lines, bands and points on axes with units."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Line:
     Attributes:
         name: in the legend; empty for none.
         x: (n,), in the unit of the axis.
-        y: (n,), of a band the lower edge.
-        colour: follows from its role: blue the dial or the machine, orange what is estimated,
-            green the ship, grey what is given.
+        y: (n,), for a band the lower edge.
+        colour: by role: blue the dial or the machine, orange estimates, green the ship, grey given
+            values.
         kind: how it is drawn; an area is a closed line with its inside filled.
         high: upper edge of a band or end of a bar, (n,).
     """
@@ -40,13 +40,13 @@ class Chart:
     """A picture with two axes.
 
     Attributes:
-        title: what it shows.
+        title: title of the picture.
         x_label: the x label, with the unit.
         y_label: the y label, with the unit.
         lines: from the back to the front.
         log_x, log_y: whether an axis is logarithmic.
         equal: whether both axes have one scale.
-        note: what a reader must know besides; may be empty.
+        note: further information for the reader; may be empty.
     """
 
     title: str
@@ -59,7 +59,7 @@ class Chart:
     note: str = ''
 
     def y_limits(self) -> tuple[float, float] | None:
-        """Return the range that shows the lines, and of the bands what is left of them at the end.
+        """Return the range that shows the lines, and the bands as wide as they are at the end.
 
         None where the renderer may choose: on logarithmic and equal axes.
         """

@@ -1,6 +1,6 @@
-"""What the pictures of a voyage show, apart from how they are drawn.
+"""The contents of the pictures of a voyage, independent of the renderer.
 
-`pictures` draws them with Matplotlib, `report` in a page, so that both show the same.
+`pictures` draws them with Matplotlib and `report` in a page, so both show the same.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from tauto_core.scene.errors import EstimationError, UsageError
 from tauto_core.seaway import LOWEST_HZ, PART_S, seaway
 
 MOST_POINTS = 2000
-"""Most points of a line that are drawn; longer lines are thinned so that every extreme stays."""
+"""Largest number of points of a line; longer lines are thinned so that every extreme is kept."""
 PIECES = 25
 """Number of pieces of a voyage over which the rate is measured."""
 SEGMENT_S = 120.0
@@ -31,7 +31,7 @@ def chart(voyage: Voyage, what: str) -> Chart:
     """Return one of `PICTURES` of a voyage.
 
     Raises:
-        UsageError: no such picture, or the voyage does not hold what it shows.
+        UsageError: no such picture, or the voyage lacks its data.
     """
     if what not in PICTURES:
         raise UsageError(f'{what!r}: is no picture. Choose one of {", ".join(PICTURES)}')
@@ -41,12 +41,12 @@ def chart(voyage: Voyage, what: str) -> Chart:
 def thinned(
     x: FloatArray, y: FloatArray, most: int = MOST_POINTS
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a line with at most `most` points: the least and the greatest of each stretch.
+    """Return a line with at most `most` points: the least and the greatest of each interval.
 
     Args:
-        x: rising, (n,).
+        x: increasing, (n,).
         y: (n,).
-        most: points, >= 4.
+        most: largest number of points, >= 4.
     """
     if len(x) <= most:
         return x, y
@@ -319,4 +319,4 @@ PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'cam': _cam,
     'machine': _machine,
 }
-"""By name, in the order of the report."""
+"""The pictures by name, in the order of the report."""

@@ -1,5 +1,4 @@
-"""Figures as files: what can be asked for is checked first, and the same figure gives the same
-bytes."""
+"""Figures as files: arguments are checked first, and the same figure gives the same bytes."""
 
 from __future__ import annotations
 
@@ -34,7 +33,7 @@ def check_plot(path: Path, option: str = '--plot') -> None:
         option: the option that named it.
 
     Raises:
-        UsageError: a suffix other than .svg, .png and .pdf, or a folder that is not there.
+        UsageError: a suffix other than .svg, .png and .pdf, or a folder that does not exist.
     """
     if path.suffix not in _NO_DATE:
         raise UsageError(f'{option} {path}: must end in .svg, .png or .pdf. Name another file')
@@ -43,10 +42,10 @@ def check_plot(path: Path, option: str = '--plot') -> None:
 
 
 def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot') -> None:
-    """Draw a figure and write it to an SVG or PNG file; replaces the file.
+    """Draw a figure and write it to an SVG, PNG or PDF file; replaces the file.
 
     Args:
-        draw: makes the figure.
+        draw: returns the figure.
         path: name of the file, ending in .svg, .png or .pdf.
         option: the option that named it, for error messages.
 

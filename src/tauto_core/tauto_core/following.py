@@ -1,13 +1,13 @@
-"""How well what hangs on the ship follows the apparent vertical, predicted before a run.
+"""How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
 
-A thread that swings and a case on its axle are one link with a body (theory C), answered by
-e θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. To a wave
+A thread that swings and a case on its axle are both a link with a body (theory C), and obey
+e θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. For a wave
 of frequency Ω
 
     θ/τ = g (g c − k² Ω²)/D,    φ/τ = g² c/D,    D = e k² (Ω² − ω²)(Ω² − ω′²),
 
-which is 1 while Ω is far below both of the link's own frequencies ω, ω′, and grows without end
-where it meets one.
+which is 1 while Ω is far below both frequencies ω, ω′ of the modes, and grows without bound at
+resonance.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ from tauto_core.ship.felt_step import case_modes
 from tauto_core.voyage_cost import Waves, scene_waves
 
 LARGEST_DEPARTURE = 1.0
-"""Departure, as a share of the tilt of the apparent vertical, beyond which what hangs swings wider
-than what it follows.
+"""Departure over the tilt of the apparent vertical, above which the link swings wider than the
+apparent vertical itself.
 """
 LARGEST_STRETCH = 0.02
-"""Share by which a swinging thread may change the period of small swings."""
+"""Largest relative change of the period of small swings by a swinging thread."""
 NEAR_PERIOD = 0.05
-"""Two periods that differ by less than this share drive each other."""
+"""Relative difference of two periods below which they are in resonance."""
 
 
 @dataclass(frozen=True)
 class Following:
-    """A link that hangs on the ship.
+    """The response of a link that hangs on the ship.
 
     Attributes:
-        periods_s: periods of its own small swings, the slower first [s].
+        periods_s: periods of its modes, the slower first [s].
         departure_rad: rms of its departure from the apparent vertical [rad].
-        departure: the same by the rms of the apparent vertical's tilt; None where that keeps
-            upright, or the motion is measured.
+        departure: the same over the rms tilt of the apparent vertical; None where that does not
+            tilt, or the motion is measured.
         resonates_with: `wheel`, `waves`, both or neither.
     """
 
@@ -55,10 +55,10 @@ class Following:
 def lengths_between(
     scene: Scene, machine: AnyMachine | FluidPendulum
 ) -> tuple[float, float | None] | None:
-    """Return g/ω² and g/Ω² [m], between which a thread is as good as an ideal vertical one.
+    """Return g/ω² and g/Ω² [m], between which an ideal vertical thread is a fair model.
 
-    ω is the wheel's frequency on an ideal thread and Ω⁴ the mean over the waves in the apparent
-    vertical; None for Ω as for `Following.departure`.
+    ω is the wheel's frequency on an ideal thread. Ω⁴ is the mean over the waves, weighted by the
+    tilt of the apparent vertical; the second length is None as for `Following.departure`.
 
     Returns:
         None for a machine whose thread carries no weight that can swing.
@@ -72,7 +72,7 @@ def lengths_between(
 
 
 def thread_following(scene: Scene, machine: HangingMachine) -> Following:
-    """Return how a thread that swings keeps to the apparent vertical: θ, its inclination.
+    """Return how a thread that swings follows the apparent vertical by its inclination θ.
 
     Args:
         scene: the scene of the machine.
@@ -94,11 +94,11 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
 
 
 def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
-    """Return how a suspended case keeps to the apparent vertical: φ, its tilt.
+    """Return how a suspended case follows the apparent vertical by its tilt φ.
 
     Args:
         scene: the scene of the machine.
-        machine: the machine whose wheel the case may shake.
+        machine: the machine whose wheel the case may drive.
 
     Returns:
         None without a suspension.
@@ -145,7 +145,7 @@ def answers(
     gravity: float,
     duration_s: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return θ/τ and φ/τ for each wave; in resonance what the duration lets them grow to.
+    """Return θ/τ and φ/τ for each wave; at resonance the size that they reach in the duration.
 
     Args:
         own: modes of the link.
@@ -153,7 +153,7 @@ def answers(
         k_squared: k² [m2].
         frequency: Ω of the waves [rad/s].
         gravity: g [m/s2].
-        duration_s: for which the waves last [s].
+        duration_s: duration of the waves [s].
     """
     square = frequency**2
     divisor = np.full_like(square, own.b * own.b_prime * depth)
@@ -166,6 +166,6 @@ def answers(
 
 
 def _share(waves: Waves, value: FloatArray) -> float | None:
-    """Return the rms of a value over the tilts of the apparent vertical; None where none tilts."""
+    """Return the rms of a value over the waves, weighted by their tilts; None without tilts."""
     size = float(np.linalg.norm(waves.sway))
     return float(np.linalg.norm(waves.sway * value)) / size if size else None

@@ -1,7 +1,7 @@
 """The machine of a scene as outlines: wheel, axle, cheeks, thread, weight, case [mm].
 
-The origin is the axle and y points upwards; the wheel is at rest. What a scene does not say – the
-radius of the rim, the size of the weight, the case – is drawn in proportion.
+The origin is the axle and y points upwards; the wheel is at rest. Dimensions that a scene does not
+give (rim, weight, case) are drawn in proportion.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def cam_lines(scene: Scene) -> list[Line]:
 
 
 def machine_lines(scene: Scene) -> list[Line]:
-    """Return wheel, axle, cheeks, thread, what draws it, and the case.
+    """Return wheel, axle, cheeks, thread, weight or spring, and the case.
 
     Raises:
         UsageError: the scene has no trochlea.
@@ -126,7 +126,7 @@ def _lever_cheeks(scene: Scene) -> tuple[FloatArray, FloatArray]:
 
 
 def _thread_mm(scene: Scene, rim: float) -> float:
-    """Return how far under the axle the thread ends, at most as far as the picture stays clear."""
+    """Return the depth of the thread's end below the axle, limited to keep the picture clear."""
     assert scene.trochlea is not None
     thread = scene.trochlea.thread
     if isinstance(thread, HoleThread):

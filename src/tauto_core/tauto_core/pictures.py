@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
-"""The palette of Okabe and Ito, safe for the colour-blind; its grey reads on white and black."""
+"""The palette of Okabe and Ito, safe for the colour-blind; its grey suits white and black."""
 _DASHES = {'blue': '-', 'orange': '--', 'green': '-', 'grey': '-'}
 
 
@@ -36,7 +36,7 @@ def check_picture(what: str, file: str | Path | None) -> None:
 
 
 def picture(voyage: Voyage, what: str, file: str | Path | None = None) -> Figure:
-    """Return a picture as a figure, and write it where a file is named.
+    """Return a picture as a figure, and write it to a file if one is named.
 
     Args:
         voyage: the voyage that the picture shows.
@@ -44,7 +44,7 @@ def picture(voyage: Voyage, what: str, file: str | Path | None = None) -> Figure
         file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
 
     Raises:
-        UsageError: no such picture, nothing to draw it from, or another suffix.
+        UsageError: no such picture, no data for it, or another suffix.
         FigureError: the file cannot be written.
     """
     check_picture(what, file)
@@ -58,7 +58,7 @@ def draw(of: Chart, name: str) -> Figure:
     """Return a chart as a figure.
 
     Args:
-        of: what to draw.
+        of: the chart.
         name: name of the scene, for the title.
     """
     from matplotlib.figure import Figure
@@ -73,7 +73,7 @@ def draw(of: Chart, name: str) -> Figure:
 
 
 def draw_on(axes: Axes, of: Chart) -> None:
-    """Draw a chart on axes, its legend included, without a title."""
+    """Draw a chart on axes, with its legend and without a title."""
     for line in of.lines:
         _draw_line(axes, line)
     if (limits := of.y_limits()) is not None:

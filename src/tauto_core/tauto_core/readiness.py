@@ -1,4 +1,4 @@
-"""Whether a scene can sail: checks that need machine, dial and ship together."""
+"""Whether a scene can run: checks that need machine, dial and ship together."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from tauto_core.ship.felt_step import felt_parts
 from tauto_core.ship.imu import attitude
 
 FASTEST_M_S = 25.0
-"""More than any merchantman or man-of-war has sailed: 49 knots."""
+"""Faster than any merchantman or man-of-war: 49 knots."""
 
 
 class Built(NamedTuple):
-    """The parts that a scene was found to consist of: built once, and passed to what runs it.
+    """The parts of a scene, built once for its checks and for its run.
 
     Attributes:
         machine: its regulator.
@@ -49,7 +49,7 @@ def check_scene(scene: Scene) -> Built:
     """Check how the parts of a scene fit together, before anything is started or overwritten.
 
     Returns:
-        Machine and ship's motion, for what runs the scene.
+        Machine and ship's motion, for the run of the scene.
 
     Raises:
         SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
@@ -74,7 +74,7 @@ def check_scene(scene: Scene) -> Built:
 
 
 def oddities(scene: Scene) -> list[str]:
-    """Return warnings about a scene that can sail: what is possible, but probably a slip."""
+    """Return warnings about a scene that can run: possible values that are probably mistakes."""
     found = implausible(scene)
     if scene.voyage is None:
         return found
@@ -92,13 +92,13 @@ def oddities(scene: Scene) -> list[str]:
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
-    """Refuse a release that the ship's motion at the start carries off the cam."""
+    """Refuse a release that, with the ship's motion at the start, is beyond the cam."""
     tilt = 0.0
     # a suspended case begins at rest, θ = φ
     tilts = scene.suspension is None and machine.felt_angle(0.0, 1.0) != 0.0
     if tilts and math.isfinite(machine.range_rad):
         begun = motion.state()
-        felt = attitude(motion.produce(1))  # the sea's kernels, slow to load
+        felt = attitude(motion.produce(1))  # imports kernels
         motion.restore(begun)
         tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
     angle = machine.felt_angle(machine.release_angle, tilt)
@@ -137,11 +137,11 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
 def _resolvable(
     machine: Machine | LeverMachine, resolved: Callable[[Machine | LeverMachine], bool]
 ) -> str:
-    """Return the nearest machines whose motion is resolved, empty where none is near.
+    """Return the nearest machines whose motion is resolved; empty if none is near.
 
     Args:
         machine: the machine whose motion is not resolved.
-        resolved: of a machine whose range holds its release.
+        resolved: test of a machine whose range includes its release.
     """
 
     def released(angle: float) -> bool:
@@ -161,7 +161,7 @@ def _resolvable(
 
 
 def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
-    """Return whether the motion's series can be found, those that do not depend on the sea."""
+    """Return whether the series of the motion converge that do not depend on the sea."""
     try:
         name = propagator_name(machine, still=still)
         if name == 'action_angle':
@@ -189,7 +189,7 @@ def _check_escapement(scene: Scene, range_rad: float) -> None:
 
 
 def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
-    """Refuse a fluid that resists too strongly to swing in."""
+    """Refuse a fluid whose resistance is too strong for swings."""
     try:
         machine.period(machine.release_arc)
     except (DescentError, QuadratureError) as error:

@@ -1,4 +1,4 @@
-"""A voyage as arrays: all that a run or a bag holds, each array named with its unit."""
+"""A voyage as arrays: all data of a run or a bag, each array named with its unit."""
 
 from __future__ import annotations
 
@@ -55,16 +55,17 @@ _STATED = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Voyage:
-    """What a clock did on a voyage.
+    """The data of a clock on a voyage.
 
     Arrays are (n,) with one value for each logged sample, at `time_s` from the start, in seconds
-    and radians; those that begin with `motion_` have the full rate of the ship's motion, and are
-    empty where the voyage keeps none (`log.motion`). Arrays that a bag does not hold are empty.
+    and radians. Those that begin with `motion_` have the full rate of the ship's motion, and are
+    empty where the voyage does not log it (`log.motion`). Arrays that a bag does not have are
+    empty.
 
     Attributes:
         scene: the scene that was sailed.
         result: the figures, as `tauto sail --json` and `tauto replay --json` print them.
-        samples: by topic, field for field what the messages carry.
+        samples: the contents of the messages, by topic and field.
     """
 
     scene: Scene
@@ -111,12 +112,12 @@ class Voyage:
 
     @property
     def rate_s_per_day(self) -> FloatArray:
-        """Estimated rate of the dial [s/day], fast is positive; with covariates at rest."""
+        """Estimated rate of the dial [s/day], fast is positive; with covariates that at rest."""
         return self._named(ESTIMATE, 'rate_s_per_day')
 
     @property
     def mean_rate_s_per_day(self) -> FloatArray:
-        """Estimated rate, with covariates its mean since the start [s/day]."""
+        """Estimated rate [s/day]; with covariates its mean since the start."""
         return self._mean_rate(MEAN_RATE_NAMES[0], 'rate_s_per_day')
 
     @property
@@ -137,27 +138,27 @@ class Voyage:
 
     @property
     def angle_rad(self) -> FloatArray:
-        """Angle of the wheel in its case [rad]; of a body in a fluid its arc [m]."""
+        """Angle of the wheel in its case [rad]; for a body in a fluid its arc [m]."""
         return self._joint('position')
 
     @property
     def angular_velocity_rad_s(self) -> FloatArray:
-        """Angular velocity of the wheel in its case [rad/s]; of a body its speed [m/s]."""
+        """Angular velocity of the wheel in its case [rad/s]; in a fluid the body's speed [m/s]."""
         return self._joint('velocity')
 
     @property
     def phase_rad(self) -> FloatArray:
-        """Phase of the swing since the release [rad], 2π a period."""
+        """Phase of the swing since the release [rad], 2π per period."""
         return self._named(PHASE, 'phase')
 
     @property
     def raw_longitude_error_nmi(self) -> FloatArray:
-        """How far east of the truth the dial puts the ship [nautical miles]."""
+        """Error of the ship's longitude by the dial, to the east [nautical miles]."""
         return self._named(LONGITUDE_ERROR, 'raw_error_nmi')
 
     @property
     def longitude_error_nmi(self) -> FloatArray:
-        """How far east of the truth the corrected clock puts the ship [nautical miles]."""
+        """Error of the ship's longitude by the corrected clock, to the east [nautical miles]."""
         return self._named(LONGITUDE_ERROR, 'error_nmi')
 
     @property
@@ -167,27 +168,27 @@ class Voyage:
 
     @property
     def latitude_deg(self) -> FloatArray:
-        """Where the ship truly is [degrees north]."""
+        """True latitude of the ship [degrees north]."""
         return self._place(SHIP_FIX, 'latitude')
 
     @property
     def longitude_deg(self) -> FloatArray:
-        """Where the ship truly is [degrees east]."""
+        """True longitude of the ship [degrees east]."""
         return self._place(SHIP_FIX, 'longitude')
 
     @property
     def clock_longitude_deg(self) -> FloatArray:
-        """Where the corrected clock puts the ship [degrees east]."""
+        """Longitude of the ship by the corrected clock [degrees east]."""
         return self._place(LONGITUDE_FIX, 'longitude')
 
     @cached_property
     def observation_time_s(self) -> FloatArray:
-        """When the clock was compared with the true time, from the first reading [s]."""
+        """Times at which the clock was compared with the true time, from the first reading [s]."""
         return self._seconds(OBSERVATION)
 
     @cached_property
     def observed_error_s(self) -> FloatArray:
-        """Reading at `observation_time_s`, less the true time as it was found [s]."""
+        """Reading at `observation_time_s`, less the true time as it was observed [s]."""
         if OBSERVATION not in self.samples:
             return _NONE
         found = self._of(OBSERVATION, TimeSamples)
@@ -208,7 +209,7 @@ class Voyage:
 
     @cached_property
     def roll_rad(self) -> FloatArray:
-        """Roll of the ship at `time_s` [rad]; empty where the voyage keeps no motion."""
+        """Roll of the ship at `time_s` [rad]; empty where the voyage does not log its motion."""
         if not len(self.motion_time_s):
             return _NONE
         return np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad)
@@ -232,7 +233,7 @@ class Voyage:
         """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.
 
         Args:
-            bag: the folder, which must not be there.
+            bag: the folder, which must not exist.
             force: replace a bag that is there.
 
         Raises:
@@ -302,8 +303,8 @@ def sail_voyage(
     """Return the voyage of a scene, sailed offline.
 
     Args:
-        scene: what to simulate.
-        origin: what the user called it by, for errors.
+        scene: the scene to simulate.
+        origin: file or name that the user gave, for errors.
         progress: called with the fraction done, from 0 to 1.
 
     Raises:
@@ -315,7 +316,7 @@ def sail_voyage(
 
 
 def replay_voyage(path: Path, scene: Scene | None = None) -> Voyage:
-    """Return the voyage that a bag holds, drift and longitude estimated anew.
+    """Return the voyage in a bag, with drift and longitude estimated anew.
 
     Raises:
         BagError: not a bag, no readings, or no scene.

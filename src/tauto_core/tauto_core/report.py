@@ -1,6 +1,7 @@
-"""A voyage as one HTML page: figures, pictures to zoom, and the machine in the rolling ship.
+"""A voyage as one HTML page: figures, pictures that can be zoomed, and the machine in the rolling
+ship.
 
-The page holds all it needs, Bokeh's script included, and uses no network.
+The page contains everything that it needs, including Bokeh's script, and uses no network.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ def check_report(file: Path) -> None:
     """Refuse, before anything runs, a file to which a report cannot be written.
 
     Raises:
-        UsageError: a suffix other than .html, or a folder that is not there.
+        UsageError: a suffix other than .html, or a folder that does not exist.
         ReportError: Bokeh is not installed.
     """
     if file.suffix != '.html':
@@ -115,7 +116,7 @@ def page(voyage: Voyage, command: str) -> str:
 
 
 def _charts(voyage: Voyage) -> tuple[dict[str, Chart], list[str]]:
-    """Return the pictures that the voyage has data for, and why others are left out."""
+    """Return the pictures for which the voyage has data, and why others are left out."""
     found, missing = {}, []
     for name in PICTURES:
         try:
@@ -164,7 +165,7 @@ def _bokeh(of: Chart) -> Any:
 
 
 def _bokeh_line(axes: Any, line: Line) -> Any:
-    """Draw a line; return what was drawn."""
+    """Draw a line; return its glyph."""
     colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
     legend = {'legend_label': line.name} if line.name else {}
     if line.kind in ('band', 'bars'):

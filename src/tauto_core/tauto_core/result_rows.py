@@ -21,7 +21,7 @@ SIGNS = (
 
 
 def groups(result: Section) -> list[tuple[str, list[Row]]]:
-    """Return the groups of a result: name and rows; those whose section is empty are left out."""
+    """Return the groups of a result: name and rows; those without a section are left out."""
     return [
         (name, rows(content))
         for name, section, rows in _GROUPS
@@ -102,7 +102,7 @@ def _longitude_rows(longitude: Section) -> list[Row]:
 
 
 def _worst_rows(longitude: Section) -> list[Row]:
-    """Return the worst moments on the way."""
+    """Return the largest errors on the way."""
     return [
         (
             f'worst, {clock}, after {span(longitude[f"worst_{prefix}at_s"])}',
@@ -115,7 +115,7 @@ def _worst_rows(longitude: Section) -> list[Row]:
 
 
 def _verdict_rows(longitude: Section) -> list[Row]:
-    """Return what the Act of 1714 pays; or what a voyage too short for it projects to."""
+    """Return what the Act of 1714 pays; for a shorter voyage the projected errors."""
     if longitude.get('prize_pounds') is None:
         return _projection_rows(longitude.get('projection') or [])
     where = 'landfall' if longitude['landfalls'] else 'the end'
@@ -163,4 +163,4 @@ _GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (
     ('verdict of the Act of 1714', 'longitude', _verdict_rows),
     ('messages', 'counts', _count_rows),
 )
-"""In the order of the page: name, section of the result, and its rows."""
+"""The groups in the order of the page: name, section of the result, function for the rows."""

@@ -1,10 +1,10 @@
-"""Samples: what flows between the stages, with the same fields as the messages.
+"""Samples: the data that flow between the stages, with the same fields as the messages.
 
-`PlanarImu` alone is no message: it replaces `ImuSamples` where nobody needs all its fields.
+Only `PlanarImu` is not a message; it replaces `ImuSamples` where not all of its fields are needed.
 
-A batch holds n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
-nanoseconds, strictly increasing within a topic. Angles are radians, lengths metres, except where
-the ROS message itself says otherwise (`NavSatFix` latitude and longitude are degrees).
+A batch has n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
+nanoseconds, strictly increasing within a topic. Angles are in radians and lengths in metres,
+except where the ROS message itself says otherwise (`NavSatFix` has degrees).
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ class ImuSamples:
 class PlanarImu:
     """The motion of a ship that only rolls and heaves, from which `ImuSamples` could be made.
 
-    A clock needs two or four of the ten numbers of such a sample; `ship.planar` reads them with
-    the bits that it would read from the ten. None of these would be refused
-    (`ship.imu.screen`), and stamps go on from those before. Arrays are (n,).
+    A clock needs two or four of the ten numbers of such a sample; `ship.planar` computes them with
+    the same bits as from all ten. No sample would be refused (`ship.imu.screen`), and stamps
+    continue those before. Arrays are (n,).
     """
 
     stamp_ns: IntArray
@@ -76,18 +76,18 @@ class PlanarImu:
     roll_rate: FloatArray
     """ρ̇ [rad/s]."""
     accelerations: Callable[[], tuple[FloatArray | None, FloatArray | None]]
-    """Returns ρ̈ [rad/s2], None where the height is 0, and that of the heave [m/s2] or None."""
+    """Returns ρ̈ [rad/s2], None where the height is 0, and z̈ of the heave [m/s2] or None."""
     height: float
-    """Of the clock above the roll axis [m]."""
+    """Height of the clock above the roll axis [m]."""
     gravity: float
     """g [m/s2]."""
 
 
 @dataclass(frozen=True)
 class JointSamples:
-    """sensor_msgs/JointState, also used as stamped named scalars.
+    """sensor_msgs/JointState, also used for named scalars with a stamp.
 
-    `position` is (n, len(name)); `velocity` and `effort` are the same or (n, 0) where absent.
+    `position` is (n, len(name)); `velocity` and `effort` are the same, or (n, 0) where absent.
     """
 
     stamp_ns: IntArray
@@ -100,7 +100,7 @@ class JointSamples:
 
 @dataclass(frozen=True)
 class TimeSamples:
-    """sensor_msgs/TimeReference: `time_ref_ns` as some clock shows it at true time `stamp_ns`."""
+    """sensor_msgs/TimeReference: `time_ref_ns` as read on some clock at true time `stamp_ns`."""
 
     stamp_ns: IntArray
     frame_id: str
@@ -132,7 +132,7 @@ S = TypeVar('S', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)
 class Stage(Protocol):
     """A stage of the pipeline: takes time-ordered samples and returns samples.
 
-    Feeding `a + b` at once or `a` then `b` gives the same bits, and so does taking `state()`
+    Feeding `a + b` at once or `a` and then `b` gives the same bits. So does taking `state()`
     (plain numbers, strings, arrays, samples, and lists, tuples or dicts of them), making a new
     stage from the same scene and calling `restore()`.
     """
@@ -141,7 +141,7 @@ class Stage(Protocol):
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Topics that it takes; they may depend on the scene."""
+        """Topics of its input; they may depend on the scene."""
         ...
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
@@ -149,7 +149,7 @@ class Stage(Protocol):
         ...
 
     def finish(self) -> Batches:
-        """Return what is still held back, since no more input will come."""
+        """Return all that is still held back, since no more input will come."""
         ...
 
     def state(self) -> State:
@@ -161,7 +161,7 @@ class Stage(Protocol):
         ...
 
     def health(self) -> dict[str, int]:
-        """Return counters of what was refused or bridged; empty for a stage that has none."""
+        """Return counters of refused samples, bridged gaps and the like; empty if it has none."""
         ...
 
 
@@ -203,6 +203,6 @@ def same(value: object, n: int) -> NDArray[np.object_]:
 
 
 def scalars(stamp_ns: IntArray, names: tuple[str, ...], values: FloatArray) -> JointSamples:
-    """Return stamped named scalars: values of shape (n, len(names))."""
+    """Return named scalars with stamps: values of shape (n, len(names))."""
     none = np.empty((len(stamp_ns), 0))
     return JointSamples(stamp_ns, '', names, values, none, none)

@@ -1,4 +1,4 @@
-"""The motion of the ship on a part of a voyage, as pictures show it: roll, and heave in metres."""
+"""The motion of the ship on a part of a voyage, for pictures: roll, and heave in metres."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude
 
 PART_S = 600.0
-"""Length of a part [s]: in a picture of weeks no wave could be seen."""
+"""Length of a part [s]; in a picture of weeks no wave could be seen."""
 LOWEST_HZ = 0.03
-"""Lowest frequency [Hz]: below it an accelerometer shows its own drift rather than waves."""
+"""Lowest frequency [Hz]; below it an accelerometer shows its own drift rather than waves."""
 TAPER_S = 30.0
-"""At both ends of a record the heave fades in and out over this time [s]."""
+"""At both ends of a record the heave is tapered over this time [s]."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Seaway:
         time_s: time from the first reading, (n,) [s].
         roll_rad: (n,), starboard side down is positive.
         vertical_m_s2: acceleration of the clock upwards, less its mean, (n,).
-        note: what a reader must know; may be empty.
+        note: further information for the reader; may be empty.
     """
 
     time_s: FloatArray
@@ -38,9 +38,9 @@ class Seaway:
 
     @cached_property
     def heave_m(self) -> FloatArray:
-        """How far the clock is above its mean height [m], (n,).
+        """Height of the clock above its mean [m], (n,).
 
-        The acceleration integrated twice, −a/ω² in every frequency from `LOWEST_HZ` on.
+        The acceleration integrated twice: −a/ω² for every frequency from `LOWEST_HZ` up.
         """
         count = len(self.time_s)
         if count < 4:
@@ -58,12 +58,12 @@ class Seaway:
 
 
 def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Seaway:
-    """Return the motion from a time on; made anew from the scene where a voyage keeps none.
+    """Return the motion from a time on, computed from the scene if the voyage does not log it.
 
     Args:
         voyage: the voyage whose ship is shown.
-        from_s: since the first reading [s], >= 0.
-        length_s: how much of it [s], > 0; less at the end of the voyage.
+        from_s: beginning, since the first reading [s], >= 0.
+        length_s: length [s], > 0; less at the end of the voyage.
     """
     if SHIP_IMU in voyage.samples:
         imu = voyage.samples[SHIP_IMU]

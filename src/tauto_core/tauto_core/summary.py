@@ -1,7 +1,7 @@
 """The figures of a voyage, from the contents of the topics alone.
 
-`tauto sail`, `tauto graph` and `tauto replay` share this: whatever ran the stages, the summary is
-the same function of the same messages.
+`tauto sail`, `tauto graph` and `tauto replay` share this, so the summary is the same function of
+the same messages, however the stages were run.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from tauto_core.scene import Scene
 
 
 class Summary:
-    """Keeps the last sample of each topic, and the worst one where a figure needs it.
+    """Keeps the last sample of each topic, and the largest error where a figure needs it.
 
     Args:
         scene: the scene of the voyage.
@@ -59,7 +59,7 @@ class Summary:
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take batches of any topics, in order within a topic.
 
-        Observations must come no later than the longitudes that know of them.
+        Observations must come no later than the longitudes that include them.
         """
         self._swings.feed(batches)
         observed = batches.get(OBSERVATION)
@@ -114,7 +114,7 @@ class Summary:
     def trochlea(self) -> dict[str, float | None]:
         """Return the regulator's small-amplitude period, its state at the end, and its swing.
 
-        The swing is what `SwingTally.result` says.
+        The swing is the result of `SwingTally.result`.
         """
         wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
         if wheel is None or phase is None:
@@ -134,9 +134,10 @@ class Summary:
     def drift(self) -> dict[str, float]:
         """Return the last estimate, and its errors in its own standard deviations.
 
-        `offset_error_sigmas` holds the estimated offset against the error of the dial and
-        `rate_error_sigmas` the estimated rate against its mean since the start, where it follows
-        the ship's motion its own mean; left out where there is but one instant.
+        `offset_error_sigmas` compares the estimated offset with the error of the dial.
+        `rate_error_sigmas` compares the estimated rate with the mean rate since the start; with
+        covariates the estimate's mean over that time is used. It is left out where there is only
+        one instant.
         """
         last, clock = self._last.get(ESTIMATE), self.clock()
         if last is None:
@@ -153,8 +154,8 @@ class Summary:
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and what the Act of 1714 would have paid.
 
-        Keys: of `LongitudeTally.result`; and `projection`, what `projection` returns where the
-        clock went unchecked for less than `LEAST_UNCHECKED_DAYS`, else none.
+        Keys: those of `LongitudeTally.result`; and `projection`, the result of `projection` where
+        the clock was unchecked for less than `LEAST_UNCHECKED_DAYS`, otherwise none.
         """
         found = self._tally.result()
         if found is None:

@@ -1,11 +1,11 @@
-"""How far the reading of a scene is off, found by sailing its beginning more than once.
+"""The error of a scene's reading, found by running its beginning more than once.
 
-The beginning is sailed as the scene asks, and again with finer samples of the motion and a finer
-tolerance; at the same instants the two readings differ by what sampling and steps cost. That
-includes what a formula for the interpolation would have to know about each machine: the first
-pieces of motion, whose windows lie on one side, what a wrong amplitude does to the rate, a case or
-a thread that swings, impulses, resonance. What both runs have in common is not seen: the machine's
-own numbers, and rounding.
+The beginning is run as the scene asks, and again with finer samples of the motion and a finer
+tolerance. At the same instants the two readings differ by the error of sampling and steps. That
+includes effects for which an interpolation formula would need details of each machine: one-sided
+windows at the start, the effect of a wrong amplitude on the rate, a case or a thread that swings,
+impulses, resonance. Errors that both runs share are not seen: the machine's own numbers, and
+rounding.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.felt_step import felt_parts
 
 SAFETY = 3.0
-"""Factor by which the difference found is multiplied: the finer run is not exact either, and later
-swings may add up worse than those tried.
+"""Factor on the difference found: the finer run is not exact either, and errors of later swings
+may add up more unfavourably than those tried.
 """
 
 FINER = (*range(4, 65), 3, 2)
@@ -34,14 +34,15 @@ is used.
 """
 
 FINER_TOLERANCE = 1e-3
-"""The same for the tolerance."""
+"""Factor of the tolerance in the finer run."""
 
 CHUNK = 4096
 """Number of samples fed at once."""
 
 STEEPEST = 3.0
-"""Power of time by which an error grows, at most: a force in resonance turns a swing's amplitude
-by t, its phase by t² where the rate goes with the amplitude."""
+"""Largest power of time by which an error grows: a force in resonance changes the amplitude in
+proportion to t, and so the phase in proportion to t² where the rate depends on the amplitude.
+"""
 
 CHAOTIC = 1.5, 12.0
 """An error is taken to grow exponentially if its logarithm grows by more in the second half of a
@@ -54,7 +55,7 @@ class Dial:
     """The quantities that turn phases into readings.
 
     Attributes:
-        nominal_s: what it gains in a turn of the phase [s].
+        nominal_s: time by which the dial advances in a turn of the phase [s].
         rounding_s: error below which differences mean nothing [s].
     """
 
@@ -68,11 +69,11 @@ class Trial:
 
     Attributes:
         tried_s: length of the beginning [s].
-        sampling_s: bound of what sampling the motion costs the reading in the whole run [s]; None
-            on a ship that lies still, or where no finer step is a whole number of nanoseconds.
+        sampling_s: bound of the error of the reading in the whole run by sampling the motion [s];
+            None on a ship that lies still, or where no finer step is a whole number of
+            nanoseconds.
         steps_s: the same for the steps; 0 where none are taken. A finer tolerance may divide the
-            motion into other pieces; the difference that these make may count as sampling or as
-            steps.
+            motion into other pieces; the difference by these may count as sampling or as steps.
     """
 
     tried_s: float
@@ -81,12 +82,12 @@ class Trial:
 
 
 def try_out(scene: Scene, dial: Dial, longest_s: float, tolerance: float | None) -> Trial:
-    """Sail the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
+    """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
     Args:
-        scene: one that can sail, on a ship that moves or with a propagator that takes steps.
+        scene: a scene that runs, on a ship that moves or with a propagator that takes steps.
         dial: the dial of the scene.
-        longest_s: how much of it to sail, in whole log intervals, at least two [s].
+        longest_s: length of the beginning, in whole log intervals, at least two [s].
         tolerance: tolerance of the steps; None where none are taken.
     """
     interval_s = scene.log_interval_ns / NS_PER_S
@@ -111,7 +112,7 @@ def _finer(scene: Scene) -> Scene | None:
         finer = scene.model_copy(update={'ship': ship})
         try:
             felt_parts(finer)
-        except SceneError:  # a hung case needs parts of its own
+        except SceneError:  # a suspended case divides the step itself
             continue
         if scene.step_ns % parts == 0:
             return finer
@@ -158,19 +159,19 @@ def _bound(one: FloatArray, other: FloatArray, scene: Scene, dial: Dial) -> floa
 
 
 def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s: float) -> float:
-    """Return the most that an error comes to by a later time.
+    """Return the largest size of an error at a later time, by extrapolation.
 
-    Its largest size so far grows on as it did in the second half of what is known, by a power of
-    time, or exponentially where that was what it did; or as a straight line, if that gives more.
+    Its largest size so far continues to grow as in the second half of the known part, by a power
+    of time, or exponentially if that fits; or as a straight line, if that gives more.
 
     Args:
-        times: rising from 0, evenly spaced, (n,) [s].
+        times: increasing from 0, evenly spaced, (n,) [s].
         error: known there, (n,).
         end_s: the later time [s].
         rounding_s: size below which the error is noise.
 
     Returns:
-        At most `end_s`: a clock that is so far off says nothing.
+        At most `end_s`; a clock with such an error shows nothing.
     """
     if len(times) < 2:
         return 0.0

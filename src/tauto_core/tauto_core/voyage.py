@@ -51,22 +51,20 @@ CHUNK = 65_536
 """Number of motion samples processed at once; the result does not depend on it."""
 
 QUIET_CHUNK = 2 * CHUNK
-"""The same where nobody wants the motion as messages: a fifth less time for a linear machine."""
+"""The same where the motion is not needed as messages: a fifth less time for a linear machine."""
 
 SAILED_TO_COMPILE_S = 20.0
-"""Length of a voyage that calls all kernels it needs, those for long pieces of forcing included
-[s].
-"""
+"""Length of a voyage that calls all its kernels, those for long pieces of forcing included [s]."""
 
 
 class ShipSource:
-    """All that comes from the ship, in order of its stamps: scene, motion, place, observations.
+    """All that comes from the ship, in order of its stamps: scene, motion, position, observations.
 
     Args:
-        scene: what to simulate.
+        scene: the scene to simulate.
         motion: the motion of its ship from the start, if it has been built already.
         says_scene: whether the scene's text comes first.
-        as_messages: whether somebody wants the motion as messages, beside the clock.
+        as_messages: whether the motion is needed as messages, besides the clock.
     """
 
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
@@ -89,7 +87,7 @@ class ShipSource:
 
     @property
     def total(self) -> int:
-        """Motion samples in all, those beyond the end included."""
+        """Number of motion samples in all, including those beyond the end."""
         return self._motion.total
 
     @property
@@ -99,11 +97,11 @@ class ShipSource:
 
     @property
     def produced(self) -> int:
-        """Motion samples produced by now."""
+        """Number of motion samples produced so far."""
         return self._produced
 
     def produce(self, count: int) -> Batches:
-        """Return the next `count` motion samples and what else falls on their stamps."""
+        """Return the next `count` motion samples and the other samples up to their stamps."""
         starts_at, interval = self._starts_at_ns, self._log_ns
         imu = self._motion.produce(count) if self._as_messages else self._motion.sense(count)
         if not len(imu.stamp_ns):
@@ -124,7 +122,7 @@ class ShipSource:
         return batches
 
     def state(self) -> State:
-        """Return where the source is."""
+        """Return the state of the source."""
         return {'produced': self._produced, 'motion': self._motion.state()}
 
     def restore(self, state: State) -> None:
@@ -134,7 +132,7 @@ class ShipSource:
 
 
 class Pipeline:
-    """Stages in their order: what one returns is fed to all that follow.
+    """Stages in their order: the output of one is fed to all that follow.
 
     Args:
         stages: in the order of the flow.
@@ -144,11 +142,11 @@ class Pipeline:
         self._stages = list(stages)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Return all that the stages returned, and what they were fed."""
+        """Return the input and all outputs of the stages."""
         return self._run(dict(batches), final=False)
 
     def finish(self) -> Batches:
-        """Return what the stages held back."""
+        """Return all that the stages held back."""
         return self._run({}, final=True)
 
     def _run(self, known: Batches, *, final: bool) -> Batches:
@@ -186,7 +184,7 @@ def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) ->
     """Return the stages of a scene: trochlea, drift, longitude.
 
     Args:
-        scene: what to simulate.
+        scene: the scene to simulate.
         machine: the regulator of the scene, if it has been built already.
     """
     trochlea = TrochleaStage(scene, machine=machine)
@@ -204,17 +202,17 @@ def sail(
 ) -> dict[str, Any]:
     """Sail a scene offline; return the object that `tauto sail --json` prints.
 
-    It has `sea` only for a ship in a sea, and `warnings` only where a number is probably a slip of
-    its unit, measured motion could not be read to its end, a sea's waves were left out, or
-    observations disagreed with the clock beyond `drift.gate`.
+    It has `sea` only for a ship in a sea. It has `warnings` only where a number is probably in the
+    wrong unit, measured motion could not be read to its end, waves were left out, or observations
+    disagreed with the clock by more than `drift.gate`.
 
     Args:
-        scene: what to simulate.
+        scene: the scene to simulate.
         out: folder of the bag to write; None: no bag.
-        origin: what the user called the scene by, for errors; None: its name.
+        origin: file or name that the user gave, for errors; None: the scene's name.
         force: replace a bag that is there.
         progress: called with the fraction done, from 0 to 1.
-        watch: called with all that was said on any topic, batch after batch.
+        watch: called with all samples on any topic, batch after batch.
 
     Raises:
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
@@ -256,9 +254,9 @@ def sail(
 def compile_kernels(scene: Scene) -> None:
     """Compile the kernels of a scene's ship and clock, unless they are compiled already.
 
-    The first seconds are sailed and their output is dropped. Errors are left to the voyage itself,
-    which reports them with their time.
-    The kernels are optimised at once, since a node under way cannot wait for that.
+    The first seconds are run and their output is dropped. Errors are left to the voyage itself,
+    which reports them with their time. The kernels are optimised at once, since a node under way
+    cannot wait for that.
     """
     source, stages = ShipSource(scene), pipeline(scene)
     samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
@@ -274,7 +272,7 @@ def _voyage(source: ShipSource, stages: Pipeline, chunk: int) -> Iterator[Batche
 
 
 def _check_refused(health: Mapping[str, int], time_s: float) -> None:
-    """Refuse to continue where the stages left out samples of the scene's own ship."""
+    """Refuse to continue if the stages refused samples of the scene's own ship."""
     refused = {reason: health[reason] for reason in REFUSALS if reason in health}
     if refused:
         said = ', '.join(f'{number} {reason}' for reason, number in refused.items())
@@ -331,7 +329,7 @@ def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
 
 
 def summarise_bag(path: Path) -> dict[str, Any]:
-    """Return the report of a recorded voyage: what `sail` returns, less the wall time.
+    """Return the report of a recorded voyage: the result of `sail`, without the wall time.
 
     Raises:
         BagError: not a bag, or without a scene.
@@ -365,7 +363,7 @@ def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
 def _recorded_motion(bag: Bag, scene: Scene) -> RecordedIntegrals | None:
     """Return the integrals of a scene's covariates from a bag; None if it has none.
 
-    They are exact however thinly the motion itself is logged.
+    They are exact even where the motion itself is logged thinly.
     """
     covariates = scene.drift.covariates
     if not covariates or ESTIMATE not in bag:
@@ -389,9 +387,9 @@ def replay(
         path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
             distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
-        smooth: also estimate the drift in the light of all observations (`hindsight`).
+        smooth: also estimate the drift from all observations in hindsight (`hindsight`).
         stable: also estimate the stability of the clock (`stability_of`).
-        watch: called with all that was read and said on any topic.
+        watch: called with all samples that were read or computed on any topic.
 
     Returns:
         `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,

@@ -1,8 +1,8 @@
 """The run time of a voyage and the error of its simulation, predicted before it is sailed.
 
-A cost is rough: the number of things to do times the nanoseconds measured for one. Errors are
-those of the simulation against its own equations and the exact sea, not the clock's error; they
-are bounds, found by sailing the beginning (`trial`).
+A cost is a rough figure: the number of operations times the nanoseconds measured for one. Errors
+are those of the simulation relative to its own equations and the exact sea, not the clock's error.
+They are bounds, found by running the beginning (`trial`).
 """
 
 from __future__ import annotations
@@ -55,40 +55,41 @@ COEFFICIENT_RUNS_S = 3.0
 """Run time of trial runs in small waves, for the most expensive machine [s]."""
 
 PERIOD_ERROR = 1e-14
-"""Relative error of a period by quadrature, at most (tests of machines)."""
+"""Largest relative error of a period by quadrature (tests of machines)."""
 UNIT_ROUNDING = 2.0**-53
 
 TRIAL_RUN_S = 0.8
 """Approximate run time of all trials together [s]; it limits how much of a scene they cover."""
 WORK_OF_TRIALS = 6.0
-"""Work of all trials by that of the scene as it is: up to two more of the same, one four times
-finer."""
+"""Work of all trials over that of the scene as it is: up to two more of the same, and one that is
+four times finer.
+"""
 
 
 @dataclass(frozen=True)
 class Forecast:
-    """Cost and error expected of a scene.
+    """Expected cost and error of a scene.
 
-    Errors are bounds for the reading of the dial at any logged instant of the run [s]: of the
-    runs measured against independent programs none was further off, and none of more than
-    rounding by less than a thirtieth (benchmarks/stress_forecast.py).
+    Errors are bounds for the reading of the dial at any logged instant of the run [s]. Of the runs
+    compared with independent programs none exceeded them, and none whose error was more than
+    rounding was below a thirtieth of them (benchmarks/stress_forecast.py).
 
     Attributes:
         run_s: run time of `tauto sail` without a bag, within a factor of two or three [s].
         steps_a_swing: steps in a full swing, where the propagator takes steps; else None.
-        error_s: bound of all that follows together; None where one of it is not known.
-        sampling_error_s: bound of what sampling the ship's motion leaves out; None on a ship that
-            lies still, and where the step of its samples has no divisor to try a finer one.
-            Measured motion is taken as it is within its pass-band.
-        steps_error_s: bound of what the steps lose by their tolerance, or a closed form by the
-            accuracy of its period.
-        rounding_error_s: about what rounding alone makes of the reading: no less is predicted,
-            and a bound near it says no more than that the run is as exact as doubles are.
-        tried_s: how much of the scene was sailed to find the bounds [s]; None: nothing had to be.
+        error_s: bound of all the following together; None where one of them is not known.
+        sampling_error_s: bound of the error by sampling the ship's motion; None on a ship that
+            lies still, and where its step has no divisor with which to try a finer one. Measured
+            motion is taken as exact within its pass-band.
+        steps_error_s: bound of the error of the steps by their tolerance, or of a closed form by
+            the accuracy of its period.
+        rounding_error_s: approximate error of the reading by rounding alone. No smaller error is
+            predicted; a bound near it means that the run is as exact as doubles allow.
+        tried_s: length of the scene that was run to find the bounds [s]; None: nothing had to be.
             Beyond it they are extrapolated.
-        shortest_wave_s: least period in the motion that the clock feels, the swings of a
-            suspended case included [s]; None on a ship that lies still or whose motion was
-            measured, without a suspension.
+        shortest_wave_s: least period in the motion that the clock feels, including the swings of a
+            suspended case [s]; None on a ship that lies still or whose motion was measured,
+            without a suspension.
     """
 
     run_s: float
@@ -102,10 +103,10 @@ class Forecast:
 
 
 def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMotion) -> Forecast:
-    """Return what a scene will cost and how exact it will be.
+    """Return the expected cost and error of a scene.
 
     Args:
-        scene: one that can sail.
+        scene: a scene that runs.
         machine: the machine of the scene.
         motion: the motion of the scene's ship.
     """
@@ -162,7 +163,7 @@ def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion)
 
 
 def _rounding_s(duration_s: float, step_s: float, nominal_s: float) -> float:
-    """Return half a unit of the fraction, and what rounding each step at random adds up to."""
+    """Return half a unit of the fraction, and the sum of random rounding errors of each step."""
     walk = math.sqrt(duration_s / step_s) / math.tau
     return nominal_s * UNIT_ROUNDING * (0.5 + walk)
 
@@ -213,7 +214,7 @@ class Waves:
         frequency: Ω [rad/s], > 0.
         roll: amplitude [rad].
         sway: amplitude of the apparent vertical's direction [rad].
-        heave: amplitude of the apparent gravity, by gravity.
+        heave: amplitude of the apparent gravity, over gravity.
     """
 
     frequency: FloatArray
@@ -249,7 +250,7 @@ def scene_waves(scene: Scene) -> Waves:
 
 
 def _swing_s(machine: AnyMachine) -> float:
-    """Return the period of the swing released, or of small swings where it cannot swing freely."""
+    """Return the period of the swing as released; of small swings if it cannot swing freely."""
     try:
         return machine.period(machine.release_angle)
     except (CamRangeError, SlackThreadError):
@@ -278,6 +279,6 @@ def _run_s(
 
 
 def step_ns(scene: Scene) -> float:
-    """Return what a step of the collocation costs, by the scene's kind of thread [ns]."""
+    """Return the cost of a step of the collocation for the scene's kind of thread [ns]."""
     thread = '' if scene.trochlea is None else scene.trochlea.thread.kind
     return NS_A_STEP_OF_THREAD.get(thread, NS_A_STEP)

@@ -1,7 +1,7 @@
 """Many independent runs on several processes, here or on other machines, by dask.distributed.
 
-The mechanics hold one core each, so a run takes a process of one thread. Whoever asks for one job
-and names no scheduler runs in this process and loads no dask.
+The mechanics keep one core busy each, so a run takes a process with one thread. With one job and
+no scheduler, runs are made in this process and dask is not loaded.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ Share: TypeAlias = Callable[[float], None]
 Task: TypeAlias = Callable[[Item, Share], Result]
 
 REACHED_WITHIN_S = 10.0
-"""How long a scheduler is waited for."""
+"""Time limit for reaching a scheduler."""
 
 _TELL_S = 0.2
-"""How often a process says how far it is."""
+"""Interval at which a process reports its progress."""
 
 _ALIKE = ('tauto_core', 'numpy', 'scipy', 'llvmlite', 'pydantic')
-"""Packages whose versions results may depend on."""
+"""Packages on whose versions results may depend."""
 
 _TOPIC = 'tauto-share'
 
@@ -45,20 +45,21 @@ _UNWATCHED = {
     'distributed.admin.system-monitor.interval': '10s',
     'distributed.admin.system-monitor.gil.enabled': False,
 }
-"""Of a cluster of this machine: what dask measures for its dashboard, which is not shown, costs a
-tenth of the processor time of the workers, and as much again in this process."""
+"""Settings of a cluster on this machine, without the measurements for dask's dashboard. They
+would cost a tenth of the workers' processor time, and as much again in this process.
+"""
 
 
 class WorkerError(TautoError):
-    """Processes that cannot be had, or that died."""
+    """Processes that are not available, or that died."""
 
 
 @dataclass(frozen=True)
 class Crew:
-    """Where runs are made.
+    """The processes on which runs are made.
 
     Attributes:
-        jobs: processes at once on this machine, >= 1; 1: in this process.
+        jobs: number of parallel processes on this machine, >= 1; 1: in this process.
         scheduler: address of a dask scheduler, for example `tcp://ship:8786`; then `jobs` is not
             used.
     """
@@ -76,9 +77,9 @@ class Ended(Generic[Result]):
     """A run that has ended.
 
     Attributes:
-        place: place of its item.
-        result: what the task returned; None where it failed.
-        error: what it raised, or why it has no result; None where it has one.
+        place: index of its item.
+        result: result of the task; None where it failed.
+        error: the exception, or why there is no result; None where there is one.
     """
 
     place: int
@@ -92,20 +93,20 @@ def run_each(
     crew: Crew,
     progress: Share | None = None,
 ) -> Generator[Ended[Result]]:
-    """Yield what becomes of each item, as runs end; they begin in the order of the items.
+    """Yield the result of each item, as runs end; they begin in the order of the items.
 
-    A run whose process dies is made again on another one, up to three times. When the iterator is
+    A run whose process dies is repeated on another one, up to three times. When the iterator is
     closed, runs that have not begun are dropped, and processes on this machine end.
 
     Args:
         task: called with an item and a function that reports the share done; both, and the result,
-            go from process to process.
+            are sent between processes.
         items: at least one.
-        crew: where to run.
-        progress: called with the share of all that is done, rising from 0 to 1.
+        crew: the processes.
+        progress: called with the share of all that is done, increasing from 0 to 1.
 
     Raises:
-        WorkerError: the scheduler cannot be reached, or its workers are not of these versions.
+        WorkerError: the scheduler cannot be reached, or its workers have other versions.
     """
     if crew.jobs == 1 and crew.scheduler is None:
         yield from _here(task, items, progress)
@@ -128,7 +129,7 @@ def _here(
 
 
 class _Shares:
-    """What share of all runs is done."""
+    """The share of all runs that is done."""
 
     def __init__(self, count: int, progress: Share | None) -> None:
         self._shares = [0.0] * count
@@ -136,7 +137,7 @@ class _Shares:
         self._progress = progress
 
     def tell(self, place: int, share: float) -> None:
-        """Take the share of one run; a run that is made again does not take it back."""
+        """Take the share of one run; a run that is repeated does not reduce it."""
         gained = share - self._shares[place]
         if gained <= 0.0:
             return
@@ -156,7 +157,7 @@ def _on(
     for place, future in enumerate(futures):
         left[future.key] = place, future
         future.add_done_callback(news.put)
-    del futures  # what has been handed on is let go of
+    del futures  # results that were handed on need not be kept
     shares = _Shares(len(items), progress)
     try:
         while left:
@@ -206,7 +207,7 @@ def _run(task: Task[Item, Result], placed: tuple[int, Item]) -> Result:
 
 @contextmanager
 def _client(crew: Crew) -> Iterator[Client]:
-    """Yield a client of the crew's processes; leave none of this machine's running."""
+    """Yield a client of the crew's processes; end those of this machine afterwards."""
     import dask
     import distributed
 
@@ -220,7 +221,7 @@ def _client(crew: Crew) -> Iterator[Client]:
             threads_per_worker=1,
             processes=True,
             host='127.0.0.1',
-            dashboard_address='127.0.0.1:0',  # None would ask for one port of the whole machine
+            dashboard_address='127.0.0.1:0',  # None would ask for one fixed port
             scheduler_kwargs={'dashboard': False},
             silence_logs=logging.CRITICAL,
         )
@@ -247,7 +248,7 @@ def _joined(address: str) -> Iterator[Client]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions that results may depend on."""
+    """Return the versions on which results may depend."""
     return {'python': platform.python_version(), **{name: version(name) for name in _ALIKE}}
 
 

@@ -1,4 +1,4 @@
-"""Bags: the topic table, CDR payloads, MCAP in and out."""
+"""Bags: the topic table, CDR payloads, reading and writing MCAP."""
 
 from tauto_core.bags.codec import decode, decode_as, encode, header_stamp_ns
 from tauto_core.bags.reader import Bag, Message, read_bag

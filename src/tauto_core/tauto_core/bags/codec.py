@@ -1,9 +1,9 @@
-"""CDR payloads: batches of samples to serialised messages and back, a batch at a time.
+"""CDR payloads: batches of samples to serialised messages and back.
 
-Messages whose strings and sequences have equal lengths have equal layouts, so one
-payload is laid out and the numbers of a whole batch are stamped into its copies by numpy.
-Padding is zero, so payloads are the same bits wherever they are made. rmw_fastrtps leaves
-arbitrary padding and may leave up to 8 bytes behind the message: both are accepted.
+Messages whose strings and sequences have equal lengths have equal layouts. So one payload is laid
+out, and numpy copies it and fills in the numbers of a whole batch. Padding is zero, so payloads
+are the same bits wherever they are made. rmw_fastrtps leaves arbitrary padding and up to 8 bytes
+after the message; both are accepted.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _SECONDS_RANGE = (-(2**31), 2**31 - 1)
 
 
 def encode(topic: str, samples: Samples) -> list[bytes]:
-    """Return one little-endian CDR payload a sample.
+    """Return one little-endian CDR payload for each sample.
 
     Args:
         topic: relative name, a key of `TOPICS`.
@@ -45,7 +45,7 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
 
     Raises:
         BagError: a batch of another class, arrays of unequal length, times beyond the int32
-            seconds of a ROS message, strings that UTF-8 or C cannot hold.
+            seconds of a ROS message, strings that UTF-8 or C cannot represent.
     """
     message = TOPICS[topic].message
     if not isinstance(samples, message.samples):
@@ -70,8 +70,8 @@ def decode(topic: str, payloads: Sequence[bytes], stamps_ns: IntArray) -> Sample
         stamps_ns: log times, shape (n,); they become the stamps of messages without a header.
 
     Raises:
-        BagError: what is not CDR of the topic's type, several frames or sets of joint names on
-            one topic, joint arrays that do not go with the names.
+        BagError: payloads that are not CDR of the topic's type, several frames or sets of joint
+            names on one topic, joint arrays that do not match the names.
     """
     return decode_as(TOPICS[topic].ros_type, topic, payloads, stamps_ns)
 
@@ -79,11 +79,11 @@ def decode(topic: str, payloads: Sequence[bytes], stamps_ns: IntArray) -> Sample
 def decode_as(
     ros_type: str, origin: str, payloads: Sequence[bytes], stamps_ns: IntArray
 ) -> Samples:
-    """Return the samples of messages of a type of the table, whatever their topic.
+    """Return the samples of messages of a type of the table, on any topic.
 
     Args:
         ros_type: a key of `MESSAGE_TYPES`.
-        origin: what errors name, for example the topic with its bag.
+        origin: name for errors, for example the topic with its bag.
         payloads: as in `decode`.
         stamps_ns: as in `decode`.
 
@@ -151,7 +151,7 @@ def _encode_run(
 
 
 def _texts(message: MessageType, values: Mapping[str, Any], index: int) -> Iterator[Text]:
-    """Yield what the fields of variable length hold in one sample."""
+    """Yield the values of the fields of variable length in one sample."""
     for field in message.fields:
         value = values[field.sample]
         if field.kind in {'string', 'string[]'}:
@@ -165,7 +165,7 @@ def _groups(
 ) -> Iterator[tuple[IntArray, Layout]]:
     """Yield payloads of equal layout: their indices, and the layout with all of them as rows.
 
-    After `_MOST_LAYOUTS` the rest goes one by one, which keeps the work in proportion to n.
+    After `_MOST_LAYOUTS` the rest is done one by one, which keeps the work proportional to n.
     """
     if len(payloads) == 1:
         yield np.arange(1), scan(message, origin, payloads[0])

@@ -1,7 +1,7 @@
-"""The layout of one CDR payload: where its numbers lie, given its strings and lengths.
+"""The layout of one CDR payload: the places of its numbers, given its strings and lengths.
 
-Plain CDR, version 1, behind the four-byte encapsulation header that ROS 2 puts first; primitives
-are aligned to their size, counted from the end of that header (OMG DDSI-RTPS 2.5, section 10).
+Plain CDR, version 1, after the four-byte encapsulation header of ROS 2; primitives are aligned to
+their size, counted from the end of that header (OMG DDSI-RTPS 2.5, section 10).
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ _Row: TypeAlias = tuple[str, str, int]
 Text: TypeAlias = str | tuple[str, ...] | int
 
 _recent: dict[str, Layout] = {}
-"""The last layout of each type: messages that come one at a time seldom change it."""
+"""The last layout of each type; messages that come one at a time seldom change it."""
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the fields of payloads with equal strings and sequence lengths lie."""
+    """The places of the fields in payloads with equal strings and sequence lengths."""
 
     size: int
     rows: NDArray[np.void]
-    """Payloads, seen through the structured type of their numbers."""
+    """Payloads as arrays of the structured type of their numbers."""
     words: tuple[tuple[int, bytes], ...]
-    """What decides the layout, and where it is: encapsulation, lengths, strings."""
+    """The bytes that determine the layout, with their places: encapsulation, lengths, strings."""
     texts: dict[str, str | tuple[str, ...]]
 
     def fits(self, payload: bytes) -> bool:
@@ -55,11 +55,11 @@ def template(topic: str, texts: tuple[Text, ...]) -> tuple[bytes, np.dtype[np.vo
 
     Args:
         topic: relative name.
-        texts: what the fields of variable length hold, in their order: strings, tuples of
-            strings, and the lengths of sequences of numbers.
+        texts: values of the fields of variable length, in their order: strings, tuples of strings,
+            and the lengths of sequences of numbers.
 
     Raises:
-        BagError: a string that UTF-8 or C cannot hold; it names `topic` and the sample field.
+        BagError: a string that UTF-8 or C cannot represent; names `topic` and the sample field.
     """
     out = bytearray(_LITTLE_ENDIAN)
     variable = iter(texts)
@@ -118,7 +118,7 @@ def _put_text(topic: str, field: Field, out: bytearray, text: str) -> None:
 
 
 class _Cursor:
-    """Reads lengths and strings of one payload and notes which bytes decided its layout."""
+    """Reads lengths and strings of one payload and notes the bytes that determine its layout."""
 
     def __init__(self, origin: str, payload: bytes) -> None:
         self.origin = origin
@@ -128,7 +128,7 @@ class _Cursor:
         self.words = [(0, payload[:2])]
 
     def skip(self, field: Field, size: int, length: int = 1) -> int:
-        """Step over `length` primitives of `size` bytes; return where they begin."""
+        """Step over `length` primitives of `size` bytes; return the place of the first."""
         first = self.at + -(self.at - HEADER_BYTES) % size
         self.at = first + size * length
         if self.at > len(self.payload):
@@ -160,8 +160,8 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
     """Return the layout of one payload.
 
     Raises:
-        BagError: what is not plain CDR, a payload that ends within the message, text that is not
-            UTF-8; it names `origin` and the field.
+        BagError: a payload that is not plain CDR, or ends within the message, or text that is not
+            UTF-8; names `origin` and the field.
     """
     recent = _recent.get(message.name)
     if recent is not None and recent.fits(payload):
@@ -208,7 +208,7 @@ def byte_order(origin: str, payload: bytes) -> str:
     """Return numpy's sign of the byte order that the encapsulation header states.
 
     Raises:
-        BagError: what is not plain CDR.
+        BagError: a payload that is not plain CDR.
     """
     kind = int.from_bytes(payload[:2], 'big') if len(payload) >= HEADER_BYTES else -1
     if kind not in _BYTE_ORDER:
@@ -221,7 +221,7 @@ def byte_order(origin: str, payload: bytes) -> str:
 
 
 def cut_short(origin: str, what: str, payload: bytes) -> BagError:
-    """Return the error of a payload that ends within the field `what`."""
+    """Return the error for a payload that ends within the field `what`."""
     return BagError(
         f'{origin}: a payload of {len(payload)} bytes ends within {what}; the message is cut or '
         'of another type'

@@ -1,8 +1,8 @@
-"""One MCAP file as spans of records, found by its index or, where that is lost, by walking it.
+"""One MCAP file as spans of records, found by its index or, without one, by reading all of it.
 
-Records are an opcode, a length and a body, in the file as in a decompressed chunk (MCAP
-specification, sections Records and Chunk). Whole records before a cut can be read; a compressed
-chunk can only be read whole.
+A record is an opcode, a length and a body, both in the file and in a decompressed chunk (MCAP
+specification, sections Records and Chunk). Whole records before a truncation can be read; a
+compressed chunk can be read only as a whole.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x03, 0x04, 0x05, 0x06
 _METADATA, _DATA_END, _FOOTER = 0x0C, 0x0F, 0x02
 _RECORD = struct.Struct('<BQ')
 _MESSAGE_HEAD = struct.Struct('<HIQQ')
-# both together, without sequence and publish time
+# opcode, length and fields in one, without sequence and publish time
 _MESSAGE_RECORD = struct.Struct('<BQH4xQ8x')
 _CHUNK_HEAD = struct.Struct('<QQQII')
 _FOOTER_RECORD = struct.Struct('<BQQQI')
@@ -55,7 +55,7 @@ class Stored(NamedTuple):
 
 
 class Recorded(NamedTuple):
-    """A stored message with all that its record says."""
+    """A stored message with all fields of its record."""
 
     channel: int
     sequence: int
@@ -67,7 +67,7 @@ class Recorded(NamedTuple):
 class Span(NamedTuple):
     """Consecutive records: one chunk, or messages outside of chunks.
 
-    `channels` are those that it holds messages of, `None` if unknown.
+    `channels` are the channels of its messages, `None` if unknown.
     """
 
     offset: int
@@ -82,10 +82,10 @@ class Span(NamedTuple):
 class McapFile:
     """The content of a file.
 
-    `warnings` grows when damage is met later, while messages are read. `indexed` says whether a
-    sound and complete index listed what the file holds, `ended` whether its writer closed the data
-    section; `description` is the rosbag2 metadata that the file repeats, YAML, if the file was
-    walked and has it.
+    `warnings` grows when damage is found later, while messages are read. `indexed` says whether a
+    valid and complete index listed the contents, `ended` whether the writer closed the data
+    section. `description` is the rosbag2 metadata that the file repeats, as YAML, if all of the
+    file was read and has it.
     """
 
     path: Path
@@ -105,7 +105,7 @@ class McapFile:
         Args:
             span: the span of this file.
             stream: this file, open.
-            channels: those wanted; absent: all.
+            channels: those wanted; all when left out.
         """
         yield from _messages(self._octets(span, stream), channels)
 
@@ -119,7 +119,7 @@ class McapFile:
                 yield Recorded._make((*head, payload))
 
     def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
-        """Return stamp [ns] and place of each message among the records of a span, by channel."""
+        """Return stamp [ns] and offset of each message among the records of a span, by channel."""
         octets = self._octets(span, stream)
         found: dict[int, set[tuple[int, int]]] = {}
         for opcode, first, last in _records(octets):
@@ -129,7 +129,7 @@ class McapFile:
         return found
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
-        """Return the records of a span; of a damaged chunk none, with a warning."""
+        """Return the records of a span; none of a damaged chunk, with a warning."""
         stream.seek(span.offset)
         try:
             octets = stream.read(span.length)
@@ -146,11 +146,11 @@ class McapFile:
 
 
 def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
-    """Return what an MCAP file holds, reading its index, or all of it where it has none.
+    """Return the content of an MCAP file, from its index, or from all of it without one.
 
     Args:
         path: the file.
-        walk: read all of it, whatever its index says.
+        walk: read all of it, even if it has an index.
 
     Raises:
         BagError: a file that cannot be opened or is not MCAP.
@@ -173,7 +173,7 @@ def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
 
 
 def _read_index(file: McapFile, stream: BinaryIO) -> bool:
-    """Fill the file from its summary; return whether there was a sound and complete one."""
+    """Fill the file from its summary; return whether that is valid and complete."""
     from mcap.exceptions import McapError
     from mcap.reader import SeekingReader
 
@@ -217,7 +217,7 @@ def _is_complete(summary: Summary) -> bool:
 
 
 def _has_summary(file: McapFile, stream: BinaryIO) -> bool:
-    """Whether the file ends with a footer whose summary has the checksum that it states."""
+    """Whether the file ends with a footer, and its summary has the checksum stated there."""
     tail = _FOOTER_RECORD.size + len(MAGIC)
     size = stream.seek(0, 2)
     if size < tail + len(MAGIC):
@@ -238,7 +238,7 @@ def _has_summary(file: McapFile, stream: BinaryIO) -> bool:
 
 
 def _walk(file: McapFile, stream: BinaryIO) -> None:
-    """Fill the file from all its records up to the first that is cut."""
+    """Fill the file from all its records up to the first that is truncated."""
     schemas: dict[int, Schema] = {}
     size = stream.seek(0, 2)
     at = len(MAGIC)
@@ -329,7 +329,7 @@ def _channel(channel: ChannelRecord, schema: Schema | None) -> Channel:
 
 
 def _describe(file: McapFile, body: bytes) -> None:
-    """Note the rosbag2 metadata; what is damaged of it is met again when the file is checked."""
+    """Keep the rosbag2 metadata; damage in it is found when the file is checked."""
     from mcap.data_stream import ReadDataStream
     from mcap.exceptions import McapError
     from mcap.records import Metadata
@@ -344,7 +344,7 @@ def _describe(file: McapFile, body: bytes) -> None:
 
 
 def _extend(file: McapFile, span: Span, channel: int) -> None:
-    """Append a message outside of chunks, to the last span where it follows that one."""
+    """Add a message outside of chunks, to the last span if it follows that one."""
     file.counts[channel] = file.counts.get(channel, 0) + 1
     last = file.spans[-1] if file.spans else None
     follows = last and not last.chunk and last.offset + last.length == span.offset
@@ -362,10 +362,10 @@ def _extend(file: McapFile, span: Span, channel: int) -> None:
 
 
 def _unpack(record: bytes) -> bytes:
-    """Return the records of a chunk; of an uncompressed one that is cut, those before the cut.
+    """Return the records of a chunk; of an uncompressed one that is truncated, those before.
 
     Raises:
-        ValueError: what is damaged.
+        ValueError: says what is damaged.
     """
     try:
         _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, _RECORD.size)
@@ -429,7 +429,7 @@ def _records(octets: bytes) -> Iterator[tuple[int, int, int]]:
 def _messages(octets: bytes, channels: Collection[int] | None) -> Iterator[Stored]:
     """Yield the whole messages among records, of some channels.
 
-    A bag is read once for each topic that is wanted, so what is skipped must cost little.
+    A bag is read once for each topic that is wanted, so skipping must be cheap.
     """
     at, size, skipped = 0, len(octets), _RECORD.size + _MESSAGE_HEAD.size
     head_of = _MESSAGE_RECORD.unpack_from
@@ -445,6 +445,6 @@ def _messages(octets: bytes, channels: Collection[int] | None) -> Iterator[Store
 
 
 def _full_name(name: str) -> str:
-    """Return `package/msg/Type`, also of the short form `package/Type`."""
+    """Return `package/msg/Type`, also from the short form `package/Type`."""
     package, _, kind = name.partition('/')
     return name if '/' in kind or not kind else f'{package}/msg/{kind}'

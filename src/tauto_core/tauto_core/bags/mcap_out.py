@@ -1,10 +1,10 @@
-"""One MCAP file being written, so that it is whole wherever the writing stops.
+"""One MCAP file being written, so that it can be completed wherever the writing stops.
 
-The writer of the mcap library changes its state before it writes a chunk: after an interrupt or
-a full disk it cannot finish the file. Here one value says what is in the file; a chunk counts
-once that value is replaced, and whatever lies behind its end is cut off. The index, of which each
-chunk has a record and which comes last, waits in a nameless file: memory does not grow with the
-voyage. Records other than messages and their index are the library's.
+The writer of the mcap library changes its state before it writes a chunk, so after an interrupt or
+a full disk it cannot finish the file. Here one value describes the content of the file. A chunk
+counts once that value is replaced, and anything after its end is cut off. The index has a record
+for each chunk and is written last; until then it is in an unnamed temporary file, so memory does
+not grow with the voyage. Records other than messages and their index are written by the library.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _NO_STAMP_NS = 2**64 - 1
 
 
 class DeclaredTopic(NamedTuple):
-    """What a bag says of a topic: full name, type and its definition, QoS as YAML, type hash."""
+    """A topic as declared in a bag: full name, type and its definition, QoS as YAML, type hash."""
 
     name: str
     ros_type: str
@@ -49,7 +49,7 @@ class DeclaredTopic(NamedTuple):
 
 
 class _Pending(NamedTuple):
-    """A record of the chunk to come; channel 0 where it is no message."""
+    """A record of the next chunk; channel 0 if it is not a message."""
 
     channel: int
     stamp_ns: int
@@ -57,9 +57,10 @@ class _Pending(NamedTuple):
 
 
 class _Stored(NamedTuple):
-    """What is in the file: chunks up to `end`, whose records of the index end at `index_end`.
+    """The content of the file: chunks up to `end`, whose index records end at `index_end`.
 
-    `counts` are the messages by channel, stamps the earliest and the latest if there are any.
+    `counts` are the messages by channel; the stamps are the earliest and the latest, if there are
+    any.
     """
 
     end: int
@@ -75,13 +76,13 @@ class McapOut:
 
     Args:
         path: a file that must not exist.
-        library: what the header says wrote it.
+        library: name of the writer in the header.
         chunk_bytes: size, before compression, at which a chunk is written.
         compression: compression of the chunks, `zstd` or `none`.
 
     Raises:
-        BagError: whatever the file system refuses, then and in use. What has been written can
-            be finished nevertheless.
+        BagError: any error of the file system, when opening and in use. The part that has been
+            written can still be finished.
     """
 
     def __init__(
@@ -115,7 +116,7 @@ class McapOut:
 
     @property
     def counts(self) -> dict[int, int]:
-        """Messages in the file by channel, without those of the chunk to come."""
+        """Messages in the file by channel, without those of the next chunk."""
         return {channel: self._stored.counts[channel] for channel in range(1, self._channels + 1)}
 
     @property
@@ -126,7 +127,7 @@ class McapOut:
 
     @property
     def end(self) -> int:
-        """Where the last chunk ends [bytes]."""
+        """End of the last chunk [bytes]."""
         return self._stored.end
 
     def add_channel(self, declared: DeclaredTopic) -> int:
@@ -167,7 +168,7 @@ class McapOut:
         payload: bytes,
         publish_ns: int | None = None,
     ) -> None:
-        """Add a message whose log time is its stamp, as is its publish time unless it is given."""
+        """Add a message; its log time, and its publish time if none is given, is its stamp."""
         size = _MESSAGE_BYTES + len(payload)
         published_ns = stamp_ns if publish_ns is None else publish_ns
         head = _MESSAGE.pack(0x05, size, channel, sequence, stamp_ns, published_ns)
@@ -177,7 +178,7 @@ class McapOut:
             self.flush()
 
     def finish(self, metadata: str) -> None:
-        """Write the chunk to come, the rosbag2 metadata, the index and the end."""
+        """Write the next chunk, the rosbag2 metadata, the index and the end."""
         from mcap.records import DataEnd, Metadata, MetadataIndex
 
         self.flush()
@@ -200,7 +201,7 @@ class McapOut:
             raise refused(self.path, error) from error
 
     def give_up(self) -> None:
-        """Forget the chunk to come, so that the file can be finished without it."""
+        """Drop the next chunk, so that the file can be finished without it."""
         self._pending.clear()
 
     def close(self) -> None:
@@ -209,7 +210,7 @@ class McapOut:
         self._index.close()
 
     def _collected(self) -> list[_Pending]:
-        """Return the records of the chunk to come; a chunk that counts begins a new list."""
+        """Return the records of the next chunk; a chunk that counts begins a new list."""
         return self._pending.setdefault(self._stored.chunks, [])
 
     def _define(self, record: McapRecord) -> None:
@@ -217,7 +218,7 @@ class McapOut:
         self._collected().append(_Pending(0, 0, _record(record)))
 
     def flush(self) -> None:
-        """Write the chunk to come. If it is refused it stays, and may be tried again."""
+        """Write the next chunk. If that fails the chunk is kept, and may be tried again."""
         pending = self._collected()
         if not any(entry.channel for entry in pending):
             return
@@ -234,7 +235,7 @@ class McapOut:
         self._pending_bytes = 0
 
     def _chunk(self, pending: list[_Pending]) -> tuple[bytes, bytes, _Stored]:
-        """Return a chunk and its indices, its record of the index, and what is stored then."""
+        """Return a chunk and its indices, its index record, and the content after it."""
         from mcap.records import Chunk, ChunkIndex
 
         rows: dict[int, list[tuple[int, int]]] = {}
@@ -303,7 +304,7 @@ class McapOut:
         yield offsets + struct.pack('<BQQQ', Opcode.FOOTER, _FOOTER_BYTES, start, at)
 
     def _index_pieces(self) -> Iterator[bytes]:
-        """Yield the records of the chunks that wait in the index."""
+        """Yield the records of the chunks from the index file."""
         self._index.seek(0)
         left = self._stored.index_end
         while left:
@@ -330,7 +331,7 @@ class McapOut:
 
 
 def _write(stream: RawIOBase, at: int, octets: bytes) -> None:
-    """Write all of it there."""
+    """Write all bytes at the current place."""
     rest = memoryview(octets)
     stream.seek(at)
     while rest:
@@ -338,7 +339,7 @@ def _write(stream: RawIOBase, at: int, octets: bytes) -> None:
 
 
 def refused(path: Path, error: OSError) -> BagError:
-    """Return the error of a file that the file system will not take."""
+    """Return the error for a file that the file system refuses to write."""
     return BagError(
         f'{path} cannot be written ({error.strerror}); make room or name another folder. What the '
         'bag held before can be read'

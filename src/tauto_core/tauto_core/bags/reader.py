@@ -1,4 +1,4 @@
-"""Reading bags: a rosbag2 folder or a bare MCAP file, by any recorder, whole or cut."""
+"""Reading bags: a rosbag2 folder or a bare MCAP file, by any recorder, complete or truncated."""
 
 from __future__ import annotations
 
@@ -34,15 +34,16 @@ class Message(NamedTuple):
 class Bag:
     """A bag opened for reading; messages stay in the files until they are asked for.
 
-    A topic is named in full (`/clock_a/ship/imu`) or by its relative name (`ship/imu`), which
-    stands for the one topic of the bag that ends with it, or lies in `namespace` if that is given.
+    A topic is named in full (`/clock_a/ship/imu`) or by its relative name (`ship/imu`). A relative
+    name stands for the one topic of the bag that ends with it, or that is in `namespace` if given.
     """
 
     path: Path
     files: tuple[McapFile, ...]
     namespace: str | None
     """Namespace of the topics of the table (`''`: the root); `None` where they have none or
-    several."""
+    several.
+    """
     notes: tuple[str, ...] = ()
 
     @property
@@ -71,9 +72,9 @@ class Bag:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What of the bag could not be read, and what that left out.
+        """Descriptions of what could not be read, and what is therefore missing.
 
-        Damage within a chunk is met when its messages are read, and said from then on.
+        Damage within a chunk is found when its messages are read, and reported from then on.
         """
         return self.notes + tuple(warning for file in self.files for warning in file.warnings)
 
@@ -96,8 +97,8 @@ class Bag:
         """Return all messages of a topic as one batch, in the order of the recording.
 
         Raises:
-            BagError: no such topic, several that fit, another message type than the table
-                says, a type that the table does not hold, payloads that do not decode.
+            BagError: no such topic, several that match, another message type than in the table, a
+                type that is not in the table, payloads that do not decode.
         """
         stamps, payloads = self.payloads(topic)
         return self._decode(topic, payloads, stamps)
@@ -123,7 +124,7 @@ class Bag:
         """Return log times and CDR payloads of a topic, in the order of the recording.
 
         Raises:
-            BagError: no such topic, several that fit, another message type than the table says.
+            BagError: no such topic, several that match, another message type than in the table.
         """
         stored = list(self._stored(topic))
         stamps = np.array([message.stamp_ns for message in stored], np.int64)
@@ -132,13 +133,14 @@ class Bag:
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Message]:
         """Yield the messages of all topics, or of some, in the order of their log times.
 
-        Only spans that overlap in time are held in memory. Equal times keep the file's order.
+        Only spans that overlap in time are held in memory. Messages of equal time keep the file's
+        order.
 
         Args:
-            topics: as for `samples`; absent: all.
+            topics: as for `samples`; all when left out.
 
         Raises:
-            BagError: no such topic, or several that fit.
+            BagError: no such topic, or several that match.
         """
         wanted = None if topics is None else {self.find(topic) for topic in topics}
         spans = sorted(
@@ -165,7 +167,7 @@ class Bag:
         """Return the full name of a topic.
 
         Raises:
-            BagError: the bag has no such topic, or several that fit.
+            BagError: the bag has no such topic, or several that match.
         """
         matches = self._matches(topic)
         if len(matches) == 1:
@@ -242,8 +244,8 @@ def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
 
     Args:
         path: a rosbag2 folder, with or without its metadata, or an MCAP file.
-        namespace: where the topics of the table are; absent: where they are found, if that is
-            one place.
+        namespace: namespace of the topics of the table; when left out, the one in which they are
+            found.
 
     Raises:
         BagError: nothing there, not MCAP, compressed file by file, no topic of the table in
@@ -270,7 +272,7 @@ def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
 
 
 def find_files(path: Path, notes: list[str]) -> list[Path]:
-    """Return the MCAP files of a bag in the order of recording; note what is missing."""
+    """Return the MCAP files of a bag in the order of recording; note missing ones."""
     if not path.exists():
         raise BagPlaceError(f'{path} does not exist; name a rosbag2 folder or an .mcap file')
     if not path.is_dir():
@@ -314,7 +316,7 @@ def _listed_files(metadata: Path) -> list[Path]:
 
 
 def by_number(file: Path) -> tuple[int, str]:
-    """Order `bag_2.mcap` before `bag_10.mcap`."""
+    """Return a sorting key that puts `bag_2.mcap` before `bag_10.mcap`."""
     number = re.search(r'_(\d+)$', file.stem)
     return (int(number[1]) if number else -1, file.name)
 

@@ -21,9 +21,9 @@ class Recovered:
         path: folder of the new bag.
         counts: its messages, by full topic name.
         start_ns, end_ns: their first and last log time [ns].
-        lost: what was damaged, and is not in it or was made anew.
-        missing: messages that a sound index counts and that cannot be read; what lies behind a
-            cut nothing counts.
+        lost: descriptions of what was damaged, and is left out or was made anew.
+        missing: number of messages that a valid index counts and that cannot be read; messages
+            after a truncation are not counted anywhere.
     """
 
     path: Path
@@ -38,13 +38,13 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
     """Write a new bag with every message that can be read, as it was recorded.
 
     The original is only read. Messages keep their bytes, order, log and publish times and
-    sequence numbers; a split bag becomes one file. Unless the recording is known to have ended by
-    itself, the new bag says `cut_short`.
+    sequence numbers; a split bag becomes one file. The new bag is marked `cut_short` unless the
+    recording is known to have ended normally.
 
     Args:
         path: path of the damaged bag, a folder or an .mcap file.
-        out: folder of the new bag, which must not exist; absent: beside the old one, with
-            `_recovered` behind its name.
+        out: folder of the new bag, which must not exist; when left out, beside the old one with
+            `_recovered` appended to its name.
 
     Raises:
         BagPlaceError: nothing at `path`; `out` exists or lies in the bag itself.

@@ -1,4 +1,4 @@
-"""Whether a bag is whole: its files from end to end, its metadata, and what its messages hold."""
+"""Whether a bag is complete: its files from end to end, its metadata, and its messages."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _ENTRY = struct.Struct('<QQ')
 class Soundness:
     """The findings about a bag.
 
-    `damage` is what `recover` mends: ends, chunks, indices, metadata. `faults` are in what was
-    recorded: messages that do not decode, stamps that go back. `notes` take nothing from it.
+    `damage` can be repaired by `recover`: ends, chunks, indices, metadata. `faults` are in the
+    recorded content: messages that do not decode, stamps that go back. `notes` are harmless.
     """
 
     bag: Bag
@@ -34,7 +34,7 @@ class Soundness:
     custom: dict[str, Any] = field(default_factory=dict)
     """The metadata's `custom_data`, from metadata.yaml or, without it, from the MCAP file."""
     counted: int = 0
-    """Messages that sound indices say there are; files without one count none."""
+    """Number of messages according to valid indices; files without one count none."""
 
     @property
     def cut_short(self) -> bool:
@@ -57,7 +57,7 @@ def _says_cut_short(custom: Mapping[str, Any]) -> bool:
 
 
 def check_bag(path: Path) -> Soundness:
-    """Read all of a bag and return what is wrong with it.
+    """Read all of a bag and return its faults.
 
     Raises:
         BagPlaceError: nothing is there.
@@ -73,7 +73,7 @@ def check_bag(path: Path) -> Soundness:
 
 
 def survey(path: Path) -> Soundness:
-    """Walk the files of a bag, whatever its indices and metadata say; note damage on the way.
+    """Read all files of a bag, whatever its indices and metadata say; note damage on the way.
 
     Raises:
         BagPlaceError, BagError: as `check_bag`.
@@ -122,7 +122,7 @@ def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
 
 
 def _information(text: str, *, nested: bool = True) -> dict[str, Any]:
-    """Return rosbag2's metadata from YAML; nothing where it is not that."""
+    """Return rosbag2's metadata from YAML; nothing if it is not such metadata."""
     import yaml
 
     try:
@@ -135,7 +135,7 @@ def _information(text: str, *, nested: bool = True) -> dict[str, Any]:
 
 
 def _check_file(found: Soundness, walked: McapFile) -> None:
-    """Compare a file's index with what it holds, and let the mcap library read it."""
+    """Compare a file's index with its content, and let the mcap library read it."""
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
 

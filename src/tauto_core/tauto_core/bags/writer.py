@@ -22,7 +22,7 @@ from tauto_core.scene.errors import BagError, BagPlaceError
 
 METADATA = 'metadata.yaml'
 CUT_SHORT = {'cut_short': True}
-"""What the metadata of a bag says if its recording ended before the voyage did."""
+"""The metadata of a bag whose recording ended before the voyage did."""
 
 _METADATA_VERSION = 9
 _EMPTY_START_NS = 2**63 - 1
@@ -30,7 +30,7 @@ _SEQUENCE_MASK = 2**32 - 1
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:
-    """Refuse a folder that a bag may not be written to.
+    """Refuse a folder to which a bag may not be written.
 
     Raises:
         BagPlaceError: it exists without `force`; with `force`, it holds anything but one bag.
@@ -54,17 +54,17 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
 class BagWriter:
     """A bag being written; a context manager.
 
-    The folder holds `<name>_0.mcap` (profile ros2, CDR, zstd chunks of 64 KiB) and, once the MCAP
-    file is whole, `metadata.yaml`. Log time and publish time of a message are its stamp, sequence
-    numbers count from 1 in each topic, and nothing depends on the wall clock.
+    The folder contains `<name>_0.mcap` (profile ros2, CDR, zstd chunks of 64 KiB) and, once the
+    MCAP file is complete, `metadata.yaml`. Log time and publish time of a message are its stamp,
+    sequence numbers count from 1 in each topic, and nothing depends on the wall clock.
 
-    An existing bag is replaced only when the new one is complete: it is first written to the
-    sibling `<name>.partial`. If the `with` block is left by an exception, what was written is
-    finished so that it can be read, where it lies (`path`), and an old bag stays as it was; a
-    note on the exception says so.
+    An existing bag is replaced only when the new one is complete; until then the new one is
+    written to the sibling `<name>.partial`. If an exception leaves the `with` block, the part that
+    was written is finished where it is (`path`), so that it can be read, and an old bag is not
+    changed; a note on the exception says so.
 
     Args:
-        folder: the bag's folder; parents are made.
+        folder: the bag's folder; its parents are made.
         force: replace a bag that is there.
         namespace: namespace of the topics, for example `clock_a`; empty for the root.
         chunk_bytes: size, before compression, at which a chunk is written.
@@ -72,7 +72,7 @@ class BagWriter:
 
     Raises:
         BagError: the folder may not be written to (see `check_folder`); in use, also an unknown
-            topic, a stamp before zero, and whatever the file system refuses, as a full disk.
+            topic, a stamp before zero, and any error of the file system, such as a full disk.
     """
 
     def __init__(
@@ -140,7 +140,7 @@ class BagWriter:
         """Add to the bag's metadata (`custom_data`): numbers and lists are written as JSON.
 
         Args:
-            facts: values by name; what was said before under a name is replaced.
+            facts: values by name; they replace earlier ones of the same name.
         """
         self._custom |= {
             name: fact if isinstance(fact, str) else json.dumps(fact)
@@ -148,7 +148,7 @@ class BagWriter:
         }
 
     def declare(self, key: str, declared: DeclaredTopic) -> None:
-        """Make room for a topic that need not be in the table, under a key for `copy`."""
+        """Add a topic that need not be in the table, under a key for `copy`."""
         self.counts[key] = 0
         self._declared[key] = declared
         self._channels[key] = self._file.add_channel(declared)
@@ -171,13 +171,13 @@ class BagWriter:
         self.counts[topic] = number
 
     def copy(self, key: str, message: Recorded) -> None:
-        """Write a message of another bag as it stands there, on a topic that was declared."""
+        """Write a message of another bag unchanged, on a topic that was declared."""
         _, sequence, stamp_ns, publish_ns, payload = message
         self._file.add_message(self._channels[key], sequence, stamp_ns, payload, publish_ns)
         self.counts[key] += 1
 
     def flush(self) -> None:
-        """Write what is still in memory: a killed process loses nothing that came before."""
+        """Write what is still in memory, so that a killed process loses nothing before it."""
         self._file.flush()
 
     def __exit__(
@@ -207,7 +207,7 @@ class BagWriter:
             self._swap()
 
     def _finish(self) -> None:
-        """Complete the MCAP file, then write the metadata, whole or not at all."""
+        """Complete the MCAP file, then write the metadata, completely or not at all."""
         import yaml
 
         self._file.flush()

@@ -49,7 +49,7 @@ commands = typer.Typer()
 
 
 class Commands(TyperGroup):
-    """All commands, with one answer to what goes wrong in any of them, and one `--quiet`."""
+    """All commands, with one handling of errors, and one `--quiet`."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, 'commands': Registered(commands)})
@@ -62,7 +62,7 @@ class Commands(TyperGroup):
         return list(super().parse_args(ctx, kept))
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; turn errors into words on stderr and an exit code."""
+        """Run the command; turn errors into messages on stderr and an exit code."""
         try:
             return super().invoke(ctx)
         except typer.BadParameter as error:
@@ -78,7 +78,7 @@ class Commands(TyperGroup):
             _tell('interrupted', error)
             raise typer.Exit(128 + signal.SIGINT) from None
         except OSError as error:
-            # a closed pipe is typer's to handle; other files have named errors
+            # typer handles a closed pipe; for other files there are errors with names
             if error.errno == errno.EPIPE or error.filename is not None:
                 raise
             _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
@@ -87,7 +87,7 @@ class Commands(TyperGroup):
 
 
 def _decimal_comma(words: Sequence[str]) -> str:
-    """Return what to write where a number has a decimal comma; otherwise an empty string."""
+    """Return the number with a decimal point where it has a decimal comma; otherwise ''."""
     found = [word for word in words if re.fullmatch(r'[-+]?\d*,\d+', word.rpartition('=')[2])]
     return ''.join(f'. Write {word.replace(",", ".")}, with a decimal point' for word in found[:1])
 
@@ -134,7 +134,7 @@ def root(
 
 def main() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
-    # no plugin has a say in what a scene means: to look for one reads all that is installed
+    # a scene does not use pydantic plugins, and looking for them reads all installed packages
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
     app()
@@ -147,7 +147,7 @@ def _tell(words: str, error: BaseException) -> None:
 
 
 def _drop_output() -> None:
-    """Discard output that stdout refused, or the interpreter fails on it again at exit."""
+    """Discard output that stdout refused; otherwise the interpreter fails on it again at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

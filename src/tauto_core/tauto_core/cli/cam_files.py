@@ -39,8 +39,8 @@ def _written(path: Path) -> Iterator[None]:
 def write_points(path: Path, cut: Cheeks) -> None:
     """Write both cheeks as x_mm, y_mm, angle_rad, from the end of one to the end of the other.
 
-    At positive angles the thread leaves the cheek that is on the left of the drawing. A tip
-    that both share is one row.
+    At positive angles the thread leaves the cheek on the left of the drawing. A tip that both
+    share is one row.
     """
     x, y, angle = (MM_PER_M * cut.x).tolist(), (MM_PER_M * cut.y).tolist(), cut.angle.tolist()
     shared = 1 if x[0] == 0.0 else 0
@@ -53,9 +53,9 @@ def write_points(path: Path, cut: Cheeks) -> None:
 
 
 def write_sides(path: Path, left: Cheek, right: Cheek) -> None:
-    """Write two cheeks that are no mirror images, from the end of the right to the left's.
+    """Write two cheeks that are not mirror images, from the end of the right to that of the left.
 
-    A tip common to both is written once.
+    A tip that both share is written once.
     """
     common = left.angle[0] == right.angle[0]
     columns = [
@@ -74,7 +74,7 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]
 
 
 def write_svg(path: Path, drawing: Drawing) -> None:
-    """Write a drawing so that a millimetre is a millimetre on paper."""
+    """Write a drawing to scale, in millimetres on paper."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle

@@ -32,7 +32,7 @@ _TOO_SHORT = ', which is nothing for a voyage of less than six weeks'
 
 
 class Cases(StrEnum):
-    """How the clocks' cases hang."""
+    """Whether the cases of the clocks are suspended."""
 
     BOTH = 'both'
     WITH = 'with'

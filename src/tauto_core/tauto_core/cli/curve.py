@@ -97,7 +97,7 @@ def cam(
 
 
 def _extent(scene: Scene) -> float:
-    """Return the angle up to which the cheeks are drawn unless the user asks for another [rad]."""
+    """Return the default angle up to which the cheeks are drawn [rad]."""
     from tauto_core.cam_extent import cam_extent
 
     assert scene.trochlea is not None
@@ -153,7 +153,7 @@ def _cheeks(
 def _lever_cheeks(
     scene: Scene, files: dict[str, Path | None], reach: float, points: int, thread_mm: float
 ) -> Rows | None:
-    """Write the cheeks of a lever's own cam, no mirror images, or return a few points of one.
+    """Write the cheeks of a lever's cam, which are not mirror images, or return a few points.
 
     Raises:
         UsageError: a reach beyond the cam, or a thread too thick for it.
@@ -200,7 +200,7 @@ def _lever_cheeks(
 def _lever_words(
     shape: CorrectedLeverGeometry, left: Cheek, right: Cheek, thread_mm: float
 ) -> list[str]:
-    """Return what must be known to cut and to mount the cheeks, a line each."""
+    """Return the dimensions needed to cut and mount the cheeks, one line each."""
     return [
         'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
         f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {left.angle[-1]:.6g} rad',
@@ -214,10 +214,10 @@ def _lever_words(
 
 
 def _check_thread(scene: Scene, thread_mm: float, acts_from_rad: float) -> None:
-    """Refuse a thread too thick to touch the cheeks; say at which angle these begin to act.
+    """Refuse a thread too thick for the cheeks; return the angle at which the cheeks begin.
 
     Raises:
-        UsageError: the cheeks begin beyond the angle that the wheel is released at.
+        UsageError: the cheeks begin beyond the angle of the release.
     """
     if not thread_mm:
         return
@@ -233,7 +233,7 @@ def _check_thread(scene: Scene, thread_mm: float, acts_from_rad: float) -> None:
 
 
 def _refuse_thickness(thread_mm: float) -> None:
-    """Refuse a thickness where only the curve of the centre line is printed."""
+    """Refuse a thickness of the thread where only the centre line is printed."""
     if thread_mm:
         raise UsageError(
             f'--thread = {thread_mm} mm: counts for a cheek that is written; the points printed '
@@ -244,10 +244,10 @@ def _refuse_thickness(thread_mm: float) -> None:
 def _in_fluid(
     scene: Scene, files: dict[str, Path | None], reach: float | None, points: int, thread_mm: float
 ) -> Rows | None:
-    """Write the curve in the fluid of a scene, or return a few of its points.
+    """Write the curve of a scene in a fluid, or return a few of its points.
 
     Raises:
-        UsageError: a reach or a thread, which a cam has.
+        UsageError: a reach or a thread, which only cams have.
         SceneError: a curve that cannot be built.
     """
     from tauto_core.cli import cam_files

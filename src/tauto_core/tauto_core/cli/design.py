@@ -96,7 +96,7 @@ def _units(length: str, weight: str, gravity: float) -> tuple[float, float]:
 def _solved(
     known: dict[str, float], gravity: float, disc_is_base: bool
 ) -> tuple[Design, dict[str, float]]:
-    """Return the design, and weight and radius of the disc where there is one."""
+    """Return the design, and weight and radius of the disc if there is one."""
     from tauto_core.machines import design as rules
 
     _check_alternatives(known, disc_is_base)
@@ -141,7 +141,7 @@ def _check_alternatives(known: dict[str, float], disc_is_base: bool) -> None:
 def _disc_is_base(
     period: Quantity, weight: Quantity, pull: Quantity, base: Quantity, gravity: float
 ) -> tuple[float, float, float]:
-    """Return Q, P and r of L = Q r/(2P), of which one of L, Q, P, r is left out."""
+    """Return Q, P and r of L = Q r/(2P), where one of L, Q, P, r was left out."""
     from tauto_core.machines import design as rules
 
     length = None if period is None else rules.length_of_period(period, gravity)

@@ -1,4 +1,4 @@
-"""SIGTERM as an exception, so that what is under way ends as it does after Ctrl-C."""
+"""SIGTERM as an exception, so that a run ends as after Ctrl-C."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM came while something was under way."""
+    """SIGTERM came during a run."""
 
 
 @contextmanager

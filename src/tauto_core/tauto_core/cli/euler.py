@@ -84,7 +84,7 @@ def _finite(value: float) -> float | None:
 
 
 def claim_lines(claim: Claim, width: int) -> list[str]:
-    """Return a claim in lines: what it says and the verdict, the print, and why it fails."""
+    """Return a claim in lines: its words and verdict, the print, and why it fails."""
     head = f'{claim.paper} §{claim.paragraph}'
     lines = wrap(f'{head:<12} {claim.verdict:<9} {claim.claim}', width, subsequent_indent=_INDENT)
     said = f'printed: {claim.printed}'

@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from tauto_core.scene import Scene
 
 LEGIBLE = 0.25
-"""Error of a reading, in periods, beyond which the phase is lost."""
+"""Error of a reading, in periods, above which the phase is lost."""
 
 
 def shipped_summary(name: str) -> str:
-    """Return what a shipped scene is: the comment at its top, up to the first colon."""
+    """Return the description of a shipped scene: its first comment, up to the colon."""
     text = (files('tauto_core.scene') / 'shipped' / f'{name}.yaml').read_text(encoding='utf-8')
     lines = []
     for line in text.splitlines():
@@ -37,9 +37,9 @@ def scene_facts(name_or_path: str, given: Mapping[str, Any] | None = None) -> di
         given: values in place of the scene's own, by the paths of the keys.
 
     Returns:
-        What `tauto scene check --json` prints. In `expected` are the figures of
-        `voyage_cost.Forecast`; those of `steps_a_swing` and `tolerance` are None where the
-        propagator takes no steps.
+        The object of `tauto scene check --json`. `expected` has the figures of
+        `voyage_cost.Forecast`; `steps_a_swing` and `tolerance` are None where the propagator takes
+        no steps.
 
     Raises:
         SceneError: the scene cannot be run.
@@ -90,7 +90,7 @@ def scene_facts(name_or_path: str, given: Mapping[str, Any] | None = None) -> di
 
 
 def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any]:
-    """Return curve, range and release of the regulator; a range is None where there is no end."""
+    """Return curve, range and release of the regulator; a range is None if there is no limit."""
     from tauto_core.machines import FluidPendulum
 
     if isinstance(machine, FluidPendulum):
@@ -113,8 +113,8 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
 
     Returns:
         Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],
-        time constant of the approach [s], None where the swing is steady from the start; or `why`
-        there is no steady swing.
+        time constant of the approach [s], None where the swing is steady from the start; or the
+        reason `why` there is no steady swing.
     """
     from tauto_core.machines import (
         LeverMachine,
@@ -141,11 +141,11 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
 
 
 def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return by covariate what is assumed of its coefficient beforehand.
+    """Return the prior of the coefficient of each covariate.
 
     Returns:
         `value` and `sigma`; `at_periods`, the coefficient at each period of the waves [s] of the
-        trial runs, None where the scene states it.
+        trial runs, None where the scene gives it.
     """
     from tauto_core.navigation.coefficient_runs import coefficients, runs
 
@@ -234,8 +234,8 @@ def _covariate_rows(covariates: dict[str, dict[str, Any]]) -> list[tuple[str, st
 
 
 def _short(coefficient: float) -> str:
-    """Return a coefficient to 1e-4, a fiftieth of the least standard deviation."""
-    return f'{round(coefficient, 4) + 0.0:g}'  # no minus before a zero
+    """Return a coefficient rounded to 1e-4, a fiftieth of the least standard deviation."""
+    return f'{round(coefficient, 4) + 0.0:g}'  # no minus sign before a zero
 
 
 def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
@@ -346,7 +346,7 @@ def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _error_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the bound of the simulation's error, and what it is made of, a line each."""
+    """Return the bound of the simulation's error and its parts, one line each."""
     from tauto_core.wording import span
 
     expected = facts['expected']

@@ -1,6 +1,6 @@
 """Commands that other distributions add through the entry-point group `tauto.commands`.
 
-They are loaded when they run, not for `tauto --help`, and without their distribution they name
+They are loaded when they run, not for `tauto --help`; without their distribution the error names
 the remedy.
 """
 

@@ -11,12 +11,12 @@ from tauto_core.cli.voice import is_quiet
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar on stderr, where that is a terminal, for as long as the context lasts.
+    """Show a bar on stderr, if that is a terminal, for as long as the context lasts.
 
-    While a kernel compiles, the label says which, and about how long it takes.
+    While a kernel compiles, the label names it, with the time that it takes.
 
     Args:
-        label: what goes on, in front of the bar.
+        label: text in front of the bar.
 
     Yields:
         A function to call with the share done so far, from 0 to 1.
@@ -45,8 +45,8 @@ def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr, as `progress_bar` does, with the rate and the time left.
 
     Args:
-        things: what is counted, in the plural.
-        total: how many there will be.
+        things: the things that are counted, in the plural.
+        total: their number.
 
     Yields:
         A function to call with the number done so far, parts included.
@@ -76,6 +76,6 @@ def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
 
 
 def _compiling(kernel: str, left_s: float) -> str:
-    """Return what is said while a kernel compiles; seconds where they are known."""
+    """Return the label while a kernel compiles, with seconds where they are known."""
     name = kernel.removeprefix('tauto_core.')
     return f'compiling {name} once' + (f', about {left_s:.1f} s' if left_s else '')

@@ -1,4 +1,4 @@
-"""The command line as a page, docs/cli.md: what each command says of itself.
+"""The command line as a page, docs/cli.md, from the help of each command.
 
 `python -m tauto_core.cli.reference > docs/cli.md` writes it anew; tauto_nodes adds `graph` and
 `play`.

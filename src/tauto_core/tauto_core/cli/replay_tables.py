@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def replay_tables(result: Mapping[str, Any]) -> RenderableType:
-    """Return the tables of a replay: that of the voyage, and what else was asked for."""
+    """Return the tables of a replay: the voyage, and the further ones that were asked for."""
     tables = [voyage_table(result)]
     if smoothed := result.get('smoothed'):
         tables.append(_hindsight(smoothed))

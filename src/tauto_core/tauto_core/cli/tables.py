@@ -22,7 +22,7 @@ Section = Mapping[str, Any]
 
 
 def voyage_table(result: Section) -> RenderableType:
-    """Return what a voyage says: the answer, then a table in groups, then where the bag is.
+    """Return a voyage as text: the answer, a table in groups, and the place of the bag.
 
     Args:
         result: what `voyage.sail` and `tauto graph` return; groups whose section is absent or
@@ -54,7 +54,7 @@ def _grouped(result: Section) -> Table:
 
 
 def sea_words(sea: Section) -> str:
-    """Return what a ship's sea is (`ship.sea_metadata`) in a line."""
+    """Return a ship's sea (`ship.sea_metadata`) as a line of text."""
     said = (
         f'{sea.get("source", sea["spectrum"])}, Hs {sea["significant_wave_height_m"]:.3g} m, '
         f'Tp {sea["peak_period_s"]:.3g} s, seed {sea["seed"]}'

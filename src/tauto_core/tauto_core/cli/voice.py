@@ -1,4 +1,4 @@
-"""Messages of the commands beside their result: on stderr, and none with --quiet."""
+"""Messages of the commands besides their result: on stderr, and none with --quiet."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ _state = {'quiet': False}
 
 
 def be_quiet(quiet: bool) -> None:
-    """Print nothing but results and errors from now on, or print messages again."""
+    """Print only results and errors from now on, or print messages again."""
     _state['quiet'] = quiet
 
 
@@ -18,6 +18,6 @@ def is_quiet() -> bool:
 
 
 def say(words: str) -> None:
-    """Print on stderr what a user may want to know but does not need."""
+    """Print a message on stderr that is useful but not part of the result."""
     if not is_quiet():
         typer.echo(f'tauto: {words}', err=True)

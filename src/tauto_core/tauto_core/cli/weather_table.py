@@ -10,13 +10,13 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 ROWS = 24
-"""Most rows of a table; if there are more states, several share a row."""
+"""Largest number of rows of a table; if there are more states, several share a row."""
 
 DAY_S = 86_400.0
 
 
 def weather_words(weather: Mapping[str, Any]) -> str:
-    """Return what a ship's weather is (`ship.motions.sea.weather_metadata`) in a line."""
+    """Return a ship's weather (`ship.motions.sea.weather_metadata`) as a line of text."""
     bridged = weather.get('gaps_bridged')
     return (
         f'{weather.get("source", weather["kind"])}, {len(weather["states"])} states, Hs '
@@ -51,14 +51,14 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
 
 
 def _degrees(heading_rad: float | None) -> float | None:
-    """Return a heading from −180° to 180°: seas from astern lie about 0."""
+    """Return a heading from −180° to 180°, so that seas from astern are about 0."""
     if heading_rad is None:
         return None
     return math.degrees(math.remainder(heading_rad, math.tau))
 
 
 def _range(values: Sequence[float | None], decimals: int) -> str:
-    """Return the least and the largest of the values that are known; for a calm a dash."""
+    """Return the least and the largest of the known values; for a calm a dash."""
     known = [value for value in values if value is not None]
     if not known:
         return '–'

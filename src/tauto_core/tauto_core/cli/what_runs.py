@@ -1,4 +1,4 @@
-"""Why a scene runs with its propagator, and which terms it leaves out, in words."""
+"""The choice of a scene's propagator, and the terms that it leaves out, in words."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -
     """Return why a propagator was chosen.
 
     Args:
-        scene: what runs.
+        scene: the scene.
         machine: the machine of the scene.
         propagator: its name.
     """
@@ -69,7 +69,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str
 
 
 def _uneven(machine: Machine) -> str:
-    """Return what makes a potential well anharmonic; empty if nothing does."""
+    """Return what makes a potential well anharmonic; empty if it is harmonic."""
     if machine.is_linear:
         return ''
     parts = {
@@ -107,12 +107,12 @@ def _and(names: list[str]) -> str:
 
 
 def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
-    """Return how the case hangs and swings, None where it is fixed to the ship.
+    """Return the suspension of the case and its modes, None if it is fixed to the ship.
 
     Returns:
         The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the
-        step of the motion that the clock feels [s], and the departure from the apparent vertical
-        [rad] and by the tilt of that (`following.Following`).
+        step of the motion that the clock feels [s], and the departure from the apparent vertical,
+        both in rad and over the tilt of the apparent vertical (`following.Following`).
     """
     if scene.suspension is None or isinstance(machine, FluidPendulum):
         return None
@@ -137,7 +137,8 @@ def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] 
 
     Returns:
         Length [m], own period [s] and departure from the apparent vertical of a thread that
-        swings, None for an ideal one; the lengths [m] far between which the two agree.
+        swings,
+        None for an ideal one; the two lengths [m] between which, far from both, the models agree.
     """
     from tauto_core.following import lengths_between, thread_following
 
@@ -158,7 +159,7 @@ def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
     """Return warnings about a thread or a case in resonance with the wheel or the waves.
 
     Args:
-        scene: what runs.
+        scene: the scene.
         machine: the machine of the scene.
     """
     if isinstance(machine, FluidPendulum):
@@ -181,11 +182,12 @@ def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
 
 
 def way(scene: Scene) -> dict[str, Any] | None:
-    """Return which way the ship takes and when, None without a voyage.
+    """Return the route of the ship and its times, None without a voyage.
 
     Returns:
-        The track, its length [m], speed [m/s], and from the start [s] when she sails, arrives and
-        passes landfalls, the arrival among them.
+        The track, its length [m], speed [m/s], and the times from the start [s] of sailing,
+        arrival
+        and landfalls, including the arrival.
     """
     if scene.voyage is None:
         return None
@@ -204,7 +206,7 @@ def way(scene: Scene) -> dict[str, Any] | None:
 
 
 def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
-    """Return the terms that a scene does not contain; they are not in the code that runs."""
+    """Return the terms that a scene does not have; they are not in the code that runs."""
     drag, escapement, regulator = machine.drag, scene.escapement, scene.regulator
     gravity = scene.lies_still or machine.feels_gravity
     return [

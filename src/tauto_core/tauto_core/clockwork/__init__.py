@@ -1,4 +1,4 @@
-"""The clock: phase of the regulator, beats, what the dial reads."""
+"""The clock: phase of the regulator, beats, reading of the dial."""
 
 from __future__ import annotations
 

@@ -10,14 +10,14 @@ from tauto_core.samples import NS_PER_S, FloatArray, IntArray, State
 from tauto_core.scene import Scene
 
 BLOCK = 4096
-"""Log indices drawn from one generator; the result depends on it."""
+"""Number of log indices drawn from one generator; the result depends on it."""
 
 STREAM = 0x6469616C
-"""Which of the streams of the scene's seed this is ("dial")."""
+"""Number of this stream of random numbers from the scene's seed ("dial" in ASCII)."""
 
 
 class DialNoise:
-    """What noise adds to the reading: phase x [s] and relative rate y over log intervals τ.
+    """Noise that is added to the reading: phase x [s] and relative rate y over log intervals τ.
 
     x' = x + τ y + w₁, y' = y + w₂; w₁ and w₂ are normal with the covariance
 
@@ -37,24 +37,24 @@ class DialNoise:
         tau = scene.log_interval_ns / NS_PER_S
         q1, q2 = scene.clock.white_fm_s, scene.clock.random_walk_fm_per_s
         self._tau = tau
-        # w₁ = half of τ w₂, and what is independent of it: q2 τ³ (1/3 − 1/4)
+        # w₁ is half of τ w₂ and an independent part of the variance q1 τ + q2 τ³ (1/3 − 1/4)
         self._own_sigma = math.sqrt(q1 * tau + q2 * tau**3 / 12.0)
         self._rate_sigma = math.sqrt(q2 * tau)
         self._index, self._x, self._y = 0, 0.0, 0.0
         self._block, self._normals = -1, np.empty((0, 2))
 
     def offsets_ns(self, index: IntArray) -> IntArray:
-        """Return what is added to the readings at some log indices [ns], (n,).
+        """Return the noise of the readings at some log indices [ns], (n,).
 
         Args:
-            index: rising, none before the last that was asked for.
+            index: increasing, none before the last one of the previous call.
         """
         first = self._index
         x, _ = self.advance(int(index[-1]))
         return np.rint(NS_PER_S * x[index - first]).astype(np.int64)
 
     def advance(self, last: int) -> tuple[FloatArray, FloatArray]:
-        """Return x [s] and y from the index reached to `last`, both counted."""
+        """Return x [s] and y from the index reached to `last`, both included."""
         normal = self._drawn(self._index + 1, last)
         steps = self._rate_sigma * normal[:, 1]
         y = np.cumsum(np.concatenate(([self._y], steps)))

@@ -17,12 +17,12 @@ _PATTERN = re.compile(
 
 @dataclass(frozen=True)
 class DialSetting:
-    """The setting of a dial, and how long it has stood still since.
+    """The setting of a dial, and for how long it has stood still since.
 
     Args:
         set_ns: true time at which it was set to that time [ns].
-        lost_ns: time during which it stood still [ns].
-        stops: how often it has stood still.
+        lost_ns: time for which it has stood still [ns].
+        stops: number of times that it has stood still.
         number: number of the setting, from 1.
     """
 

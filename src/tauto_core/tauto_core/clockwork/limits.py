@@ -26,12 +26,12 @@ GROWTH_RELEASES = 0.25
 class Limits:
     """Checks the amplitude A = √(θ² + (θ̇/ω)²) and its growth from reading to reading.
 
-    A harmonic wheel whose neutral line is inclined by γ obeys θ̈ = −ω² (θ − γ), so that dA/dt ≤ ω
-    |γ|. More growth than this, with the largest inclination that the sensor has shown, would be
-    energy from nowhere.
+    A harmonic wheel whose neutral line is inclined by γ obeys θ̈ = −ω² (θ − γ), so dA/dt ≤ ω |γ|.
+    More growth than this, with the largest inclination that the sensor has shown, would violate
+    the conservation of energy.
 
     Args:
-        scene: the scene whose machine it is.
+        scene: the scene of the machine.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -51,7 +51,7 @@ class Limits:
         self._felt_ns, self._tilt = np.empty(0, np.int64), np.zeros(1)
 
     def feel(self, imu: ImuSamples) -> None:
-        """Take the next motion samples: no reading is checked against later ones."""
+        """Take the next motion samples; a reading is never checked against later ones."""
         motion = attitude(imu)
         tilt = np.maximum(np.abs(motion.roll), np.abs(np.arctan2(motion.force_y, motion.force_z)))
         self._felt_ns = np.concatenate([self._felt_ns, imu.stamp_ns])
@@ -65,7 +65,7 @@ class Limits:
             origin_ns: stamp of the start of the run.
 
         Raises:
-            PropagationError: a motion that cannot be.
+            PropagationError: an impossible motion.
         """
         size = np.hypot(wheel.position[:, 0], wheel.velocity[:, 0] / self._frequency)
         most = MOST_RELEASES * self._release

@@ -1,10 +1,10 @@
 """The trochlea on a live sensor: the dial stops where the motion is lost.
 
 Where the motion breaks off for more than `MAX_GAP_S`, jumps, or makes the wheel do what no wheel
-can, the run ends at its last reading. The next good motion releases the wheel again; the dial
-continues from where it stood, so that it loses the time between, and each reading states this time
-(`source`, DialSetting). Where the stamps themselves have gone back – sim time was reset, a bag
-begins again – the dial is set anew.
+can, the run ends at its last reading. The next good motion releases the wheel again, and the dial
+continues from where it stood. So it loses the time in between, which each reading states
+(`source`, DialSetting). Where the stamps themselves have gone back, since sim time was reset or a
+bag begins again, the dial is set anew.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ from tauto_core.ship.imu import REFUSALS, content_reasons
 
 
 class LiveTrochlea:
-    """A TrochleaStage for motion that somebody else stamps: anchored at the first stamp.
+    """A TrochleaStage for motion with stamps of its own: anchored at the first stamp.
 
     Args:
-        scene: what to simulate; its motion comes through `feed`.
+        scene: the scene to simulate; its motion comes through `feed`.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -69,13 +69,13 @@ class LiveTrochlea:
 
     @property
     def trouble(self) -> str:
-        """Why the dial holds at present; empty where it goes."""
+        """Why the dial stands still at present; empty if it goes."""
         if ahead_s := self._continuity.holds_s:
             return f'the motion does not go on from the last good sample ({ahead_s:.6g} s off)'
         return self._trouble
 
     def news(self) -> list[str]:
-        """Return in words what has happened to the dial since the last call."""
+        """Return a description of what has happened to the dial since the last call."""
         news, self._news = self._news, []
         return news
 
@@ -90,7 +90,7 @@ class LiveTrochlea:
             self._take(imu, said)
         except PropagationError as error:
             del self._news[heard:]
-            if len(imu.stamp_ns) > 1:  # all before the sample that fails counts
+            if len(imu.stamp_ns) > 1:  # all samples before the one that fails are used
                 self.restore(before)
                 ones = [take(imu, slice(k, k + 1)) for k in range(len(imu.stamp_ns))]
                 return _joined([self.feed({SHIP_IMU: one}) for one in ones])
@@ -98,7 +98,7 @@ class LiveTrochlea:
         return _joined(said)
 
     def finish(self) -> Batches:
-        """Use one-sided neighbours for what is left, up to the last sample."""
+        """Return the remaining samples, interpolated with one-sided windows."""
         said: list[Batches] = []
         try:
             if self._run is not None:
@@ -116,7 +116,7 @@ class LiveTrochlea:
             imu = take(imu, reasons == 0)
         for part in self._continuity.feed(imu):
             if part.begins:
-                # a run that has said nothing is forgotten
+                # a run without any reading is forgotten
                 if self._run is not None and self._run.said:
                     self._believe(self._stage.finish(), said)
                 self._begin(int(part.imu.stamp_ns[0]))
@@ -159,7 +159,7 @@ class LiveTrochlea:
         self._continuity.restart()
 
     def _believe(self, batches: Batches, said: list[Batches]) -> None:
-        """Check the output of the stage, and publish it with the reading of this dial."""
+        """Check the output of the stage, and return it with the readings of this dial."""
         run, wheel = self._run, batches.get(JOINT_STATES)
         if run is None or not isinstance(wheel, JointSamples) or not len(wheel.stamp_ns):
             return
@@ -203,7 +203,7 @@ class LiveTrochlea:
 
 @dataclass(frozen=True)
 class _RunState:
-    """A run: how the dial was set, where the run began, what the dial showed there."""
+    """A run: setting of the dial, start of the run, reading of the dial there."""
 
     setting: DialSetting
     origin_ns: int

@@ -1,4 +1,4 @@
-"""What the dial shows: whole half turns and the fraction kept apart."""
+"""The reading of the dial, with whole half turns and the fraction kept apart."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float) -> IntArray:
     """Return the reading [ns] since the dial was set: nominal_period · φ / 2π (theory E4).
 
-    The whole part is counted in integers, so that no length of run costs resolution.
+    The whole part is counted in integers, so long runs lose no resolution.
 
     Args:
         half_turns: whole half turns of the phase, (n,).
-        fraction: what is left, 0 ≤ fraction < 1, (n,).
-        nominal_period_s: time the dial gains in a full turn of the phase [s].
+        fraction: the remaining fraction, 0 ≤ fraction < 1, (n,).
+        nominal_period_s: time by which the dial advances in a full turn of the phase [s].
     """
     half_period = 0.5 * nominal_period_s * NS_PER_S
     whole = math.floor(half_period)

@@ -30,13 +30,13 @@ counts as stopped.
 
 
 class SwingTally:
-    """Amplitude at the end, and when the clock stopped, over all batches fed.
+    """Amplitude at the end, and the time at which the clock stopped, over all batches fed.
 
-    At sea the wheel's motion in its case counts as if the case lay still, so that a roll τ of the
-    apparent vertical adds ⟨τ²⟩ to the square of a swing that follows it.
+    At sea the wheel's motion in its case is treated as if the case lay still. So where the swing
+    follows the apparent vertical, a tilt τ of the apparent vertical adds ⟨τ²⟩ to its square.
 
     Args:
-        scene: the scene whose clock it is.
+        scene: the scene of the clock.
         machine: the regulator of the scene, if it has been built already.
     """
 
@@ -56,10 +56,10 @@ class SwingTally:
             self._feed_wheel(self._machine, wheel)
 
     def result(self) -> dict[str, float | None]:
-        """Return the figures; none of a body in a fluid, or if no sample came.
+        """Return the figures; none for a body in a fluid, or if no sample came.
 
-        Keys: `amplitude_rad` of the last swings; `stopped_s`, the time from the start of the
-        last logged instant at which the clock still went, None where it goes.
+        Keys: `amplitude_rad` of the last swings; `stopped_s`, time from the start of the last
+        logged instant at which the clock still went, None if it still goes.
         """
         machine = self._machine
         if machine is None or not len(self._angle):
@@ -78,7 +78,7 @@ class SwingTally:
 
     @cached_property
     def _needed(self) -> float:
-        """Energy of the smallest swing that gets an impulse on either side [J]."""
+        """Energy of the smallest swing that reaches the impulse on either side [J]."""
         escapement = self._scene.escapement
         if self._machine is None or escapement is None or escapement.angle == 0.0:
             return 0.0

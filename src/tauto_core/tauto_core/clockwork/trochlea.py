@@ -47,15 +47,15 @@ WHEEL_FRAME = 'clock_case'
 class TrochleaStage:
     """The regulator and its dial, driven by the stamps of `ship/imu`.
 
-    Steps begin at samples, span several where these are evenly spaced, wait for the neighbours
-    that interpolation needs (up to four samples) and end at samples and logged instants. Bad
-    samples are counted and left out (`screen`). Where the scene has a suspension, the clock
-    feels the motion of its case, four samples later.
+    Steps begin at samples, and span several where these are evenly spaced. They wait for the
+    neighbours that interpolation needs (up to four samples), and end at samples and logged
+    instants. Bad samples are counted and left out (`screen`). Where the scene has a suspension,
+    the clock feels the motion of its case, four samples later.
 
     Args:
-        scene: what to simulate; its motion comes through `feed`.
-        anchor: 'scene': the first stamp must be `starts_at`, the run ends with the scene.
-            'first': time starts at the first stamp, whatever it is, and runs on.
+        scene: the scene to simulate; its motion comes through `feed`.
+        anchor: 'scene': the first stamp must be `starts_at`, and the run ends with the scene.
+            'first': time starts at the first stamp, and the run has no end.
         machine: the regulator of the scene, if it has been built already.
 
     Raises:
@@ -137,13 +137,13 @@ class TrochleaStage:
         return imu
 
     def finish(self) -> Batches:
-        """Use one-sided neighbours for what is left, up to the last sample."""
+        """Return the remaining samples, interpolated with one-sided windows."""
         if self._suspension is not None:
             self._feel(self._suspension.finish(self._origin_ns or 0))
         return self._advance(final=True)
 
     def _feel(self, case: ImuSamples | None) -> None:
-        """Take what a sensor in the suspended case reads."""
+        """Take the readings of a sensor in the suspended case."""
         if case is not None:
             self._buffer.add(case, self._origin_ns or 0)
 
@@ -173,7 +173,7 @@ class TrochleaStage:
     def _reading_ns(
         self, stamps: IntArray, half_turns: IntArray, fraction: FloatArray
     ) -> IntArray:
-        """Return what the dial shows, with its noise where the scene has one."""
+        """Return the readings of the dial, with its noise if the scene has any."""
         origin_ns = self._origin_ns or 0
         reading = origin_ns + dial_ns(half_turns, fraction, self._nominal_s)
         if self._noise is None:
@@ -234,6 +234,6 @@ class TrochleaStage:
             self._noise.restore(state['noise'])
 
     def health(self) -> dict[str, int]:
-        """Return how many samples were refused, by reason, or crowded, and the gaps bridged."""
+        """Return the numbers of samples refused, by reason, or left out, and of gaps bridged."""
         first = self._suspension or self._buffer
         return {**self._refused, 'crowded': first.crowded, 'bridged_gaps': first.bridged}

@@ -1,4 +1,4 @@
-"""The entries of a comparison: clocks, fixed or hung, in one sea or in seas with more roll."""
+"""The entries of a comparison: clocks, fixed or suspended, in one sea or with several rolls."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ CLOCKS = (
     'clock_sully_lever',
     'clock_own_cam_lever',
 )
-"""The shipped clocks, in the order of the story: all with the same wheel, drag and escapement."""
+"""The shipped clocks in order; all have the same wheel, drag and escapement."""
 
 SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'ship', 'voyage', 'drift', 'log')
-"""Keys of a scene that belong to the passage, not to the clock."""
+"""Keys of a scene that describe the passage, not the clock."""
 
 Cases: TypeAlias = Literal['both', 'with', 'without']
 
@@ -34,8 +34,8 @@ class Entry:
     """A clock that takes part.
 
     Attributes:
-        origin: what the user called the scene by.
-        scene: as it sails.
+        origin: file or name that the user gave.
+        scene: the scene that runs.
         roll_deg: significant amplitude of its ship's roll [deg]; None: measured.
     """
 
@@ -45,7 +45,7 @@ class Entry:
 
     @property
     def hung(self) -> bool:
-        """Whether the case hangs in a suspension."""
+        """Whether the case is suspended."""
         return self.scene.suspension is not None
 
 
@@ -59,19 +59,19 @@ def make_entries(
 ) -> list[Entry]:
     """Return the entries of a comparison, each checked as before a voyage.
 
-    They are in the order of roll, then clock, with fixed cases before hung ones.
+    They are in the order of roll, then clock, with fixed cases before suspended ones.
 
     Args:
         names: files or shipped names; none: CLOCKS.
         ship_of: a scene whose keys SHARED all clocks take; None: they must agree in them.
-        duration: to sail instead [s].
+        duration: duration of the run [s].
         rolls_deg: significant amplitudes of the roll [deg]; none: as the ship rolls.
         cases: 'with' and 'without' suspension, or 'both' where a scene has one.
 
     Raises:
-        SceneError: a scene that cannot sail.
-        UsageError: scenes that do not share their sea, names or rolls that come twice, or a
-            suspension asked for that a scene does not have.
+        SceneError: a scene that cannot run.
+        UsageError: scenes that do not share their sea, names or rolls given twice, or a suspension
+            asked for that a scene does not have.
     """
     scenes = _scenes(names or CLOCKS, ship_of, duration)
     _check_names(scenes)
@@ -107,7 +107,7 @@ def _scenes(
 
 
 def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
-    """Return a changed scene, checked as if it had been written so."""
+    """Return a changed scene, checked as if it had been written that way."""
     try:
         return parse_scene(scene_yaml(changed), origin)
     except SceneError as error:
@@ -140,7 +140,7 @@ def _check_names(scenes: Sequence[tuple[str, Scene]]) -> None:
 
 
 def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
-    """Refuse clocks that do not sail in the same ship."""
+    """Refuse clocks that are not on the same ship."""
     (first, scene), *others = scenes
     passage = scene.model_dump(include=set(SHARED))
     for origin, other in others:

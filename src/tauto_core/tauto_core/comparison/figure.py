@@ -1,4 +1,4 @@
-"""The comparison drawn: error against time, or rate against roll, a panel a clock."""
+"""The comparison as a figure: error against time, or rate against roll, a panel per clock."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def draw(result: Comparison, path: Path) -> None:
 
 
 def side_by_side(result: Comparison) -> Figure:
-    """Return the figure: small multiples with common axes."""
+    """Return the figure: small panels with common axes."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -93,7 +93,7 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
 
 
 def _rates(axes: Axes, rows: Sequence[Row]) -> None:
-    """Draw rates on a scale of the panel's own: those of a force are a millionth of a weight's."""
+    """Draw rates on the panel's own scale; those of a force are a millionth of a weight's."""
     for hung, style in _STYLES.items():
         shown = sorted(
             (row.roll_deg, row.rate_s_per_day)

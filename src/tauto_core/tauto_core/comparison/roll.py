@@ -1,4 +1,4 @@
-"""How much a ship rolls, and the same ship in the same waves rolling more or less."""
+"""The amplitude of a ship's roll, and the same ship in the same waves with another roll."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from tauto_core.scene.errors import UsageError
 from tauto_core.ship.waves import Harmonics
 
 LARGEST_DEG = 45.0
-"""Most roll that can be asked for: a linear sea of more would throw the ship over."""
+"""Largest roll that can be asked for; beyond it the linear roll equation does not hold."""
 
 
 def significant_roll_deg(scene: Scene) -> float | None:
     """Return the significant amplitude of a ship's roll, 2 √(Σ a²/2) [deg].
 
-    Twice the root mean square, which in a narrow sea is the mean of the highest third of the
-    amplitudes (Longuet-Higgins 1952); of a single harmonic of amplitude a it is √2 a. None where
-    the roll was measured, 0 on a ship that lies still; in weather it is that in the highest sea.
+    It is twice the root mean square, which in a narrow-banded sea is the mean of the highest third
+    of the amplitudes (Longuet-Higgins 1952); for a single harmonic of amplitude a it is √2 a. None
+    where the roll was measured, 0 for a ship that lies still; in weather it is that in the highest
+    sea.
     """
     if not scene.ship.is_computed:
         return None
@@ -31,8 +32,8 @@ def significant_roll_deg(scene: Scene) -> float | None:
 def with_roll(scene: Scene, roll_deg: float) -> Scene:
     """Return the scene with a ship that rolls by another significant amplitude.
 
-    Every harmonic of the roll is scaled alike, in a sea through the slope coefficient or the
-    response operator; waves and heave stay.
+    Every harmonic of the roll is scaled by the same factor, in a sea through the slope coefficient
+    or the response operator; waves and heave are not changed.
 
     Args:
         scene: its ship must be of kind sea or components, and must roll.

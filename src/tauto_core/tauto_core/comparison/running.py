@@ -1,7 +1,6 @@
-"""All clocks of a comparison sailed, several at once, each by itself.
+"""Runs all clocks of a comparison, several at once.
 
-Each clock computes the motion of ship and case for itself, so that processes need not exchange
-any.
+Each run computes the motion of ship and case for itself, so processes need not exchange it.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ Progress: TypeAlias = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Stop:
-    """What stopped a clock: when [s] from the start, and why."""
+    """The event that stopped a clock: its time [s] from the start, and the reason."""
 
     at_s: float
     why: str
@@ -38,24 +37,24 @@ class Row:
 
     Attributes:
         clock: name of the scene.
-        scene: what the user called it by.
-        suspended: whether its case hung in a suspension.
+        scene: file or name that the user gave.
+        suspended: whether its case was suspended.
         roll_deg: significant amplitude of the ship's roll [deg]; None: measured.
         release: angle of the wheel [rad], or arc of a body in a fluid [m], at the start.
         propagator: name of the propagator that computed its motion.
         rate_s_per_day: mean rate over the run.
         rate_spread_s_per_day: standard deviation of the rates over pieces of the run (`piece_s`
-            of the comparison); up to the event of a clock that stopped.
+            of the comparison), up to the event for a clock that stopped.
         error_s: reading less true time at the end.
-        raw_error_nmi: distance east by the reading alone, the dial as the scene sets it.
-        error_nmi: the same by the reading corrected for the rate observed in port.
-        raw_prize_pounds: what the Act of 1714 would have paid for the former.
-        prize_pounds: what for the latter.
-        stopped: the event that ended its motion, or when its swing became too small to go on; None
-            for a clock that still goes.
+        raw_error_nmi: error to the east by the reading alone, the dial as the scene sets it.
+        error_nmi: error to the east by the reading corrected for the rate observed in port.
+        raw_prize_pounds: prize of the Act of 1714 for the raw error.
+        prize_pounds: prize of the Act of 1714 for the corrected error.
+        stopped: the event that ended its motion, or the time at which its swing became too small;
+            None for a clock that still goes.
         time_s: ends of the pieces, from the start, up to an event.
         trace_s: the clock's error then [s].
-        run_s: processor time it took.
+        run_s: processor time of the run.
     """
 
     clock: str
@@ -79,12 +78,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A comparison carried through.
+    """The result of a comparison.
 
     Attributes:
         duration_s: length of the run [s].
-        piece_s: length of the pieces that `rate_spread_s_per_day` and the traces are of [s].
-        wall_s: what it took [s].
+        piece_s: length of the pieces for `rate_spread_s_per_day` and the traces [s].
+        wall_s: wall time of the comparison [s].
         rows: in the order of the entries.
     """
 
@@ -100,13 +99,13 @@ def compare(
     """Return the comparison of all entries.
 
     Args:
-        entries: what `make_entries` returned, at least one.
-        jobs: processes at once, >= 1; 1: in this one.
+        entries: result of `make_entries`, at least one.
+        jobs: number of parallel processes, >= 1; 1: in this process.
         progress: called with the fraction done, from 0 to 1.
 
     Raises:
         UsageError: jobs below 1.
-        TautoError: a clock failed otherwise than by an event in its motion; that ends all.
+        TautoError: a clock failed otherwise than by an event in its motion; the comparison ends.
     """
     crew = Crew(min(jobs, len(entries)))
     began, order = time.perf_counter(), _dearest_first(entries)
@@ -121,10 +120,10 @@ def compare(
 
 
 def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
-    """Sail one clock; an event that stops it is part of the result.
+    """Run one clock; an event that stops it is part of the result.
 
     Args:
-        entry: what sails.
+        entry: the clock.
         progress: called with the fraction done, from 0 to 1.
     """
     scene, began = entry.scene, time.process_time()
@@ -166,9 +165,9 @@ def _release(scene: Scene) -> float:
 
 
 def _dearest_first(entries: Sequence[Entry]) -> list[int]:
-    """Return the indices, so that no long run is left to the end while other processes rest.
+    """Return the indices by falling cost, so that no long run is left alone at the end.
 
-    The swing of a hung case costs more than any kind of thread.
+    The swing of a suspended case costs more than any kind of thread.
     """
     return sorted(
         range(len(entries)),

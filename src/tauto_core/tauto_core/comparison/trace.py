@@ -11,16 +11,16 @@ from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, S
 from tauto_core.scene import Scene
 
 PIECES = 96
-"""Equal pieces of a passage, at the ends of which the error is kept."""
+"""Number of equal pieces of a passage at whose ends the error is kept."""
 
 
 class ErrorTrace:
     """Keeps the clock's error at the ends of at most PIECES equal pieces of a scene.
 
-    A piece is a whole number of log intervals; what is left at the end is no piece.
+    A piece is a whole number of log intervals; a shorter remainder at the end is not used.
 
     Args:
-        scene: the scene whose readings will come.
+        scene: the scene of the readings.
     """
 
     def __init__(self, scene: Scene) -> None:

@@ -1,4 +1,4 @@
-"""The answers of a fleet: how often the longitude was found, the errors, and their causes."""
+"""The statistics of a fleet: how often the longitude was found, the errors, and their causes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from tauto_core.samples import FloatArray
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST_RANKED = 10
-"""Fewest voyages from which a correlation is computed."""
+"""Least number of voyages for a correlation."""
 
 ERRORS = {'raw': 'raw_error_nmi', 'corrected': 'error_nmi'}
-"""The clocks that are judged, with their columns: the dial, and the dial less the estimated drift.
+"""The two ways of finding the longitude, with their columns: by the dial, and by the dial less the
+estimated drift.
 """
 
 
@@ -28,8 +29,8 @@ class Within:
 
     Attributes:
         limit_nmi: limit of the Act of 1714.
-        ships: how many.
-        share: the share of all.
+        ships: number of ships within it.
+        share: their share of all.
         low, high: Wilson's interval for the share of such voyages, at CONFIDENCE.
     """
 
@@ -42,17 +43,17 @@ class Within:
 
 @dataclass(frozen=True)
 class Influence:
-    """How a key that was drawn is correlated with the error.
+    """The correlation of a drawn key with the error.
 
-    A tolerance about the right value turns the error to either side: it is correlated with the
-    error and not with its size. What only scatters the error, as the noise of an observation, is
-    correlated with its size and not with the error.
+    A key that shifts the error, such as a tolerance, correlates with the error and not with its
+    size. A key that only scatters the error, such as the noise of an observation, correlates with
+    the size and not with the error.
 
     Attributes:
         key: path in the scene.
         raw, corrected: Spearman's rank correlation, −1 to 1, with the dial's error, positive to
             the east, and with the corrected clock's; None where either does not vary.
-        raw_size, corrected_size: likewise with the size of the error.
+        raw_size, corrected_size: the same with the size of the error.
     """
 
     key: str
@@ -69,16 +70,16 @@ class Influence:
 
 @dataclass(frozen=True)
 class Answers:
-    """The answers of a fleet.
+    """The statistics of a fleet.
 
     Attributes:
-        ships: how many sailed.
-        failures: reasons for which voyages ended, with how many.
+        ships: number of ships that sailed.
+        failures: reasons for which voyages ended early, with their numbers.
         within: for each clock (`ERRORS`), one entry for each limit.
         quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES; None if
             no ship arrived.
-        influences: the influences of keys that are numbers, the strongest on the corrected clock
-            first.
+        influences: correlations of the drawn keys that are numbers, the strongest on the corrected
+            clock first.
     """
 
     ships: int
@@ -89,7 +90,7 @@ class Answers:
 
 
 def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
-    """Return the answers that follow from the rows of a fleet.
+    """Return the statistics of a fleet from its rows.
 
     Args:
         plan: the plan of the fleet.
@@ -118,7 +119,7 @@ def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
 
 
 def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
-    """Return how far from the truth ships were put by a clock of ERRORS [nautical miles]."""
+    """Return the distances of the ships' longitudes from the truth by a clock of ERRORS [nmi]."""
     return np.abs(np.array([row[ERRORS[clock]] for row in rows], np.float64))
 
 

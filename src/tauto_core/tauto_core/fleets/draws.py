@@ -1,4 +1,4 @@
-"""How a key of the scene is drawn for each ship of a fleet."""
+"""The distributions from which a key of the scene is drawn for each ship of a fleet."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Value: TypeAlias = float | int | str | bool
 
 
 class Normal(Section):
-    """A normal distribution, cut off at `low` and `high` where they are given."""
+    """A normal distribution, truncated at `low` and `high` where they are given."""
 
     kind: Literal['normal']
     sigma: Positive = Field(description='standard deviation')
@@ -36,10 +36,10 @@ class Normal(Section):
 
         Args:
             random: the generator of random numbers.
-            given: the value in the scene, used if the mean is absent.
+            given: the value in the scene, used as the mean if that is absent.
 
         Raises:
-            ValueError: that value is no number.
+            ValueError: that value is not a number.
         """
         from scipy.stats import truncnorm
 
@@ -76,7 +76,7 @@ class Uniform(Section):
 
 
 class OneOf(Section):
-    """One of a list of values, each as likely as the others."""
+    """One of a list of values, each with the same probability."""
 
     kind: Literal['list']
     values: tuple[Value, ...] = Field(min_length=1, description='values to choose from')
@@ -101,14 +101,14 @@ _EXAMPLE = 'Write for example `{kind: normal, sigma: 2.0e-5}`.'
 
 
 def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
-    """Return how keys are drawn, by their paths in the scene.
+    """Return the distributions of keys, by their paths in the scene.
 
     Args:
         path: a YAML file of paths such as `trochlea.cam.base_radius`, each with a mapping whose
             `kind` is normal, uniform or list.
 
     Raises:
-        SceneError: the file cannot be read, or describes no distribution.
+        SceneError: the file cannot be read, or does not describe distributions.
     """
     try:
         content = read_mapping(path.read_text('utf-8'), str(path))
@@ -121,11 +121,11 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
 
 
 def as_draws(content: dict[str, Any], origin: str) -> dict[str, Normal | Uniform | OneOf]:
-    """Return how keys are drawn, from the mapping that such a file holds.
+    """Return the distributions of keys, from the mapping in such a file.
 
     Args:
         content: paths of keys, each with a mapping whose `kind` names the distribution.
-        origin: where it comes from, for error messages.
+        origin: name of the source, for error messages.
 
     Raises:
         SceneError: as for `read_draws`.

@@ -21,7 +21,7 @@ _CLOCKS = {
     'corrected': ('rated and corrected', '#c8553d'),
 }
 _LEAST_NMI = 0.01
-"""Left end of the axis: nearer than 20 m ships cannot be distinguished."""
+"""Left end of the axis; below 20 m ships cannot be distinguished."""
 
 
 def draw(fleet: Fleet, path: Path) -> None:
@@ -39,7 +39,7 @@ def draw(fleet: Fleet, path: Path) -> None:
 
 
 def figure_of(fleet: Fleet) -> Figure:
-    """Return the figure: the distribution of the errors, and the influence of the keys drawn."""
+    """Return the figure: distribution of the errors, and correlations of the drawn keys."""
     from matplotlib.figure import Figure
 
     ranked = fleet.answers.influences

@@ -34,10 +34,10 @@ positive to the east.
 
 
 def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dict[str, Any]:
-    """Return the row of a ship: her number and seed, what was drawn, FIGURES, and what it took.
+    """Return the row of a ship: number and seed, drawn values, FIGURES, and processor time.
 
-    `failure` is None, or says what ended the voyage; there are no figures then. `run_s` is the
-    processor time of the thread, the only column that another run changes.
+    `failure` is None, or says what ended the voyage early; then there are no figures. `run_s` is
+    the processor time of the thread, the only column that differs in another run.
 
     Args:
         plan: the plan of the fleet.
@@ -48,7 +48,7 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dic
     report: dict[str, Any] = {}
     try:
         report = voyage.sail(ship.scene, origin=plan.origin, progress=progress)
-    except Exception as error:  # a ship that founders is a row, whatever the reason
+    except Exception as error:  # a voyage that fails is a row, whatever the reason
         failure = str(error) or type(error).__name__
     return {
         'ship': number,

@@ -20,7 +20,7 @@ from tauto_core.scene.yaml_text import read_mapping
 MOST_SHIPS = 1_000_000
 
 _STREAM = 3
-"""Streams of random numbers from the scene's seed for ships and draws."""
+"""Number of the streams of random numbers from the scene's seed for ships and draws."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class Ship:
 
     Attributes:
         number: from 0.
-        drawn: value of each key that is drawn, by its path.
-        scene: the scene that she sails.
+        drawn: value of each drawn key, by its path.
+        scene: the scene of her voyage.
     """
 
     number: int
@@ -40,17 +40,17 @@ class Ship:
 
 @dataclass(frozen=True)
 class Plan:
-    """A fleet: every ship has a seed of her own, and her own value of each key that is drawn.
+    """A fleet: every ship has a seed of her own, and her own value of each drawn key.
 
-    A ship depends on the scene, its seed, her number and the draws alone: with more ships, or more
-    keys drawn, the other values drawn for her stay the same.
+    A ship depends on the scene, its seed, her number and the draws alone. With more ships, or more
+    drawn keys, the other values drawn for her do not change.
 
     Attributes:
-        scene: the scene that they vary.
-        origin: what the user called it by.
-        ships: how many.
-        draws: how keys are drawn, by their paths.
-        drawn_by: the file that says so, for errors.
+        scene: the scene that the ships vary.
+        origin: file or name that the user gave.
+        ships: number of ships.
+        draws: distributions of the drawn keys, by their paths.
+        drawn_by: the file with the distributions, for errors.
     """
 
     scene: Scene

@@ -1,4 +1,4 @@
-"""Sailing a fleet: each ship by herself, on as many processes as there are."""
+"""Sailing a fleet: ships on several processes, independently of each other."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Fleet:
 
     Attributes:
         plan: the plan of the fleet.
-        rows: what `member.sail_ship` returned, in the order of the ships.
-        answers: what follows from them.
+        rows: results of `member.sail_ship`, in the order of the ships.
+        answers: statistics of the rows.
     """
 
     plan: Plan
@@ -39,20 +39,20 @@ def sail_fleet(
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Fleet:
-    """Sail a fleet, or what is left of it.
+    """Sail a fleet, or the rest of it.
 
     Args:
         plan: the plan of the fleet.
         crew: processes that sail it.
-        out: folder for the rows, written as ships come in; ships whose rows it holds already do
-            not sail again. None: the rows are returned and no more.
-        progress: called with the number of ships that have come in, parts of voyages included.
+        out: folder for the rows, written as ships finish; ships that have a row there do not sail
+            again. None: the rows are only returned.
+        progress: called with the number of ships done, parts of voyages included.
 
     Raises:
         SceneError: the scene of a ship, as drawn, is invalid; no ship has sailed then.
         UsageError: the folder holds something else.
         FleetError: the folder cannot be used.
-        WorkerError: there are no processes to be had.
+        WorkerError: there are no processes available.
     """
     store = None if out is None else Store(out, plan)
     plan.check()
@@ -79,7 +79,7 @@ def _sailed(
     store: Store | None,
     progress: Callable[[float], None] | None,
 ) -> list[dict[str, Any]]:
-    """Return the rows of the ships that are left to sail, stored as they come in."""
+    """Return the rows of the ships that have not sailed yet, stored as they finish."""
 
     def tell(share: float) -> None:
         if progress is not None:
@@ -99,7 +99,7 @@ def _sailed(
 
 
 def _row(plan: Plan, number: int, ended: Ended[dict[str, Any]]) -> dict[str, Any]:
-    """Return the row of a ship, also of one whose process died."""
+    """Return the row of a ship, or one with the failure if its process died."""
     if ended.result is not None:
         return ended.result
     ship = plan.ship(number)

@@ -1,8 +1,9 @@
 """The rows of a fleet on disk: Parquet, written as ships finish, and continued after a break.
 
-The folder holds `fleet.yaml`, which says what fleet it is, and `ships.parquet`. While the fleet
-sails, its rows lie in small files in `ships/`, each written whole or not at all; at the end they
-become one, in the order of the ships. A fleet that was killed loses the rows of its last second.
+The folder contains `fleet.yaml`, which identifies the fleet, and `ships.parquet`. While the fleet
+sails, its rows are in small files in `ships/`, each written completely or not at all; at the end
+they are joined in the order of the ships. A fleet that is killed loses the rows of its last
+second.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 EVERY_S = 1.0
-"""How often rows are written while ships come in."""
+"""Interval at which rows are written while ships finish."""
 
 _SAYS, _ALL, _PARTS = 'fleet.yaml', 'ships.parquet', 'ships'
 
@@ -53,12 +54,12 @@ class Store:
     """The rows of one fleet in its folder.
 
     Args:
-        folder: is made where it is not there.
+        folder: made if it does not exist.
         plan: the plan of the fleet.
 
     Raises:
         UsageError: the folder holds something else, or another fleet.
-        FleetError: what it holds cannot be read.
+        FleetError: its contents cannot be read.
     """
 
     def __init__(self, folder: Path, plan: Plan) -> None:
@@ -70,7 +71,7 @@ class Store:
         self.rows = sorted(self._read(), key=lambda row: int(row['ship']))
 
     def open(self) -> None:
-        """Make the folder, and say in it what fleet it is."""
+        """Make the folder, and identify the fleet in it."""
         with _saying(self._folder):
             (self._folder / _PARTS).mkdir(parents=True, exist_ok=True)
             _write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
@@ -82,7 +83,7 @@ class Store:
             self.flush()
 
     def flush(self) -> None:
-        """Write the rows that wait."""
+        """Write the rows in memory."""
         if not self._waiting:
             return
         first = int(self._waiting[0]['ship'])
@@ -91,7 +92,7 @@ class Store:
         self._waiting, self._written_s = [], time.monotonic()
 
     def close(self) -> None:
-        """Make one file of all rows, in the order of the ships."""
+        """Join all rows in one file, in the order of the ships."""
         self.flush()
         self.rows.sort(key=lambda row: int(row['ship']))
         self._write(self.rows, self._folder / _ALL)
@@ -101,7 +102,7 @@ class Store:
             (self._folder / _PARTS).rmdir()
 
     def _identity(self) -> dict[str, Any]:
-        """Return all that the rows of this folder depend on, except the number of ships."""
+        """Return all on which the rows of this folder depend, except the number of ships."""
         return {
             'scene': self._plan.content,
             'vary': {
@@ -134,7 +135,7 @@ class Store:
         return sorted((self._folder / _PARTS).glob('*.parquet'))
 
     def _read(self) -> Iterable[dict[str, Any]]:
-        """Yield the rows that are there, each ship's once."""
+        """Yield the stored rows, one for each ship."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -206,7 +207,7 @@ def _saying(folder: Path) -> Iterator[None]:
 
 
 def _write_whole(file: Path, content: Any) -> None:
-    """Write a file so that it is whole or absent, also after a crash."""
+    """Write a file so that it is complete or absent, even after a crash."""
     draft = file.with_name(f'.{file.name}.{os.getpid()}')
     try:
         with draft.open('wb') as stream:

@@ -1,4 +1,4 @@
-"""What the navigator assumes about the clock and the observations before the voyage."""
+"""The assumptions of the navigator about the clock and the observations before the voyage."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ PATIENCE = 3.0
 
 
 def clock_model(scene: Scene) -> ClockModel:
-    """Return the clock model that `drift` describes, with covariates.
+    """Return the clock model of the scene's `drift`, with covariates.
 
-    The coefficients are those of the scene or, where it states none, those of trial runs of its
+    The coefficients are those of the scene or, where it gives none, those from trial runs of its
     machine (`coefficient_runs`).
     """
     model = dial_model(scene)
@@ -32,10 +32,10 @@ def clock_model(scene: Scene) -> ClockModel:
 
 
 def dial_model(scene: Scene) -> ClockModel:
-    """Return the clock model that `drift` describes, with at least the noise of a good clock.
+    """Return the clock model of the scene's `drift`, with at least the noise of a good clock.
 
-    Outliers are refused for three observation intervals: after that, as at a landfall, the
-    clock is likelier to have changed than the observer to be wrong.
+    Outliers are refused for three observation intervals. After that, as at a landfall, a change of
+    the clock is more likely than an error of the observer.
     """
     drift, clock = scene.drift, scene.clock
     return ClockModel(

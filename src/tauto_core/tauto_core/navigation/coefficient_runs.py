@@ -1,10 +1,10 @@
 """The coefficients of the rate equation, from short runs of the scene's own machine.
 
 The clock is run on a ship that only heaves, or only rolls, in a small wave of one period. The
-coefficient is what this motion adds to the rate, divided by the mean of the regressor. The mean is
-taken over several runs with the wave at different phases, since a sea does not know the phase at
-which the wheel was released. The coefficient is the mean over several periods of the waves, and
-its standard deviation their spread with what a single wave cannot show (theory E11).
+coefficient is the change of the rate divided by the mean of the regressor. It is averaged over
+several phases of the wave at the release, since in a real sea that phase is random. The
+coefficient is the mean over several periods of the waves. Its standard deviation is their spread,
+with an allowance for what a single wave cannot show (theory E11).
 """
 
 from __future__ import annotations
@@ -30,17 +30,16 @@ from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.components import Component, ComponentsShip
 
 HEAVE_PERIODS_S = (2.0, 3.0, 4.0, 6.0, 9.0)
-"""Periods of the waves of the trial runs in heave [s]. The acceleration of a sea lies at the short
-end of its waves, more so where the ship meets them: of a winter's Atlantic nearly all of it lies
-between 2 and 8 s.
+"""Periods of the waves of the trial runs in heave [s]. The acceleration of a sea is in its shorter
+waves, more so at encounter frequencies: nearly all of that of a winter's Atlantic lies between 2
+and 8 s.
 """
 
 ROLL_PERIODS_S = (6.0, 9.0, 13.0)
-"""Periods of the waves of the trial runs in roll [s]: a ship rolls at her own period, not faster.
-"""
+"""Periods of the waves of the trial runs in roll [s], none shorter than ships roll naturally."""
 
 LEAST_SAMPLES = 10
-"""Samples of `ship.rate` in a wave of the trial runs; shorter waves than these are left out."""
+"""Least number of samples of `ship.rate` in a wave of a trial run; shorter waves are left out."""
 
 PHASES = tuple(0.5 * math.pi * k for k in range(4))
 """Phases of the wave at the release. Odd effects of the wave cancel between opposite phases,
@@ -48,8 +47,8 @@ effects of twice its phase between quarters.
 """
 
 HEAVE = 0.05
-"""Acceleration of the heave in the trial runs, divided by gravity. Its square counts; the next
-power is 3e-4 of that.
+"""Acceleration of the heave in the trial runs over gravity. The effect is proportional to the
+square; the next power is 3e-4 of that.
 """
 
 ROLL_RAD = 0.05
@@ -59,24 +58,24 @@ RUN_S = 600.0
 """Length of a run after the swing has settled [s]: 46 of the longest waves."""
 
 SETTLED = 6.0
-"""Time constants of the steady swing after which it counts as settled: e⁻⁶ is 1/400."""
+"""Number of time constants after which the steady swing counts as settled: e⁻⁶ is 1/400."""
 
 LONGEST_SETTLING_S = 3600.0
-"""Longest time that a swing is given to settle [s]."""
+"""Longest time allowed for a swing to settle [s]."""
 
 PART, LEAST = 0.05, 0.005
-"""Standard deviation of what one small wave cannot show: as a share of the coefficient, and at
-least.
+"""Allowance in the standard deviation for what one small wave cannot show: as a share of the
+coefficient, and its least value.
 """
 
 
 @dataclass(frozen=True)
 class Runs:
-    """What trial runs showed of one covariate.
+    """The result of the trial runs for one covariate.
 
     Attributes:
         name: name of the covariate.
-        at_periods: the coefficient by the period of the waves [s].
+        at_periods: the coefficient for each period of the waves [s].
     """
 
     name: str
@@ -92,10 +91,10 @@ class Runs:
 
 
 def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
-    """Return what is assumed about the coefficients of a scene's covariates, in their order.
+    """Return the priors of the coefficients of a scene's covariates, in their order.
 
     Raises:
-        SceneError: the machine cannot be run in the small waves that are tried.
+        SceneError: the machine cannot be run in the small waves of the trial.
     """
     tried = {found.name: found.coefficient for found in runs(scene)}
     return tuple(tried.get(name) or _stated(scene, name) for name in scene.drift.covariates or ())
@@ -107,10 +106,10 @@ def _stated(scene: Scene, name: str) -> Coefficient:
 
 
 def runs(scene: Scene) -> tuple[Runs, ...]:
-    """Return what trial runs of a scene's machine show of the coefficients that it does not state.
+    """Return the results of trial runs for the coefficients that a scene does not give.
 
     Raises:
-        SceneError: the machine cannot be run in the small waves that are tried.
+        SceneError: the machine cannot be run in the small waves of the trial.
     """
     given = scene.drift.coefficients
     names = tuple(n for n in scene.drift.covariates or () if getattr(given, n, None) is None)
@@ -129,7 +128,7 @@ def runs(scene: Scene) -> tuple[Runs, ...]:
 
 
 def _alone(scene: Scene) -> Scene:
-    """Return the machine of a scene on a ship that only the trials move."""
+    """Return the scene's machine on a ship that only the trial waves move."""
     ship = ComponentsShip(rate=scene.ship.rate, height=scene.ship.height)
     step_ns = step_of_rate(ship.rate)
     interval_s = max(NS_PER_S // step_ns, 1) * step_ns / NS_PER_S
@@ -148,7 +147,7 @@ def _alone(scene: Scene) -> Scene:
 
 
 class _Tried(NamedTuple):
-    """The input of trial runs; two are equal if all their parts are."""
+    """The input of trial runs; equal inputs have equal parts."""
 
     scene: Scene
 
@@ -174,7 +173,7 @@ def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
 
 
 def _sampled(periods_s: tuple[float, ...], rate_hz: float) -> tuple[float, ...]:
-    """Return the periods that a rate of samples shows well; never fewer than the two longest."""
+    """Return the periods that are sampled often enough at a rate; at least the two longest."""
     long_enough = (each for each in periods_s if each * rate_hz >= LEAST_SAMPLES)
     return (*long_enough,) if periods_s[-2] * rate_hz >= LEAST_SAMPLES else periods_s[-2:]
 
@@ -213,7 +212,7 @@ def _roll(ship: ComponentsShip, gravity: float, period_s: float, phase: float) -
 
 
 class _Move(NamedTuple):
-    """How a ship is moved by a wave of a period and a phase, and the mean of the regressor."""
+    """The motion of a ship in a wave of one period and phase, and the mean of the regressor."""
 
     ship: Callable[[ComponentsShip, float, float, float], ComponentsShip]
     periods_s: tuple[float, ...]
@@ -227,7 +226,7 @@ _MOVES = {
 
 
 def _settling_s(scene: Scene) -> float:
-    """Return how long the swing is given to become steady [s]."""
+    """Return the time allowed for the swing to settle [s]."""
     machine = compile_machine(scene)
     if not isinstance(machine, Machine | LeverMachine):
         return 0.0
@@ -241,7 +240,7 @@ def _slope(error_s: FloatArray, interval_s: float) -> float:
     """Return the mean rate of evenly spaced errors; oscillations do not change it.
 
     The straight line is fitted with weights that fall to zero smoothly at both ends (cos⁴), so
-    that what swings about it to and fro, at any period, cancels.
+    that oscillations about it, of any period, cancel.
     """
     count = len(error_s)
     at = (np.arange(count) - 0.5 * (count - 1)) * interval_s

@@ -1,8 +1,8 @@
 """The coefficients of the rate equation as further states of the drift filter (theory E11).
 
 The rate of the dial is y + Σ k_j x_j, with regressors x_j that an inertial sensor measures and
-coefficients k_j that do not change. Over a time τ in which the integrals of the regressors grow by
-ΔX_j, the transition of the clock (`kalman`) has these in the row of the offset:
+constant coefficients k_j. Over a time τ in which the integrals of the regressors grow by ΔX_j, the
+transition of the clock (`kalman`) has these in the row of the offset:
 
     x' = x + τ y + τ²/2 d + Σ ΔX_j k_j,   k_j' = k_j.
 
@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 
 class Coefficient(NamedTuple):
-    """What is assumed about a coefficient before any observation.
+    """Prior of a coefficient, before any observation.
 
     Attributes:
         name: name of its covariate.
@@ -31,15 +31,16 @@ class Coefficient(NamedTuple):
 
 
 def pairs(size: int) -> list[tuple[int, int]]:
-    """Return the places of a covariance that are kept: its upper triangle, row by row."""
+    """Return the indices of a covariance that are kept: its upper triangle, row by row."""
     return list(combinations_with_replacement(range(size), 2))
 
 
 def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
-    """Return the step in time of `size` states, the first `clock` of them those of the clock.
+    """Return the prediction step of `size` states, of which the first `clock` are the clock's.
 
-    It takes the numbers (means, then the `pairs` of the covariance), the time t [s], q1, q2, q3 of
-    `kalman`, and the growth of each integral [s]; it returns the numbers after that time.
+    Its arguments are the numbers (means, then the `pairs` of the covariance), the time t [s], q1,
+    q2, q3 of `kalman`, and the growth of each integral [s]. It returns the numbers after that
+    time.
     """
     kept = pairs(size)
 
@@ -76,7 +77,7 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
 def correction(size: int) -> Callable[..., tuple[float, ...]]:
     """Return the update of `size` states by an observed phase, in Joseph's form.
 
-    It takes the numbers predicted, the innovation ν, its variance s = P_xx + r, and r.
+    Its arguments are the numbers predicted, the innovation ν, its variance s = P_xx + r, and r.
     """
     kept = pairs(size)
 
@@ -85,7 +86,7 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
     ) -> tuple[float, ...]:
         p = _square(now, size)
         gain = [each / s for each in p[0]]
-        # 1 - P_xx/s would lose the digits of a precise observation
+        # 1 - P_xx/s would lose digits for a precise observation
         g = r / s
         left = [g * each for each in p[0]]
 
@@ -103,7 +104,7 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
 
 
 def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
-    """Return the whole of the covariance, row by row."""
+    """Return the whole covariance, row by row."""
     whole: list[list[Any]] = [[0.0] * size for _ in range(size)]
     for (i, j), number in zip(pairs(size), now[size:], strict=True):
         whole[i][j] = whole[j][i] = number

@@ -26,7 +26,7 @@ def covariance(known: Estimate[FloatArray], coefficients: tuple[str, ...]) -> Fl
 def estimate(
     mean: FloatArray, p: FloatArray, coefficients: tuple[str, ...]
 ) -> Estimate[FloatArray]:
-    """Return the estimate of these means, (n, 3 + c), and covariances, (n, 3 + c, 3 + c)."""
+    """Return the estimate with these means, (n, 3 + c), and covariances, (n, 3 + c, 3 + c)."""
     names = ('x', 'y', 'd', *coefficients)
     upper = zip(pairs(len(names)), covariances(names), strict=True)
     return estimate_of(coefficients)(

@@ -40,35 +40,35 @@ from tauto_core.ship.observations import schedule
 HELD_NS = round(HELD_S * NS_PER_S)
 
 HISTORY = 4096
-"""Readings remembered, beyond those held back, for observations that come late."""
+"""Number of readings kept, beyond those held back, for observations that come late."""
 
 AHEAD_NS = 86_400 * NS_PER_S
-"""An observation stamped later than this after the newest reading is of another clock."""
+"""An observation stamped later than this after the newest reading belongs to another clock."""
 
 
 class DriftStage:
     """Estimates offset and rate of the dial, and subtracts the offset from its readings.
 
-    One `drift/estimate` and one `clock/corrected` go out for each `clock/reading`, at its stamp.
-    The dial is assumed to be set right, within `kalman.SETTING_SIGMAS`, at the first reading, and
-    again wherever a reading says that it was set since (`DialSetting`). Where a reading says that
-    the dial has stood still, the offset moves by that time, and its variance grows accordingly. An
-    observation is compared with the reading at its stamp, or with the line between the readings on
-    both sides. Outliers are refused (`filtering`) and counted, and so is each time that the state
-    was reopened.
+    For each `clock/reading` one `drift/estimate` and one `clock/corrected` are published with its
+    stamp. The dial is assumed to be set right, within `kalman.SETTING_SIGMAS`, at the first
+    reading, and again at each reading that reports a new setting (`DialSetting`). Where a reading
+    reports that the dial has stood still, the offset changes by that time, and its variance grows
+    accordingly. An observation is compared with the reading at its stamp, or with the line between
+    the readings on both sides. Outliers (`filtering`) are refused and counted, and so is each
+    reopening of the state.
 
-    Where the scene has covariates, `ship/imu` is an input too, and readings wait until the motion
-    has reached them. In a foreign graph they wait at most until readings `HELD_S` later have come;
-    then the motion is assumed to have continued as usual, and that is counted.
+    With covariates `ship/imu` is an input too, and readings wait until the motion has reached
+    them. In a live graph they wait at most until readings `HELD_S` later have come. The motion is
+    then assumed to have continued as usual, and that is counted.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.
-        expect_schedule: an estimate at t uses every observation with stamp <= t, whatever the
-            order of arrival between the topics: readings at and after the next scheduled
+        expect_schedule: True: an estimate at t uses every observation with stamp <= t, whatever
+            the order of arrival between the topics. Readings at and after the next scheduled
             observation wait until it, or a later one, has come, or until `finish`. False: an
-            observation counts for the readings that go out after it came. It may be late by
-            `HISTORY` readings, and by `track.REMEMBERED` later observations, which the filter
-            then goes over again in the order of the stamps.
+            observation affects the readings that are published after it came. It may be late by
+            `HISTORY` readings, and by `track.REMEMBERED` later observations, for which the filter
+            is then repeated in the order of the stamps.
         motion: a source of the integrals of the covariates that replaces `ship/imu`.
     """
 
@@ -108,7 +108,7 @@ class DriftStage:
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Topics of the dial, of the observations, and of the motion where it counts."""
+        """Topics of the dial, of the observations, and of the motion if it is used."""
         return (READING, OBSERVATION, *(self._motion.inputs if self._motion else ()))
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
@@ -129,12 +129,12 @@ class DriftStage:
         return merged(said)
 
     def _is_set_otherwise(self, reading: TimeSamples) -> bool:
-        """Return whether readings come from a dial set, or stopped, since the last one."""
+        """Return whether readings come from a dial that was set or stopped since the last one."""
         setting = DialSetting.of(str(reading.source[0]))
         return setting is not None and setting != self._setting
 
     def _begin_again(self, reading: TimeSamples) -> None:
-        """Forget the earlier readings; continue from the estimate as far as it still holds."""
+        """Forget the earlier readings; continue from the estimate as far as it is still valid."""
         before, setting = self._setting, DialSetting.of(str(reading.source[0]))
         self._setting = setting or before
         if before is None or setting is None or self._track is None:
@@ -241,7 +241,7 @@ class DriftStage:
                 self._last_observation_ns = max(stamp, self._last_observation_ns)
 
     def _is_due(self, stamp: int) -> bool:
-        """Return whether an observation is the next of the schedule, or one after it; count."""
+        """Return whether an observation is the next scheduled or a later one; count the others."""
         assert self._schedule is not None
         if stamp <= self._last_observation_ns:
             self._health['observations_out_of_order'] += 1
@@ -255,7 +255,7 @@ class DriftStage:
         return True
 
     def _is_foreign_new(self, stamp: int) -> bool:
-        """Return whether an observation can be of this clock and is not a repetition; count."""
+        """Return whether an observation may be this clock's and is new; count the others."""
         if BEFORE_ALL < self._last_reading_ns < stamp - AHEAD_NS:
             self._health['observations_from_future'] += 1
             return False
@@ -277,7 +277,7 @@ class DriftStage:
         """Use the observations, and publish the readings with stamp < before_ns.
 
         Args:
-            before_ns: end of what is not held back for an observation.
+            before_ns: readings from this stamp on are held back for an observation.
             final: whether readings no longer wait for the motion either.
         """
         if self._motion is not None and not final:
@@ -302,7 +302,7 @@ class DriftStage:
         return estimates(stamps, references, way, self._model, passed) if len(stamps) else {}
 
     def _moved_ns(self, motion: Motion) -> int:
-        """Return the end of the readings that need not wait for the motion any longer."""
+        """Return the stamp before which readings need not wait for the motion any longer."""
         reached_ns = motion.reached_ns
         if self._schedule is None:
             reached_ns = max(reached_ns, self._last_reading_ns - HELD_NS)
@@ -317,7 +317,7 @@ class DriftStage:
         self._track = Track(known, self._model)
 
     def _passed(self, stamps: IntArray, integrals: FloatArray) -> Passed | None:
-        """Return how far readings are from the first one, where there are covariates."""
+        """Return time and integrals of readings since the first one, if there are covariates."""
         if self._motion is None or self._begun is None:
             return None
         first, begun = self._begun
@@ -325,7 +325,7 @@ class DriftStage:
         return Passed(elapsed_s, integrals, integrals - np.array(begun))
 
     def _use_observations(self, ready: IntArray) -> Filtered:
-        """Update with the observations that `ready` reaches; return the filter's way to there."""
+        """Update with the observations up to the last of `ready`; return the run of the filter."""
         assert self._track is not None
         newest, oldest = int(ready[-1]), max(int(ready[0]), self._track.oldest_ns)
         reached = sorted(stamp for stamp in self._pending if stamp <= newest)

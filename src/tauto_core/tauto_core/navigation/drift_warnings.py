@@ -1,4 +1,4 @@
-"""The counters of the drift stage, in words."""
+"""The counters of the drift stage as text."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _SAID = {
 
 
 def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
-    """Return in words what the drift stage counted.
+    """Return warnings for the counters of the drift stage.
 
     Args:
-        health: its counters; those of other stages are passed over.
-        scene: the scene that it ran with.
+        health: its counters; those of other stages are ignored.
+        scene: the scene of the run.
     """
     values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
     return [
@@ -49,7 +49,7 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
 
 
 def _agreeing(number: int) -> dict[str, str]:
-    """Return the words that depend on how many there are."""
+    """Return words in the singular or plural."""
     return {
         'observations': counted(number, 'observation'),
         'samples': counted(number, 'sample'),

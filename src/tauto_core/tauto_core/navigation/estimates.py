@@ -25,19 +25,19 @@ from tauto_core.samples import (
 )
 
 ESTIMATE_NAMES = ('offset_s', 'offset_sigma_s', 'rate_s_per_day', 'rate_sigma_s_per_day')
-"""Names that every estimate has; with covariates others follow (`estimate_names`)."""
+"""Names in every estimate; with covariates others follow (`estimate_names`)."""
 
 MEAN_RATE_NAMES = ('mean_rate_s_per_day', 'mean_rate_sigma_s_per_day')
 
 MOST_NS = 4e18
-"""Beyond the times of ROS, within int64."""
+"""Above the times of ROS, and within int64."""
 
 
 class Passed(NamedTuple):
-    """How far readings are from the first one.
+    """Time and integrals of readings since the first one.
 
     Attributes:
-        elapsed_s: time since [s], (n,).
+        elapsed_s: time since the first reading [s], (n,).
         integrals_s: integrals of the covariates [s], (n, c).
         gained_s: their growth since the first reading [s], (n, c).
     """
@@ -63,7 +63,7 @@ def estimate_values(
     Args:
         now: estimates, (n,).
         covariates: the covariates of the model.
-        passed: where there are covariates, how far the readings are from the first one.
+        passed: with covariates, time and integrals since the first reading.
     """
     clock = [now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY]
     if passed is None:
@@ -93,10 +93,10 @@ def _mean_rate(
 
 
 def mean_rate(found: Mapping[str, float]) -> tuple[float, float]:
-    """Return the rate of an estimate, the mean since the first reading, and its sigma [s/day].
+    """Return the rate of an estimate, as the mean since the first reading, and its sigma [s/day].
 
     Args:
-        found: an estimate by name; without covariates its rate is the same throughout.
+        found: an estimate by name; without covariates its rate is constant.
     """
     rate, sigma = MEAN_RATE_NAMES if MEAN_RATE_NAMES[0] in found else ESTIMATE_NAMES[2:]
     return found[rate], found[sigma]
@@ -109,9 +109,9 @@ def estimates(
     model: ClockModel,
     passed: Passed | None,
 ) -> Batches:
-    """Return estimate and corrected time of readings, each from the last state known at it.
+    """Return estimate and corrected time for readings, each from the last state at its stamp.
 
-    Every reading is predicted from that state in one step: the result does not depend on the
+    Every reading is predicted from that state in one step, so the result does not depend on the
     log interval.
     """
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
@@ -119,7 +119,7 @@ def estimates(
     gained = () if passed is None else tuple((passed.integrals_s - way.integrals_s[place]).T)
     then = same_fields(way.states, (column[place] for column in way.states))
     now = predict(then, elapsed, model, gained)
-    # absurd observations can lead beyond int64; no message holds what is cut to this
+    # absurd observations could exceed int64; no message has times as large as this limit
     error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
     corrected = references - np.rint(error_ns).astype(np.int64)
     values = estimate_values(now, model.names, passed)

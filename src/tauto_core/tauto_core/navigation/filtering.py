@@ -1,12 +1,12 @@
-"""The filter over a run of observations: which it accepts, and the state after each of them.
+"""The filter over a run of observations: which of them it uses, and the state after each.
 
 An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once or
 twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped, or was
-never as good as assumed, all that follow disagree; so the third in a row, and any that comes later
-than `patience_s` after the last one used, is used after all, and the covariance is widened first:
-the state is reopened (`reopen`). The filter must first be confirmed by observations: the first one
-is always used, and until three have been used since the beginning or the last reopening, the
-second outlier in a row is used too.
+never as good as assumed, all later observations disagree. So the third in a row, and any that
+comes later than `patience_s` after the last one used, is used after all. The covariance is widened
+first: the state is reopened (`reopen`). The filter must first be confirmed by observations. The
+first one is always used, and until three have been used since the beginning or the last reopening,
+the second outlier in a row is used too.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from tauto_core.navigation.kalman import (
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
 REFUSED_IN_A_ROW = 2
-"""Largest number of outliers in a row that are taken for blunders; with one more the clock is to
-blame.
+"""Largest number of outliers in a row that are taken for blunders; with one more the clock is
+assumed to have changed.
 """
 
 TRUSTED = 3
@@ -45,14 +45,14 @@ USED, REFUSED, REOPENED = 0, 1, 2
 
 
 class Known(NamedTuple):
-    """The state where a run of observations begins.
+    """The state at the beginning of a run of observations.
 
     Args:
         stamp_ns: stamp of the last observation used, or of the setting of the dial.
         estimate: the estimate at that stamp.
-        refused: outliers since, in a row.
-        used: observations used since the beginning or the last reopening.
-        integrals_s: integrals of the model's covariates, at that stamp [s].
+        refused: number of outliers in a row since then.
+        used: number of observations used since the beginning or the last reopening.
+        integrals_s: integrals of the model's covariates at that stamp [s].
     """
 
     stamp_ns: int
@@ -72,9 +72,9 @@ class Filtered:
         phase_s: the phases used, (m,).
         sigma_s: sigma of each of them, (m,).
         opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
-        fate: USED, REFUSED or REOPENED of each observation, (n,).
-        start: where it began.
-        integrals_s: integrals of the c covariates, at these stamps [s], (m + 1, c).
+        fate: USED, REFUSED or REOPENED for each observation, (n,).
+        start: the state at the beginning.
+        integrals_s: integrals of the c covariates at these stamps [s], (m + 1, c).
     """
 
     stamp_ns: IntArray
@@ -87,7 +87,7 @@ class Filtered:
     integrals_s: FloatArray
 
     def after(self, count: int) -> Known:
-        """Return what was known after the first `count` observations, 0 to n."""
+        """Return the state after the first `count` observations, 0 to n."""
         fate = self.fate[:count]
         used = np.flatnonzero(fate != REFUSED)
         reopened = np.flatnonzero(fate == REOPENED)
@@ -102,15 +102,15 @@ class Filtered:
         )
 
     def elapsed_s(self) -> FloatArray:
-        """Return the time to each observation used from the one before [s], (m,)."""
+        """Return the time from each observation used to the next [s], (m,)."""
         return np.diff(self.stamp_ns) / NS_PER_S
 
     def gained_s(self) -> tuple[FloatArray, ...]:
-        """Return how each integral grew to each observation used from the one before [s], (m,)."""
+        """Return the growth of each integral from each observation used to the next [s], (m,)."""
         return tuple(np.diff(self.integrals_s, axis=0).T)
 
     def expected(self, model: ClockModel) -> Estimate[FloatArray]:
-        """Return the states just before each observation used, reopened or not, (m,)."""
+        """Return the states just before each observation used, widened where reopened, (m,)."""
         elapsed = self.elapsed_s()
         before = same_fields(self.states, (column[:-1] for column in self.states))
         ahead = predict(before, elapsed, model, self.gained_s())
@@ -120,7 +120,7 @@ class Filtered:
 def _patience(used: int) -> int:
     """Return how many outliers in a row are refused after so many observations were used.
 
-    Zero before the first observation, which only an assumption could contradict. One after it: of
+    Zero before the first observation, since only a prior could contradict it. One after that: of
     two observations that disagree either may be the blunder, and the next one decides.
     """
     return REFUSED_IN_A_ROW if used >= TRUSTED else min(used, 1)
@@ -136,16 +136,16 @@ def filter_phases(
 ) -> Filtered:
     """Return the result of the filter for observed phases, in order of their stamps.
 
-    One observation at a time or many at once give the same bits: each is predicted in one step
-    from the last one used.
+    Single observations and batches give the same bits, since each is predicted in one step from
+    the last one used.
 
     Args:
-        start: where to begin.
-        stamp_ns: stamps of the observations, rising, none before the start; n values.
+        start: state at the beginning.
+        stamp_ns: stamps of the observations, increasing, none before the start; n values.
         phase_s: reading minus observed true time [s]; n values.
         model: noise, variance of the observations, gate.
         sigma_s: sigma of each observation; n values. None: that of the model.
-        integrals_s: where the model has covariates, those at each observation [s]; n rows.
+        integrals_s: with covariates, their integrals at each observation [s]; n rows.
     """
     law, noise = law_of(model), noise_of(model)
     ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
@@ -174,7 +174,7 @@ def filter_phases(
                 fate.append(REFUSED)
                 continue
             opened[len(used)] = innovation
-            # in no time the rate cannot have changed
+            # in zero time the rate cannot have changed
             whole = law.whole(start.estimate, ahead)
             ahead = law.part(reopen(whole, innovation, elapsed or math.inf))
             s, trust = ahead[xx] + r, 0

@@ -1,4 +1,4 @@
-"""What a navigator finds when he works through his readings and observations at home."""
+"""The drift in hindsight, from all readings and observations."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def filtered_drift(
 
     Args:
         reading: at least one; the dial is set right at the first. Those out of order are left out.
-        observation: None: there were none. Of those of one stamp the first counts; those before
-            the first reading and after the last are left out.
+        observation: None: there were none. Of several with one stamp the first is used; those
+            before the first reading and after the last are left out.
         model: the model of the clock and the observations.
-        motion: where the model has covariates, their integrals.
+        motion: with covariates, the source of their integrals.
     """
     reading = take(reading, in_order(reading.stamp_ns, BEFORE_ALL))
     stamps: IntArray = reading.stamp_ns
@@ -61,14 +61,14 @@ def hindsight(
     Args:
         reading: readings of the dial, at least one.
         observation: observations of the true time.
-        corrected: the reading less the drift as it was known at the time.
-        estimate: as it was known at the time; has the integrals of covariates.
-        scene: says what is assumed of clock and observations.
+        corrected: the readings corrected by the drift as it was known at the time.
+        estimate: the drift as it was known at the time, with the integrals of covariates.
+        scene: gives the assumptions about clock and observations.
 
     Returns:
         `stamp_s` of the observations used and, at each, the smoothed `estimate_names`, as lists;
-        root mean square and largest size of what is left of the clock's error: `rms_s`, `worst_s`
-        in hindsight, `at_the_time_rms_s` and `at_the_time_worst_s` of `corrected`.
+        root mean square and largest size of the remaining error of the clock: `rms_s`, `worst_s`
+        in hindsight, `at_the_time_rms_s` and `at_the_time_worst_s` for `corrected`.
     """
     model = clock_model(scene)
     motion = RecordedIntegrals(estimate, model.names) if model.coefficients else None
@@ -93,7 +93,7 @@ def hindsight(
 
 
 def _passed(way: Filtered) -> Passed | None:
-    """Return how far the observations used are from the beginning, where there are covariates."""
+    """Return time and integrals of the observations since the first, if there are covariates."""
     integrals = way.integrals_s
     if not integrals.shape[1]:
         return None

@@ -10,10 +10,10 @@ Over a time τ without observations (Brown and Hwang; Zucca and Tavella, Metrolo
         |  symmetric                                      q3 τ    |
 
 An observation is a scalar phase z = x + noise of variance R. With two states d and its variances
-are zero and stay so. Formulas are written out in IEEE sums and products: floats and arrays, one
+are zero and remain so. Formulas are written out as sums and products, so floats and arrays, one
 sample or many, give the same bits.
 
-Where the model has covariates the rate is y + Σ k_j x_j, and the coefficients k_j are states too
+With covariates the rate is y + Σ k_j x_j, and the coefficients k_j are states too
 (`coefficients`).
 """
 
@@ -40,23 +40,23 @@ RANDOM_WALK_FM_FLOOR_PER_S = (0.001 / SECONDS_PER_DAY) ** 2 / SECONDS_PER_DAY
 """Least q2 of a real clock [1/s]: a random walk of the rate by 0.001 s/day in a day."""
 
 AGEING_TIME_S = 100.0 * SECONDS_PER_DAY
-"""Time in which, one sigma, ageing may change the rate by the prior sigma of the rate [s]."""
+"""Time in which ageing may change the rate by one prior sigma of the rate [s]."""
 
 
 LUNAR_SIGMA_S = 60.0
-"""Of lunar distances in a scene that does not speak of them [s] (`scene.sections.Lunars`)."""
+"""Default sigma of lunar distances [s] (`scene.sections.Lunars`)."""
 
 SETTING_SIGMAS = 10.0
-"""Sigma of the dial's offset when it is set, in sigmas of an observation: so wide that the first
-observation fixes the offset, whether the dial was set exactly, roughly or to another's time.
+"""Prior sigma of the dial's offset, in sigmas of an observation. It is so wide that the first
+observation determines the offset, however the dial was set.
 """
 
 
 class Estimate(NamedTuple, Generic[Number]):
     """Mean and covariance of the state, floats or arrays of one shape.
 
-    Units: x [s], y [1], d [1/s]; `xy` is the covariance of x and y, and so on. Those of a model
-    with coefficients have them too (`estimate_of`).
+    Units: x [s], y [1], d [1/s]; `xy` is the covariance of x and y, and so on. Estimates of a
+    model with coefficients have fields for them too (`estimate_of`).
     """
 
     x: Number
@@ -71,13 +71,13 @@ class Estimate(NamedTuple, Generic[Number]):
 
 
 def same_fields(like: Estimate[Any], values: Iterable[Number]) -> Estimate[Number]:
-    """Return an estimate of the class of another one, from its values in order."""
+    """Return an estimate of the same class as another, from its values in order."""
     return cast(Estimate[Number], type(like)(*values))
 
 
 @cache
 def estimate_of(coefficients: tuple[str, ...]) -> type[Estimate[Any]]:
-    """Return the class of estimates with these coefficients, `Estimate` where there are none.
+    """Return the class of estimates with these coefficients; `Estimate` if there are none.
 
     After the fields of `Estimate` come the means, by the coefficients' names, and the covariances
     with them: `x_heave`, `heave_roll` and so on.
@@ -91,14 +91,14 @@ def estimate_of(coefficients: tuple[str, ...]) -> type[Estimate[Any]]:
 
 
 def covariances(names: tuple[str, ...]) -> list[str]:
-    """Return the fields of the covariances of states, of their upper triangle row by row."""
+    """Return the names of the covariances of states, upper triangle, row by row."""
     both = [(names[i], names[j]) for i, j in pairs(len(names))]
     return [f'{one}{other}' if len(other) == 1 else f'{one}_{other}' for one, other in both]
 
 
 @dataclass(frozen=True)
 class ClockModel:
-    """What the navigator assumes of the clock and of the observations.
+    """The navigator's assumptions about the clock and the observations.
 
     Args:
         observation_sigma_s: sigma of one phase observation in port or at a landfall [s].
@@ -106,12 +106,12 @@ class ClockModel:
         states: 2 (offset, rate) or 3 (and ageing).
         white_fm_s: q1 [s], >= 0.
         random_walk_fm_per_s: q2 [1/s], >= 0.
-        random_run_per_s3: q3 [1/s³], >= 0; of three states only.
-        gate: largest innovation that is believed, in its own sigmas, > 0; None: any.
-        patience_s: for how long after the last observation that was used others are refused [s],
-            > 0 (`filtering`).
+        random_run_per_s3: q3 [1/s³], >= 0; for three states only.
+        gate: largest innovation that is accepted, in its own sigmas, > 0; None: any.
+        patience_s: time after the last observation used for which others are refused [s], > 0
+            (`filtering`).
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
-        coefficients: the coefficients of the rate equation, with what is assumed of them.
+        coefficients: the coefficients of the rate equation with their priors.
 
     Raises:
         EstimationError: a value outside its range.
@@ -156,7 +156,7 @@ class ClockModel:
         return tuple(coefficient.name for coefficient in self.coefficients)
 
     def sigma_of(self, source: str) -> float:
-        """Return sigma of an observation by what its message says that it is from [s]."""
+        """Return sigma of an observation by the source that its message states [s]."""
         return self.lunar_sigma_s if source == LUNAR else self.observation_sigma_s
 
 
@@ -170,7 +170,7 @@ def _check(name: str, value: float, *, above_zero: bool) -> None:
 
 
 def prior(model: ClockModel) -> Estimate[float]:
-    """Return the state when the dial has just been set: x = 0 ± `SETTING_SIGMAS` observations."""
+    """Return the state just after the dial was set: x = 0 ± `SETTING_SIGMAS` observations."""
     rate = model.prior_rate_sigma
     ageing = rate / AGEING_TIME_S if model.states == 3 else 0.0
     sigma = SETTING_SIGMAS * model.observation_sigma_s
@@ -190,15 +190,15 @@ def predict(
     model: ClockModel,
     gained_s: tuple[Number, ...] = (),
 ) -> Estimate[Number]:
-    """Return the state `elapsed_s` >= 0 later, with no observation in between.
+    """Return the state `elapsed_s` >= 0 later, without an observation in between.
 
     F P Fᵀ + Q(τ) in exact discrete form (see the module).
 
     Args:
         now: state before.
         elapsed_s: time until then [s].
-        model: the model that it is of.
-        gained_s: by how much the integral of each covariate has grown since [s].
+        model: the model of the state.
+        gained_s: growth of the integral of each covariate in that time [s].
     """
     law = law_of(model)
     return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s))
@@ -218,14 +218,15 @@ def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate
 def reopen(ahead: Estimate[Number], innovation_s: Number, elapsed_s: Number) -> Estimate[Number]:
     """Return a predicted state with its variance widened after an outlier (theory E7).
 
-    The offset may have jumped by the innovation ν, or the rate have changed by ν/τ when the last
-    observation had been used: P grows by ν² for the one and by (ν/τ)² (τ, 1)ᵀ(τ, 1) for the other.
+    Either the offset may have jumped by the innovation ν, or the rate may have changed by ν/τ just
+    after the last observation used. P grows by ν² for the first and by (ν/τ)² (τ, 1)ᵀ(τ, 1) for
+    the second.
 
     Args:
         ahead: the state predicted for the instant of the observation.
         innovation_s: ν, observed less predicted phase [s].
-        elapsed_s: τ > 0, since the last observation that was used [s]; infinite where only the
-            offset can have changed.
+        elapsed_s: τ > 0, since the last observation used [s]; infinite where only the offset can
+            have changed.
     """
     v, w = innovation_s, innovation_s / elapsed_s
     return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)
@@ -263,7 +264,7 @@ def ahead_three(
 def ahead_two(
     now: tuple[Number, ...], t: Number, q1: float, q2: float, _q3: float
 ) -> tuple[Number, ...]:
-    """Return x, y, xx, xy, yy after a time t [s]: the bits of `ahead_three` without ageing."""
+    """Return x, y, xx, xy, yy after a time t [s]; bits as of `ahead_three` without ageing."""
     x, y, xx, xy, yy = now
     fxy = xy + t * yy
     return (
@@ -281,7 +282,7 @@ def corrected_three(
     """Return the nine numbers after an observation of variance r; s = xx + r."""
     x, y, d, xx, xy, xd, yy, yd, dd = now
     kx, ky, kd = xx / s, xy / s, xd / s
-    # 1 - xx/s would lose the digits of a precise observation
+    # 1 - xx/s would lose digits for a precise observation
     g = r / s
     ay, ad = g * xy, g * xd
     return (
@@ -300,7 +301,7 @@ def corrected_three(
 def corrected_two(
     now: tuple[float, ...], innovation: float, s: float, r: float
 ) -> tuple[float, ...]:
-    """Return the five numbers after an observation: the bits of `corrected_three`."""
+    """Return the five numbers after an observation, with the bits of `corrected_three`."""
     x, y, xx, xy, yy = now
     kx, ky, g = xx / s, xy / s, r / s
     ay = g * xy
@@ -315,11 +316,11 @@ def corrected_two(
 
 @dataclass(frozen=True)
 class Law:
-    """The filter's arithmetic on as many numbers as the model has: five, nine, or more.
+    """The filter's arithmetic on the numbers that a model has: five, nine, or more.
 
     Args:
-        fields: places of these numbers in an `Estimate`.
-        xx: place of the variance of x among them.
+        fields: indices of these numbers in an `Estimate`.
+        xx: index of the variance of x among them.
         ahead: (numbers, elapsed time, q1, q2, q3, growth of each integral) -> numbers predicted.
         corrected: (numbers predicted, innovation, its variance, R) -> numbers.
     """
@@ -330,11 +331,11 @@ class Law:
     corrected: Callable[..., tuple[Any, ...]]
 
     def part(self, whole: Estimate[Number]) -> tuple[Number, ...]:
-        """Return the numbers of an estimate that the law changes."""
+        """Return the numbers of an estimate that the arithmetic changes."""
         return tuple(whole[field] for field in self.fields)
 
     def whole(self, rest: Estimate[Number], part: tuple[Number, ...]) -> Estimate[Number]:
-        """Return an estimate of these numbers, with the others taken from `rest`."""
+        """Return an estimate with these numbers, and the others from `rest`."""
         names = (rest._fields[field] for field in self.fields)
         return rest._replace(**dict(zip(names, part, strict=True)))
 
@@ -346,7 +347,7 @@ _LAWS = {
 
 
 def law_of(model: ClockModel) -> Law:
-    """Return the arithmetic of a model, without the terms that a scene leaves out."""
+    """Return the arithmetic of a model, without terms that it does not have."""
     return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
 
 

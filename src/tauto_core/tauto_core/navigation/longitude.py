@@ -1,4 +1,4 @@
-"""The longitude stage: where the clock puts the ship, and how far that is from the truth."""
+"""The longitude stage: the ship's position by the clock, and its error."""
 
 from __future__ import annotations
 
@@ -47,20 +47,22 @@ ERROR_NAMES = (
     'sigma_nmi',
 )
 ARCMIN_PER_S = 15.0 / 60.0
-"""Longitude that the mean sun passes in a second [arc minutes], 15′ a minute (theory E6)."""
+"""Angle by which the mean sun moves in a second [arc minutes], 15′ in a minute (theory E6)."""
 
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
 
 AHEAD_NS = 3600 * NS_PER_S
-"""A fix stamped later than this after the newest reading is of another clock."""
+"""A fix stamped later than this after the newest reading belongs to another clock."""
 
 HELD = 4096
-"""Samples of a topic held back at most where partners may never come (`expect_fix=False`)."""
+"""Largest number of samples of a topic held back where partners may never come
+(`expect_fix=False`).
+"""
 
 
 def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
-    """Return the error of the longitude [arc minutes, east positive] of a clock fast by x [s].
+    """Return the error of the longitude [arc minutes, east positive] for a clock fast by x [s].
 
     λ = −15″ x: a fast clock puts the ship west of its true meridian (theory E6).
     """
@@ -68,7 +70,7 @@ def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
 
 
 def column(samples: JointSamples, name: str) -> FloatArray:
-    """Return one of the stamped named scalars, (n,).
+    """Return one of the named scalars of a message with a stamp, (n,).
 
     Raises:
         EstimationError: no scalar of that name.
@@ -85,16 +87,16 @@ def column(samples: JointSamples, name: str) -> FloatArray:
 class LongitudeStage:
     """Computes the ship's longitude by the clock and compares it with the true one.
 
-    Four topics are joined by stamp, whatever the order of arrival between them; a stamp that one
-    of them skips is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the
+    Four topics are joined by stamp, whatever the order of arrival between them. A stamp that one
+    of them lacks is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the
     longitude by the corrected clock, wrapped to [−180°, 180°); its east variance is that of
     the estimated offset, (463.8 m/s · cos φ · σ)². `longitude/error` has the names `ERROR_NAMES`;
     nautical miles are arc minutes × cos φ, so at a pole any longitude is right.
 
     Args:
-        scene: gives the place where there is no fix.
-        expect_fix: False: each reading takes the latest valid fix at or before it that has come;
-            before the first one the scene's route counts, from the first reading.
+        scene: gives the position where there is no fix.
+        expect_fix: False: each reading takes the latest valid fix at or before it that has come.
+            Before the first fix the scene's route is used, from the first reading.
     """
 
     inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
@@ -131,10 +133,10 @@ class LongitudeStage:
         return said
 
     def _see_setting(self, reading: TimeSamples) -> None:
-        """Start again where the dial was set again, as when simulated time has gone back.
+        """Start again where the dial was set again, for example after sim time has gone back.
 
-        On each topic what comes with stamps of the time before is left out, until they go back
-        there too.
+        On each topic samples with stamps of the earlier time are left out, until its stamps go
+        back too.
         """
         for source in dict.fromkeys(reading.source.tolist()):
             setting = DialSetting.of(str(source))
@@ -188,7 +190,7 @@ class LongitudeStage:
             new = _only(new, valid)
             if not self._expect_fix and self._last_ns[READING] > BEFORE_ALL:
                 if self._last_ns[SHIP_FIX] > self._last_ns[READING] + AHEAD_NS:
-                    self._held.pop(SHIP_FIX, None)  # came before any reading could judge it
+                    self._held.pop(SHIP_FIX, None)  # no reading could check these
                     self._last_ns[SHIP_FIX] = BEFORE_ALL
                 near = new.stamp_ns <= self._last_ns[READING] + AHEAD_NS
                 self._health['fixes_from_future'] += int(np.count_nonzero(~near))
@@ -230,7 +232,7 @@ class LongitudeStage:
         return _longitudes(stamps, fix, _error_s(reading), _error_s(corrected), sigma)
 
     def _matched(self) -> dict[str, Samples]:
-        """Take from each joined topic the samples up to where all topics have come."""
+        """Take from each joined topic the samples up to the stamp that all topics have reached."""
         parts = {topic: cast(TimeSamples, self._held.pop(topic)) for topic in self._joined}
         if _same_stamps(parts):
             return dict(parts)
@@ -248,7 +250,7 @@ class LongitudeStage:
         return {t: take(part, np.isin(part.stamp_ns, common)) for t, part in parts.items()}
 
     def _places(self, stamps: IntArray) -> FixSamples:
-        """Return the ship's place at some stamps: the latest fix, before any the route."""
+        """Return the ship's position at some stamps: the latest fix, before any the route."""
         if self._first_ns is None:
             self._first_ns = int(stamps[0])
         places = self._route.fixes(stamps - self._first_ns + self._starts_at_ns)
@@ -273,7 +275,7 @@ def _only(samples: TimeSamples, which: NDArray[np.bool_]) -> TimeSamples:
 
 
 def _valid(fix: FixSamples) -> NDArray[np.bool_]:
-    """Return which fixes have a status of a fix and a place on the globe (false for NaN)."""
+    """Return which fixes have a valid status and a position on the globe (false for NaN)."""
     on_globe = (np.abs(fix.latitude) <= 90.0) & (np.abs(fix.longitude) <= 360.0)
     valid: NDArray[np.bool_] = on_globe & (fix.status >= STATUS_FIX)
     return valid
@@ -291,7 +293,7 @@ def _longitudes(
     residual_s: FloatArray,
     sigma_s: FloatArray,
 ) -> Batches:
-    # np.cos may give other bits in another place of an array
+    # the bits of np.cos may depend on the position in an array
     cosine = np.array([math.cos(math.radians(phi)) for phi in fix.latitude.tolist()])
     raw, error = longitude_error_arcmin(raw_s), longitude_error_arcmin(residual_s)
     values = np.column_stack(

@@ -1,11 +1,12 @@
-"""Which kind of noise a clock has at each averaging time, with its probability.
+"""The kind of noise of a clock at each averaging time, with its probability.
 
 From m to 2m the mean square of third differences of averaged phases changes by about 2^(1−α):
-halved of white PM, doubled of white FM, eightfold of random-walk FM, whatever drift the rate has.
-Expectation and scatter of each such ratio are known for each kind (`power_law`), so that Bayes'
-rule weighs the kinds: all alike at first, and at each doubling a kind may give way to another with
-a small probability, since a clock is of different kinds at short and at long times. Long averaging
-times, of which a record holds few, so lean on the shorter ones, as far as they go together.
+by a half for white PM, twofold for white FM, eightfold for random-walk FM, whatever the drift of
+the rate. Expectation and scatter of each such ratio are known for each kind (`power_law`), so
+Bayes' rule gives the probabilities of the kinds. All are equal at first. At each doubling a kind
+may change into another with a small probability, since a clock has different kinds of noise at
+short and at long times. So long averaging times, of which a record has few, also use the shorter
+ones.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ KINDS = {
 ORDER = 3
 
 CHANGE = 0.05
-"""Probability that a clock is of another kind at twice an averaging time."""
+"""Probability that the noise is of another kind at twice an averaging time."""
 
 
 def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
@@ -38,7 +39,7 @@ def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
 
     Args:
         phase: evenly spaced phases without their trend, at least 4·2^octaves of them.
-        octaves: averaging times, ≥ 2.
+        octaves: number of averaging times, ≥ 2.
     """
     differences = [Difference(ORDER, 2**k, True) for k in range(octaves)]
     squares = [mean_square(phase, difference) for difference in differences]
@@ -54,7 +55,7 @@ def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
             weight = weight * np.exp(fit - np.max(fit))
             weight = weight / np.sum(weight)
         found.append(weight)
-    # the first ratio tells of m = 1 as well
+    # the first ratio also gives the kind at m = 1
     return np.array([found[0], *found])
 
 
@@ -72,9 +73,10 @@ def mean_square(phase: FloatArray, difference: Difference) -> float:
 def _log_likelihood(
     grown: float, alpha: int, before: Difference, after: Difference, count: int
 ) -> float:
-    """Return how likely the logarithm of a ratio of mean squares is, less a constant.
+    """Return the log-likelihood of the logarithm of a ratio of mean squares, less a constant.
 
-    Each of the two is χ² by its degrees of freedom; their ratio's logarithm is nearly normal.
+    Each of the two is χ² with its degrees of freedom; the logarithm of their ratio is nearly
+    normal.
     """
     from scipy import special  # slow to import
 

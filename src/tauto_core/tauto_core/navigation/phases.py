@@ -12,12 +12,12 @@ def observed_phases(
 ) -> FloatArray:
     """Return reading minus observed time at each observation [s], (n,).
 
-    Between two readings their errors lie on a line. The result for one observation does not
-    depend on what else is asked for.
+    The error is linear between two readings. The result for one observation does not depend on the
+    others.
 
     Args:
-        stamp_ns: stamps of the readings, rising.
-        reference_ns: what the dial shows at these stamps.
+        stamp_ns: stamps of the readings, increasing.
+        reference_ns: readings of the dial at these stamps.
         at_ns: times of the observations, within the readings; (n,).
         observed_ns: the true time as it was observed; (n,).
     """
@@ -26,17 +26,17 @@ def observed_phases(
     error = reference_ns - stamp_ns
     left, right = error[before], error[after]
     span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
-    # whole numbers below 2^53 ns, 104 days, are exact
+    # integers below 2^53 ns, 104 days, are exact
     between = left + (right - left) * ((at_ns - stamp_ns[before]) / span)
     dial_error = np.where(stamp_ns[after] == at_ns, right, between)
     return np.asarray((dial_error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
 
 
 def on_line(stamp_ns: IntArray, values: FloatArray, at_ns: IntArray) -> FloatArray:
-    """Return values at instants between readings on the line between them, (n, c).
+    """Return values at instants between readings by linear interpolation, (n, c).
 
     Args:
-        stamp_ns: stamps of the readings, rising, (m,).
+        stamp_ns: stamps of the readings, increasing, (m,).
         values: the values at these stamps, (m, c).
         at_ns: within the readings, (n,).
     """

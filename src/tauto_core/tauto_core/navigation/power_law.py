@@ -1,17 +1,17 @@
-"""Estimated variances of power-law noise: what they are on average, and how they scatter.
+"""Estimated variances of power-law noise: their expectation and their scatter.
 
 The errors of a clock are sampled phases with the spectrum S_x(f) ~ (2 sin πfτ₀)^(α−2), the noise
 of Kasdin and Walter (IEEE Frequency Control Symposium, 1992): α = 2 is white PM, 0 white FM, −2
-random-walk FM. A variance of the family of Allan's is the mean square of M overlapping differences
-of order d over m samples; modified, of phases that are averaged over m samples first. The
+random-walk FM. A variance of the Allan family is the mean square of M overlapping differences
+of order d over m samples; for a modified one, phases are first averaged over m samples. The
 differences are stationary, with the spectrum
 
     S_z(f) ~ (2 sin πfτ₀)^(α−2+2d) D^2d (D/m)²,    D = sin πmfτ₀/sin πfτ₀,
 
-without (D/m)² where phases are not averaged, and with an autocorrelation ρ_j. The estimate of
-Gaussian noise then scatters as χ² of ν = M/(1 + 2 Σ (1 − j/M) ρ_j²) degrees of freedom. Greenhall
-and Riley (Uncertainty of stability variances based on finite differences, PTTI 2003) work ν out
-for phases that were averaged over the sampling interval. A dial is read at an instant, which at
+without (D/m)² where phases are not averaged, and with an autocorrelation ρ_j. For Gaussian noise
+the estimate then scatters as χ² with ν = M/(1 + 2 Σ (1 − j/M) ρ_j²) degrees of freedom. Greenhall
+and Riley (Uncertainty of stability variances based on finite differences, PTTI 2003) give ν for
+phases that were averaged over the sampling interval. A dial is read at an instant, which at
 m = 1 makes ν smaller by up to a sixth, or larger by a third.
 """
 
@@ -29,7 +29,7 @@ LARGEST = 64
 """Averaging time, in intervals, beyond which it may be taken as continuous."""
 
 _PERIODS = 32
-"""Length of the transform in spans of the difference: beyond, ρ² is below 1e-6."""
+"""Length of the transform in spans of the difference; beyond it ρ² is below 1e-6."""
 
 
 class Difference(NamedTuple):
@@ -47,15 +47,15 @@ class Difference(NamedTuple):
 
     @property
     def span(self) -> int:
-        """How many samples one difference reaches over, less one."""
+        """Number of samples over which one difference extends, less one."""
         return self.order * self.factor + (self.factor - 1 if self.modified else 0)
 
 
 class Pair(NamedTuple):
-    """How two estimates from the same readings are related.
+    """The relation of two estimates from the same readings.
 
     Attributes:
-        ratio: expectation of the mean square of the second difference by that of the first.
+        ratio: expectation of the mean square of the second difference over that of the first.
         shared: covariance of the relative errors of both mean squares.
     """
 
@@ -64,11 +64,11 @@ class Pair(NamedTuple):
 
 
 def degrees_of_freedom(alpha: int, difference: Difference, count: int) -> float:
-    """Return the equivalent degrees of freedom of an estimated variance, 2/(its variance).
+    """Return the degrees of freedom of an estimated variance, 2/(its relative variance).
 
     Args:
         alpha: α of the noise, at least 2 − 2d.
-        difference: the difference whose mean square it is.
+        difference: the difference whose mean square is the variance.
         count: number of the readings.
     """
     return 2.0 / pair(alpha, difference, difference, count).shared
@@ -114,7 +114,7 @@ def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair
 
 
 def _mean(spectrum: FloatArray) -> float:
-    """Return the covariance at no distance, the mean over both halves of a spectrum."""
+    """Return the covariance at lag zero, the mean over both halves of a spectrum."""
     return float(np.sum(spectrum[:-1]) + np.sum(spectrum[1:])) / (2.0 * (len(spectrum) - 1))
 
 
@@ -126,7 +126,7 @@ def _sine(length: int) -> FloatArray:
 def _response(difference: Difference, length: int) -> FloatArray:
     """Return D^d, times D/m of a modified variance, on the frequencies of a transform."""
     m, place = difference.factor, np.arange(1, length // 2 + 1)
-    # reduced in whole numbers, so that high frequencies are not rounded more than low ones
+    # reduced in integers, so that high frequencies are rounded no more than low ones
     turned = np.sin(np.pi / length * (place * m % (2 * length)))
     ratio = np.append(float(m), turned / np.sin(np.pi / length * place))
     response: FloatArray = ratio**difference.order

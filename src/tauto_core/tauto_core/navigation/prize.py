@@ -9,10 +9,10 @@ from tauto_core.scene.errors import EstimationError
 from tauto_core.scene.voyages import WIDEST_AWARD_NMI
 
 AWARDS = ((30.0, 20_000), (40.0, 15_000), (WIDEST_AWARD_NMI, 10_000))
-"""(distance [nautical miles], pounds): within half a degree, two thirds, one degree."""
+"""(distance [nautical miles], pounds): half a degree, two thirds of a degree, one degree."""
 
 LEAST_UNCHECKED_DAYS = 42.0
-"""Six weeks, a voyage to the West Indies: a shorter voyage is no trial for the prize."""
+"""Six weeks, a voyage to the West Indies; a shorter voyage does not qualify for the prize."""
 
 
 def prize_pounds(distance_nmi: float) -> int:
@@ -22,7 +22,7 @@ def prize_pounds(distance_nmi: float) -> int:
     (theory E6).
 
     Args:
-        distance_nmi: how far from the truth the ship is put [nautical miles], >= 0.
+        distance_nmi: error of the longitude as a distance [nautical miles], >= 0.
 
     Raises:
         EstimationError: NaN or a negative distance.
@@ -38,12 +38,12 @@ def prize_pounds(distance_nmi: float) -> int:
 def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
     """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
 
-    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, from when the clock was last compared
-    with the true time (theory E6).
+    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, since the clock was last compared with
+    the true time (theory E6).
 
     Args:
-        days: since then [days], > 0.
-        latitude_deg: latitude of the place where the longitude is judged [degrees].
+        days: time since that comparison [days], > 0.
+        latitude_deg: latitude of the landfall [degrees].
 
     Raises:
         EstimationError: no time has passed.

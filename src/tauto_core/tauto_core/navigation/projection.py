@@ -1,4 +1,4 @@
-"""The error to which the rate of a short run would add up on a voyage of the Act of 1714."""
+"""The error that the rate of a short run would cause on a voyage of the Act of 1714."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tauto_core.navigation.longitude import ARCMIN_PER_S
 from tauto_core.samples import SECONDS_PER_DAY
 
 PROJECTED_DAYS = (42.0, 81.0)
-"""Six weeks to the West Indies, which the Act meant, and H4's passage to Jamaica in 1761."""
+"""Six weeks to the West Indies, as the Act required, and H4's passage to Jamaica in 1761."""
 
 
 def projection(
@@ -21,22 +21,21 @@ def projection(
     model: ClockModel,
     latitude_deg: float,
 ) -> list[dict[str, Any]]:
-    """Return how far off a clock set right at departure is after `PROJECTED_DAYS`, unchecked.
+    """Return the error after `PROJECTED_DAYS` unchecked of a clock set right at departure.
 
-    The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west; allowing for the
-    estimated rate ŷ leaves (y − ŷ) T, with the standard deviation that the navigator's model has
-    of it (`kalman.predict`, from an exact offset). That of y T follows likewise from the standard
-    error of y.
+    The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west. Correction by the
+    estimated rate ŷ leaves (y − ŷ) T. Its standard deviation is that of the navigator's model
+    (`kalman.predict`, from an exact offset); that of y T follows from the standard error of y.
 
     Args:
         clock: figures of the clock, among them y, the mean rate of the dial over the run,
             `rate_s_per_day` [s/day, fast is positive], and its standard error or None,
             `rate_standard_error_s_per_day`.
-        estimate: the last estimate, with ŷ and its standard deviation (`estimates.mean_rate`):
-            where the rate follows the ship's motion, that is taken to go on.
-        model: the model of the clock, for the noise that it gathers under way; without
+        estimate: the last estimate, with ŷ and its standard deviation (`estimates.mean_rate`). A
+            rate that depends on the ship's motion assumes that the motion continues.
+        model: the model of the clock, for the noise that accumulates under way; without
             coefficients.
-        latitude_deg: φ, where the longitude is judged [degrees].
+        latitude_deg: φ of the landfall [degrees].
 
     Returns:
         For each number of `days`: `raw_error_nmi` of the dial, `error_nmi` of the corrected

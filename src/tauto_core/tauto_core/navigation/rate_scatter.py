@@ -1,4 +1,4 @@
-"""How well a run knows its own mean rate: the scatter of the rates of its parts."""
+"""The standard error of a run's mean rate, from the scatter of the rates of its parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from tauto_core.samples import SECONDS_PER_DAY, TimeSamples
 
 PARTS = 10
-"""Few enough that each part is longer than the effects of single waves last, and enough to know
+"""Few enough that each part is longer than the effects of single waves, and enough to estimate
 their scatter.
 """
 
@@ -20,15 +20,15 @@ LEAST_PARTS = 3
 class RateScatter:
     """Takes the readings of a dial in order, in batches of any size, and keeps eleven of them.
 
-    The mean rate of a run is the mean of the rates of its equal parts. Where these do not depend
-    on each other its standard error is s/√n, with s the standard deviation of n parts: the method
-    of batch means (Law & Kelton, Simulation Modeling and Analysis, 9.5.3). Neighbouring parts
-    share a reading, whose error moves them in opposite directions; the result is then too large,
-    never too small.
+    The mean rate of a run is the mean of the rates of its equal parts. If these are independent,
+    its standard error is s/√n, with s the standard deviation of n parts: the method of batch means
+    (Law & Kelton, Simulation Modeling and Analysis, 9.5.3). Neighbouring parts share a reading,
+    whose error changes them in opposite directions; that makes the result too large, never too
+    small.
 
     Args:
         first_ns: stamp of the first reading [ns].
-        length_ns: length of the run [ns], > 0; of a run cut short only whole parts count.
+        length_ns: length of the run [ns], > 0; of a run that ends early only whole parts count.
     """
 
     def __init__(self, first_ns: int, length_ns: int) -> None:

@@ -6,7 +6,7 @@ from tauto_core.samples import FloatArray
 
 @entry
 def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray) -> None:
-    """Fill the mean that follows a value, m + c (v - m) at each sample.
+    """Fill the running mean of a value, which becomes m + c (v - m) at each sample.
 
     Args:
         value: v, shape (n,).

@@ -1,11 +1,11 @@
-"""What the ship's motion adds to the rate of the clock, integrated from `ship/imu` (theory E11).
+"""The regressors of the rate equation, integrated from `ship/imu` (theory E11).
 
-Of each sample, with f the apparent gravity that pulls a weight at the clock and ⟨f⟩ its running
+For each sample, with f the apparent gravity that pulls a weight at the clock and ⟨f⟩ its running
 mean,
 
     x_heave = -(f - ⟨f⟩)²/(8 g²),    x_roll = ρ².
 
-Between samples the regressors lie on a line, and their integral X is the exact one of that line.
+Between samples the regressors are linear, and their integral X is exact.
 """
 
 from __future__ import annotations
@@ -33,15 +33,17 @@ from tauto_core.ship.continuity import Continuity
 from tauto_core.ship.imu import content_reasons, imu_from_roll, plain, screen
 
 MEAN_S = 300.0
-"""Time constant of ⟨f⟩, a high-pass of first order [s]: it takes out an accelerometer's bias, and
-1/(Ω · 300 s)² of a wave's square, 3e-5 at 10 s and 1e-4 at 20 s."""
+"""Time constant of ⟨f⟩, a first-order high-pass [s]. It removes an accelerometer's bias, and
+1/(Ω · 300 s)² of a wave's square, 3e-5 at 10 s and 1e-4 at 20 s.
+"""
 
 USUAL_S = 600.0
-"""Time constant of the mean by which a gap in the motion is bridged [s]: several groups of waves,
-and short beside the hours in which a sea changes."""
+"""Time constant of the mean that bridges a gap in the motion [s]: several groups of waves, and
+short compared with the hours in which a sea changes.
+"""
 
 HELD_S = 10.0
-"""Time, by their stamps, for which readings of a foreign graph wait for the motion [s]."""
+"""Time, by their stamps, for which readings of a live graph wait for the motion [s]."""
 
 
 class Motion(Protocol):
@@ -59,7 +61,7 @@ class Motion(Protocol):
         ...
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at rising stamps [s], (n, c), and forget what is before them."""
+        """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
         ...
 
     def state(self) -> State:
@@ -81,12 +83,12 @@ def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Regressors:
-    """Integrates the regressors over the samples of `ship/imu`; batches do not change the result.
+    """Integrates the regressors over `ship/imu`; the result does not depend on batches.
 
     Args:
-        scene: names the covariates; with gravity and the rate of the ship's samples.
-        live: the samples are a sensor's: those that do not go on from the ones before are left
-            out, and over a gap the integrals grow as usual.
+        scene: names the covariates, and gives gravity and the sampling rate of the ship.
+        live: whether the samples are a live sensor's. Those that do not continue the ones before
+            are then left out, and over a gap the integrals grow as usual.
     """
 
     inputs: tuple[str, ...] = (SHIP_IMU,)
@@ -133,7 +135,7 @@ class Regressors:
             self._add(run.imu)
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at rising stamps [s], (n, c); what is before the last is forgotten.
+        """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten.
 
         Stamps before the first sample have its integrals; after the last one they grow as usual.
         Such stamps are counted.
@@ -159,7 +161,7 @@ class Regressors:
         return found
 
     def _add(self, imu: ImuSamples) -> None:
-        """Take samples that go on from the ones before."""
+        """Take samples that continue the ones before."""
         stamps = imu.stamp_ns
         if not len(stamps):
             return
@@ -176,12 +178,12 @@ class Regressors:
         force = _apparent_gravity(imu)
         means = np.concatenate(([self._mean], _followed(force, steps, MEAN_S, self._mean)))
         self._mean = float(means[-1])
-        # half way between two steps of the mean, or a wave would lose Δ/τ of its square
+        # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
         heaved = (force - 0.5 * (means[:-1] + means[1:])) / self._gravity
         return -0.125 * heaved * heaved
 
     def _append(self, stamps: IntArray, value: FloatArray) -> None:
-        """Integrate the line on to further points."""
+        """Integrate the regressors up to further points."""
         times = np.concatenate((self._stamp[-1:], stamps))
         values = np.concatenate((self._value[-1:], value))
         areas = 0.5 * (np.diff(times) / NS_PER_S)[:, None] * (values[:-1] + values[1:])
@@ -197,7 +199,7 @@ class Regressors:
         edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
         if edges[1] > edges[0]:
             self._append(edges, np.stack([self._usual, self._usual]))
-        elif begins_ns <= self._stamp[-1]:  # stamps have gone back: another time begins
+        elif begins_ns <= self._stamp[-1]:  # stamps have gone back, so another time begins
             none = slice(0, 0)
             self._stamp, self._value = self._stamp[none], self._value[none]
             self._integral = self._integral[none]
@@ -230,10 +232,10 @@ class Regressors:
 
 
 class RecordedIntegrals:
-    """The integrals as a `drift/estimate` of the same covariates has them.
+    """The integrals from a `drift/estimate` with the same covariates.
 
     Args:
-        estimate: the estimate, with rising stamps; at least one.
+        estimate: the estimate, with increasing stamps; at least one.
         covariates: names of the covariates.
     """
 
@@ -252,17 +254,17 @@ class RecordedIntegrals:
         return int(self._stamp[-1])
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Nothing has to come."""
+        """Ignore the samples; all integrals are known."""
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at stamps [s], (n, c), on a line between estimates."""
+        """Return the integrals at stamps [s], (n, c), linear between estimates."""
         first, known = self._stamp[0], self._stamp
         self._unknown += int(np.count_nonzero((stamp_ns < first) | (stamp_ns > known[-1])))
         at, times = (stamp_ns - first) / NS_PER_S, (known - first) / NS_PER_S
         return np.column_stack([np.interp(at, times, column) for column in self._integral.T])
 
     def state(self) -> State:
-        """Nothing that comes changes anything."""
+        """Return an empty state, since nothing changes."""
         return {'unknown': self._unknown}
 
     def restore(self, state: State) -> None:
@@ -270,12 +272,12 @@ class RecordedIntegrals:
         self._unknown = state['unknown']
 
     def health(self) -> dict[str, int]:
-        """Return how many stamps lay beyond the estimates."""
+        """Return the number of stamps outside the estimates."""
         return {'motion_unknown': self._unknown}
 
 
 def _apparent_gravity(imu: ImuSamples) -> FloatArray:
-    """Return what pulls a weight at the clock [m/s2], as the trochlea takes it (theory E1)."""
+    """Return the apparent gravity at the clock [m/s2], as the trochlea uses it (theory E1)."""
     from tauto_core.ship.kernels import force_of
 
     size = np.empty(len(imu.stamp_ns))

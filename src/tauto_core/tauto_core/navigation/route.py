@@ -1,4 +1,4 @@
-"""Where the ship truly is."""
+"""The true positions of the ship."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ STATUS_FIX = 0
 SERVICE_UNKNOWN = 0
 COVARIANCE_DIAGONAL_KNOWN = 2
 POSITION_VARIANCE_M2 = 1.0
-"""Variance of each coordinate that is taken as known [m²]: NavSatFix readers refuse zeros."""
+"""Variance of each known coordinate [m²]; some readers of NavSatFix refuse zeros."""
 
 
 class Route:
-    """The true places of a scene's ship, as fixes.
+    """The true positions of a scene's ship, as fixes.
 
-    Until `voyage.sails_at` she lies at the departure, from her arrival on at the arrival, in
-    between she makes constant speed over the waypoints (`ship.Passage`). Without a voyage she
+    Until `voyage.sails_at` the ship lies at the departure, and after its arrival at the arrival.
+    In between it moves at constant speed over the waypoints (`ship.Passage`). Without a voyage it
     lies at 0°, 0°, where a minute of longitude is a nautical mile.
 
     Attributes:
-        length_m: length of the way [m]; 0 without a voyage.
+        length_m: length of the route [m]; 0 without a voyage.
 
     Raises:
-        SceneError: a way that cannot be sailed, as `Passage` says.
+        SceneError: a route that cannot be sailed, as `Passage` says.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -38,7 +38,7 @@ class Route:
     def fixes(self, stamp_ns: IntArray) -> FixSamples:
         """Return the true positions at some stamps [ns]; degrees, altitude 0, frame `clock_mount`.
 
-        The frame is that of the place whose position is given, as NavSatFix asks. Each position
+        The frame is at the place whose position is given, as NavSatFix requires. Each position
         depends on its own stamp alone.
         """
         if self._passage is None:
@@ -52,7 +52,7 @@ class Route:
 def fix_samples(
     stamp_ns: IntArray, latitude: FloatArray, longitude: FloatArray, variances_m2: FloatArray
 ) -> FixSamples:
-    """Return positions as NavSatFix states them, with a valid fix at altitude 0.
+    """Return positions as NavSatFix samples, with a valid fix at altitude 0.
 
     Args:
         stamp_ns: stamps [ns], (n,).

@@ -1,15 +1,15 @@
 """The fixed-interval smoother: the drift at each instant, estimated from all observations.
 
-What Rauch, Tung and Striebel's smoother gives, in the form of Bryson and Frazier, which inverts no
-covariance (Bierman, Fixed interval smoothing with discrete measurements, Int. J. Control 18,
-1973). Backwards over the observations used, with innovation ν of variance S, gain K, H = (1, 0, 0)
-and transition F, an adjoint λ and its information Λ are carried:
+It gives the result of Rauch, Tung and Striebel's smoother in the form of Bryson and Frazier, which
+inverts no covariance (Bierman, Fixed interval smoothing with discrete measurements, Int. J.
+Control 18, 1973). It goes backwards over the observations used, with innovation ν of variance S,
+gain K, H = (1, 0, 0) and transition F, and updates an adjoint λ and its information Λ:
 
     before an observation:  λ ← (I − KH)ᵀ λ − Hᵀ ν/S,   Λ ← (I − KH)ᵀ Λ (I − KH) + Hᵀ H/S
     over a time τ:          λ ← Fᵀ λ,                   Λ ← Fᵀ Λ F
 
-The smoothed state at any instant is x̂ − P λ, its covariance P − P Λ P, with x̂ and P what the
-filter knew at that instant.
+The smoothed state at any instant is x̂ − P λ, its covariance P − P Λ P, with the filter's x̂ and P
+at that instant.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tauto_core.navigation.kalman import ClockModel, Estimate, predict, same_fie
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
 BLOCK = 65_536
-"""Instants smoothed at once: nine numbers for each are held."""
+"""Number of instants smoothed at once; each takes nine numbers of memory."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class Smoother:
 
     Args:
         way: the run of the filter.
-        model: the model that it ran with.
+        model: its model.
         adjoint: λ just before each observation used, (m, n), n = 3 and the coefficients.
         information: Λ just before each, (m, n, n).
-        rate_variance: by which reopening at the observation to come widens the rate from each
-            state of the way on, (m + 1,).
+        rate_variance: for each state of the run, by how much a reopening at the next observation
+            widens the variance of the rate, (m + 1,).
     """
 
     way: Filtered
@@ -52,9 +52,9 @@ class Smoother:
         """Return mean and covariance given all observations, (n,).
 
         Args:
-            stamp_ns: in any order, none before the start of the filter; after the last
-                observation it is the filter's own prediction. Where the rate is taken to have
-                changed at once, the rate after it.
+            stamp_ns: in any order, none before the start of the filter. After the last observation
+                the result is the filter's own prediction. At an instant where the rate is taken to
+                have changed, it is the rate after the change.
             integrals_s: integrals of the covariates at these stamps [s], (n, c); None: there are
                 none.
         """
@@ -73,7 +73,7 @@ class Smoother:
         since = (stamp_ns - known[place]) / NS_PER_S
         gained = tuple((integrals_s - passed[place]).T)
         known_then = same_fields(self.way.states, (column[place] for column in self.way.states))
-        # where the next observation reopened the state, a changed rate began here
+        # where the next observation reopened the state, the rate may have changed here
         changed = known_then.yy + self.rate_variance[place]
         now = predict(known_then._replace(yy=changed), since, self.model, gained)
         later = place < len(self.adjoint)
@@ -100,7 +100,7 @@ def smooth(way: Filtered, model: ClockModel) -> Smoother:
 
     Args:
         way: the whole run of the filter, from the setting of the dial.
-        model: the model that the filter ran with.
+        model: the model of the filter.
     """
     expected, elapsed = way.expected(model), way.elapsed_s()
     variance = expected.xx + way.sigma_s * way.sigma_s

@@ -1,8 +1,8 @@
-"""How steady a clock is: the Allan deviation and related ones, with confidence intervals.
+"""Stability of a clock: the Allan deviation and related ones, with confidence intervals.
 
 `allantools` computes the deviations (Riley, Handbook of Frequency Stability Analysis, NIST SP
-1065, 2008). Each interval weighs the possible kinds of noise by their probability (`noise_kinds`),
-with the degrees of freedom that each kind would have (`power_law`).
+1065, 2008). Each interval weights the possible kinds of noise by their probability
+(`noise_kinds`), with the degrees of freedom of each kind (`power_law`).
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ CONFIDENCE = 0.95
 """Probability that a confidence interval contains the true deviation of the clock."""
 
 FEWEST = 32
-"""Readings from which the kind of noise can be identified."""
+"""Least number of readings from which the kind of noise can be identified."""
 
 NEGLIGIBLE = 1e-4
-"""Probability of a kind of noise below which it does not count."""
+"""Probability of a kind of noise below which it is ignored."""
 
 SAME = 1e-9
 """Relative accuracy to which the ends of an interval are computed."""
 
 SHARE = 6
-"""τ is at most this part of the record: a Hadamard deviation spans three τ, twice over."""
+"""τ is at most a sixth of the record: a Hadamard deviation spans three τ, twice over."""
 
 JITTER = 0.01
-"""How far, relative to the interval, evenly spaced readings may be off."""
+"""Largest irregularity of evenly spaced readings, relative to their interval."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,11 @@ class Stability:
     """The stability of a clock.
 
     Args:
-        samples: readings used.
+        samples: number of readings used.
         tau_s: averaging times, doubling from the interval of the readings [s], (n,).
-        noise: likeliest kind of noise at each, one of `noise_kinds.KINDS`.
-        noise_probability: how likely that is, (n,).
-        allan, modified, hadamard: overlapping deviations, of relative frequency.
+        noise: most probable kind of noise at each, one of `noise_kinds.KINDS`.
+        noise_probability: its probability, (n,).
+        allan, modified, hadamard: overlapping deviations of relative frequency.
         time: τ/√3 times the modified one [s].
     """
 
@@ -143,8 +143,8 @@ def stability(
 
     Args:
         error_s: reading minus true time at even intervals [s], at least `FEWEST`.
-        interval_s: between them, > 0 [s].
-        factors: τ in intervals, rising; when left out powers of two. None above a sixth of the
+        interval_s: that interval, > 0 [s].
+        factors: τ in intervals, increasing; when left out powers of two. None above a sixth of the
             readings.
 
     Raises:
@@ -188,7 +188,7 @@ def stability(
 
 
 def _without_trend(error: FloatArray) -> FloatArray:
-    """Return errors less the straight line through their ends, which no deviation sees.
+    """Return errors less the straight line through their ends, which no deviation depends on.
 
     Raises:
         EstimationError: nothing is left but a parabola.
@@ -205,10 +205,11 @@ def _without_trend(error: FloatArray) -> FloatArray:
 
 
 def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> FloatArray:
-    """Return by how much the deviation may be smaller and larger than its estimate, (2, n).
+    """Return the ratios of the interval's ends to the estimated deviation, (2, n).
 
-    Of one kind of noise ν V/σ² is χ² of ν degrees of freedom, with V the variance estimated and
-    σ² the clock's own; its distribution over the kinds is weighed, and cut at both ends alike.
+    For one kind of noise ν V/σ² is χ² with ν degrees of freedom, with V the estimated variance and
+    σ² the true one. Its distribution is averaged over the kinds, and cut at both ends with equal
+    probability.
 
     Args:
         weights: probability of each of the `KINDS`, (n, kinds).
@@ -222,11 +223,11 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
     freedom = np.ones_like(weight)
     for row, column in np.argwhere(weight).tolist():
         each = differences[row]
-        # of a redder noise than the difference can bear, those of the reddest
+        # for a redder noise than the difference allows, those of the reddest allowed
         alpha = max(list(KINDS)[column], 2 - 2 * each.order)
         freedom[row, column] = degrees_of_freedom(alpha, each, count)
     level = 0.5 * np.array([1.0 - CONFIDENCE, 1.0 + CONFIDENCE])[:, None]
-    # logarithms of σ²/V at which one kind alone has the level
+    # logarithms of σ²/V at which one kind alone reaches the level
     ends = np.log(freedom / special.chdtri(freedom, level[:, :, None]))
 
     def excess(u: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -39,7 +39,7 @@ class _RowsBefore:
         self.before: dict[int, Row | None] = {}
 
     def mark(self, instant_ns: int) -> None:
-        """Keep the last row before an instant, unknown where later rows have come already."""
+        """Keep the last row before an instant; it is unknown if later rows have come already."""
         came = self.last is not None and self.last[0] >= instant_ns
         self.before[instant_ns] = None if came else self.last
 
@@ -53,12 +53,13 @@ class _RowsBefore:
 
 
 class LongitudeTally:
-    """Error of the longitude at landfalls, at the end and at the worst moment, over all batches.
+    """Error of the longitude at landfalls, at the end and at its worst, over all batches.
 
-    A landfall is judged by the last sample before its observation: by what the clock said before
-    it was checked. The worst moment is sought from the last observation in port on: before, the
-    clock was being rated. Lunar distances are no checks: a voyage is unchecked between places
-    whose longitude is known. Feed the observations no later than the errors that know of them.
+    A landfall is judged by the last sample before its observation, which shows what the clock said
+    before it was checked. The worst error is sought after the last observation in port, since
+    before that the clock was being rated. Lunar distances are not checks: a voyage is unchecked
+    between places whose longitude is known. Feed observations no later than the errors that
+    include them.
     """
 
     def __init__(self) -> None:
@@ -78,7 +79,7 @@ class LongitudeTally:
                 self._errors.mark(stamp)
                 self._latitudes.mark(stamp)
             elif source == LUNAR:
-                continue  # of no known longitude
+                continue  # the longitude is not known there
             else:
                 self._in_port_ns = stamp
                 self._worst = {}
@@ -123,10 +124,10 @@ class LongitudeTally:
 
         A landfall has `at_s`; `latitude_deg`, None where unknown; `ERROR_NAMES`; `unchecked_days`
         since the observation before it, or since the dial was set at the first reading;
-        `prize_pounds` for the corrected distance, as the Act was judged, `raw_prize_pounds`, and
-        `required_rate_s_per_day` for £20,000 after so long. These three, and the prizes of the
-        worst moments, are None where less than `LEAST_UNCHECKED_DAYS` were unchecked: no such
-        voyage is a trial.
+        `prize_pounds` for the corrected distance, as the Act judges it, `raw_prize_pounds`, and
+        `required_rate_s_per_day` for £20,000 after so long. These three, and the prizes for the
+        worst errors, are None where less than `LEAST_UNCHECKED_DAYS` were unchecked, since no such
+        voyage qualifies.
         """
         if self._errors.last is None:
             return None

@@ -32,7 +32,7 @@ class Seen(NamedTuple):
 
 
 class Track:
-    """Takes observations in any order, and yields the state as if they had come in order.
+    """Takes observations in any order, and gives the state as if they had come in order.
 
     Args:
         start: the state when the dial was set.
@@ -53,15 +53,15 @@ class Track:
 
     @property
     def last(self) -> Known:
-        """What is known after all observations so far."""
+        """The state after all observations so far."""
         return self._last
 
     def has(self, stamp_ns: int) -> bool:
-        """Return whether an observation of this stamp is among those remembered."""
+        """Return whether an observation of this stamp is among those kept."""
         return any(seen.stamp_ns == stamp_ns for seen in reversed(self._seen))
 
     def count(self, fate: int) -> int:
-        """Return how many observations were REFUSED or REOPENED the state."""
+        """Return the number of observations that were REFUSED or REOPENED the state."""
         return self._counts[fate] + sum(seen.fate == fate for seen in self._seen)
 
     def use(
@@ -71,7 +71,7 @@ class Track:
         sigma_s: Sequence[float] | None = None,
         integrals_s: Sequence[tuple[float, ...]] = (),
     ) -> Filtered:
-        """Take observations of new stamps, none before `oldest_ns`; return the way from there.
+        """Take observations of new stamps, none before `oldest_ns`; return the repeated run.
 
         It begins at the last state before the first of them, or earlier. Arguments are those of
         `filter_phases`.
@@ -94,12 +94,12 @@ class Track:
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
 
     def _remember(self, kept: list[Seen], new: list[Observed], way: Filtered) -> None:
-        """Move the base forward where more than enough observations have been seen since.
+        """Move the base forward when more than enough observations have been seen since.
 
         Args:
-            kept: seen since the base, before the observations of the way.
-            new: these observations.
-            way: what the filter made of them.
+            kept: observations since the base, before those of the run.
+            new: the observations of the run.
+            way: the result of the filter for them.
         """
         total = len(kept) + len(new)
         first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
