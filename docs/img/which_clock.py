@@ -46,6 +46,9 @@ LINES = (
 )
 """What is compared: fleet, clock of `fleets.answers.ERRORS`, name, colour."""
 
+LEAST_NMI, MOST_NMI = 0.01, 1000.0
+"""Where the figure begins, 19 m, and ends."""
+
 
 def scene_of(fleet: str, part: float = 1.0) -> Scene:
     """Return the scene of a fleet: its machine, on a part of the common passage."""
@@ -81,38 +84,64 @@ def sailed(ships: int, crew: Crew, out: Path | None, part: float) -> dict[str, F
     }
 
 
-def table(found: dict[str, Answers]) -> str:
-    """Return the shares within the Act's limits, with Wilson's intervals, as Markdown."""
+def table(fleets: dict[str, Fleet]) -> str:
+    """Return, as Markdown, shares within the Act's limits with Wilson's intervals, and errors.
+
+    The last columns hold the median of the standard deviation that the navigators state, and mean
+    and standard deviation of the error divided by it.
+    """
     limits = ' | '.join(f'within {limit:g} nmi' for limit, _ in AWARDS)
-    rows = [f'| clock | {limits} | half are within |', '|---|---|---|---|---|']
+    rows = [
+        f'| clock | {limits} | half are within | stated σ | error by stated σ |',
+        '|---|---|---|---|---|---|---|',
+    ]
     for fleet, clock, name, _ in LINES:
+        found: Answers = fleets[fleet].answers
         shares = ' | '.join(
             f'{100 * each.share:.0f} % ({100 * each.low:.0f}–{100 * each.high:.0f})'
-            for each in found[fleet].within[clock]
+            for each in found.within[clock]
         )
-        quantiles = found[fleet].quantiles_nmi[clock]
+        quantiles = found.quantiles_nmi[clock]
         half = '–' if quantiles is None else f'{quantiles[2]:.3g} nmi'
-        rows.append(f'| {name} | {shares} | {half} |')
+        rows.append(f'| {name} | {shares} | {half} | {_stated(fleets[fleet], clock)} |')
     return '\n'.join(rows)
 
 
+def _stated(fleet: Fleet, clock: str) -> str:
+    """Return the cells about the standard deviation that navigators state; dials state none."""
+    arrived = [row for row in fleet.rows if row['failure'] is None]
+    if clock == 'raw' or not arrived:
+        return '– | –'
+    error, sigma = (
+        np.array([row[name] for row in arrived]) for name in ('error_nmi', 'sigma_nmi')
+    )
+    ratio = error / sigma
+    return f'{np.median(sigma):.2g} nmi | {ratio.mean():+.2g} ± {ratio.std():.2g}'
+
+
 def figure_of(fleets: dict[str, Fleet]) -> Figure:
-    """Return the distributions of the size of the error, a line a clock."""
-    figure = Figure(figsize=(7.0, 4.0), layout='constrained')
+    """Return the distributions of the size of the error, a line a clock; dials are dashed."""
+    figure = Figure(figsize=(7.0, 4.4), layout='constrained')
     axes = figure.subplots()
     for fleet, clock, name, colour in LINES:
         rows = fleets[fleet].rows
         arrived = [row for row in rows if row['failure'] is None]
         sizes = np.sort(distances(arrived, clock))
-        shares = 100.0 * np.arange(1, len(sizes) + 1) / len(rows)
-        axes.step(sizes, shares, where='post', color=colour, linewidth=1.5, label=name)
-    for limit, _ in AWARDS:
+        shares = 100.0 * np.arange(len(sizes) + 1) / len(rows)
+        dash = '--' if clock == 'raw' else '-'
+        steps = np.concatenate([[0.0], sizes, [MOST_NMI]]), np.append(shares, shares[-1])
+        axes.step(*steps, dash, where='post', color=colour, linewidth=1.6, label=name)
+    for limit, prize in AWARDS:
         axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
+        axes.annotate(
+            f'£{prize:,}', (limit, 50.0), rotation=90, fontsize=6.5, ha='right', va='center'
+        )
     axes.set_xscale('log')
-    axes.set_ylim(0.0, 101.0)
+    axes.set_xlim(LEAST_NMI, MOST_NMI)
+    axes.set_ylim(-1.0, 102.0)
     axes.set_xlabel('error of the longitude at Madeira [nautical miles]')
     axes.set_ylabel('ships within [%]')
-    axes.legend(frameon=False, fontsize=7.0, loc='upper left')
+    figure.legend(frameon=False, fontsize=7.0, loc='outside upper center', ncols=2)
     return figure
 
 
@@ -128,7 +157,7 @@ def main() -> None:
     parser.add_argument('--part', type=float, default=1.0, help='of the passage that is sailed')
     asked = parser.parse_args()
     fleets = sailed(asked.ships, Crew(asked.jobs), asked.out, asked.part)
-    print(table({name: fleet.answers for name, fleet in fleets.items()}))
+    print(table(fleets))
     write_figure(lambda: figure_of(fleets), asked.plot)
 
 
