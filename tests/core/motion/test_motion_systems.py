@@ -16,7 +16,7 @@ import pytest
 from motion_cases import scene_of
 
 from tauto_core.machines import compile_machine
-from tauto_core.motion import Forcing, axle_swing, make_collocation
+from tauto_core.motion import Forcing, make_collocation
 from tauto_core.motion.axle_modes import AxleModes
 from tauto_core.motion.axle_swing import AxleSwing
 from tauto_core.motion.bearing import BearingMotion
@@ -179,8 +179,7 @@ class Reversible:
     @property
     def planes(self) -> np.ndarray:
         """The state of each plane: a view."""
-        engine = self.engine
-        return engine._planes if isinstance(engine, AxleSwing) else engine._state['planes']
+        return self.engine._state['planes']
 
     @property
     def places(self) -> np.ndarray:
@@ -231,19 +230,19 @@ HEAVY = {**WHEEL, 'power': {'kind': 'weight', 'mass': 2.0}}
 """A weight that triples the inertia on its way: less would leave rounding only."""
 
 
-def swung(name: str, angle: float, count: int, monkeypatch: Any) -> np.ndarray:
+def swung(name: str, angle: float, count: int) -> np.ndarray:
     """X and Y after an angle of the swing [rad] in so many steps, none of which is halved."""
     if name == 'case':
-        monkeypatch.setattr(axle_swing, 'TOLERANCE', 1.0)
-        monkeypatch.setattr(axle_swing, 'settled_at', lambda _tolerance: SETTLED)
         swing = conservative(name)
+        engine: Any = swing.engine
+        engine._tolerance = engine._tolerance._replace(step=1.0)
         # whole nanoseconds that all counts divide
         whole_ns = round(angle / swing.omega * 1e9 / 960) * 960
-        swing.engine.advance(bearing(count, whole_ns // count))
+        engine.advance(bearing(count, whole_ns // count))
     else:
         trochlea = HEAVY if name == 'heavy wheel' else TROCHLEAS[name]
         moved = compile_machine(scene_of(trochlea=trochlea))
-        engine: Any = make_collocation(moved, 1.0)
+        engine = make_collocation(moved, 1.0)
         engine._tolerance = engine._tolerance._replace(settled=SETTLED)
         engine.longest_step_s = math.inf
         engine.release(on_land(1, 0.1))
@@ -258,12 +257,10 @@ def swung(name: str, angle: float, count: int, monkeypatch: Any) -> np.ndarray:
     ('name', 'angle', 'count'),
     [('heavy wheel', 8.0, 12), ('lever', 8.0, 5), ('thread', 8.0, 5), ('case', 24.0, 12)],
 )
-def test_half_the_step_errs_by_two_to_the_minus_sixteen(name, angle, count, monkeypatch):
+def test_half_the_step_errs_by_two_to_the_minus_sixteen(name, angle, count):
     """Over a few steps the leading term does not rule alone: within two of the order."""
-    exact = swung(name, angle, 96, monkeypatch)
-    coarse, fine = (
-        np.max(np.abs(swung(name, angle, n, monkeypatch) - exact)) for n in (count, 2 * count)
-    )
+    exact = swung(name, angle, 96)
+    coarse, fine = (np.max(np.abs(swung(name, angle, n) - exact)) for n in (count, 2 * count))
     assert fine > 1e-15
     assert math.log2(coarse / fine) == pytest.approx(16.0, abs=2.0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.events import event_slope, event_value
+from tauto_core.motion.events import event_slope, event_value, expects_events
 from tauto_core.motion.outside import Place, outside_at
 from tauto_core.motion.system import Mode, Plane, Run, planes_of
 from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
@@ -91,7 +91,9 @@ def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> f
         step = Step(system, mode, omega, hop.size * hop.length, PART_STEP, end, work)
         collocate(step, run.tolerance.settled)
         finish(step)
-        there, xi = _carry(kind, xi, run, mode, place)
+        there = xi
+        if expects_events(system):
+            there, xi = _carry(kind, xi, run, mode, place)
         if there == xi:
             break
     return there

@@ -7,12 +7,15 @@ import math
 import numpy as np
 
 from tauto_core.machines.modes import modes
-from tauto_core.motion import axle
+from tauto_core.motion import axle, stepping
 from tauto_core.motion.bearing import BearingMotion, CaseMotion
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.limits import lifted_off, turned_over
-from tauto_core.motion.step_size import TOLERANCE, settled_at
-from tauto_core.motion.work import PLANE, make_work
+from tauto_core.motion.outside import Pieces
+from tauto_core.motion.step_size import TOLERANCE
+from tauto_core.motion.stepped import tolerance_of
+from tauto_core.motion.system import restore_record, state_of, state_type
+from tauto_core.motion.work import make_work
 from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
 
@@ -48,9 +51,11 @@ class AxleSwing:
         slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
         self._omega = slow, fast
         self._system = axle.SuspendedCase(e, c, k, own.B, own.B_prime)
-        self._tolerance = max(tolerance or TOLERANCE, TOLERANCE)
-        self._planes = np.zeros(axle.PLANES, PLANE)
         stages = WIDE_SIZE if fast * step_s > LONG else SIZE
+        self._tolerance = tolerance_of(
+            max(tolerance or TOLERANCE, TOLERANCE), axle.ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
+        )
+        self._state = np.zeros((), state_type(axle.PLANES))
         self._work = make_work(axle.PLANES, axle.NODES, stages)
 
     def release(self, sway: float, lift: float) -> float:
@@ -63,7 +68,8 @@ class AxleSwing:
         tilt = math.atan2(-sway, lift)
         c, slow, fast = self._system.c, self._system.tilt, self._system.tilt_prime
         q, other = tilt * (c - fast) / (c * (slow - fast)), tilt * (slow - c) / (c * (slow - fast))
-        self._planes[:] = [(q, 0.0, 0.0, 0.0), (other, 0.0, 0.0, 0.0)]
+        self._state = np.zeros((), state_type(axle.PLANES))
+        self._state['planes']['x'] = q, other
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
@@ -72,44 +78,48 @@ class AxleSwing:
         Raises:
             PropagationError: the axle lifts off, the case turns over, or no convergence.
         """
-        piece, end_ns = bearing.piece, bearing.end_ns
-        first = np.concatenate([[True], piece[1:] != piece[:-1]])
-        begin = np.roll(bearing.end, 1)
-        begin[first] = 0.0
-        begin_ns = np.where(first, bearing.begin_ns[piece], np.roll(end_ns, 1))
-        length = np.asarray((end_ns - begin_ns) * 1e-9, np.float64)
-        rows = np.empty(len(piece), axle.ROW)
-        parts = axle.Parts(piece, begin, bearing.end, length)
-        code, part, fraction = axle.advance(
+        # x counts the parts of a piece, so that equal parts have the same length to the last bit
+        piece, parts = bearing.piece, bearing.parts
+        passed = (bearing.end_ns - bearing.begin_ns[piece]) * parts[piece]
+        end = np.asarray(passed / bearing.length_ns[piece], np.float64)
+        begin = np.roll(end, 1)
+        begin[np.cumsum(parts) - parts] = 0.0
+        length = np.asarray(bearing.length_ns * 1e-9 / parts, np.float64)[piece]
+        sway, lift = (
+            (channel / np.power(parts[:, None], np.arange(channel.shape[1], dtype=float)))[piece]
+            for channel in (bearing.sway, bearing.lift)
+        )
+        rows = np.empty(len(piece), stepping.ROW)
+        code, part, x = stepping.advance(
             self._system,
             self._omega,
-            axle.Bearing(bearing.sway, bearing.lift),
             self._tolerance,
-            settled_at(self._tolerance),
-            self._planes,
+            math.inf,
+            Pieces(length, sway, None, lift),
+            stepping.Spans(begin, end, np.ones(len(piece), np.bool_)),
+            self._state,
             self._work,
-            parts,
             rows,
         )
-        if code != axle.OK:
-            at_s = float(begin_ns[part] * 1e-9 + fraction * length[part])
-            raise _failure(code, self._tolerance, at_s)
-        names = rows.dtype.names or ()
-        return CaseMotion(**{name: np.ascontiguousarray(rows[name]) for name in names})
+        if code != stepping.OK:
+            at_s = float(bearing.begin_ns[piece[part]] * 1e-9 + x * length[part])
+            raise _failure(code, self._tolerance.step, at_s)
+        names = 'angle', 'coordinate', 'rate', 'speed'
+        return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
 
     def state(self) -> State:
-        """Return X and Y of both planes."""
-        return {'planes': self._planes.copy()}
+        """Return X and Y of both planes, and what the driver knows besides."""
+        return state_of(self._state)
 
     def restore(self, state: State) -> None:
         """Go on from a state."""
-        self._planes = state['planes'].copy()
+        restore_record(self._state, state)
 
 
 def _failure(code: int, tolerance: float, time_s: float) -> PropagationError:
-    if code == axle.LIFTED_OFF:
+    if code == stepping.SLACK:
         return lifted_off(time_s)
-    if code == axle.TURNED_OVER:
+    if code == stepping.EDGE:
         return turned_over(time_s)
     return PropagationError(
         f'no convergence to the tolerance {tolerance:g} of the suspended case. Raise '

@@ -63,7 +63,7 @@ class WatchEvent(NamedTuple):
         system, mode = step.run.system, step.mode
         if system.kinked and kind == KINK:
             return mode.side * system.coordinate(step.planes(xi))
-        if kind == IMPULSE:
+        if system.feels_impulse and kind == IMPULSE:
             angle = system.wheel_angle(step.planes(xi), step.outside(xi))
             return system.impulse - mode.direction * angle
         now = step.instant(xi)

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.lanes import Lanes, filled, largest, least, load, store
+from tauto_core.motion.lanes import Lanes, largest, least, load, store
 from tauto_core.motion.outside import (
     GRAVITY,
     LINE,
@@ -85,11 +85,10 @@ class Hanging(_Numbers, ThreadSystem):
         store(nodes.turn, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the planes."""
+        """Fill what disturbs the planes; d1 stays zero."""
         psi, delta, _, _ = _at_stages(self, mode, omega, work)
         bends = _modes(self, psi, delta)
         for p in range(len(omega)):
-            store(work.d1, p, filled(work.d1, 0.0))
             store(work.d2, p, omega[p] * load(work.x, p) + bends[p] * (1.0 / omega[p]))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:

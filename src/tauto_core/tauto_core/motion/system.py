@@ -1,4 +1,4 @@
-"""The interface between the driver and a system: a wheel, a lever, a swinging thread.
+"""The interface between the driver and a system: a wheel, a lever, a swinging thread, a case.
 
 A system is a NamedTuple of numbers with the methods of `System`. What is known when compiling, as
 that a wheel without escapement feels no impulse, is not in the code that runs.
@@ -6,6 +6,7 @@ that a wheel without escapement feels no impulse, is not in the code that runs.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -152,13 +153,16 @@ class State(Protocol):
 class System(Protocol):
     """A system that moves, as the driver sees it; its methods run in compiled code only.
 
-    A system that derives from this is one on which nothing acts between the ends of its range,
-    but for what it says else.
+    What is not abstract is so of a system that derives from this and does not say otherwise: it
+    has no escapement, kink or friction that holds, its thread may go slack, and its place in the
+    case matters. Without an escapement or a kink `drift`, `wheel_angle`, `strike` and `set_off`
+    are not asked for.
     """
 
     @property
     def impulse(self) -> float:
         """Angle of the impulse [rad]; infinite without one."""
+        return math.inf
 
     @property
     def pace(self) -> float:
@@ -167,26 +171,32 @@ class System(Protocol):
     @property
     def feels_impulse(self) -> bool:
         """Whether an escapement pushes the wheel."""
+        return self.impulse < math.inf
 
     @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
+        return False
 
     @property
     def kinked(self) -> bool:
         """Whether the law has a kink where the coordinate is zero; known when compiling."""
+        return False
 
     @property
     def sticks(self) -> bool:
         """Whether friction may hold the wheel; known when compiling."""
+        return False
 
     @property
     def has_weight(self) -> bool:
         """Whether the thread may go slack; known when compiling."""
+        return True
 
     @property
     def feels_tilt(self) -> bool:
         """Whether τ matters between two logged instants; known when compiling."""
+        return True
 
     def at_nodes(self, place: Place, work: Work) -> None:
         """Fill the system's rows with what the ship does at the nodes of a step."""
@@ -205,33 +215,40 @@ class System(Protocol):
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
         """Return the bound for piece k with which `clear` compares the swing."""
+        return 0.0
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether the swing is clear of the tilt at all nodes of the step (passages)."""
+        return True
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the system at an instant."""
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
         """Decide at θ = angle, θ̇ = 0 whether friction holds the wheel, or which way it moves."""
+        raise TypeError('nothing happens to this system on its way')
 
-    def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:  # noqa: ARG002
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the motion surely leaves a kink from the beginning of the step on."""
         return True
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return the rates of X and ωY of each plane."""
+        raise TypeError('nothing happens to this system on its way')
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ alone."""
+        raise TypeError('nothing happens to this system on its way')
 
     def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
         """Let the escapement's impulse change the planes."""
+        raise TypeError('nothing happens to this system on its way')
 
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
     ) -> float:
         """Return the time to a little after the next expected event [s], or inf."""
+        return math.inf
 
 
 class Run(NamedTuple):

@@ -70,34 +70,9 @@ class ThreadSystem(System):
         return self.on_wheel.pace
 
     @property
-    def feels_impulse(self) -> bool:
-        """Whether an escapement pushes the wheel."""
-        return self.on_wheel.impulse < math.inf
-
-    @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         return self.on_wheel.quadratic > 0.0
-
-    @property
-    def kinked(self) -> bool:
-        """Whether the law has a kink."""
-        return False
-
-    @property
-    def sticks(self) -> bool:
-        """Whether friction may hold the wheel."""
-        return False
-
-    @property
-    def has_weight(self) -> bool:
-        """Whether the thread may go slack."""
-        return True
-
-    @property
-    def feels_tilt(self) -> bool:
-        """Whether the place in the case matters within a span."""
-        return True
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
         """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""

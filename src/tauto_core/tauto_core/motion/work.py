@@ -51,7 +51,8 @@ class Work(Protocol):
         expansion: powers of the integral of what is one at a stage, a row of these a stage.
         quadrature, fractions, tail: weights, nodes, and what makes the last Legendre coefficient.
         piece: the polynomials of what the ship does, a power of x in each row of eight (outside).
-        u, v, k1, k2, x, y, d1, d2: of turning's equations, a row a plane; k the slopes of u and v.
+        u, v, k1, k2, x, y, d1, d2: of turning's equations, a row a plane; k the slopes of u and v,
+            d zero until a system writes it.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
         cosine, sine: of ωt at the stages, a row a plane, of WHOLE_STEP, then of PART_STEP.
         slopes: room for Newton's method, a row for each of U and V of each plane.
