@@ -1,8 +1,9 @@
 """What becomes of a voyage when one of its nodes stands still for a while (SIGSTOP, SIGCONT).
 
-    .venv/bin/python benchmarks/graph_freeze.py [--seconds 5 14 25 60] [--jobs 4]
+    .venv/bin/python benchmarks/graph_freeze.py [--seconds 5 14 25 60] [--paces 100 max] [--jobs 4]
 
-Each row is a voyage of `tauto graph` in which one node was frozen once: it must end well with
+Each row is a voyage of `tauto graph`, at a pace or flat out, where its messages go in packs, in
+which one node was frozen once: it must end well with
 nothing lost and every message in the bag, or within 5 s of the thaw with the node's name. DDS by
 itself forgets a participant after 20 s. Results: benchmarks/graph_freeze.json; the exit code is 1
 if a row fails.
@@ -24,8 +25,9 @@ from pathlib import Path
 from typing import Any
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
-SCENE = 'measured'
-SPEED = 100.0
+PACES = {'100': ('measured', 600.0), 'max': ('second_cam_at_sea', 7200.0)}
+"""By pace: a scene and the length of the voyage [s], which takes some seconds."""
+
 PATIENCE_S = 600.0
 RECORDED_BYTES = 2000
 ENDS_S = 5.0
@@ -54,14 +56,15 @@ def wait_for_messages(bag: Path, process: subprocess.Popen[str]) -> None:
         time.sleep(0.05)
 
 
-def freeze(node: str, seconds: float) -> dict[str, Any]:
+def freeze(node: str, seconds: float, pace: str) -> dict[str, Any]:
     """Return what became of a voyage with this node frozen for so long."""
     code = 'from tauto_core.cli import main; main()'
     with tempfile.TemporaryDirectory(prefix='tauto_freeze_') as folder:
         bag = Path(folder) / 'bag'
-        options = ['--speed', str(SPEED), '--out', str(bag), '--json']
+        scene, duration_s = PACES[pace]
+        options = ['--duration', str(duration_s), '--speed', pace, '--out', str(bag), '--json']
         process = subprocess.Popen(
-            [sys.executable, '-c', code, 'graph', SCENE, *options],
+            [sys.executable, '-c', code, 'graph', scene, *options],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -76,7 +79,8 @@ def freeze(node: str, seconds: float) -> dict[str, Any]:
         os.kill(pid, signal.SIGCONT)
         said, words = process.communicate(timeout=PATIENCE_S)
         after_s = time.monotonic() - thawed_s
-    row: dict[str, Any] = {'node': node, 'frozen_s': seconds, 'exit_code': process.returncode}
+    row: dict[str, Any] = {'node': node, 'frozen_s': seconds, 'pace': pace}
+    row['exit_code'] = process.returncode
     if process.returncode == 0:
         topics = json.loads(said)['topics']
         row['written'] = sum(numbers['written'] for numbers in topics.values())
@@ -100,15 +104,21 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seconds', type=float, nargs='+', default=[5.0, 14.0, 25.0, 60.0])
     parser.add_argument('--nodes', nargs='+', default=list(NODES), choices=NODES)
+    parser.add_argument('--paces', nargs='+', default=list(PACES), choices=PACES)
     parser.add_argument('--jobs', type=int, default=4, help='voyages side by side')
     asked = parser.parse_args()
     with ThreadPoolExecutor(asked.jobs) as pool:
-        rows = list(pool.map(lambda case: freeze(*case), product(asked.nodes, asked.seconds)))
-    whole = max(row.get('written', 0) for row in rows)
+        rows = list(
+            pool.map(lambda case: freeze(*case), product(asked.nodes, asked.seconds, asked.paces))
+        )
+    whole = {
+        pace: max(row.get('written', 0) for row in rows if row['pace'] == pace)
+        for pace in asked.paces
+    }
     for row in rows:
-        row['fine'] = is_fine(row, whole)
+        row['fine'] = is_fine(row, whole[row['pace']])
         print(json.dumps(row))
-    result = {'scene': SCENE, 'speed': SPEED, 'messages': whole, 'rows': rows}
+    result = {'paces': PACES, 'messages': whole, 'rows': rows}
     RESULTS.write_text(json.dumps(result, indent=2) + '\n', 'utf-8')
     return 0 if all(row['fine'] for row in rows) else 1
 

@@ -21,6 +21,9 @@ import threading
 import time
 from collections import Counter
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from tauto_core.bags.mcap_file import open_mcap
 from tauto_core.bags.soundness import check_bag
@@ -68,8 +71,11 @@ class Memory:
                     node = names[0].partition('.')[2]
                     self.seen.setdefault(node, []).append((at_s, pages * page_mb))
 
-    def bands(self, warm_s: float) -> dict[str, dict[str, float]]:
-        """Return by node the memory [MB] at the end of the warm-up, and the range after it."""
+    def bands(self, warm_s: float) -> dict[str, dict[str, Any]]:
+        """Return by node the memory [MB] at the end of the warm-up, and the range after it.
+
+        `tenths_mb` are the medians of the tenths of that time: they tell growth from waves.
+        """
         found = {}
         for node, rows in self.seen.items():
             after = [mb for at_s, mb in rows if at_s >= warm_s]
@@ -78,11 +84,14 @@ class Memory:
                     'warm_mb': round(after[0], 1),
                     'least_mb': round(min(after), 1),
                     'most_mb': round(max(after), 1),
+                    'tenths_mb': [
+                        round(float(np.median(part)), 1) for part in np.array_split(after, 10)
+                    ],
                 }
         return found
 
 
-def sail(plan: Plan, minutes: float) -> tuple[Outcome, dict[str, dict[str, float]]]:
+def sail(plan: Plan, minutes: float) -> tuple[Outcome, dict[str, dict[str, Any]]]:
     """Sail for so long; return what came of it and the memory of the nodes."""
     scene = load_scene(plan.scene, duration=plan.duration_s)
     stop = threading.Timer(60.0 * minutes, os.kill, (os.getpid(), signal.SIGINT))

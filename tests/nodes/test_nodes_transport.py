@@ -8,9 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import rclpy
 from conftest import Bench, Echo, TestSource, overrides
+from rclpy.context import Context
 from rclpy.node import Node
-from sensor_msgs.msg import Imu
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 
 from tauto_core.bags import read_bag
@@ -49,6 +53,31 @@ def test_nothing_is_lost_at_full_speed(bench: Bench, tmp_path: Path) -> None:
     assert isinstance(phase, JointSamples)
     np.testing.assert_array_equal(phase.position[:, 0], np.arange(n))
     np.testing.assert_array_equal(phase.stamp_ns, bag.payloads(PHASE)[0])
+
+
+def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
+    bench: Bench, tmp_path: Path
+) -> None:
+    # One participant takes a topic for one type only, so strangers need their own.
+    elsewhere = Context()
+    rclpy.init(context=elsewhere, signal_handler_options=SignalHandlerOptions.NO)
+    stranger = Node('stranger', context=elsewhere)
+    other_type = stranger.create_subscription(
+        String, SHIP_IMU, lambda _: None, QoSProfile(depth=5)
+    )
+    latched = QoSProfile(depth=5, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    stranger.create_subscription(TimeReference, READING, lambda _: None, latched)
+    sink = bench.add(
+        recorder(tmp_path / 'bag'),
+        StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW)),
+        TestSource(100, **FLOW),
+    )
+    assert other_type.topic_name == f'/{SHIP_IMU}'
+    bench.until(lambda: sink.count_subscribers(SHIP_IMU) == 3)
+    bench.until(lambda: sink.over, limit_s=60.0)
+    stranger.destroy_node()
+    elsewhere.try_shutdown()
+    assert sink.counts()[READING] == {'received': 100, 'written': 100, 'lost': 0}
 
 
 class Sleeper(Member):

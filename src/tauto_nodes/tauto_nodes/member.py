@@ -25,7 +25,7 @@ from tauto_nodes.flow import (
 )
 from tauto_nodes.intake import Intake
 from tauto_nodes.ports import Input, Output, PortNode
-from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match
+from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match, type_name
 
 TICK_S = 0.01
 HELLO_S = 0.05
@@ -220,6 +220,7 @@ class Member(PortNode):
             info
             for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
             if can_match(publisher.qos_profile, info.qos_profile)
+            and info.topic_type == type_name(publisher.msg_type)
         ]
         # A matched publisher counts its readers but does not name them: all of them, or none.
         if publisher.get_subscription_count() < len(heard):

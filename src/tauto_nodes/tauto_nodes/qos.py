@@ -73,6 +73,11 @@ def message_class(ros_type: str) -> Any:
         ) from error
 
 
+def type_name(message: Any) -> str:
+    """Return the name of the type that `message_class` finds."""
+    return f'{message.__module__.partition(".")[0]}/msg/{message.__name__}'
+
+
 def port(topic: str, imu_reliability: str = 'reliable') -> Port:
     """Return the port of a topic of the table; `imu_reliability` matters for ship/imu only."""
     entry = TOPICS[topic]
