@@ -1,1 +1,1 @@
-"""What is measured: run time against error, stability, messages a second. Committed results."""
+"""Benchmarks: run time against error, stability, messages per second; with committed results."""

@@ -1,18 +1,20 @@
-"""Whether the navigator with a rate equation is as wrong as he thinks, in seas that he never saw.
+"""Whether the navigator's errors agree with his standard deviations, with a rate equation.
 
     .venv/bin/python benchmarks/covariate_consistency.py [--seeds 200] [--machine-seeds 60]
 
-A part whose number is 0 is left as the file has it. A seed takes half a second of each part.
+A part whose number of seeds is 0 keeps its result in the file. A seed takes half a second of each
+part.
 
-`drawn`: dials whose rate is r + sum k_j x_j, with r and the k_j drawn from what the navigator
-assumes, three days in port and three in seas that change, all drawn anew by each seed; the motion
-comes by a sensor of 2 Hz with bias and noise. The error of offset, rate and coefficients,
-e^T P^-1 e, has mean 4, and the sum over N seeds is chi-squared with 4 N degrees of freedom.
+`drawn`: dials whose rate is r + sum k_j x_j, with r and the k_j drawn from the navigator's prior,
+three days in port and three in seas that change, all drawn anew for each seed. The motion is
+measured by a sensor of 2 Hz with bias and noise. The normalised square e^T P^-1 e of the errors of
+offset, rate and coefficients has mean 4, and its sum over N seeds is chi-squared with 4 N degrees
+of freedom.
 
 `machine`: the clock of `portsmouth_jamaica`, checked for twelve hours in port, then twelve at sea
-without a check. The square of the offset's error, by its variance, has mean 1 where the prior is
-what it says, and less where it is cautious. Beside it the error of a navigator without covariates.
-The result is written to benchmarks/covariate_consistency.json.
+without a check. The square of the offset's error over its variance has mean 1 if the prior is
+right, and less if it is cautious. The error of a navigator without covariates is given for
+comparison. The result is written to benchmarks/covariate_consistency.json.
 """
 
 from __future__ import annotations
@@ -49,14 +51,14 @@ from tauto_core.ship import Observations
 from tauto_core.ship.imu import imu_from_roll, imu_samples
 
 RECORD_S = 3600.0
-"""Waves repeat after this: a record of them is made once a seed."""
+"""The waves repeat after this time; one record of them is made for each seed."""
 BIAS, NOISE = 0.05, 0.02
-"""Of the accelerometer [m/s2]."""
+"""Bias and standard deviation of the noise of the accelerometer [m/s2]."""
 COEFFICIENTS = {'heave': {'value': 1.0, 'sigma': 0.05}, 'roll': {'value': 0.01, 'sigma': 0.02}}
 
 
 class Sea:
-    """Waves of a seed whose height changes: roll and heave at even instants, and derivatives."""
+    """Waves of a seed whose height changes: roll and heave at even instants, with derivatives."""
 
     def __init__(self, rng: np.random.Generator, rate_hz: float, heights: FloatArray) -> None:
         number = round(RECORD_S * rate_hz)
@@ -87,7 +89,7 @@ class Sea:
     def _channel(
         rms: float, size: FloatArray, omega: FloatArray, phase: FloatArray, at: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return a sum of waves of a root mean square, with its first two derivatives."""
+        """Return a sum of waves of a given root mean square, with its first two derivatives."""
         amplitude = rms * np.sqrt(2.0) * size / np.linalg.norm(size)
         angle = np.outer(at, omega) + phase
         cosine, sine = np.cos(angle), np.sin(angle)
@@ -176,7 +178,7 @@ def drawn(seed: int) -> float:
     )
     now, model = way_of(scene, imu, reading, observed(scene))
     at_names = [0, 1, 3, 4]
-    # the sensor's noise is a constant rate, of which the truth is to be told
+    # the sensor's noise acts as a constant rate, which belongs to the true rate
     told = walk[-1, 1] + k[0] * NOISE**2 / (8.0 * scene.gravity**2)
     truth = np.array([error[-1], told, *k])
     units = np.array([1.0, SECONDS_PER_DAY, 1.0, 1.0])
@@ -186,7 +188,7 @@ def drawn(seed: int) -> float:
 
 
 class Machine:
-    """The clock of a shipped scene through port and sea, many times."""
+    """The clock of a shipped scene in port and at sea, run many times."""
 
     def __init__(self) -> None:
         ship = load_scene('portsmouth_jamaica').ship
@@ -205,7 +207,7 @@ class Machine:
         self._fresh = self._stage.state()
 
     def errors(self, seed: int) -> tuple[float, float, float]:
-        """Return the error of the corrected clock at the end [s], its sigma, and that without."""
+        """Return the corrected error at the end [s], its sigma, and that without covariates."""
         rng = np.random.default_rng(seed)
         heights = np.repeat([0.3, *np.exp(rng.normal(0.2, 0.4, 4))], [13, 3, 3, 3, 4])[:26]
         sea = Sea(rng, 10.0, heights)

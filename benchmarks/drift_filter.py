@@ -1,9 +1,9 @@
-"""Observations a second through the drift filter, in one process on one core.
+"""Observations per second through the drift filter, in one process on one core.
 
     .venv/bin/python benchmarks/drift_filter.py
 
-Each figure is the best of five runs over 100,000 daily observations, in CPU seconds, so that what
-else the machine does counts little.
+Each figure is the best of five runs over 100,000 daily observations, in CPU seconds, so that other
+work of the machine matters little.
 """
 
 from __future__ import annotations

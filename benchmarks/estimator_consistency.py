@@ -1,12 +1,12 @@
-"""Whether the navigator is as wrong as he thinks: shipped scenes with many seeds.
+"""Whether the navigator's errors agree with his standard deviations: shipped scenes, many seeds.
 
     .venv/bin/python benchmarks/estimator_consistency.py [--seeds 200] [--prior RATE]
 
-Each seed draws the errors of the observations anew and, in a sea, the waves; the clock is sailed
-through them. At the end the estimate of offset and rate is held against the error of the dial and
-its mean rate: the normalised error squared e^T P^-1 e has mean 2, and the sum over N seeds is
+Each seed draws the errors of the observations anew and, in a sea, the waves through which the
+clock is sailed. At the end the estimate of offset and rate is compared with the error of the dial
+and its mean rate. The normalised error squared e^T P^-1 e has mean 2, and its sum over N seeds is
 chi-squared with 2 N degrees of freedom (Bar-Shalom, Li and Kirubarajan, Estimation with
-Applications to Tracking and Navigation, 2001, 5.4). Offset and rate by themselves have mean 1.
+Applications to Tracking and Navigation, 2001, 5.4). For offset or rate alone the mean is 1.
 The result is written to benchmarks/estimator_consistency.json.
 """
 
@@ -67,7 +67,7 @@ def errors(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
 
 
 def consistency(name: str, seeds: int, prior: float | None) -> dict[str, Any]:
-    """Return the mean normalised errors squared of a scene, and the band of 95 %."""
+    """Return the mean normalised errors squared of a scene, and their 95 % band."""
     joint, alone, rates, sigmas = [], [], [], []
     for seed in range(seeds):
         scene = load_scene(name, seed=seed)

@@ -1,10 +1,10 @@
-"""The clock's reading at sea by DOP853 on the exact motion of the ship: no sample between.
+"""The clock's reading at sea by DOP853 on the exact motion of the ship, without sampling.
 
-Sums of cosines and their derivatives stand for roll and heave at every instant. A wheel with one
-degree of freedom moves by `reference_propagator`, whose forcing they take the place of; the lever
-and the swinging thread by the Lagrangians of tests/core/motion/thread_references.py; a hung case
-by its own linear equations (theory E3). Nothing is shared with the engine or with the forecast but
-the machine's geometry and the definition of the phase (theory E4).
+Roll and heave at every instant are sums of cosines, with exact derivatives. A wheel with one
+degree of freedom is integrated by `reference_propagator`, whose forcing they replace; the lever
+and the swinging thread by the Lagrangians of tests/core/motion/thread_references.py; a suspended
+case by its own linear equations (theory E3). Nothing is shared with the engine or with the
+forecast but the machine's geometry and the definition of the phase (theory E4).
 """
 
 from __future__ import annotations
@@ -36,14 +36,16 @@ from tauto_core.ship.felt_step import case_modes
 from tauto_core.ship.motions.sea import sea_motion
 
 STEPS_OF_CASE = 16
-"""Least steps in a swing of the case's fast mode: the dense output errs by their eighth power."""
+"""Least number of steps in a swing of the case's fast mode; the dense output errs by their eighth
+power.
+"""
 
 
 class Felt(NamedTuple):
-    """What the clock feels: each angle with its first two derivatives."""
+    """The motion that the clock feels: each angle with its first two derivatives."""
 
     vertical: tuple[float, float, float]
-    tilt: tuple[float, float, float]  # of the case
+    tilt: tuple[float, float, float]  # tilt of the case
     gravity: float
 
 
@@ -109,10 +111,10 @@ def _terms(
 
 
 class CaseAt:
-    """The exact motion felt in a hung case: its linear equations (theory E3) by DOP853.
+    """The exact motion felt in a suspended case: its linear equations (theory E3) by DOP853.
 
-    e θ̈ + c φ̈ + g θ = −ÿ, k² φ̈ + g c (φ − θ) = 0; what is felt points along θ and has the size
-    of the contact force by the mass.
+    e θ̈ + c φ̈ + g θ = −ÿ, k² φ̈ + g c (φ − θ) = 0; the specific force points along θ and has the
+    size of the contact force over the mass.
     """
 
     def __init__(self, scene: Scene, end_s: float) -> None:
@@ -157,7 +159,7 @@ class CaseAt:
 def exact_phase(scene: Scene) -> FloatArray:
     """Return the phase at the logged instants after the first, less that at the start [rad].
 
-    Of whole turns nothing is said: it lies within one.
+    Whole turns are not counted; the phase lies within one.
     """
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
@@ -172,7 +174,7 @@ def exact_phase(scene: Scene) -> FloatArray:
 
 
 class _ExactReference(Reference):
-    """DOP853 on the exact motion in place of polynomials."""
+    """DOP853 on the exact motion instead of polynomials."""
 
     def __init__(self, machine: Machine, felt: Callable[[float], Felt]) -> None:
         super().__init__(machine)
@@ -216,7 +218,7 @@ def _of_one_degree(
 
 
 class _Outside:
-    """What the references of threads ask for, t from the start."""
+    """The functions that the references of threads need, t from the start."""
 
     channels, begin, length = True, 0.0, 1.0
 
@@ -233,7 +235,7 @@ class _Outside:
 def _of_thread(
     machine: AnyMachine, felt: Callable[[float], Felt], times: FloatArray
 ) -> FloatArray:
-    """Without events: no escapement, no drag with a kink."""
+    """The references of threads have no events: no escapement, no drag with a kink."""
     from thread_references import HangingReference, LeverReference
 
     lever = isinstance(machine, LeverMachine)

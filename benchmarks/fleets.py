@@ -2,11 +2,10 @@
 
     .venv/bin/python benchmarks/fleets.py [--ships N] [--long {cam,escapement}] [--out FILE]
 
-What is measured is written to benchmarks/fleets.json. Ratios of two workers are compared with what
-the machine gives, in the same run, to two plain processes that sail the same ships and share
-nothing. `--long` sails a fleet of a thousand ships instead, and adds what it took to the file: the
-wall time, the processor time of all processes, and the load of the machine, which tells whether
-others used it too.
+The results are written to benchmarks/fleets.json. Ratios for two workers are compared with those
+of two plain processes, in the same run, that sail the same ships and share nothing. `--long` sails
+a fleet of a thousand ships instead, and adds its wall time, the processor time of all processes,
+and the load of the machine, which shows whether others used it too.
 """
 
 from __future__ import annotations
@@ -34,11 +33,11 @@ DAY_S = 86_400.0
 PASSAGE_S = 81.0 * DAY_S
 DRAWN = {'trochlea.release_angle': {'kind': 'uniform', 'low': 0.9, 'high': 1.1}}
 TOUCH_S = 60.0
-"""So short a voyage that its set-up is most of it."""
+"""Duration of a voyage so short that its set-up is most of it."""
 
 
 def second_cam(duration: float) -> Scene:
-    """Return Euler's second cam under a force, its waves sampled twice a second."""
+    """Return the scene of Euler's second cam with a force, its waves sampled twice a second."""
     scene = load_scene(
         'second_cam_at_sea',
         duration=duration,
@@ -49,7 +48,7 @@ def second_cam(duration: float) -> Scene:
 
 
 def escapement(duration: float) -> Scene:
-    """Return the weight with drag and escapement that sails to Jamaica."""
+    """Return the scene of the weight with drag and escapement that sails to Jamaica."""
     return load_scene('portsmouth_jamaica', duration=duration, voyage=None)
 
 
@@ -70,7 +69,7 @@ def _sail_part(fleet: Plan, numbers: range, begin: Any, ready: Any) -> None:
 
 
 def plain_s(fleet: Plan, processes: int) -> float:
-    """Return how long plain processes take for a fleet, once each has sailed a ship."""
+    """Return the time that plain processes take for a fleet, once each has sailed a ship."""
     context = multiprocessing.get_context('spawn')
     begin, ready = context.Event(), context.Semaphore(0)
     parts = [range(k, fleet.ships, processes) for k in range(processes)]
@@ -87,9 +86,9 @@ def plain_s(fleet: Plan, processes: int) -> float:
 
 
 def workers_s(fleet: Plan, jobs: int) -> float:
-    """Return how long workers take for a fleet, from the first ship that comes in to the last.
+    """Return the time that workers take for a fleet, from the first finished ship to the last.
 
-    One ship a worker comes before, so that all have loaded what they need.
+    One ship per worker sails before, so that all libraries are loaded.
     """
     first = 2 * jobs
     warm = plan(fleet.scene, fleet.ships + first)
@@ -102,9 +101,9 @@ def workers_s(fleet: Plan, jobs: int) -> float:
 
 
 def overhead_s(make: Any, ships: int) -> dict[str, float]:
-    """Return processor time a ship beyond her motion, her machine drawn or not.
+    """Return the processor time of a ship apart from her motion, with and without a drawn machine.
 
-    A voyage of a minute, less what the same minute costs within a voyage of an hour.
+    It is that of a voyage of a minute, less the cost of a minute within a voyage of an hour.
     """
     found = {}
     for name, drawn in (('same machine', {}), ('machine drawn', DRAWN)):
@@ -124,7 +123,7 @@ def overhead_s(make: Any, ships: int) -> dict[str, float]:
 
 
 def memory_mb(ships: int) -> list[float]:
-    """Return the memory of a worker after each of its ships [MB], in the order they came in."""
+    """Return the memory of a worker after each of its ships [MB], in the order of finishing."""
     found: dict[int, list[float]] = {}
     task = partial(_sail_and_weigh, plan(second_cam(DAY_S), ships))
     with closing(run_each(task, range(ships), Crew(2))) as ended:
@@ -142,7 +141,7 @@ def _sail_and_weigh(fleet: Plan, number: int, tell: Any) -> tuple[int, float]:
 
 
 def efficiency(make: Any, duration: float, ships: int) -> dict[str, float]:
-    """Return how much faster two are than one: workers, and plain processes in the same run."""
+    """Return the gain of two over one: workers, and plain processes in the same run."""
     fleet = plan(make(duration), ships)
     times = {
         'one plain process': plain_s(fleet, 1),
@@ -160,7 +159,7 @@ def efficiency(make: Any, duration: float, ships: int) -> dict[str, float]:
 
 
 def whole(fleet: Plan) -> dict[str, Any]:
-    """Return how long a fleet takes from the command to the answer, and what it answers."""
+    """Return the time of a fleet from the command to the answer, and the answer."""
     began, load = time.perf_counter(), [os.getloadavg()[0]]
     told = time.monotonic()
 

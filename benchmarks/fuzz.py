@@ -1,12 +1,12 @@
-"""Mutated bags and scenes: the readers refuse them or read them, and neither crash, hang nor grow.
+"""Mutated bags and scenes: the readers must refuse or read them, and not crash, hang or grow.
 
     .venv/bin/python benchmarks/fuzz.py [--count 1000000] [--first 0] [--what mcap scene]
 
 Every input is a valid one with a few changes: bits, bytes and numbers, pieces removed, repeated
-or exchanged, of scenes also values and keys. Input k of a --seed is always the same. What ends
-other than by an error of the package, takes more than 10 s of CPU time or makes the process
-larger by more than 64 MiB after the first thousand is printed with its number; its input is kept
-in --keep, and the exit code is 1. Results so far, of each kind: benchmarks/fuzz.json.
+or exchanged, for scenes also values and keys. Input k of a --seed is always the same. An input
+that ends other than by an error of the package, takes more than 10 s of CPU time or makes the
+process larger by more than 64 MiB after the first thousand is printed with its number and kept in
+--keep, and the exit code is 1. Results so far, of each kind: benchmarks/fuzz.json.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def mutated_scene(rng: random.Random, seeds: Sequence[bytes]) -> bytes:
 
 
 def changed(change: Change, seeds: Sequence[bytes], seed: int, number: int) -> bytes:
-    """Return an input, always the same one of a seed and a number."""
+    """Return an input, which depends on seed and number alone."""
     return change(random.Random(f'{seed} {number}'), seeds)
 
 
@@ -124,7 +124,7 @@ def read_mcap(folder: Path, data: bytes) -> None:
 
 
 def read_scene(folder: Path, data: bytes) -> None:
-    """Read a scene as a file, or, of odd length, as the recorder does."""
+    """Read a scene as a file, or, if its length is odd, as the recorder does."""
     if len(data) % 2:
         parse_scene(data.decode('utf-8', 'replace'), 'fuzz')
         return
@@ -145,7 +145,7 @@ def mcap_seeds(folder: Path) -> list[bytes]:
 
 @dataclass
 class Findings:
-    """What came of the inputs: how many there were, how often each end, growth, faults."""
+    """The outcome of the inputs: their number, how often each end occurred, growth, faults."""
 
     first: int = 0
     inputs: int = 0
@@ -162,12 +162,12 @@ def fuzz(
     numbers: range,
     keep: Path,
 ) -> Findings:
-    """Read this many inputs; say every TELL of them how far it is."""
+    """Read this many inputs; report progress after every TELL of them."""
     found, began_s = Findings(numbers.start), time.monotonic()
     warm_kib = 0
     for number in numbers:
         data = inputs(number)
-        signal.setitimer(signal.ITIMER_PROF, LIMIT_S)  # CPU time: no busy machine is a hang
+        signal.setitimer(signal.ITIMER_PROF, LIMIT_S)  # CPU time: a busy machine is no hang
         try:
             read(data)
             found.ends['read'] += 1
@@ -196,7 +196,7 @@ def fuzz(
 
 
 def tell(name: str, found: Findings) -> None:
-    """Print how far it is, and write it down beside what is known of the other kind."""
+    """Print the progress, and write it to the file beside the results of the other kind."""
     print(json.dumps({'what': name, **vars(found)}), flush=True)
     known = json.loads(RESULTS.read_text('utf-8')) if RESULTS.is_file() else {}
     RESULTS.write_text(json.dumps({**known, name: vars(found)}, indent=2) + '\n', 'utf-8')
@@ -208,7 +208,7 @@ def _hang(number: int, frame: FrameType | None) -> None:
 
 
 def main() -> int:
-    """Mutate and read; print what came of it."""
+    """Mutate, read, and print the outcome."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--count', type=int, default=1_000_000, help='inputs of each kind')
     parser.add_argument('--first', type=int, default=0, help='number of the first input')

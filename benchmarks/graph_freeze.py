@@ -1,12 +1,11 @@
-"""What becomes of a voyage when one of its nodes stands still for a while (SIGSTOP, SIGCONT).
+"""The effect on a voyage of one node that is frozen for a while (SIGSTOP, SIGCONT).
 
     .venv/bin/python benchmarks/graph_freeze.py [--seconds 5 14 25 60] [--paces 100 max] [--jobs 4]
 
 Each row is a voyage of `tauto graph`, at a pace or flat out, where its messages go in packs, in
-which one node was frozen once: it must end well with
-nothing lost and every message in the bag, or within 5 s of the thaw with the node's name. DDS by
-itself forgets a participant after 20 s. Results: benchmarks/graph_freeze.json; the exit code is 1
-if a row fails.
+which one node was frozen once. It must end well with nothing lost and every message in the bag,
+or within 5 s of the thaw with an error that names the node. DDS by itself forgets a participant
+after 20 s. Results: benchmarks/graph_freeze.json; the exit code is 1 if a row fails.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ def node_of(supervisor: int, node: str) -> int | None:
 
 
 def wait_for_messages(bag: Path, process: subprocess.Popen[str]) -> None:
-    """Return when the bag holds some."""
+    """Return when the bag has some messages."""
     deadline_s = time.monotonic() + PATIENCE_S
     while not any(file.stat().st_size > RECORDED_BYTES for file in bag.glob('*.mcap')):
         if process.poll() is not None or time.monotonic() > deadline_s:
@@ -93,14 +92,14 @@ def freeze(node: str, seconds: float, pace: str) -> dict[str, Any]:
 
 
 def is_fine(row: dict[str, Any], whole: int) -> bool:
-    """Whether a voyage went to its end whole, or ended soon with the name of the culprit."""
+    """Whether a voyage ended complete, or ended soon with the name of the node."""
     if row['exit_code'] == 0:
         return bool(row['lost'] == 0 and row['written'] == whole)
     return bool(row['names_the_node'] and row['ended_s_after_thaw'] <= ENDS_S)
 
 
 def main() -> int:
-    """Freeze each node for each time, print what came of it, write it down."""
+    """Freeze each node for each time, print the outcome and write it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--seconds', type=float, nargs='+', default=[5.0, 14.0, 25.0, 60.0])
     parser.add_argument('--nodes', nargs='+', default=list(NODES), choices=NODES)

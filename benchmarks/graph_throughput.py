@@ -1,19 +1,20 @@
-"""How many messages a second go through the whole graph, recorded, without losing one.
+"""Messages per second through the whole graph, recorded, without losing any.
 
     .venv/bin/python benchmarks/graph_throughput.py [--rounds 3] [--beside TREE]
 
 Each row is a voyage flat out (`--speed max`), from the first message in the bag's file to the
-closed bag, both seen from outside and so in the same way for each build, without start-up and,
-since a first run has compiled the kernels, without compilation; of several rounds, one build and
-variant after the other, the fastest, and the least CPU time. `--beside` names
-another tree of this repository, as a git worktree of an earlier commit; its rows stand
-beside ours, and `times` is how many times its rate and its CPU time a message ours are.
-`messages_per_s` counts what the recorder wrote; each ship/imu also goes to the trochlea. `cpu_us`
-is the CPU time of all nodes over a message, start-up taken off. `ours` is the share of our code
-and its libraries in the nodes' CPU time while they spin; the rest is rclpy and DDS. `latency` is
-the time from the stamp of a message of a 100 Hz sensor, sent by one process, to its receipt by
-another one through rclpy, and to the receipt of the reading that it leads to, for which the clock
-needs later samples too. Results: benchmarks/graph_throughput.json.
+closed bag, both seen from outside and so in the same way for each build. It is without start-up
+and, since a first run has compiled the kernels, without compilation. Builds and variants alternate
+over several rounds; the fastest and the least CPU time count. `--beside` names another tree of
+this repository, such as a git worktree of an earlier commit. Its rows are given beside ours, and
+`times` is the ratio of its rate, and of its CPU time per message, to ours.
+
+`messages_per_s` counts the messages that the recorder wrote; each ship/imu also goes to the
+trochlea. `cpu_us` is the CPU time of all nodes per message, without start-up. `ours` is the share
+of our code and its libraries in the nodes' CPU time while they spin; the rest is rclpy and DDS.
+`latency` is the time from the stamp of a message of a 100 Hz sensor, sent by one process, to its
+receipt by another one through rclpy, and to the receipt of the reading that it leads to, for which
+the clock also needs later samples. Results: benchmarks/graph_throughput.json.
 """
 
 from __future__ import annotations
@@ -67,11 +68,11 @@ Row = dict[str, Any]
 
 
 def environment_of(tree: Path | None, samples: Path | None = None) -> dict[str, str]:
-    """Return the environment of a process that runs a build, ours where none is named.
+    """Return the environment of a process that runs a build; ours by default.
 
     Args:
         tree: root of its repository.
-        samples: folder into which the process and its children are to sample themselves.
+        samples: folder into which the process and its children write samples of themselves.
     """
     paths = [tree / 'src/tauto_core', tree / 'src/tauto_nodes'] if tree is not None else []
     given = dict(os.environ)
@@ -84,7 +85,7 @@ def environment_of(tree: Path | None, samples: Path | None = None) -> dict[str, 
 
 
 def ask(environment: Mapping[str, str], *words: str) -> Any:
-    """Return what this program answers in a process of its own."""
+    """Return the output of this program in a process of its own."""
     done = subprocess.run(
         [sys.executable, __file__, *words], env=environment, stdout=subprocess.PIPE, check=True
     )
@@ -127,7 +128,7 @@ class BagClock:
 
 
 def sail(options: Row, duration_s: float) -> None:
-    """Print the figures of one voyage of this length [s] (`--sail`); null: this build cannot."""
+    """Print the figures of one voyage of this length [s] (`--sail`); null if this build cannot."""
     known = {field.name for field in dataclasses.fields(Plan)}
     if not options.keys() <= known:
         print('null')
@@ -148,7 +149,7 @@ def sail(options: Row, duration_s: float) -> None:
 
 
 def measure(tree: Path | None, options: Row, duration_s: float) -> Row | None:
-    """Return the figures of one voyage, with what start-up costs taken off its CPU time."""
+    """Return the figures of one voyage, its CPU time without that of start-up."""
     environment, words = environment_of(tree), json.dumps(options)
     short, row = (
         ask(environment, '--sail', words, '--duration', str(length_s))
@@ -166,7 +167,7 @@ def measure(tree: Path | None, options: Row, duration_s: float) -> Row | None:
 
 
 def better(best: Row | None, row: Row) -> Row:
-    """Return the faster of two rows, with the least CPU time of both and all that was lost."""
+    """Return the faster of two rows, with the least CPU time of both and the sum of losses."""
     if best is None:
         return row
     fast = max(best, row, key=lambda one: one['messages_per_s'])
@@ -192,7 +193,7 @@ def percentiles_ms(waits_ns: list[int]) -> dict[str, float]:
 
 
 def listen(count: int) -> None:
-    """Print how long so many messages of the sensor were under way [ns] (`--listen`)."""
+    """Print the delays of so many messages of the sensor [ns] (`--listen`)."""
     rclpy.init()
     node, executor = Node('listener'), executor_named('events')
     executor.add_node(node)
@@ -211,7 +212,7 @@ def listen(count: int) -> None:
 
 
 def latency() -> None:
-    """Print how long a sensor's messages, and the readings they lead to, are under way."""
+    """Print the delays of a sensor's messages, and of the readings that they lead to."""
     count = round(RATE_HZ * LATENCY_S)
     with graph_environment():
         modules = (
@@ -233,7 +234,7 @@ def latency() -> None:
 
 
 def _send(count: int) -> list[int]:
-    """Be the sensor; return how long after their stamps readings have come back [ns]."""
+    """Send as the sensor; return the delays of the readings after the stamps [ns]."""
     rclpy.init()
     node, executor = Node('sensor'), executor_named('events')
     executor.add_node(node)
@@ -262,7 +263,7 @@ def _send(count: int) -> list[int]:
 
 
 def compare(rows: list[Row]) -> list[Row]:
-    """Return, of each variant that both builds have, how many times theirs ours is."""
+    """Return the ratios of the other build to ours, for each variant that both have."""
     found = {(row['build'], row['variant']): row for row in rows}
     return [
         {
@@ -276,7 +277,7 @@ def compare(rows: list[Row]) -> list[Row]:
 
 
 def run(asked: argparse.Namespace) -> Row:
-    """Measure all variants of all builds, one after the other."""
+    """Measure all variants of all builds, in turn."""
     builds: dict[str, Path | None] = {'ours': None}
     if asked.beside:
         builds['beside'] = asked.beside.resolve()

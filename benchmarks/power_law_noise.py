@@ -1,4 +1,4 @@
-"""Power-law noise of exactly known spectrum, and the deviations that it has in theory.
+"""Power-law noise of exactly known spectrum, and its theoretical deviations.
 
 Independent of `tauto_core`: the noise comes from its autocovariance (circulant embedding, Davies
 and Harte, Biometrika 74, 1987; closed form for fractional noise of order −1/2, Hosking, Biometrika
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 NAMES = {2: 'white PM', 1: 'flicker PM', 0: 'white FM', -1: 'flicker FM', -2: 'random walk FM'}
-# whether half a difference is taken of white noise, and how often that is summed to phases
+# whether a half-order difference of white noise is taken, and how often it is summed to phases
 _MADE_BY = {2: (False, 0), 1: (True, 1), 0: (False, 1), -1: (True, 2), -2: (False, 2)}
 _NODES, _WEIGHTS = leggauss(40)
 
 
 def noise(alpha: int, count: int, random: np.random.Generator) -> Array:
-    """Return phases of power-law noise, exactly of its spectrum but for a straight line."""
+    """Return phases of power-law noise, exact in spectrum except for a straight line."""
     halved, sums = _MADE_BY[alpha]
     phase = _half_difference(count, random) if halved else random.standard_normal(count)
     for _ in range(sums):
@@ -45,11 +45,11 @@ def _half_difference(count: int, random: np.random.Generator) -> Array:
 
 @cache
 def variance(kind: str, alpha: int, factor: int) -> float:
-    """Return a variance in theory, the integral of S_x times its response.
+    """Return a theoretical variance, the integral of S_x times its response.
 
     Args:
-        kind: allan, modified or hadamard; time: in τ² of the modified one by 3.
-        alpha: of the noise.
+        kind: allan, modified or hadamard; time: τ²/3 times the modified one.
+        alpha: exponent of the noise.
         factor: τ, a whole number of intervals.
     """
     if kind == 'time':
@@ -66,11 +66,11 @@ def variance(kind: str, alpha: int, factor: int) -> float:
 
 
 def deviation(kind: str, parts: Mapping[int, float], factor: int) -> float:
-    """Return the deviation in theory of noises added, each with its amplitude."""
+    """Return the theoretical deviation of a sum of noises, each with its amplitude."""
     return math.sqrt(sum(a * a * variance(kind, alpha, factor) for alpha, a in parts.items()))
 
 
 def mixed(parts: Mapping[int, float], count: int, random: np.random.Generator) -> Array:
-    """Return phases of noises added, each with its amplitude."""
+    """Return phases of a sum of noises, each with its amplitude."""
     whole: Array = np.sum([a * noise(alpha, count, random) for alpha, a in parts.items()], axis=0)
     return whole

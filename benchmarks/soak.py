@@ -1,12 +1,12 @@
-"""An hour flat out: memory stays flat, nothing is lost, the bag can be read.
+"""An hour flat out: memory must stay constant, nothing may be lost, the bag must be readable.
 
     .venv/bin/python benchmarks/soak.py [--minutes 60] [--scene second_cam_at_sea] [--compose]
 
-The voyage has no end; after --minutes it is stopped, as by Ctrl-C. The resident memory of each
-node is looked at once a second; warm-up is the first tenth, at least 30 s. Results:
-benchmarks/soak.json. The exit code is 1 if a node grows by more than 5 MB over what it takes at
-the end of the warm-up (it may shrink: systems take idle pages back), the stamps of a topic leave a
-gap, or the bag is damaged.
+The voyage has no end; after --minutes it is stopped as by Ctrl-C. The resident memory of each node
+is sampled once a second; the first tenth, at least 30 s, is warm-up. Results:
+benchmarks/soak.json. The exit code is 1 if a node grows by more than 5 MB over its memory at the
+end of the warm-up (it may shrink, since systems take idle pages back), the stamps of a topic have
+a gap, or the bag is damaged.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ RESULTS = Path(__file__).with_suffix('.json')
 
 
 class Memory:
-    """Looks at the resident memory of this process' nodes until it is stopped."""
+    """Samples the resident memory of this process' nodes until it is stopped."""
 
     def __init__(self) -> None:
         self.seen: dict[str, list[tuple[float, float]]] = {}
@@ -108,9 +108,9 @@ def sail(plan: Plan, minutes: float) -> tuple[Outcome, dict[str, dict[str, Any]]
 
 
 def gaps_in(bag: Path) -> dict[str, int]:
-    """Return by topic how many steps of its stamps are not the usual one; observations have none.
+    """Return for each topic the number of irregular steps of its stamps, except for observations.
 
-    A topic of the clock or the ship has one message a step of the scene.
+    A topic of the clock or the ship has one message for each step of the scene.
     """
     file = open_mcap(next(bag.glob('*.mcap')))
     steps: dict[int, Counter[int]] = {channel: Counter() for channel in file.channels}
@@ -129,7 +129,7 @@ def gaps_in(bag: Path) -> dict[str, int]:
 
 
 def main() -> int:
-    """Sail, look at memory, gaps and the bag; print and write what came of it."""
+    """Sail, check memory, gaps and the bag; print and write the outcome."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--minutes', type=float, default=60.0)
     parser.add_argument('--scene', default='second_cam_at_sea')

@@ -1,12 +1,12 @@
-"""How often the 95 % intervals of `tauto replay --stability` hold the clock's own deviation.
+"""How often the 95 % intervals of `tauto replay --stability` contain the true deviation.
 
     .venv/bin/python benchmarks/stability_coverage.py [--runs 500] [--out FILE]
 
-Seeded noise of exactly known spectrum (`power_law_noise`) goes through `stability`, and each
-interval is held against the deviation in theory: for all deviations, averaging times and kinds,
-some lengths of record, and clocks of one kind at short and another at long times. The result is
-written to benchmarks/stability_coverage.json. A share of 95 % is known to ±1.0 of 500 runs (one
-sigma).
+Seeded noise of exactly known spectrum (`power_law_noise`) is analysed by `stability`, and each
+interval is compared with the theoretical deviation: for all deviations, averaging times and kinds
+of noise, some lengths of record, and clocks of one kind at short and another at long times. The
+result is written to benchmarks/stability_coverage.json. With 500 runs a share of 95 % is known to
+±1.0 % (one sigma).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ MIXED: tuple[dict[int, float], ...] = ({2: 1.0, 0: 0.1}, {0: 1.0, -2: 0.03}, {1:
 
 
 def coverage(parts: dict[int, float], count: int, runs: int, seed: int) -> list[dict[str, Any]]:
-    """Return a row for each averaging time: the share of runs whose interval holds the truth."""
+    """Return a row for each averaging time: the share of intervals that contain the truth."""
     random = np.random.default_rng([seed, count, *(alpha + 9 for alpha in parts)])
     held: dict[str, Any] = dict.fromkeys(DEVIATIONS, 0.0)
     named: Any = 0.0
@@ -55,7 +55,7 @@ def coverage(parts: dict[int, float], count: int, runs: int, seed: int) -> list[
 
 
 def main() -> None:
-    """Print the table, write it, and say which shares leave 93 to 97 %."""
+    """Print the table, write it, and name the shares outside 93 to 97 %."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--runs', type=int, default=500)
     default = Path(__file__).with_suffix('.json')

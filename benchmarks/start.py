@@ -1,13 +1,13 @@
-"""How long a first run of a scene takes, how long a second one: seconds to the first result.
+"""Time to the first result of a scene, in a first run and in a second one.
 
     .venv/bin/python benchmarks/start.py [--build NAME] [--repeats N] [SCENE ...]
 
 Each shipped scene is sailed for ten minutes in a process of its own: cold with an empty folder of
-compiled kernels, then warm with what the first run has left there. Python's own byte code is there
-in both, as it is after an installation or any first command. Wall is what a user waits; CPU, user
-and system together, is what remains comparable on a machine that does other work, too. The least
-of the repeats counts. The rows of a build, by default this version, are kept under its name beside
-those of others in benchmarks/start.json, with the machine's load when the measurement began.
+compiled kernels, then warm with those from the first run. Python's own byte code is present in
+both, as after an installation or any first command. Wall time is what a user waits for; CPU time,
+user and system together, remains comparable on a machine with other work. The least of the repeats
+counts. The rows of a build, by default this version, are kept under its name beside those of
+others in benchmarks/start.json, with the machine's load at the beginning.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from pathlib import Path
 RESULTS = Path(__file__).with_suffix('.json')
 DURATION_S = 600.0
 COLD_S, WARM_S = 4.0, 0.8
-"""What a first and a second run should take at most."""
+"""Largest times that a first and a second run should take."""
 TAUTO = (sys.executable, '-c', 'from tauto_core.cli import main; main()')
 
 
 def seconds(arguments: list[str], cache: str) -> dict[str, float]:
-    """Return wall and CPU seconds of one command whose kernels are kept in a folder."""
+    """Return wall and CPU seconds of one command with a given folder of kernels."""
     environment = {**os.environ, 'TAUTO_CACHE_DIR': cache, 'NUMBA_CACHE_DIR': cache}
     environment.pop('PYTHONDONTWRITEBYTECODE', None)
     before, began = os.times(), time.perf_counter()

@@ -1,10 +1,10 @@
-"""Numerical stability: a table of what was measured and the limit it must keep.
+"""Numerical stability: a table of measured figures and the limits that they must keep.
 
     .venv/bin/python benchmarks/stress.py [SECTION ...]
 
-Without sections all are run, most of the time 1e8 oscillations. A section that is run alone
-replaces its rows in benchmarks/stress.json and leaves the others with their date. Exits with 1
-if a row of the table is out of its limits and not known to be, or known to be and is not.
+Without sections all are run; most of the time goes to 1e8 oscillations. A section that is run
+alone replaces its rows in benchmarks/stress.json and leaves the others with their date. The exit
+code is 1 if a row is unexpectedly out of its limits, or unexpectedly within them.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
 
 
 def measure(section: str) -> dict[str, Any]:
-    """Return the rows of a section, with date and time taken."""
+    """Return the rows of a section, with date and run time."""
     began = time.perf_counter()
     rows = []
     for part in SECTIONS[section]:
@@ -87,14 +87,14 @@ def measure(section: str) -> dict[str, Any]:
 
 
 def main(wanted: list[str]) -> int:
-    """Measure, print and write down; return 1 if a row is out of order, 2 for no section."""
+    """Measure, print and write; return 1 if a row is unexpected, 2 for an unknown section."""
     unknown = [section for section in wanted if section not in SECTIONS]
     if unknown:
         print(f'{unknown[0]!r} is no section; there are {", ".join(SECTIONS)}', file=sys.stderr)
         return 2
     for section in wanted or SECTIONS:
         found = measure(section)
-        # read again: another process may have measured another section meanwhile
+        # read again, since another process may have measured another section meanwhile
         known = json.loads(RESULTS.read_text('utf-8')) if RESULTS.exists() else {}
         known[section] = found
         ordered = {name: known[name] for name in SECTIONS if name in known}

@@ -1,4 +1,4 @@
-"""What the rows of the stress table are made of: machines, runs on land and at sea."""
+"""The cases of the stress table: machines, runs on land and at sea."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 
 @dataclass(frozen=True)
 class Row:
-    """A line of the table: what was measured, and between which limits it must lie.
+    """A line of the table: a measured figure, and the limits between which it must lie.
 
-    NaN lies between none. A limit that is known to break has a reason; it is then out of order
-    if it holds, so that the reason does not outlive the fault.
+    NaN lies between no limits. A limit that is known to be broken has a reason; if it then holds,
+    the row is reported, so that the reason does not outlive the fault.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Row:
 
     @property
     def verdict(self) -> str:
-        """What is to be said of the row beside its figures."""
+        """The verdict of the row."""
         if self.known_fault:
             return 'HOLDS, NO FAULT ANY MORE' if self.holds else f'known: {self.known_fault}'
         return '' if self.holds else 'BROKEN'
@@ -64,7 +64,7 @@ ARC = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
 
 
 def weight(ratio: float) -> dict[str, Any]:
-    """Return the weight on the involute with m r^2/I = ratio; r^2 is that of the base circle."""
+    """Return the weight on the involute with m r^2/I = ratio, r the base radius."""
     mass = ratio * INERTIA / LEVER_RATE**2
     return {'cam': INVOLUTE, 'thread': VERTICAL, 'power': {'kind': 'weight', 'mass': mass}}
 
@@ -78,11 +78,11 @@ WELLS: dict[str, dict[str, Any]] = {
         'power': {'kind': 'spring', 'force': FORCE, 'stiffness': 50.0},
     },
 }
-"""Conservative wells that are far from harmonic, each in its own way."""
+"""Conservative wells that are far from harmonic, each for another reason."""
 
 
 def scene_of(trochlea: dict[str, Any] | None = None, **sections: Any) -> Scene:
-    """Return Euler's second cam with a force, released at 1 rad on land, with what is given."""
+    """Return Euler's second cam with a force, released at 1 rad on land, with changes."""
     base = {
         'name': 'stress',
         'duration': 60.0,
@@ -112,9 +112,10 @@ def rolling(*components: tuple[float, float, float], **more: Any) -> dict[str, A
 
 
 def sail(scene: Scene, *, chunk: int | None = None, finer: float | None = None) -> Batches:
-    """Return all that the trochlea says in a scene, fed at once or so many samples at a time.
+    """Return all output of the trochlea in a scene, fed at once or in chunks of samples.
 
-    With `finer`, the collocation keeps this tolerance, over the pieces that the scene's makes.
+    With `finer`, the collocation keeps this tolerance, over the pieces of motion of the scene's
+    own.
     """
     ship, stage = ShipMotion(scene), TrochleaStage(scene)
     if finer is not None and isinstance(stage._propagator, Collocation):
@@ -135,7 +136,7 @@ def joined(batches: list[Batches]) -> Batches:
 
 
 def land(step_s: float, count: int, every: int = 1) -> Forcing:
-    """Return spans of one step each on land, every so many of them logged."""
+    """Return spans of one step each on land, with every so many of them logged."""
     index = np.arange(1, count + 1)
     ends_ns = np.round(index * (step_s * 1e9)).astype(np.int64)
     return Forcing(
@@ -146,13 +147,13 @@ def land(step_s: float, count: int, every: int = 1) -> Forcing:
 def states(engine: Collocation, step_s: float, logs: int, every: int) -> FloatArray:
     """Release on land; return the state (x, momentum per inertia) after every so many steps.
 
-    The engine keeps it in twofold numbers; long doubles hold more of them than doubles do, and
-    1e-19 is what they resolve.
+    The engine keeps the state in twofold numbers. Long doubles, which resolve 1e-19, hold more of
+    their digits than doubles do.
 
     Args:
         engine: on land.
         step_s: length of a step [s], no longer than the engine's own.
-        logs: how many states are wanted.
+        logs: number of states wanted.
         every: steps between them.
 
     Returns:

@@ -1,9 +1,9 @@
-"""Rows of the stress table on what the dial counts: turns and beats of clocks with recoil at sea.
+"""Rows of the stress table on the counting of turns and beats, for clocks with recoil at sea.
 
 Recoil turns the wheel back soon after its impulse and shifts the middle of the swing, and the
-ship's motion moves the neutral line: this is where a count can go wrong. Each random clock is
-compared with SciPy's DOP853 over the same pieces of the ship's motion, which follows the
-angles themselves and looks between its steps for passages that come in pairs.
+ship's motion moves the neutral line, so a count can go wrong here. Each random clock is compared
+with SciPy's DOP853 over the same pieces of the ship's motion, which follows the angles themselves
+and looks between its steps for passages that come in pairs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ CLOCKS = 50
 SEED = 1726
 DURATION_S = 30.0
 PHASE_RAD = 1e-9
-"""Both programs err by 1e-11 rad or so; a count that is off shows as 2π."""
+"""Both programs err by about 1e-11 rad; a wrong count shows as 2π."""
 
 
 def _clock(rng: np.random.Generator) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def _forcing(sections: dict[str, Any]) -> tuple[Machine, Any]:
 
 
 def recoil() -> list[Row]:
-    """Return how many of the random clocks are counted wrongly, and how far phases differ."""
+    """Return how many of the random clocks are counted wrongly, and the phase differences."""
     rng, miscounted, apart = np.random.default_rng(SEED), 0, 0.0
     for _ in range(CLOCKS):
         machine, forcing = _forcing(_clock(rng))

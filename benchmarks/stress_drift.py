@@ -1,14 +1,13 @@
 """Drift of energy and rate over very many oscillations, at rounding level.
 
-Steps of tolerance 1e-15 put the truncation below rounding, but what is left of it, and of the
-fit of the well, is a constant rate, which adds up. So growth is read from differences that a
-constant rate does not enter, as an Allan deviation is: of the energy the first, of the phase the
-second differences over a lag, root mean square over the run and over all runs.
+Steps of tolerance 1e-15 put the truncation error below rounding. The rest of it, and of the fit of
+the well, is a constant rate, which adds up. So growth is measured by differences that a constant
+rate does not affect, as in an Allan deviation: first differences of the energy and second
+differences of the phase over a lag, root mean square over the run and over all runs.
 
 In an isochronous well both grow as a random walk, like n^0.5. Where the period depends on the
-amplitude, an energy that walks takes the rate with it, and the phase must go like n^1.5 (D.
-Brouwer, On the accumulation of errors in numerical integration, Astron. J. 46, 1937), whatever
-the program.
+amplitude, a random walk of the energy changes the rate, and the phase must grow like n^1.5 in any
+program (D. Brouwer, On the accumulation of errors in numerical integration, Astron. J. 46, 1937).
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ RATIO = 0.01
 EVERY = 2000
 
 FAST = 1.01
-"""The frame of the isochronous well turns faster than the wheel: without, nothing is solved."""
+"""The frame of the isochronous well rotates faster than the wheel; else nothing is integrated."""
 
 
 def _energy_of_weight(machine: Machine, state: FloatArray) -> FloatArray:
@@ -76,7 +75,7 @@ def _eps(machine: Machine) -> float:
 
 
 def _turns_of_force(machine: Machine, state: FloatArray) -> FloatArray:
-    """Return the phase in turns, in long doubles: arctan2 of double precision is corrected."""
+    """Return the phase in turns, in long doubles: a double-precision arctan2 is corrected."""
     x, y = state[:, 0], state[:, 1] / np.sqrt(_square_of_omega(machine))
     return np.asarray(np.arctan2(x, y) / (2.0 * np.arccos(np.longdouble(-1.0))))
 
@@ -90,7 +89,7 @@ def _phase_errors(machine: Machine, step_s: float, turns: FloatArray, every: int
         eps *= (lever * mp.mpf(machine.release_angle)) ** 2
         period = 4 * mp.sqrt(mp.mpf(machine.inertia) / (pull * lever)) * mp.ellipe(-eps)
         unit = int(mp.nint(mp.frac(every * mp.mpf(step_s) / period) * 2**96))
-    # whole turns in integers: the remainder alone is rounded
+    # whole turns in integers, so that only the remainder is rounded
     parts = [(k * unit) % 2**96 for k in range(1, len(turns) + 1)]
     exact = np.array([np.longdouble(part >> 32) * np.longdouble(2.0**-64) for part in parts])
     late = turns - (exact + np.longdouble(0.25))
@@ -112,7 +111,7 @@ def growth(series: list[FloatArray], order: int) -> tuple[FloatArray, FloatArray
 
 
 def _of_long_lags(series: list[FloatArray], order: int) -> float:
-    """Return the exponent of the growth from a thousand swings on: before, rounding covers it."""
+    """Return the exponent of the growth beyond a thousand swings; below, rounding hides it."""
     lags, sizes = growth(series, order)
     return exponent(lags[2:], sizes[2:])
 

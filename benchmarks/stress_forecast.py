@@ -1,10 +1,10 @@
-"""Rows of the stress table that hold the error predicted of a scene against the error found.
+"""Rows of the stress table that compare the predicted error of a scene with the actual one.
 
-Random scenes at sea, of every propagator, hung or not, with real threads or ideal ones, at 1 to
-20 samples a second. What is found is the largest distance of the reading, at logged instants, from
-DOP853 on the exact motion of the ship (`exact_motion`); what is predicted is `error_s` of
-`tauto scene check`. The first is never the larger one, nor less than a thirtieth, but where it is
-below what DOP853 itself can tell.
+Random scenes at sea, for every propagator, fixed or suspended, with real threads or ideal ones, at
+1 to 20 samples a second. The actual error is the largest distance of the reading, at logged
+instants, from DOP853 on the exact motion of the ship (`exact_motion`); the prediction is `error_s`
+of `tauto scene check`. The actual error must not exceed the prediction, nor be less than a
+thirtieth of it unless it is below the accuracy of DOP853.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ SEED = 1726
 SCENES = 100
 FACTOR = 30.0
 RATES = (1.0, 1.0, 2.0, 2.0, 4.0, 4.0, 5.0, 8.0, 10.0, 20.0)
-"""Of which one is drawn [Hz]; a case wants at least `HUNG` for its own swings."""
+"""Sampling rates, one of which is drawn [Hz]; a case needs at least `HUNG` for its own swings."""
 HUNG = 4.0
 TOLD_S = 1e-11
-"""What DOP853 at a relative tolerance of 1e-13 leaves open over the runs drawn [s]."""
+"""Accuracy of DOP853 at a relative tolerance of 1e-13 over these runs [s]."""
 
 CALM = {'kind': 'involute', 'base_radius': 0.005}
 WEIGHT = {'cam': CALM, 'thread': VERTICAL, 'power': {'kind': 'weight', 'mass': 0.322}}
@@ -69,12 +69,12 @@ KINDS: dict[str, dict[str, Any]] = {
     'hung, force': {'trochlea': FORCED, 'suspension': {**CASE, 'gyration_radius': 0.3}},
     'hung, weight': {'trochlea': WEIGHT, 'suspension': {**CASE, 'gyration_radius': 0.25}},
 }
-"""Each runs a propagator, or a system of it, in a way of its own."""
+"""Each kind runs a different propagator, or a different system in it."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A scene, and the error of its reading as predicted and as found [s]."""
+    """A scene, and the predicted and actual error of its reading [s]."""
 
     scene: Scene
     predicted_s: float
@@ -82,12 +82,12 @@ class Comparison:
 
     @property
     def short(self) -> float:
-        """What was found, less what may be DOP853's, by the prediction: at most 1, as a bound."""
+        """Actual error, less the accuracy of DOP853, over the prediction; at most 1."""
         return max(self.found_s - TOLD_S, 0.0) / self.predicted_s
 
     @property
     def beyond(self) -> float:
-        """The prediction by what was found, or by what could be."""
+        """The prediction over the actual error, or over the accuracy of DOP853."""
         return self.predicted_s / max(self.found_s, TOLD_S)
 
 
@@ -127,7 +127,7 @@ def _scene(random: np.random.Generator, kind: str, rates: tuple[float, ...]) -> 
 
 
 def _components(random: np.random.Generator, rate: float) -> dict[str, Any]:
-    """Return up to four waves of roll and two of heave, of four samples at least."""
+    """Return up to four waves of roll and two of heave, of at least four samples each."""
 
     def waves(count: int, largest: float) -> list[dict[str, float]]:
         return [
@@ -148,7 +148,7 @@ def _components(random: np.random.Generator, rate: float) -> dict[str, Any]:
 
 
 def _sea(random: np.random.Generator) -> dict[str, Any]:
-    """Return a sea whose shortest waves have more than two samples a second."""
+    """Return a sea whose shortest waves have more than two samples."""
     return {
         'kind': 'sea',
         'sea': {
@@ -167,7 +167,7 @@ def _sea(random: np.random.Generator) -> dict[str, Any]:
 
 
 def compared(scene: Scene) -> Comparison:
-    """Return the error of a scene's reading as predicted and as found."""
+    """Return the predicted and the actual error of a scene's reading."""
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
     predicted = forecast(scene, machine, ShipMotion(scene)).error_s
@@ -180,7 +180,7 @@ def compared(scene: Scene) -> Comparison:
 
 
 def bounds(count: int = SCENES, kinds: tuple[str, ...] = tuple(KINDS)) -> list[Row]:
-    """Return how far predictions fall short of errors found, and beyond them, by kind."""
+    """Return by kind how far predictions are below and above actual errors."""
     found = [compared(scene) for scene in drawn(count, kinds)]
     rows = []
     for kind in kinds:
@@ -204,7 +204,7 @@ LONG = {
     'sully_lever_at_sea': 8.0,
     'hanging_thread_at_sea': 8.0,
 }
-"""Scenes that are sailed for so many hours, of which a sixteenth is tried."""
+"""Scenes that are run for so many hours, of which a sixteenth is tried."""
 CHAOTIC = {
     'hanging_thread_at_sea': 'the thread swings chaotically from the seventh hour on, '
     'and nothing of it shows in the half hour tried'
@@ -213,7 +213,7 @@ CHAOTIC = {
 
 
 def extrapolations() -> list[Row]:
-    """Return how the bound of a long run, from its beginning, compares with that of the whole."""
+    """Return how the bound of a long run from its beginning compares with that of the whole."""
     rows = []
     for name, hours in LONG.items():
         scene = load_scene(name, duration=hours * 3600.0)

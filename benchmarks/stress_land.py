@@ -40,18 +40,20 @@ def _state(engine: Collocation) -> FloatArray:
 
 
 KINKED_REVERSAL = 3e-11
-"""Of a thousand swings, each over two kinks that round alike, by some 1e-17 of the state: on land
-that adds up, and the phase goes with the square of the swings [rad]."""
+"""Limit for a thousand swings, each over two kinks [rad]. Both kinks round in the same way, by
+about 1e-17 of the state. On land that adds up, and the phase error grows with the square of the
+swings.
+"""
 
 
 def reversal(swings: int = 1000) -> list[Row]:
-    """Return how far the wheel is from its release after so many swings there and back."""
+    """Return the wheel's distance from its release after swings forth and back in time."""
     rows = []
     for name, well in WELLS.items():
         machine = machine_of(well)
         engine = Collocation(machine)
         step = engine.longest_step_s
-        # the method is symmetric, the choice of smaller steps is not
+        # the method is symmetric, but the choice of smaller steps is not
         engine._tolerance = engine._tolerance._replace(step=math.inf)
         spans = land(step, round(swings * machine.period(1.0) / step), 1)
         engine.release(spans)
@@ -73,9 +75,9 @@ def reversal(swings: int = 1000) -> list[Row]:
 
 
 def _laid_out(machine: Machine, engine: Collocation, count: int) -> int:
-    """Return what grows where steps become shorter: their number, or that between two kinks.
+    """Return the quantity that grows as steps shorten: their number, or that between two kinks.
 
-    Between kinks steps are equal, so that several tolerances may ask for the same.
+    Between kinks steps are equal, so several tolerances may lead to the same number.
     """
     if not machine.cam.kinked:
         return count
@@ -87,7 +89,7 @@ def _laid_out(machine: Machine, engine: Collocation, count: int) -> int:
 def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float, int, int]:
     """Return the relative distance from the quadrature's motion, the steps, and `_laid_out`."""
     engine = Collocation(machine, tolerance)
-    # whole nanoseconds, which the closed form takes
+    # whole nanoseconds, as the closed form needs
     step = math.floor(engine.longest_step_s * 1e9) * 1e-9
     # a generic phase
     count = round((swings + 0.37) * machine.period(machine.release_angle) / step)
@@ -104,14 +106,14 @@ def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float
 
 
 def tolerances(finest: int = 15) -> list[Row]:
-    """Return how the error follows the tolerance, from 1e-4 to 1e-15, where that asks for more."""
+    """Return how the error depends on the tolerance, from 1e-4 to 1e-15."""
     rows = []
     for name, well in WELLS.items():
         machine = machine_of(well)
         asked = [10.0**-k for k in range(4, finest + 1)]
         found = [_error_after(machine, tolerance, SWINGS) for tolerance in asked]
         used = [e / (n * tol) for (e, n, _), tol in zip(found, asked, strict=True) if e > 1e-11]
-        # over two decades: at one of them the error may happen to pass through zero
+        # over two decades, since at one tolerance the error may happen to pass through zero
         pairs = zip(found, found[2:], strict=False)
         stuck = [b / a for (a, _, few), (b, _, more) in pairs if b > 1e-11 and more > few]
         setting = f'{name}, {SWINGS} swings'
@@ -124,9 +126,9 @@ def tolerances(finest: int = 15) -> list[Row]:
 
 
 def _late(machine: Machine, swings: int = SWINGS) -> tuple[float, float]:
-    """Return the relative error of the period after so many swings, and what may be.
+    """Return the relative error of the period after so many swings, and its limit.
 
-    The truth is the quadrature; what may be is the tolerance a step, added up. At the return to
+    The truth is the quadrature; the limit is the tolerance per step, added up. At the return to
     the top theta' = -theta'' dt; theta'' there is -V'/M.
     """
     amplitude = machine.release_angle
@@ -164,7 +166,7 @@ def amplitudes() -> list[Row]:
 
 
 def mass_ratios() -> list[Row]:
-    """Return errors of the period for m r^2/I from 0 to 10, and far beyond."""
+    """Return errors of the period for m r^2/I from 0 to 10, and for very large values."""
     ratios = (1e-12, 1e-6, 0.01, 0.1, 1.0, 10.0, 1e4)
     cases = {f'm r2/I = {ratio:g}, 1 rad': weight(ratio) for ratio in ratios}
     massless = weight(1.0)
@@ -174,7 +176,7 @@ def mass_ratios() -> list[Row]:
 
 
 def springs_and_holes() -> list[Row]:
-    """Return errors of the period for springs and holes at both ends of what is possible."""
+    """Return errors of the period for springs and holes at both ends of the possible range."""
 
     def well(stiffness: float, distance: float) -> dict[str, Any]:
         return {
@@ -203,7 +205,7 @@ def _damped(ratio: float, times: FloatArray) -> FloatArray:
 
 
 def drag() -> list[Row]:
-    """Return errors against closed forms from negligible to overdamped, and what then stands."""
+    """Return errors against closed forms from negligible to overdamped, and the motion left."""
     rows = []
     for ratio in (1e-12, 1e-6, 1e-2, 0.9, 1.5, 10.0, 1e2, 1e3, 1e4):
         machine = machine_of(drag={'viscous': ratio * CRITICAL})

@@ -1,9 +1,9 @@
-"""The order of the method, in many digits, and that the engine is this method to rounding.
+"""The order of the method, in many digits, and that the engine equals this method to rounding.
 
-In doubles orders 16 and 32 have no room: where a step is short enough for the leading term to
-rule, its error is below rounding. So the same equations are solved in mpmath with steps that are
-short enough, and at the length the engine uses the two must give the same state, error of the step
-and all.
+Orders 16 and 32 cannot be observed in doubles: where a step is short enough for the leading term
+of the error to dominate, that error is below rounding. So the same equations are solved in mpmath
+with sufficiently short steps. At the step length of the engine both must give the same state,
+including the error of the step.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from tauto_core.motion.wheel_plane import NODES
 from tauto_core.motion.work import make_work
 
 PHASE = 0.77
-"""Where the spans begin, in rad after the release: no symmetry of the well is near."""
+"""Beginning of the spans, in rad after the release, away from any symmetry of the well."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """A number of stages, and where its order shows.
+    """A number of stages, and the setting in which its order shows.
 
     Attributes:
         stages: S, of order 2S.
-        digits: of the arithmetic.
+        digits: number of digits of the arithmetic.
         span: length of the spans as an angle [rad]; done in 2, 4 and, for the truth, 16 steps.
         steps: angles at which the engine is compared [rad].
     """
@@ -66,7 +66,7 @@ def _gauss(stages: int) -> tuple[list[mp.mpf], list[mp.mpf], mp.matrix]:
 
 
 class SpringStep:
-    """Steps of the spring on a linear lever arm, in the frame that turns with omega."""
+    """Steps of the spring on a linear lever arm, in the frame that rotates with omega."""
 
     def __init__(self, machine: Machine, omega: float, stages: int) -> None:
         self._stages = stages
@@ -110,7 +110,7 @@ def _after(step: SpringStep, start: tuple[mp.mpf, mp.mpf], span: float, steps: i
 
 
 def order() -> list[Row]:
-    """Return the orders of the methods, and how far the engine is from them."""
+    """Return the orders of the methods, and the distance of the engine from them."""
     return [row for method in METHODS for row in _order(method)]
 
 
@@ -144,7 +144,7 @@ def _order(method: Method) -> list[Row]:
 
 
 def _engine_away(engine: Collocation, step: SpringStep, angle: float) -> float:
-    """Return how far a step of the engine is from the method's, relative to the amplitude."""
+    """Return the distance of a step of the engine from the method's, relative to the amplitude."""
     h = angle / engine._omega
     spans = land(h, 1)
     engine.release(spans)

@@ -1,7 +1,7 @@
 """Rows of the stress table at sea: strong roll, resonance, sampling rates, mass ratios.
 
-A force on a linear lever has its exact answer to a sum of cosines; a weight is compared with
-DOP853 at 1e-13 on the exact roll and apparent vertical, no sample between.
+A force on a linear lever has an exact response to a sum of cosines. A weight is compared with
+DOP853 at 1e-13 on the exact roll and apparent vertical, without sampling.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tauto_core.scene import ComponentsShip, Scene
 
 OMEGA = math.sqrt(FORCE * LEVER_RATE / INERTIA)
 GENERAL = {'quadratic': 1e-300}
-"""A drag that changes nothing, for which the general engine runs instead of the closed form."""
+"""A negligible drag, with which the general engine runs instead of the closed form."""
 
 
 def _ship(scene: Scene) -> ComponentsShip:
@@ -30,14 +30,15 @@ def _ship(scene: Scene) -> ComponentsShip:
 def _forced(scene: Scene, times: FloatArray) -> FloatArray:
     """Return theta of theta'' + omega^2 theta = -roll'', released at rest in the case.
 
-    From rest cos wt is answered by (cos wt - cos omega t)/(omega^2 - w^2), and sin wt alike: as
-    products of the mean and half the difference of the two they hold at resonance too.
+    From rest the response to cos wt is (cos wt - cos omega t)/(omega^2 - w^2), and that to sin wt
+    is similar. As products of the mean and half the difference of the two frequencies they also
+    hold at resonance.
     """
     angle = scene.trochlea.release_angle * np.cos(OMEGA * times)
     for part in _ship(scene).components:
         w = math.tau / part.period
         half, mean = 0.5 * (OMEGA - w), 0.5 * (OMEGA + w)
-        # the answer to cos(wt), and to sin(wt), from rest
+        # the response to cos(wt), and to sin(wt), from rest
         beat = 0.5 * times * np.sinc(half * times / math.pi)
         cosine = beat * np.sin(mean * times) / mean
         sine = np.sin(OMEGA * times) / OMEGA - times * np.cos(mean * times) * np.sinc(
@@ -100,7 +101,7 @@ def _away(scene: Scene) -> float:
 
 HEAVY = {**weight(0.05), 'inertia': 8e-3}
 HEAVY['power'] = {'kind': 'weight', 'mass': 4.0}
-"""A slower wheel: DOP853 loses less on fewer swings."""
+"""A slower wheel, since DOP853 loses less on fewer swings."""
 
 
 def strong_roll() -> list[Row]:
@@ -140,7 +141,7 @@ def resonance() -> list[Row]:
 
 
 RATE_LIMITS = {2.0: 2e-5, 5.0: 1e-9, **dict.fromkeys((10.0, 20.0, 50.0, 200.0, 1000.0), 1e-11)}
-"""What interpolation leaves of a roll of 6 and 8 s: of degree 7, it falls with the rate."""
+"""Error of the interpolation for a roll of 6 and 8 s; of degree 7, it falls with the rate."""
 
 
 def rates() -> list[Row]:
@@ -163,7 +164,7 @@ def ratios() -> list[Row]:
     for ratio in (1e-6, 0.01, 1.0, 10.0):
         heave = [{'amplitude': 0.3, 'period': 10.2, 'phase': 0.7}]
         ship = rolling((0.1, 8.0, 0.4), height=3.0, heave=heave)
-        # omega^2 = g (m r^2/I)/r: with this lever all swing alike, at 5 rad/s, when small
+        # omega^2 = g (m r^2/I)/r; with this lever all have small swings of 5 rad/s
         lever = ratio * 9.80665 / 25.0
         mass = 8e-3 * ratio / lever**2
         well = {

@@ -1,10 +1,10 @@
-"""A search for a scene that breaks the engine: not a number, other bits in other chunks, errors.
+"""A search for a scene that breaks the engine: NaN, bits that depend on chunks, too large errors.
 
-Every scene either runs or is refused with an error of Tauto that says why, and when. What runs
-is compared with the run at a thousandth of the tolerance, over the same pieces of the motion, so
-that what sampling leaves out is the same in both: their distance is at most what the steps may
-lose between them. How a disturbance grows on the way is not in that bound; the scenes drawn stay
-far below it.
+Every scene must either run or be refused with an error of Tauto that states the reason and the
+time. A run is compared with the run at a thousandth of the tolerance, over the same pieces of the
+motion, so that the error of sampling is the same in both. Their distance is then at most the error
+that the steps may make. The growth of a disturbance on the way is not part of that bound; the
+scenes drawn stay far below it.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ CHUNK = 7
 
 @dataclass
 class Tally:
-    """What a search found.
+    """The result of a search.
 
     Attributes:
-        scenes: drawn.
-        refused: that ended with an error in words.
-        not_finite: that gave NaN or infinity.
-        chunks: that gave other bits when fed in chunks.
-        silent: errors without a reason or a time.
-        excess: largest distance from the finer run, in parts of the bound.
-        worst: the scene of that.
+        scenes: number of scenes drawn.
+        refused: number that ended with an error message.
+        not_finite: number that gave NaN or infinity.
+        chunks: number that gave other bits when fed in chunks.
+        silent: number of errors without a reason or a time.
+        excess: largest distance from the finer run, over the bound.
+        worst: the scene of that distance.
     """
 
     scenes: int = 0
@@ -123,7 +123,7 @@ IMPULSE = st.builds(
 )
 RELEASES = st.one_of(st.floats(0.01, 3.0), st.floats(-3.0, -0.01), _logarithmic(1e-9, 1e-2))
 
-# Each of these is compiled for itself, which takes longer than all the runs of it.
+# Each kind is compiled for itself, which takes longer than all its runs.
 KINDS = (
     (st.just(INVOLUTE), VERTICAL, HEAVY, NONE, NONE, SEA),
     (st.just(HOLE_CAM), HOLE, FORCED, NONE, NONE, SEA),
@@ -137,7 +137,7 @@ KINDS = (
 
 @st.composite
 def scenes(draw: st.DrawFn, kinds: int) -> dict[str, Any]:
-    """Return the sections of a scene of one of the first so many KINDS, with any numbers."""
+    """Return the sections of a random scene of one of the first so many KINDS."""
     cam, thread, power, drag, escapement, ship = draw(st.sampled_from(KINDS[:kinds]))
     return {
         'trochlea': {
@@ -155,7 +155,7 @@ def scenes(draw: st.DrawFn, kinds: int) -> dict[str, Any]:
 def _run(
     sections: dict[str, Any], *, chunk: int | None = None, finer: float | None = None
 ) -> Batches | str:
-    """Return what is said in a scene, or the words of its refusal."""
+    """Return the output of a scene, or the message of its refusal."""
     try:
         scene = scene_of(**sections, duration=DURATION_S, solver={'tolerance': TOLERANCE})
         return sail(scene, chunk=chunk, finer=finer)
@@ -175,7 +175,7 @@ def _same(a: Batches | str, b: Batches | str) -> bool:
 
 
 def examine(sections: dict[str, Any], tally: Tally) -> None:
-    """Run a scene whole, in chunks and at a finer tolerance, and count what is wrong."""
+    """Run a scene at once, in chunks and at a finer tolerance, and count what is wrong."""
     tally.scenes += 1
     coarse = _run(sections)
     tally.chunks += not _same(coarse, _run(sections, chunk=CHUNK))
@@ -195,7 +195,7 @@ def examine(sections: dict[str, Any], tally: Tally) -> None:
 
 
 def _excess(scene: Scene, coarse: Batches, fine: Batches) -> float:
-    """Return the largest distance of two runs in parts of the bound."""
+    """Return the largest distance of two runs, over the bound."""
     machine = compile_machine(scene)
     a, b = coarse[JOINT_STATES], fine[JOINT_STATES]
     away = np.hypot(
@@ -204,12 +204,12 @@ def _excess(scene: Scene, coarse: Batches, fine: Batches) -> float:
     )
     size = float(np.max(np.hypot(b.position[:, 0], b.velocity[:, 0] / machine.frequency)))
     turned = machine.frequency * DURATION_S
-    # at least two steps a radian are counted on
+    # assumes at least two steps a radian
     return float(np.max(away)) / (size * TOLERANCE * 2.0 * turned)
 
 
 def search(examples: int, kinds: int = len(KINDS)) -> list[Row]:
-    """Return what a search over so many random scenes, of so many kinds, found."""
+    """Return the result of a search over so many random scenes, of so many kinds."""
     tally = Tally()
 
     @settings(

@@ -1,4 +1,4 @@
-"""What weather costs beside one sea: processor time for a sample of ship/imu, of the same ship.
+"""The cost of weather compared with one sea: processor time per sample of ship/imu, same ship.
 
     python -m benchmarks.weather [--samples N]
 
@@ -37,7 +37,7 @@ def scene_of(samples: int, *states: dict[str, object]) -> Scene:
 
 
 def nanoseconds_a_sample(scene: Scene) -> float:
-    """Return the processor time of all samples of a scene by their number, without set-up."""
+    """Return the processor time of a scene per sample, without set-up."""
     motion = ShipMotion(scene)
     motion.produce(1)
     began, samples = time.process_time_ns(), motion.total
@@ -47,7 +47,7 @@ def nanoseconds_a_sample(scene: Scene) -> float:
 
 
 def main() -> None:
-    """Print a row for each sort of weather."""
+    """Print a row for each kind of weather."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--samples', type=int, default=600_000, help='of each scene')
     samples = parser.parse_args().samples

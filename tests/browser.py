@@ -1,4 +1,4 @@
-"""A headless Chromium to try pages in, by the DevTools protocol on a pipe: no port, no driver."""
+"""A headless Chromium to test pages, by the DevTools protocol on a pipe: no port, no driver."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ class Browser:
         self.ask('Input.dispatchKeyEvent', type='keyUp', **keys)
 
     def screenshot(self, file: Path) -> None:
-        """Write what is seen as PNG."""
+        """Write a screenshot as PNG."""
         file.write_bytes(base64.b64decode(self.ask('Page.captureScreenshot')['data']))
 
     def _next(self) -> dict[str, Any]:

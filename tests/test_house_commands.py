@@ -1,4 +1,4 @@
-"""What the pages tell the reader to type: it exists, and what needs no network and no ROS runs."""
+"""The commands in the pages: they exist, and those that need no network and no ROS run."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_every_command_of_a_page_has_the_options_it_is_given(page: Path) -> None
 def test_the_commands_of_the_tutorial_and_of_each_how_to_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In the order of the page, after the files that it tells the reader to write."""
+    """In the order of the page, after writing the files that the page gives."""
     monkeypatch.chdir(tmp_path)
     text = page.read_text(encoding='utf-8')
     for name, content in re.findall(r'`(\w+\.yaml)`[^`]*```yaml\n(.*?)```', text, re.DOTALL):

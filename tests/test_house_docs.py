@@ -1,4 +1,4 @@
-"""The README and the pages say what is so."""
+"""Statements of the README and the pages, checked."""
 
 from __future__ import annotations
 

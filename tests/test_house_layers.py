@@ -1,4 +1,4 @@
-"""The core knows no ROS: not at the top of a module, not inside a function."""
+"""The core does not import ROS, neither at the top of a module nor inside a function."""
 
 from __future__ import annotations
 

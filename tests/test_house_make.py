@@ -1,4 +1,4 @@
-"""`make`: what it refuses before it downloads, and what its children see of a sourced ROS."""
+"""`make`: refusals before any download, and its children's environment under a sourced ROS."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_name_without_a_program_behind_it_is_passed_over(folder: Path) -> None
 
 
 def children_see(folder: Path, sourced: dict[str, str]) -> tuple[str, dict[str, str]]:
-    """Return what make says of a sourced ROS and the environment it hands on."""
+    """Return the message of make about a sourced ROS, and the environment that it passes on."""
     makefile = folder / 'Makefile'
     makefile.write_text(f'include {ROOT}/Makefile\nshow: environment\n\t@env -0\n', 'utf-8')
     base = {k: v for k, v in os.environ.items() if k not in SOURCED and not k.startswith('MAKE')}

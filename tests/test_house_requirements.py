@@ -1,4 +1,4 @@
-"""What is asked of PyPI, of rosdep and of a Jazzy machine agrees."""
+"""The requirements for PyPI, rosdep and a Jazzy machine agree."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ pip, which Ubuntu 24.04 refuses to let into the system.
 
 
 def setup_of(package: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Return what a setup.py hands to setuptools."""
+    """Return the arguments that a setup.py passes to setuptools."""
     said: dict[str, Any] = {}
     monkeypatch.setattr(setuptools, 'setup', lambda **keywords: said.update(keywords))
     monkeypatch.chdir(ROOT / 'src' / package)

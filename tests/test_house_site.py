@@ -1,4 +1,4 @@
-"""The documentation site: it builds without a warning, and no link of it leads nowhere."""
+"""The documentation site: it builds without a warning, and no link is broken."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 
 
 class Page(HTMLParser):
-    """The places that a page leads to, what it loads, and the anchors it has."""
+    """The links of a page, what it loads, and its anchors."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,8 +1,7 @@
-"""Python imports this where PYTHONPATH names this folder: what does a node spend its time on?
+"""Samples what a node spends its CPU time on; Python imports this module from PYTHONPATH.
 
-With TAUTO_SAMPLES, a folder, a process notes each 5 ms of its own CPU time whether Python code of
-ours or rclpy (with the middleware under it) is at work, while it spins, and writes the counts at
-its end.
+With TAUTO_SAMPLES, a folder, a process that spins notes every 5 ms of its own CPU time whether our
+Python code or rclpy (with the middleware below it) is running, and writes the counts at its end.
 """
 
 import atexit

@@ -1,8 +1,8 @@
-"""Run time against error, beside the programs that others would use.
+"""Run time against error, compared with other programs for the same equations.
 
     python -m benchmarks.work_precision [--quick] [--problem A,B] [--peers NAME,…]
 
-`problems` says what is solved, `references` where it truly ends; `equations` is what the peers
-share, `peers` the programs. `runner` runs them, `ratios` compares, `table`, `figure` and `readme`
-show the result. Libraries of the peers: `benchmarks/requirements.txt`.
+`problems` defines what is solved, and `references` the true end of it. `equations` is shared by
+the peers, `peers` has the programs. `runner` runs them, `ratios` compares, `table`, `figure` and
+`readme` show the result. Libraries of the peers: `benchmarks/requirements.txt`.
 """

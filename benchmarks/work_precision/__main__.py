@@ -53,7 +53,7 @@ def main(
     plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
-    """Measure run time against error, beside other programs on the same equations.
+    """Measure run time against error, compared with other programs for the same equations.
 
     Programs that are not installed are named and left out. Without --quick or a small --budget it
     takes hours on a quiet machine.

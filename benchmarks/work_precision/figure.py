@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 LEAST_S_PER_DAY = 1e-14
-"""Errors below are drawn here: nothing smaller means anything."""
+"""Smaller errors are drawn at this value, since they mean nothing."""
 
 LABELS = {
     'tauto': 'Tauto',
@@ -51,7 +51,7 @@ _STYLES = {
     'yoshida8': ('#5c5c5c', 'p'),
 }
 FRONTS = ('tauto', 'heyoka_tuned')
-"""Programs whose settings are of two kinds, and so make no curve."""
+"""Programs whose settings are of two kinds, and so do not form a curve."""
 _DASHED_LABEL = 'dashed: Adams, implicit, compensated, sum of waves'
 _DASHED = ('Adams', 'implicit', 'compensated', 'waves')
 
@@ -71,7 +71,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
 
 
 def work_precision(result: Mapping[str, Any]) -> Figure:
-    """Return the figure: a panel a problem, cost up, error to the right, both logarithmic."""
+    """Return the figure: a panel for each problem, logarithmic cost over logarithmic error."""
     from matplotlib.figure import Figure
 
     shown = [p for p in problems() if any(row['problem'] == p.key for row in result['rows'])]

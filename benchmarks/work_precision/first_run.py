@@ -1,9 +1,9 @@
-"""What the first run takes: a new process, nothing compiled, a minute of the problem.
+"""The time of a first run: a new process, nothing compiled, a minute of the problem.
 
     python -m benchmarks.work_precision.first_run PROBLEM PEER SETTING
 
-runs it once; `first_runs` times such processes from outside, each with empty folders for whatever
-a program keeps compiled. Starting Python and importing belong to it.
+runs it once; `first_runs` times such processes from outside, each with empty folders for anything
+that a program keeps compiled. Starting Python and importing are included.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 LENGTH_S = 60.0
 LIMIT_S = 300.0
-"""Who takes longer has no figure."""
+"""Time limit; a program that takes longer has no figure."""
 
 
 def first_runs(
@@ -31,8 +31,8 @@ def first_runs(
     else of its most accurate one.
 
     Args:
-        rows: of the benchmark.
-        say: told what is under way.
+        rows: rows of the benchmark.
+        say: called with a description of the current run.
     """
     from benchmarks.work_precision.ratios import cheapest, targets
 

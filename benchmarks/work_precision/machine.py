@@ -1,4 +1,4 @@
-"""On what a benchmark ran."""
+"""The machine on which a benchmark ran."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def machine_facts(versions: Mapping[str, str]) -> dict[str, Any]:
     """Return processor, number of its cores, system, Python, date and versions.
 
     Args:
-        versions: of the peers, by their names.
+        versions: versions of the peers, by their names.
     """
     return {
         'processor': _processor(),

@@ -1,4 +1,4 @@
-"""What a whole passage costs, and what a second clock beside the first costs."""
+"""The cost of a whole passage, and of a second clock at the same time."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ NEEDED_RATIO = 1.15
 
 
 def passage(duration_s: float = PASSAGE_S) -> dict[str, Any]:
-    """Return the cost of problem c over a passage, all in (sea, motion, clock), without a bag.
+    """Return the cost of problem c over a passage (sea, motion and clock), without a bag.
 
     Args:
-        duration_s: of the passage [s].
+        duration_s: duration of the passage [s].
     """
     problem = next(p for p in problems() if p.key == 'c')
     outcome = Tauto().solve(problem, SETTING, duration_s)
@@ -38,12 +38,12 @@ def passage(duration_s: float = PASSAGE_S) -> dict[str, Any]:
 
 
 def two_at_once(duration_s: float = SECONDS_PER_DAY) -> dict[str, Any]:
-    """Return how much longer two runs of problem c in two threads take than one.
+    """Return the ratio of the times of two runs of problem c in two threads and of one.
 
-    And two runs in two processes, which share nothing but the machine: no threads can do better.
+    The same for two processes, which share nothing but the machine, gives the limit for threads.
 
     Args:
-        duration_s: of each run [s].
+        duration_s: duration of each run [s].
     """
     one_s = two_s = apart_s = float('inf')
     tauto = Tauto()
@@ -51,7 +51,7 @@ def two_at_once(duration_s: float = SECONDS_PER_DAY) -> dict[str, Any]:
     _wall(tauto, 1, min(duration_s, 60.0))
     spawn = multiprocessing.get_context('spawn')
     with ProcessPoolExecutor(2, spawn, _in_process, (min(duration_s, 60.0),)) as pool:
-        # both processes are there, with their kernels, before one is timed
+        # both processes are running, with their kernels, before one is timed
         list(pool.map(_in_process, [0.0, 0.0]))
         for _ in range(ROUNDS):
             one_s = min(one_s, _wall(tauto, 1, duration_s))
@@ -72,7 +72,7 @@ def two_at_once(duration_s: float = SECONDS_PER_DAY) -> dict[str, Any]:
 
 
 def _in_process(duration_s: float) -> None:
-    """Run problem c in a process of its own; not at all for no time."""
+    """Run problem c in a process of its own; a duration of zero runs nothing."""
     if duration_s:
         _run(Tauto(), duration_s)
 

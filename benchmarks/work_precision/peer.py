@@ -1,4 +1,4 @@
-"""What a program has to answer to take part in the benchmark."""
+"""The interface of a program that takes part in the benchmark."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from benchmarks.work_precision.problems import Problem
 from tauto_core.scene.errors import TautoError
 
 REQUIREMENTS = 'benchmarks/requirements.txt'
-"""What installs the peers."""
+"""Requirements of the peers."""
 
 
 class MissingPeerError(TautoError):
     """A program whose library is not installed.
 
     Args:
-        name: of the peer.
-        library: what is to be installed for it; the peer's name when left out.
+        name: name of the peer.
+        library: name of the package to install; the peer's name when left out.
     """
 
     def __init__(self, name: str, library: str | None = None) -> None:
@@ -33,11 +33,11 @@ class Outcome:
     """The end of one run.
 
     Attributes:
-        time_s: time from the start at which the state is [s].
+        time_s: time of the state, from the start [s].
         angle: theta of the wheel in its case [rad].
         rate: theta' [rad/s].
-        run_s: time that the run took, without compilation [s].
-        compile_s: time that compiling and setting up took before it [s]; 0 where it was done.
+        run_s: run time without compilation [s].
+        compile_s: time of compiling and setting up before the run [s]; 0 if that was done before.
     """
 
     time_s: float
@@ -57,7 +57,7 @@ class Peer(Protocol):
         ...
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
-        """Return the settings to sweep, coarse to fine; none: it cannot express the problem."""
+        """Return the settings to sweep, coarse to fine; none if it cannot express the problem."""
         ...
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:

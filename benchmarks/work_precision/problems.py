@@ -9,12 +9,12 @@ rho the roll, b the lever arm per angle:
 
 gamma is the apparent vertical beta (b, c, e), theta = psi - rho the wheel's angle in its case,
 released at rest there. rho is the exact sum of the sea's components, and beta and g_eff follow
-from it (theory E1): what Tauto loses by sampling the ship counts as its error.
+from it (theory E1), so that Tauto's error by sampling the ship counts.
 
 f is the pendulum on its axle at any angles, on land (theory C): a case in its bearing, released at
-rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular: two releases
-1e-10 rad apart part like the time (7e-8 rad after 1000 s, 7e-7 rad after 10,000 s; of 1 rad they
-part faster).
+rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular: the distance
+of two releases 1e-10 rad apart grows like the time (7e-8 rad after 1000 s, 7e-7 rad after
+10,000 s; from releases at 1 rad it grows faster).
 """
 
 from __future__ import annotations
@@ -74,8 +74,8 @@ class Sea:
         amplitude: [rad], shape (n,).
         omega: 2 pi/period, rounded [rad/s], shape (n,).
         phase: [rad], shape (n,).
-        height: of the clock above the roll axis [m].
-        period: the given number, from which references take omega in full [s], shape (n,).
+        height: height of the clock above the roll axis [m].
+        period: exact period, from which references compute omega in full [s], shape (n,).
     """
 
     amplitude: FloatArray

@@ -1,4 +1,4 @@
-"""How many times faster: the cheapest rows of others that are no less accurate."""
+"""Speed ratios: the cheapest rows of others that are at least as accurate."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ FAMILIES: Mapping[str, tuple[str, ...]] = {
     'heyoka': ('heyoka', 'heyoka_tuned'),
     'dop853': ('dop853', 'dop853_compiled'),
 }
-"""What a method is compared by: the plain formulation first, then others. The best counts."""
+"""The programs with which a method is compared, the plain formulation first; the best counts."""
 
 BenchRow = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Target:
-    """What is to be reached on a problem.
+    """The target for a problem.
 
     Attributes:
         error_s_per_day: error at which programs are compared [s/day].
-        faster: how many times faster than heyoka at its best; on land with set-up.
+        faster: speed ratio to heyoka at its best; on land with set-up.
     """
 
     error_s_per_day: float
@@ -80,18 +80,18 @@ def cheapest(
 def ratio(
     row: BenchRow, rows: Iterable[BenchRow], programs: Iterable[str], bound: float
 ) -> float | None:
-    """Return how many times the cheapest row of like accuracy costs this row.
+    """Return the cost of the cheapest row of similar accuracy over the cost of this row.
 
     A row counts if its error is at most that of `row`, or the bound where that is larger.
 
     Args:
-        row: of the faster program.
-        rows: of all.
+        row: row of the faster program.
+        rows: all rows.
         programs: the others, by their names.
         bound: error that is good enough [s/day].
 
     Returns:
-        None where they have no row so accurate.
+        None if they have no row so accurate.
     """
     enough = max(bound, row['error_s_per_day'])
     other = cheapest(rows, row['problem'], programs, enough)
@@ -102,10 +102,10 @@ def ratio(
 
 
 def whole_run_s(row: BenchRow) -> float:
-    """Return what a run of the problem's full length takes, set-up included [s].
+    """Return the time of a run of the problem's full length, set-up included [s].
 
-    Shorter runs are counted on at their cost a swing. Set-up is what precedes the first step with
-    everything compiled that can be kept compiled.
+    Shorter runs are extrapolated at their cost per swing. Set-up is everything before the first
+    step, with all code compiled that can be kept.
     """
     (problem,) = (each for each in problems() if each.key == row['problem'])
     swings = problem.duration_s / problem.period_s
@@ -120,12 +120,12 @@ def best(rows: Iterable[BenchRow], key: str) -> BenchRow | None:
 def best_ratio(
     rows: Iterable[BenchRow], key: str, programs: Iterable[str], *, setup: bool = False
 ) -> float | None:
-    """Return how many times others take as long as Tauto at its best; None where unknown.
+    """Return the time of others over that of Tauto at its best; None where unknown.
 
     Args:
-        rows: of all problems.
-        key: of the problem.
-        programs: compared with, by their names; the best row of all counts.
+        rows: rows of all problems.
+        key: key of the problem.
+        programs: the others, by their names; the best row of all counts.
         setup: compare whole runs, set-up included, instead of swings.
     """
     rows, bound = list(rows), targets()[key].error_s_per_day

@@ -1,4 +1,4 @@
-"""The table of README, made from a result: what it says of speed is what was measured."""
+"""The table of README, made from a result, so that it states what was measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Batches with something in every field, and payloads made by programs other than ours."""
+"""Batches with a value in every field, and payloads made by other programs."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""CDR payloads against the rosbags library, rclpy, and their own way back."""
+"""CDR payloads against the rosbags library and rclpy, and round trips."""
 
 import importlib
 from dataclasses import replace

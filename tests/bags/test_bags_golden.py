@@ -1,4 +1,4 @@
-"""The committed bags: whole, and what their commands still give."""
+"""The committed bags: complete, and equal to the present output of their commands."""
 
 import hashlib
 import re

@@ -1,4 +1,4 @@
-"""The reader: whole bags of any recorder, namespaces, and what is left of damaged bags."""
+"""The reader: complete bags of any recorder, namespaces, and the readable part of damaged bags."""
 
 import signal
 import subprocess

@@ -1,4 +1,4 @@
-"""`check_bag` and `recover_bag`: what is wrong is said, what can be read comes back as it was."""
+"""`check_bag` and `recover_bag`: faults are reported, the readable part recovered unchanged."""
 
 from __future__ import annotations
 

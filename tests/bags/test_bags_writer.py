@@ -1,4 +1,4 @@
-"""The writer: other programs read its folders; folders that are there; failures on the way."""
+"""The writer: other programs read its folders; existing folders; failures during writing."""
 
 import hashlib
 import signal
@@ -304,7 +304,7 @@ FULL = """
 
 
 def test_a_bag_on_a_full_disk_is_finished(tmp_path: Path) -> None:
-    """A limit of the file size stands for the full disk: both refuse a write half way."""
+    """A limit of the file size replaces the full disk: both refuse a write half way."""
     done = subprocess.run(
         [sys.executable, '-c', textwrap.dedent(FULL), tmp_path / 'voyage'],
         cwd=Path(__file__).parent,

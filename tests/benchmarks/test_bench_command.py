@@ -1,4 +1,4 @@
-"""`python -m benchmarks.work_precision` as a user meets it."""
+"""`python -m benchmarks.work_precision` from the command line."""
 
 from __future__ import annotations
 

@@ -252,7 +252,7 @@ def test_compiled_dop853_ends_where_the_reference_does(key):
 
 @pytest.mark.parametrize('way', ['waves', 'pieces'])
 def test_compiled_dop853_has_its_order(way):
-    """Of steps h the error a step goes with h^8, and their number with 1/h."""
+    """With steps h the error of a step is proportional to h^8, and their number to 1/h."""
     coarse, fine = (
         measure(problem('e'), CompiledDop853(), f'{tolerance} {way}', 600.0).error_rad
         for tolerance in ('1e-8', '1e-11')

@@ -1,4 +1,4 @@
-"""The runner on its own program and on those that need no extra."""
+"""The runner on Tauto and on the peers that need no extra."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ ROW_KEYS = {
 
 
 class Known:
-    """A peer that knows the references and is off by a given rate."""
+    """A peer that knows the references and has an error of a given rate."""
 
     name = 'known'
 

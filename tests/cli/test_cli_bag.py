@@ -1,4 +1,4 @@
-"""`tauto bag check` and `tauto bag recover`: exit codes, words and JSON."""
+"""`tauto bag check` and `tauto bag recover`: exit codes, messages and JSON."""
 
 from __future__ import annotations
 

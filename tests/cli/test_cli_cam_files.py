@@ -1,4 +1,4 @@
-"""The files of `tauto cam`: opened again and measured."""
+"""The files of `tauto cam`: read again and measured."""
 
 from __future__ import annotations
 

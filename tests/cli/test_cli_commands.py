@@ -1,4 +1,4 @@
-"""The commands as a user meets them: what goes where, and which exit code."""
+"""The commands from the command line: stdout, stderr and exit codes."""
 
 from __future__ import annotations
 

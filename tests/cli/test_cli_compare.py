@@ -1,4 +1,4 @@
-"""`tauto compare` as a user meets it."""
+"""`tauto compare` from the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tauto euler`: the claims in words, as JSON, and as an exit code."""
+"""`tauto euler`: the claims as text and as JSON, and the exit code."""
 
 from __future__ import annotations
 

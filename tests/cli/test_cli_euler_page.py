@@ -1,4 +1,4 @@
-"""`tauto euler --page`: the page in docs/ is what the command writes, figures included."""
+"""`tauto euler --page`: the page in docs/ equals the output of the command, figures included."""
 
 from __future__ import annotations
 

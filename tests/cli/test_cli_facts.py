@@ -1,4 +1,4 @@
-"""`tauto scene check`: what runs and why, what is left out, what it costs, how exact it is."""
+"""`tauto scene check`: what runs and why, what is left out, cost and accuracy."""
 
 from __future__ import annotations
 
@@ -256,7 +256,7 @@ def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
 
 
 def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
-    """A force does not feel the roll, so the trials give 0, with what a small wave cannot show."""
+    """The roll does not act on a force: the trials give 0, with the allowance for small waves."""
     drift = {
         'covariates': ['heave', 'roll'],
         'coefficients': {'heave': {'value': 1.0, 'sigma': 0.05}},

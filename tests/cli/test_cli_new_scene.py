@@ -1,4 +1,4 @@
-"""`tauto scene new` and `tauto scene schema` as a user meets them."""
+"""`tauto scene new` and `tauto scene schema` from the command line."""
 
 from __future__ import annotations
 

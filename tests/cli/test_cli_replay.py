@@ -1,4 +1,4 @@
-"""`tauto replay`: hindsight, stability, their figure, and what is said of bad observations."""
+"""`tauto replay`: hindsight, stability, their figure, and reports of bad observations."""
 
 from __future__ import annotations
 

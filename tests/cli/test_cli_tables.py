@@ -1,4 +1,4 @@
-"""The answer and its table: sides, signs, what is absent, 80 columns."""
+"""The answer and its table: sides, signs, absent values, 80 columns."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ RESULT: dict[str, Any] = {
 
 
 def said(result: dict[str, Any], width: int = 80) -> str:
-    """Return a result as it is printed."""
+    """Return a result as printed."""
     out = StringIO()
     Console(file=out, width=width).print(voyage_table(result), crop=False)
     return out.getvalue()

@@ -1,4 +1,4 @@
-"""`import tauto_core as tauto`: the commands as functions, arrays with units, errors in words."""
+"""`import tauto_core as tauto`: the commands as functions, arrays with units, errors."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Each element of a batch is computed by itself: other elements never change its bits.
 
-Public methods of cams, curves and machines that take arrays are found by their annotations: one
-that is new is tested as well, or asks here for the range of its argument. A voyage that is cut
-into other chunks must not change by a bit.
+Public methods of cams, curves and machines that take arrays are found by their annotations, so a
+new one is tested as well, or fails for want of a range of its argument. Cutting a voyage into
+other chunks must not change a bit.
 """
 
 import inspect
@@ -322,7 +322,7 @@ MAKERS = {
 
 
 def bits(found):
-    """Return what a function returned as whole numbers, a row for each element."""
+    """Return the result of a function as integers, one row for each element."""
     parts = found if isinstance(found, tuple) else (found,)
     return np.stack([np.ravel(np.asarray(part, np.float64)).view(np.int64) for part in parts], 1)
 

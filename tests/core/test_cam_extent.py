@@ -1,4 +1,4 @@
-"""How far cheeks are drawn unless somebody asks for a certain angle."""
+"""The default extent of cheeks."""
 
 from __future__ import annotations
 

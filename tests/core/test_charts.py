@@ -1,4 +1,4 @@
-"""The pictures of a voyage: what they show, what they keep, what becomes a file."""
+"""The pictures of a voyage: contents, thinning, and files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a scene needs is compiled before it sails, where somebody waits for its messages."""
+"""The kernels of a scene are compiled before it runs, where others wait for its messages."""
 
 from __future__ import annotations
 

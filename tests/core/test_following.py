@@ -1,4 +1,4 @@
-"""What hangs on the ship: its answer to the waves, and the resonances that are told beforehand."""
+"""Threads and cases that hang on the ship: response to the waves, and predicted resonances."""
 
 import math
 

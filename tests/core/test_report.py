@@ -1,4 +1,4 @@
-"""The page of a report: whole in itself, and as a browser shows it."""
+"""The page of a report: self-contained, and as shown by a browser."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Roll and heave for the pictures: against a motion of which everything is known."""
+"""Roll and heave for the pictures, against a motion in closed form."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The error predicted of a scene bounds the one found by independent programs, within thirty."""
+"""The predicted error of a scene bounds the actual one by independent programs, within thirty."""
 
 import sys
 from pathlib import Path

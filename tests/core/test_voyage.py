@@ -227,7 +227,7 @@ def test_a_dial_that_leaves_the_times_of_ros_is_refused(changes, key, said):
 
 
 def test_a_ship_whose_samples_cannot_be_integrated_ends_the_voyage():
-    """A height of 1e308 m times the roll's acceleration leaves what a float can hold."""
+    """A height of 1e308 m times the roll's acceleration overflows."""
     ship = {
         'kind': 'components',
         'components': [{'amplitude': 1.5, 'period': 1.0}],
@@ -290,7 +290,7 @@ def peak_bytes(hours, out):
 
 @pytest.mark.parametrize('bag', [False, True])
 def test_memory_does_not_grow_with_the_duration(bag, tmp_path, monkeypatch):
-    """2700 s more: keeping the motion would add 4.7 MB, what is logged each second 800 kB."""
+    """2700 s more: keeping the motion would add 4.7 MB, logging a sample a second 800 kB."""
     monkeypatch.setattr(voyage, 'CHUNK', 2048)
     out = tmp_path / 'bag' if bag else None
     sail(load_scene('second_cam_at_sea', duration=10.0))  # compiles and fills the caches

@@ -1,4 +1,4 @@
-"""What is expected of a scene, against what is then found."""
+"""The predictions for a scene, against the actual figures."""
 
 from functools import lru_cache
 

@@ -1,4 +1,6 @@
-"""Bad company: garbage, wild stamps, second publishers, twins. Nothing ends, nothing is hidden."""
+"""Faulty peers: garbage, wild stamps, second publishers, duplicate nodes. No node ends, and every
+fault is reported.
+"""
 
 from __future__ import annotations
 

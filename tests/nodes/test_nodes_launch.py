@@ -1,4 +1,4 @@
-"""The launch files under a real `ros2 launch`: what they refuse, how they end, what they leave.
+"""The launch files under a real `ros2 launch`: refusals, shutdown, and what remains afterwards.
 
 They run where launch, launch_ros, ros2launch and an installed tauto_nodes are found: on a ROS
 machine, after `colcon build` and sourcing. None of the three is on PyPI; CONTRIBUTING.md says how

@@ -1,4 +1,4 @@
-"""The real nodes on foreign sources, on a bag, and as two clocks in one graph."""
+"""The real nodes with sources of others, with a bag, and as two clocks in one graph."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Markers: the clock rolls with the ship, at a limited rate, and only while somebody looks."""
+"""Markers: the clock rolls with the ship, at a limited rate, and only with subscribers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Packs: the same messages come out, and what is no pack is refused."""
+"""Packs: the same messages come out, and anything else is refused."""
 
 from __future__ import annotations
 

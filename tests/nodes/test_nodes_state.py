@@ -1,4 +1,4 @@
-"""The state of a stage in a file: bit for bit, and nothing but what this node may go on from."""
+"""The state of a stage in a file: bit for bit, and refused if another node or scene wrote it."""
 
 from __future__ import annotations
 

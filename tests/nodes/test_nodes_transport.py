@@ -1,4 +1,4 @@
-"""Messages between nodes: nothing is lost, senders wait for receivers, ends are told."""
+"""Messages between nodes: nothing is lost, senders wait for receivers, ends are announced."""
 
 from __future__ import annotations
 

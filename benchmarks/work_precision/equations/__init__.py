@@ -1,1 +1,1 @@
-"""The equations that the peers solve, in the forms that suit them, and the sea that moves them."""
+"""The equations that the peers solve, in the form that suits each, and the sea that moves them."""

@@ -1,7 +1,7 @@
-"""The equations of the suspended case (theory C), once for all peers, and what numba compiles.
+"""The equations of the suspended case (theory C), once for all peers, and their numba versions.
 
-`bends` is arithmetic alone, so that floats, heyoka's expressions and JAX's numbers go through it
-alike. `numbers` is (e, c, k, g); the state is (theta, phi, theta', phi').
+`bends` is arithmetic alone, so that it takes floats, heyoka's expressions and JAX's numbers alike.
+`numbers` is (e, c, k, g); the state is (theta, phi, theta', phi').
 """
 
 from __future__ import annotations
@@ -95,16 +95,16 @@ def case_gauss_advance(
     weights: FloatArray,
     numbers: Any,
 ) -> None:
-    """Advance the state in place by Gauss–Legendre steps, each iterated until it stands still.
+    """Advance the state in place by Gauss–Legendre steps, each iterated until it is constant.
 
     Args:
         state: shape (4,).
-        lost: what rounding kept back, shape (4,).
+        lost: rounding errors carried over, shape (4,).
         step: [s].
-        steps: how many.
+        steps: number of steps.
         ratio: a_ij/b_j, shape (s, s).
         weights: b, shape (s,).
-        numbers: of the case.
+        numbers: numbers of the case.
     """
     s = len(weights)
     gains, new = np.zeros((s, STATES)), np.empty((s, STATES))
@@ -124,7 +124,7 @@ def case_gauss_advance(
                     new[i, m] = step * weights[i] * rates[m]
                     change += abs(new[i, m] - gains[i, m])
             gains, new = new, gains
-            # as of the wheel: rounding has the last word
+            # as for the wheel: iterated down to rounding
             stalls += 1 if change >= last and change < 1e-10 else 0
             if stalls == 2:
                 break

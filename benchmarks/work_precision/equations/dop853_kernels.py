@@ -1,6 +1,6 @@
 """DOP853 in numba: steps, error estimate and step control of Hairer, Nørsett and Wanner (II.10).
 
-The coefficients are SciPy's. What moves the machine is either the exact sum of waves, or the
+The coefficients are SciPy's. The machine is moved either by the exact sum of waves, or by the
 chains of a piece (`piece_kernels`), whose value at t is sum z_j (2 t/L)^j.
 """
 
@@ -29,7 +29,7 @@ from benchmarks.work_precision.equations.wheel_kernels import (
 from tauto_core.samples import FloatArray
 
 WAVES, PIECES, CASE = range(3)
-"""What moves the machine: the sum of waves (none on land), pieces of it; or the hung case."""
+"""The forcing: the sum of waves (none on land), or pieces of it; or the problem of the case."""
 
 _A, _B, _C = (np.ascontiguousarray(each) for each in (DOP853.A, DOP853.B, DOP853.C))
 _E3, _E5 = (np.ascontiguousarray(each) for each in (DOP853.E3, DOP853.E5))
@@ -123,7 +123,7 @@ def _gain(
     sea: FloatArray,
     per_half: float,
 ) -> float:
-    """Return how much p gains from the impulse that meets this state [kg m2/s]."""
+    """Return the gain of p from the impulse that meets this state [kg m2/s]."""
     if kind == WAVES:
         return impulse(time, state, constants, sea)
     at = time * per_half
@@ -201,7 +201,7 @@ def advance_dop853(
 ) -> tuple[float, float]:
     """Advance the state in place; return the next step to try and the side of theta.
 
-    A step that theta changes sign in is shortened by the secant's rule to end there; the impulse
+    A step in which theta changes sign is shortened by the secant rule to end there; the impulse
     follows.
 
     Args:
@@ -211,7 +211,7 @@ def advance_dop853(
         end: [s].
         h: step to try [s].
         rtol: relative tolerance.
-        atol: absolute one, of the state's shape.
+        atol: absolute tolerance, of the state's shape.
         constants: see `fill_slope`.
         sea: see `fill_slope`.
         per_half: see `fill_slope`.
@@ -269,6 +269,6 @@ def _meet(
         before, at_before = now, at_now
         now -= change
         _try_step(kind, time, now, state, slopes, goal, constants, sea, per_half)
-        if abs(change) < 1e-10 * size:  # the next would be rounding
+        if abs(change) < 1e-10 * size:  # the next correction would be below rounding
             break
     return now

@@ -1,11 +1,11 @@
 """The sea as polynomials over equal pieces of time, and the loop over them, compiled by numba.
 
-Over a piece a channel is interpolated at Chebyshev points of the first kind. What is handed on is
-z_j = f^(j) (L/2)^j/j! at the piece's start, j < n: the state of the chain z_j' = (2/L)(j + 1)
-z_j+1, whose first member is the channel over the whole piece, of length L.
+Over a piece a channel is interpolated at Chebyshev points of the first kind. The result is
+z_j = f^(j) (L/2)^j/j! at the piece's start, j < n. This is the state of the chain
+z_j' = (2/L)(j + 1) z_j+1, whose first member is the channel over the whole piece, of length L.
 
-The derivatives come from the Chebyshev coefficients c_k by T_k^(j)(1) = prod_i<j (k^2 - i^2)/
-(2i + 1) and T_k(-x) = (-1)^k T_k(x); both steps are done one after the other, since their product
+The derivatives follow from the Chebyshev coefficients c_k by T_k^(j)(1) = prod_i<j (k^2 - i^2)/
+(2i + 1) and T_k(-x) = (-1)^k T_k(x). Both steps are done one after the other, since their product
 would cancel most of its digits.
 """
 
@@ -23,7 +23,7 @@ from benchmarks.work_precision.equations.wheel_kernels import vertical_of
 from tauto_core.samples import FloatArray
 
 BLOCK = 64
-"""Pieces that are fitted at one go; phases are taken anew at the start of each such block."""
+"""Number of pieces fitted together; phases are computed anew at the start of each such block."""
 GAMMA_RATE, GRAVITY, LEAN = range(3)
 """Channels of the weight-driven machine: gamma' [rad/s], g_eff [m/s2], gamma - rho [rad]."""
 _NEWTON_STEPS = 30
@@ -50,7 +50,7 @@ def to_chain(n: int) -> FloatArray:
         value = 1
         for j in range(k + 1):
             matrix[j, k] = (-1) ** (k + j) * value
-            # exact: numbers of Chebyshev polynomials in powers of 1 - x are integers
+            # exact, since Chebyshev polynomials in powers of 1 - x have integer coefficients
             value = value * (k * k - j * j) // ((2 * j + 1) * (j + 1))
     return matrix
 
@@ -193,7 +193,7 @@ def advance_pieces(
 def _back_to_passage(
     state: FloatArray, tc: FloatArray, lean: int, end: float, scale: float
 ) -> float:
-    """Put the state where theta passes zero in the last step; return when, from its start."""
+    """Put the state where theta passes zero in the last step; return the time from its start."""
     theta = tc[0] + tc[lean] / scale
     now = _root(theta, end)
     for i in range(len(state)):

@@ -1,6 +1,6 @@
-"""A sea whose phases stay exact however late it is.
+"""A sea whose phases stay exact at late times.
 
-Far from the start omega t + phase loses digits; so long runs go stretch by stretch, each with
+Far from the start omega t + phase loses digits. So long runs are divided into stretches, each with
 time zero at its beginning and phases reduced exactly.
 """
 
@@ -16,7 +16,7 @@ from tauto_core.samples import FloatArray
 
 
 def turns_at(sea: Sea, time_s: float) -> list[Fraction]:
-    """Return how many turns each component has made since the start, less whole turns."""
+    """Return the fractional turns of each component since the start."""
     time = Fraction(time_s)
     return [time / Fraction(float(period)) % 1 for period in sea.period]
 

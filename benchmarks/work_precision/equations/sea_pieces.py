@@ -1,4 +1,4 @@
-"""The sea in equal pieces of time: every stretch fitted to the exact sum of waves as it comes."""
+"""The sea in equal pieces of time, each stretch fitted to the exact sum of waves as it comes."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from benchmarks.work_precision.problems import Numbers, Sea
 from tauto_core.samples import FloatArray
 
 _ORDERS = 4
-"""Roll and its derivatives that the apparent vertical and its rate need."""
+"""Number of derivatives of roll, itself included, for the apparent vertical and its rate."""
 
 
 class SeaPieces:
-    """Chains of the channels that a machine feels (`piece_kernels`).
+    """Chains of the channels that act on a machine (`piece_kernels`).
 
-    The linear machine feels the roll, which is linear in the waves: one matrix makes its chain of
-    their phasors. The other needs gamma' and g_eff, and with impulses the lean.
+    The linear machine depends on the roll, which is linear in the waves, so one matrix gives its
+    chain from their phasors. The other needs gamma' and g_eff, and with impulses the lean.
 
     Args:
-        numbers: of the problem.
-        sea: of the problem.
-        length_s: of a piece [s].
-        points: at which each piece is fitted.
-        scale: of the chains.
+        numbers: numbers of the problem.
+        sea: sea of the problem.
+        length_s: length of a piece [s].
+        points: number of points at which each piece is fitted.
+        scale: scale of the chains.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class SeaPieces:
         self._chains = np.empty((kernels.BLOCK, self.channels * points))
 
     def _sampling(self) -> FloatArray:
-        """Return what makes roll and derivatives at the points, or the chain, of phasors."""
+        """Return the matrix from phasors to roll and derivatives at points, or to the chain."""
         at = 0.5 * self.length_s * (1.0 + kernels.chebyshev_points(self.points))
         order = np.arange(1 if self._linear else _ORDERS)
         omega = self._sea.omega[:, None, None]
@@ -58,11 +58,11 @@ class SeaPieces:
         return np.ascontiguousarray(self.scale * (self._chain @ (self._fit @ table.T)).T)
 
     def blocks(self, begin_s: float, length_s: float) -> Iterator[tuple[float, FloatArray]]:
-        """Yield what is left of a stretch [s] and the chains of its next pieces.
+        """Yield the remaining time of a stretch [s] and the chains of its next pieces.
 
         Args:
-            begin_s: of the stretch from the start [s].
-            length_s: of the stretch [s].
+            begin_s: beginning of the stretch, from the start [s].
+            length_s: length of the stretch [s].
         """
         sea, now = sea_from(self._sea, begin_s), 0.0
         while now < length_s:

@@ -1,7 +1,7 @@
-"""What the peers' equations share: one first-order form for the wheel, its start and its end.
+"""What the peers' equations share: one first-order form for the wheel, its start and end.
 
-The case's equations are in `case_kernels`; its state is (theta, phi, theta', phi'). Of the wheel,
-with x = psi - gamma the angle that the cam feels, eps = m b^2/I and u = p/I the momentum of the
+The case's equations are in `case_kernels`; its state is (theta, phi, theta', phi'). For the wheel,
+x = psi - gamma is the angle that the cam feels, eps = m b^2/I, and u = p/I is the momentum of the
 machine over the wheel's inertia (theory E2):
 
     x' = (u - gamma')/(1 + eps x^2)
@@ -53,7 +53,7 @@ def angular_frequency(sea: Sea, kind: type = np.float64) -> Any:
 
 
 def vertical(numbers: Numbers, time_s: float, kind: type = np.float64) -> Vertical:
-    """Return where the thread hangs at a time from the start [s].
+    """Return the direction of the thread at a time from the start [s].
 
     Args:
         kind: float type of the arithmetic, np.float64 or np.longdouble.

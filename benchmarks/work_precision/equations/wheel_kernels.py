@@ -120,7 +120,7 @@ def wheel_angle(time: float, state: FloatArray, constants: FloatArray, sea: Floa
 
 @njit(cache=True, nogil=True)
 def impulse(time: float, state: FloatArray, constants: FloatArray, sea: FloatArray) -> float:
-    """Return how much p gains from the impulse that meets this state [kg m2/s]."""
+    """Return the gain of p from the impulse that meets this state [kg m2/s]."""
     vertical = vertical_at(time, sea, constants)
     x = state[0]
     mass = constants[INERTIA] + constants[MASS] * (constants[LEVER] * x) ** 2
@@ -140,7 +140,7 @@ def gauss_step(
     constants: FloatArray,
     sea: FloatArray,
 ) -> FloatArray:
-    """Return the gain of (x, p) in one Gauss–Legendre step, iterated until it stands still.
+    """Return the gain of (x, p) in one Gauss–Legendre step, iterated until it no longer changes.
 
     Args:
         state: (x, p) at `time`.
@@ -149,8 +149,8 @@ def gauss_step(
         nodes: c, shape (s,).
         ratio: a_ij/b_j, shape (s, s).
         weights: b, shape (s,).
-        constants: of the problem.
-        sea: of the problem.
+        constants: constants of the problem.
+        sea: sea of the problem.
     """
     s = len(nodes)
     vertical = np.empty((s, 5))
@@ -175,7 +175,7 @@ def gauss_step(
             change += abs(new[i, 0] - gains[i, 0])
             change += abs(new[i, 1] - gains[i, 1]) / constants[INERTIA]
         gains = new
-        # an amplitude that drifts is the price of stopping before rounding has the last word
+        # ending the iteration above rounding would make the amplitude drift
         stalls += 1 if change >= last and change < 1e-12 else 0
         if stalls == 2:
             break
@@ -188,7 +188,7 @@ def gauss_step(
 
 @njit(cache=True, nogil=True)
 def _add(state: FloatArray, lost: FloatArray, gain: FloatArray) -> None:
-    """Add with the rounding kept (Kahan)."""
+    """Add with compensation of rounding (Kahan)."""
     for i in range(2):
         part = gain[i] + lost[i]
         total = state[i] + part
@@ -247,7 +247,7 @@ def gauss_advance(
                 change = angle / (speed + vertical[2] - vertical[4])
                 step -= change
                 gain = gauss_step(state, time, step, nodes, ratio, weights, constants, sea)
-                if abs(change) < 1e-10:  # the next would be some 1e-20
+                if abs(change) < 1e-10:  # the next correction would be some 1e-20
                     break
             _add(state, lost, gain)
             time += step

@@ -1,1 +1,1 @@
-"""The programs that take part, a module each; `registry` knows them by name."""
+"""The programs that take part, one module each; `registry` lists them by name."""

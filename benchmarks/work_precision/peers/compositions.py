@@ -1,9 +1,9 @@
 """Plain symplectic compositions in numba: Störmer–Verlet, Yoshida's sixth and eighth order.
 
 In the arc of the well, q = s/sqrt(I), even the machine with its varying inertia is a unit mass in
-a potential that changes with time, so the schemes are explicit for problems a to d. The impulses
-of e would have to be met inside their fixed steps; they are not offered for it. Nor are they for
-f: two angles whose inertia depends on their difference leave no drifts and kicks to compose.
+a time-dependent potential, so the schemes are explicit for problems a to d. They are not offered
+for e, whose impulses fall inside their fixed steps. Nor are they for f: two angles whose inertia
+depends on their difference cannot be split into drifts and kicks.
 
 Yoshida, Phys. Lett. A 150 (1990) 262; coefficients to 20 digits from Hairer, Lubich, Wanner,
 Geometric Numerical Integration (2006), V.3.2 (orders 6 and 8 with 7 and 15 stages).
@@ -33,9 +33,9 @@ class Scheme:
     """A symmetric composition of Verlet steps.
 
     Attributes:
-        order: of the error.
-        outer: parts of a step up to the middle one, which is what they leave of 1.
-        rates: steps a second to try.
+        order: order of the error.
+        outer: parts of a step before the middle one, which is the rest to 1.
+        rates: steps per second to try.
     """
 
     order: int
@@ -73,7 +73,7 @@ SCHEMES = {
 
 
 class Symplectic:
-    """A composition at a fixed step; settings are steps a second.
+    """A composition at a fixed step; settings are steps per second.
 
     Args:
         name: a key of `SCHEMES`.

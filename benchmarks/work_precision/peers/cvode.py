@@ -1,8 +1,8 @@
 """CVODE of SUNDIALS (scikit-sundae): multistep methods, Adams and BDF.
 
-Right-hand side, Jacobian and event are compiled by numba and called through the binding; the
-binding offers CVODE's default Newton iteration alone, so it is given the Jacobian (with the mean
-gravity, which is all that Newton's iteration needs).
+Right-hand side, Jacobian and event are compiled by numba and called through the binding. The
+binding offers only CVODE's default Newton iteration, so it is given the Jacobian (with the mean
+gravity, which is sufficient for Newton's iteration).
 """
 
 from __future__ import annotations

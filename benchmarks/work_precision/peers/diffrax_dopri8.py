@@ -1,7 +1,7 @@
 """diffrax: Dopri8 in double precision, compiled by XLA through JAX.
 
 A PID controller chooses the steps (its defaults), only the end is kept, and the whole run is one
-compiled program. Problem e is a compiled loop over beats: each solve ends at diffrax's event,
+compiled program. Problem e is a compiled loop over beats. Each solve ends at diffrax's event,
 whose root is found on Dopri8's interpolant; theta is a state there, the event's condition.
 """
 
@@ -204,7 +204,7 @@ def _vertical(numbers: Numbers) -> Callable[[Any], tuple[Any, Any, Any]]:
 
     def vertical(t: Any) -> tuple[Any, Any, Any]:
         roll = first = second = third = 0.0
-        # Unrolled into scalars: XLA then makes one kernel of it, three times as fast as arrays.
+        # Unrolled into scalars, of which XLA makes one kernel, three times as fast as arrays.
         for a, w, phase in waves:
             cosine, sine = a * jnp.cos(w * t + phase), a * jnp.sin(w * t + phase)
             roll, first = roll + cosine, first - w * sine

@@ -1,7 +1,7 @@
-"""DOP853 compiled by numba: the method of SciPy's without its Python between steps.
+"""DOP853 compiled by numba: SciPy's method without Python between the steps.
 
-At sea on the exact sum of waves ('waves') or on pieces of it (`sea_pieces`, 'pieces'), whose fit
-is part of the run. The pieces end steps, at a cost of a few in a hundred.
+At sea it uses the exact sum of waves ('waves') or pieces of it (`sea_pieces`, 'pieces'), whose fit
+is part of the run. Steps end at the ends of pieces, which costs a few per cent.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _TOLERANCES = ('1e-6', '1e-8', '1e-10', '1e-11', '3e-12', '1e-12', '3e-13', '1e-
 
 
 class CompiledDop853:
-    """DOP853 in numba; settings are relative tolerances, and at sea what stands for the waves."""
+    """DOP853 in numba; settings are relative tolerances, and at sea the form of the waves."""
 
     name = NAME
 

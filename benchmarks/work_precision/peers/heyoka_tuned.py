@@ -1,10 +1,10 @@
-"""heyoka in the best formulation that was found of each problem.
+"""heyoka in the best formulation that was found for each problem.
 
-At sea (c, d, e) the waves are not summed in every step: pieces of a length are fitted to them
-(`sea_pieces`, within the run time), and each coefficient is a state of a chain, which Taylor's
-method continues at the cost of a multiplication an order, while a sine, or Horner's rule in the
-time with the coefficients as parameters, costs convolutions. The chains are scaled down, so that
-the step is chosen by the wheel alone. The loop over pieces is compiled and calls heyoka's
+At sea (c, d, e) the waves are not summed in every step. Instead, pieces of a length are fitted to
+them (`sea_pieces`, within the run time), and each coefficient is a state of a chain, which
+Taylor's method continues at the cost of one multiplication per order. A sine, or Horner's rule in
+the time with the coefficients as parameters, would cost convolutions. The chains are scaled down,
+so that the wheel alone determines the step. The loop over pieces is compiled and calls heyoka's
 compiled step by its address, as a program in C++ would; from Python each piece costs 3 us more.
 Impulses are found on the step's own Taylor polynomials, which costs less than heyoka's events.
 
@@ -14,10 +14,9 @@ On land b runs in a time tau with dt = (1 + eps x^2) dtau, in which its equation
     x' = u,   u' = (2 eps E - w^2) x - 2 eps w^2 x^3,
     t = (1 + eps/2) tau + p,   p' = eps (x^2 - 1/2),
 
-and f in its momenta, whose steps are longer. What an integrator is there for, the equation of
-motion, stays its own: the pieces' forced swing in closed form, or the superposition of several
-pieces side by side (heyoka's batches, which have no use in a single nonlinear run), would not be
-its work.
+and f in its momenta, whose steps are longer. The integrator still has to solve the equation of
+motion itself. The forced swing of a piece in closed form, or the superposition of several pieces
+side by side (heyoka's batches, of no use in a single nonlinear run), would not be its work.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ _ELSEWHERE = {
 class HeyokaTuned:
     """heyoka on polynomials of the sea, in a stretched time or in momenta.
 
-    Settings are tolerances, at sea with the length of a piece and the points it is fitted at.
+    Settings are tolerances, at sea with the length of a piece and the number of its points.
     """
 
     name = NAME
@@ -89,7 +88,7 @@ class HeyokaTuned:
         return version('heyoka')
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
-        """Return tolerances; none of a, whose best formulation is the plain one."""
+        """Return tolerances; none for a, whose best formulation is the plain one."""
         if problem.key in _PIECES:
             pieces = _PIECES[problem.key].items()
             return tuple(f'{each} {piece}' for piece, some in pieces for each in some)

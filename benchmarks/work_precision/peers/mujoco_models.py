@@ -1,18 +1,18 @@
 """MuJoCo: fixed steps of a simulator of bodies with joints.
 
-Problems a and d are a hinge and a spring, which its models hold: the wheel is a hinge, the thread
-a fixed tendon with a spring from the wheel to the case. The roll is there at every stage of a
-step: each component of the sea is a slide of its own, so heavy (1e9 kg) that the wheel does not
-move it, swinging freely at the component's frequency; the tendon adds them up. A roll prescribed
-from outside (mocap, control) would stand still during a step and cost the order. Three slides
-share a body, which is what makes a step cheapest.
+Problems a and d are a hinge and a spring, which its models can express: the wheel is a hinge, the
+thread a fixed tendon with a spring from the wheel to the case. The roll is present at every stage
+of a step: each component of the sea is a slide of its own, so heavy (1e9 kg) that the wheel does
+not move it, which swings freely at the component's frequency; the tendon adds them up. A roll
+prescribed from outside (mocap, control) would be constant during a step and reduce the order.
+Three slides share a body, which makes a step cheapest.
 
 The case (f) is one body with two hinges: about the bearing's centre, and about the axle's centre
 that the first one carries. Their angles are theta and phi - theta; the link needs no mass.
 
-The weight-driven involute (b, c, e) cannot be expressed: its varying inertia m b^2 x^2 would need
-an equality constraint between wheel and weight, which MuJoCo keeps softly only, and the thread's
-apparent vertical and the impulses have no counterpart in its models.
+The weight-driven involute (b, c, e) cannot be expressed. Its varying inertia m b^2 x^2 would need
+an equality constraint between wheel and weight, which MuJoCo enforces only softly, and the
+thread's apparent vertical and the impulses have no counterpart in its models.
 """
 
 from __future__ import annotations

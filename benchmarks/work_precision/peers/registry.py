@@ -1,4 +1,4 @@
-"""Who takes part: every program by its name."""
+"""The programs that take part, by name."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tauto_core.scene.errors import UsageError
 
 
 def _member(module: str, name: str, *arguments: str) -> Callable[[], Peer]:
-    """Return what makes a peer; its module is imported only then."""
+    """Return the constructor of a peer; its module is imported only then."""
 
     def make() -> Peer:
         peer: Peer = getattr(import_module(f'benchmarks.work_precision.peers.{module}'), name)(
@@ -39,7 +39,7 @@ PEERS: dict[str, Callable[[], Peer]] = {
 
 
 def make_peers(names: Sequence[str] | None = None) -> tuple[list[Peer], list[str]]:
-    """Return the peers that are installed, and what is said of those that are not.
+    """Return the peers that are installed, and messages about the others.
 
     Args:
         names: keys of `PEERS`; None: all.

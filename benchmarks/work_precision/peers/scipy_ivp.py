@@ -1,9 +1,9 @@
 """SciPy's solve_ivp: DOP853, LSODA and Radau, on right-hand sides compiled by numba.
 
-As kind as can be: the right-hand side costs SciPy a call and no interpreted arithmetic, the state
-is that in which the equation is shortest, absolute tolerances follow the size of each part, and
-every hour begins anew at time zero, so that neither time nor the sea's phases lose digits.
-Impulses are terminal events; their function is compiled too.
+Everything is done in SciPy's favour. The right-hand side costs a call and no interpreted
+arithmetic, the state is that in which the equation is shortest, absolute tolerances follow the
+size of each part, and every hour begins anew at time zero, so that neither time nor the sea's
+phases lose digits. Impulses are terminal events; their function is compiled too.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class SciPy:
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return tolerances, coarse to fine; every problem can be expressed.
 
-        Radau's finer ones are left out of the case: a run of a minute takes minutes.
+        Radau's finer ones are left out for the case, where a run of a minute takes minutes.
         """
         if self._method == 'Radau' and isinstance(problem, CaseProblem):
             return SETTINGS[self._method][:2]
@@ -79,7 +79,7 @@ class SciPy:
 
 
 class _Run:
-    """A state of the wheel on its way."""
+    """A state of the wheel during a run."""
 
     def __init__(self, numbers: Numbers, method: str, tolerance: float) -> None:
         from scipy.integrate import solve_ivp
@@ -122,7 +122,7 @@ class _Run:
 
 
 class _CaseRun:
-    """A state of the case on its way."""
+    """A state of the case during a run."""
 
     def __init__(self, problem: CaseProblem, method: str, tolerance: float) -> None:
         from scipy.integrate import solve_ivp

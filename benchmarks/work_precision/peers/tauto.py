@@ -1,9 +1,9 @@
-"""Tauto itself: from the scene to the wheel, all in.
+"""Tauto itself: from the scene to the wheel, everything included.
 
 At sea the time is that of the ship's motion and the trochlea's stage, chunk by chunk as
-`tauto sail` feeds them, without bag, navigation and summary. On land it is the propagator's alone,
-one span over the whole time, the mean of a thousand. The case (f) is what `motion` moves in a
-bearing at rest, an hour at a time as the ship's motion would come.
+`tauto sail` feeds them, without bag, navigation and summary. On land it is that of the propagator
+alone, one span over the whole time, the mean of a thousand. The case (f) is computed by `motion`
+for a bearing at rest, an hour at a time as the ship's motion would come.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ class Tauto:
             return (_CLOSED_FORM,)
         if not problem.numbers.mass:
             return ('1.25 Hz', '1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
-        # what an escapement keeps going forgets how finely the sea was sampled
+        # with an escapement the clock forgets how finely the sea was sampled
         rates = (5, 10) if problem.numbers.impulse_energy else (10, 20)
-        # and its steps end at impulses, before they are as long as the tolerance lets them be
+        # steps end at impulses, before they are as long as the tolerance allows
         loose = ('1e-4',) if problem.numbers.impulse_energy else ()
         each_rate = loose + _TOLERANCES
         return tuple(f'{rate} Hz {each}' for rate in rates for each in each_rate)
@@ -79,7 +79,7 @@ class Tauto:
         key = problem.key, setting, long
         if key not in self._warm:
             self._warm.add(key)
-            # what is longer than a first run has the code that long runs have
+            # runs longer than a first run use optimised code
             with optimised() if long else nullcontext():
                 first, again = (_stepped(problem, setting, WARM_S) for _ in range(2))
             compiling_s = max(0.0, first.run_s - again.run_s)
@@ -95,14 +95,14 @@ def _stepped(problem: Problem, setting: str, duration_s: float) -> Outcome:
 
 def _hung(case: HungCase, setting: str, duration_s: float) -> Outcome:
     began = time.perf_counter()
-    from tauto_core.motion.axle_swing import AxleSwing  # imports numba
+    from tauto_core.motion.axle_swing import AxleSwing  # imports kernels
 
     first, tolerance = setting.split(' Hz ')
     rate, gravity = float(first), case.gravity
     swing = AxleSwing(
         case.e, case.c, case.k, gravity, tolerance=float(tolerance), step_s=1.0 / rate
     )
-    # a bearing that is accelerated until the start lets the case hang at that angle
+    # an accelerated bearing until the start lets the case hang at that angle
     swing.release(-gravity * math.tan(case.release_angle), gravity)
     ready = time.perf_counter()
     for start, length in stretches(duration_s, STRETCH_S):

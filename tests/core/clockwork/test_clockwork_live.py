@@ -1,4 +1,4 @@
-"""The trochlea on a live sensor: faults of the sensor neither disturb the dial nor stay unsaid."""
+"""The trochlea on a live sensor: faults of the sensor do not disturb the dial and are reported."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -51,7 +51,7 @@ def sensor(seconds: float = 30.0, rate_hz: float = 50.0, first: float = 0.0) -> 
 
 
 def said_of(stage, parts: Sequence[ImuSamples]):
-    """All that a stage says of its motion, by topic."""
+    """All output of a stage for its motion, by topic."""
     said = [stage.feed({SHIP_IMU: part}) for part in parts] + [stage.finish()]
     topics = {topic for batches in said for topic in batches}
     return {t: join([batches[t] for batches in said if t in batches]) for t in topics}

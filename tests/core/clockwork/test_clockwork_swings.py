@@ -1,4 +1,4 @@
-"""How far the wheel swings and when the clock stopped, from the topics alone."""
+"""The amplitude of the wheel and the time at which the clock stopped, from the topics alone."""
 
 from __future__ import annotations
 

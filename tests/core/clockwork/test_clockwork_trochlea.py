@@ -1,4 +1,4 @@
-"""The trochlea stage: chunk invariance, save and resume, refusals, foreign motion."""
+"""The trochlea stage: chunk invariance, save and resume, refusals, motion from elsewhere."""
 
 import copy
 import pickle

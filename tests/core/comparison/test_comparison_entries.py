@@ -1,4 +1,4 @@
-"""What is compared with what: one passage for all, refusals before anything starts."""
+"""The entries of a comparison: one passage for all, refusals before anything starts."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Clocks sailed side by side: each as if alone, and an event in one is no other's."""
+"""Clocks run side by side: each as if alone, and an event in one does not affect others."""
 
 import math
 
@@ -37,7 +37,7 @@ def entry(tmp_path, name, distance=0.080, period=9.0, nominal=1.0):
 
 
 def figures(row):
-    """Return all of a row but what it took."""
+    """Return a row without its run time."""
     return {key: value for key, value in vars(row).items() if key != 'run_s'}
 
 
@@ -66,7 +66,7 @@ def test_an_event_stops_its_own_clock_alone(pair):
 
 
 def test_the_dearest_begin():
-    """So that two processes end together: hung cases, then levers, then swinging threads."""
+    """So that two processes end together: suspended cases, then levers, then swinging threads."""
     entries = make_entries(('clock_cheek_weight', 'clock_hanging_thread', 'clock_sully_lever'))
     names = [(entries[index].scene.name, entries[index].hung) for index in _dearest_first(entries)]
     clocks = ['clock_sully_lever', 'clock_hanging_thread', 'clock_cheek_weight']

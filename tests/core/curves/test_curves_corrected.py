@@ -1,4 +1,4 @@
-"""The cams corrected for a weight's inertia and a spring's stiffness, theory D and E2."""
+"""The cams corrected for a weight's inertia and a spring's stiffness (theory D)."""
 
 import json
 import math
@@ -22,7 +22,7 @@ POINTS = [entry for entry in GOLDEN if entry['id'].startswith('D-cam')]
 
 
 class AtSlope(WeightCorrected):
-    """The cam at one tan χ: near the edge no double tells the angle it belongs to."""
+    """The cam as a function of tan χ, since near the edge doubles do not resolve the angle."""
 
     at = 0.0
 

@@ -1,4 +1,4 @@
-"""Curves in a fluid: other forms of the same curve, limits, and what is refused."""
+"""Curves in a fluid: other forms of the same curve, limits, and refusals."""
 
 import math
 
@@ -158,7 +158,7 @@ def test_without_a_fluid_it_is_the_cycloid():
 
 
 def test_the_series_closes_in_on_the_height_term_by_term():
-    """§24: each term is κs/(n + 3) of the one before; what is left is as large as the next."""
+    """§24: each term is κs/(n + 3) of the one before; the remainder is as large as the next."""
     s = np.array([0.3, -0.3])
     for terms in (1, 2, 4, 8):
         left = np.abs(OIL.series_of_height(s, terms) - OIL.height(s))

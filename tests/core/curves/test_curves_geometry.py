@@ -1,4 +1,4 @@
-"""The cams as curves: what any cheek and thread must satisfy, found from the points alone."""
+"""The cams as curves: properties of any cheek and thread, from the points alone."""
 
 import math
 

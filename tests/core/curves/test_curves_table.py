@@ -1,4 +1,4 @@
-"""Tabulated cams: the spline, its kernel form, and every table that is refused."""
+"""Tabulated cams: the spline, its kernel form, and refused tables."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Every claim of paper C gets the verdict that is expected of it."""
+"""Every claim of paper C gets the expected verdict."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""How a claim is judged."""
+"""The rule for the verdict on a claim."""
 
 import math
 

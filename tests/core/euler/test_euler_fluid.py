@@ -1,4 +1,4 @@
-"""Every claim of paper B: its verdict, that the list is whole, and that it can fail."""
+"""Every claim of paper B: its verdict, the completeness of the list, and that a claim can fail."""
 
 import math
 from typing import Any
@@ -93,7 +93,7 @@ def test_the_checks_are_those_of_the_golden_machine():
 
 
 def test_a_claim_on_another_curve_is_seen(monkeypatch):
-    """With the curve of a body 1 % lighter most of what holds does not."""
+    """With the curve for a body 1 % lighter most claims no longer hold."""
     monkeypatch.setattr(fluid_checks, 'GAMMA', 0.99 * GAMMA)
     spoilt = [c for c in fluid_1729.claims() if c.verdict != c.expected]
     assert len(spoilt) > 40

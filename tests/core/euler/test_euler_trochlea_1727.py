@@ -1,4 +1,4 @@
-"""The claims of the paper on the trochlea: each judged as it should be, none by itself."""
+"""The claims of paper A: each gets the expected verdict, from independent evidence."""
 
 import math
 import time

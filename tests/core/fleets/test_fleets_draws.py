@@ -1,4 +1,4 @@
-"""What is drawn for a ship: distributions as stated, ships and keys independent of each other."""
+"""The draws for a ship: distributions as stated, ships and keys independent of each other."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A fleet sails as its ships would alone; killed or spread, its rows are the same."""
+"""A fleet gives the rows of its ships sailed alone, also if interrupted or distributed."""
 
 import math
 import os
@@ -269,7 +269,7 @@ def test_quantiles_and_influences_are_of_those_that_arrived():
 
 
 def test_a_tolerance_that_turns_the_error_either_way_is_seen():
-    """Its size is least in the middle of the tolerance: only the sign tells."""
+    """Its size is least in the middle of the tolerance; only the sign shows the side."""
     key = 'trochlea.release_angle'
     rows = [row(k, 1.5 * (k - 50.0), **{key: 1.0 + 0.01 * k}) for k in range(101)]
     (found,) = answers(plan(vary={key: VARY[key]}), rows).influences

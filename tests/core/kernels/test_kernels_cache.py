@@ -1,4 +1,4 @@
-"""Compiled code is kept as long as all that it is made from is as it was, and nobody else's."""
+"""Compiled code is reused while all of its sources are unchanged, and only by its owner."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each construct of the language of kernels gives what plain Python gives, bit for bit."""
+"""Each construct of the kernel language gives the results of plain Python, bit for bit."""
 
 from __future__ import annotations
 

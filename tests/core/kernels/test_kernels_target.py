@@ -1,4 +1,4 @@
-"""The code is the same whatever the processor has: vectors or none, and for arm64, too."""
+"""The code gives the same bits on all processors: with vectors or without, and on arm64."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Period against amplitude of a linear lever arm, exactly and by series.
+"""Period against amplitude for a linear lever arm, exactly and by series.
 
-Euler's cams keep time for a constant pull without inertia. With a weight of mass m (theory A;
-Euler 1727, XX) T/T₀ = (2/π) E(−ε), ε = m b²A²/I; with a spring (a Duffing oscillator)
+Euler's cams are isochronous for a constant pull without inertia. With a weight of mass m (theory
+A; Euler 1727, XX) T/T₀ = (2/π) E(−ε), ε = m b²A²/I; with a spring (a Duffing oscillator)
 T/T₀ = (2/π) K(η/(2(1 + η)))/√(1 + η), η = κbA²/(2P). E and K take the parameter.
 """
 

@@ -97,7 +97,7 @@ def test_golden_half_swings_backward(entry, kappa):
 
 @pytest.mark.parametrize('entry', entries('B22-series'))
 def test_golden_series_of_the_half_swing_backward(entry):
-    """The last coefficient is not used: it bounds what is left out."""
+    """The last coefficient is not used: it bounds the remainder."""
     expected = [float(entry['expected'][f'c{n}']) for n in range(7)]
     np.testing.assert_allclose(SERIES, [0.0, *expected[1:6]], rtol=1e-15)
     for q in (0.003, 0.01):

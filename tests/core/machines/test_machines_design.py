@@ -1,4 +1,4 @@
-"""Euler's design rules both ways, and the series of the period against amplitude."""
+"""Euler's design rules in both directions, and the series of the period against amplitude."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""Half swings by quadrature, and the elliptic functions of those in closed form."""
+"""Half swings by quadrature, and the elliptic functions of the closed forms."""
 
 import math
 

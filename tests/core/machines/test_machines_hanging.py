@@ -156,5 +156,5 @@ def test_energy_is_kept_by_the_equations():
 
 @pytest.mark.parametrize('amplitude', [1e-300, 1e-30, 1e-13, 1e-11])
 def test_the_smallest_swings_take_the_limit(amplitude):
-    """They differ by a share of A², far below rounding; what is left is Newton's."""
+    """They differ by a share of A², far below rounding; the rest is Newton's error."""
     assert MACHINE.period(amplitude) == pytest.approx(MACHINE.small_period, rel=1e-14)

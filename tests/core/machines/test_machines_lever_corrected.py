@@ -1,4 +1,4 @@
-"""Sully's lever with a cam of its own: the thread, the cam and the time it keeps."""
+"""Sully's lever with its own cam: the thread, the cam and the period."""
 
 import math
 from dataclasses import replace

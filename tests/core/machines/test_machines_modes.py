@@ -1,6 +1,6 @@
-"""The two modes against 50-digit numbers of an independent program, and at the edges.
+"""The two modes against 50-digit numbers of an independent program, and in limiting cases.
 
-Tolerance: 1e-14 relative, a tenth of what the golden numbers ask for.
+Tolerance: 1e-14 relative, a tenth of that of the golden numbers.
 """
 
 import json

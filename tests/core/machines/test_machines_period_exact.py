@@ -1,8 +1,8 @@
 """Periods to 1e-14 in wells far from harmonic, up to the cam's edge, against 32 digits of mpmath.
 
-The reference takes T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ in x, ϑ = A (1 − x²), with lever arm and lift
-written out; the digits make good what V(A) − V(ϑ) loses near the turning point. Its nodes and
-weights are doubles, so it holds some 3e-16. Tolerance: 1e-14 is what is promised.
+The reference integrates T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ in x, ϑ = A (1 − x²), with lever arm and
+lift written out; the digits compensate the cancellation in V(A) − V(ϑ) near the turning point. Its
+nodes and weights are doubles, so it is accurate to about 3e-16. The tolerance is the stated 1e-14.
 """
 
 import math

@@ -1,9 +1,9 @@
-"""The order of every quadrature: the rule beneath its panels, against closed forms and mpmath.
+"""The order of every quadrature: the rule of its panels, against closed forms and mpmath.
 
-Gauss's rule of n nodes is of order 2n in the width of a panel. Of a function that is analytic
+Gauss's rule of n nodes has order 2n in the width of a panel. For a function that is analytic
 beyond its ends it is spectral in n: twice the nodes give about twice the digits, down to rounding.
-That holds only because each substitution takes a root or a turning point out; with one left in,
-the order is that of the root, and these tests fail.
+That holds only because each substitution removes a root or a turning point; if one is left, the
+order is that of the root, and these tests fail.
 """
 
 import importlib
@@ -42,7 +42,7 @@ from tauto_core.machines.threads import lever
 outline = importlib.import_module('tauto_core.curves.fluid_outline')
 
 ROUNDING = 2e-14
-"""Where digits end: of sums of some sixty terms, and of what is summed."""
+"""Rounding error of sums of about sixty terms, and of the terms."""
 
 
 def spectral(errors):

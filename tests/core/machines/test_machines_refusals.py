@@ -225,7 +225,7 @@ def unresolved(**trochlea):
 
 
 def test_a_lever_whose_inertia_no_series_resolves():
-    """Before anything starts, at sea, where the motion is told in steps; what is named works."""
+    """Before anything starts, at sea, where the motion is integrated; the named remedy works."""
     heavy = {**LEVER, 'power': {'kind': 'weight', 'mass': 1.0}, 'ship': ROLL}
     error = unresolved(**heavy)
     assert (error.key, error.value, error.exit_code) == ('trochlea.inertia', 4e-4, 2)

@@ -1,4 +1,4 @@
-"""Cams made for any power train: against closed forms, and every amplitude keeps the period."""
+"""Cams made for any power train: against closed forms, and the period at every amplitude."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The machine's functions, its making from a scene, design formulas, isochronism."""
+"""The machine's functions, its construction from a scene, design formulas, isochronism."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""A weight and a spring on one thread, and the cam that makes a tautochrone of them."""
+"""A weight and a spring on one thread, and the isochronous cam for both."""
 
 from __future__ import annotations
 

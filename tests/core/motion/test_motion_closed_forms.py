@@ -1,4 +1,4 @@
-"""The propagators that know the motion in closed form: action–angle and forced harmonic."""
+"""The propagators in closed form: action–angle and forced harmonic."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""The corrected cams keep time: in closed form, in steps, and by an independent integrator."""
+"""The corrected cams are isochronous: in closed form, in steps, and by another integrator."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The escapement simulated: Airy's theorem, and the steady swing that is foretold."""
+"""The escapement simulated: Airy's theorem, and the predicted steady swing."""
 
 from __future__ import annotations
 

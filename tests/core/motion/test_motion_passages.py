@@ -1,4 +1,4 @@
-"""What the dial counts: turns at upward passages of ϑ, beats at passages of θ (theory E4).
+"""The counts of the dial: turns at upward passages of ϑ, beats at passages of θ (theory E4).
 
 The references count signs on a grid far finer than any two passages lie apart.
 """

@@ -1,4 +1,4 @@
-"""Recoil and friction between the impulses: closed forms, the foretold rate, the laws."""
+"""Recoil and friction between the impulses: closed forms, the predicted rate, invariants."""
 
 from __future__ import annotations
 

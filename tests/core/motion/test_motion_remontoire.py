@@ -1,4 +1,4 @@
-"""A train that runs down, and the remontoire that keeps it from the wheel."""
+"""A train that runs down, and the remontoire that isolates the wheel from it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The longest step keeps the error that it was asked for, wherever in the swing it begins."""
+"""The longest step keeps the requested error, wherever in the swing it begins."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What holds of all that moves by steps, whatever it is: a table of systems by properties.
+"""Properties of all systems that are integrated in steps: a table of systems by properties.
 
-Each system has an integrator of its own beside this: the wheel in test_motion_reference, lever and
-swinging thread in test_motion_real_threads, the case in test_motion_axle.
+Each system is also compared with an independent integrator: the wheel in test_motion_reference,
+lever and swinging thread in test_motion_real_threads, the case in test_motion_axle.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Clocks with the noise of a scene, through the real stages: as wrong as the navigator thinks."""
+"""Clocks with the noise of a scene, through the stages: errors agree with their sigmas."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The gate, the reopened state, and the same bits however observations are handed over."""
+"""The gate, the reopened state, and bits that do not depend on batches of observations."""
 
 import math
 from typing import Any

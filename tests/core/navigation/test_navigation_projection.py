@@ -1,4 +1,4 @@
-"""What a short run projects to, by hand and against the filter's own prediction."""
+"""The projection of a short run, by hand and against the filter's own prediction."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def test_a_run_cut_short_counts_whole_parts_and_two_are_too_few() -> None:
 
 
 def test_it_is_as_large_as_the_mean_rates_of_many_clocks_scatter() -> None:
-    """Clocks of white frequency noise; 400 of them know a variance to √(2/400) = 7 %, 3 of it."""
+    """White frequency noise: 400 clocks give a variance to √(2/400) = 7 %; within 3 sigmas."""
     draw = np.random.default_rng(1714)
     steps = 1.0 + 1e-3 * draw.standard_normal((400, 200))
     dials = np.concatenate([np.zeros((400, 1)), np.cumsum(steps, axis=1)], axis=1)

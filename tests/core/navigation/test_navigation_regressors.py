@@ -1,4 +1,4 @@
-"""What the motion adds to the rate: closed forms, chunks, sensors, gaps, and the drift stage."""
+"""The regressors of the motion: closed forms, chunks, sensors, gaps, and the drift stage."""
 
 from itertools import pairwise
 

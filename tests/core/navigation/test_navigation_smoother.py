@@ -1,4 +1,4 @@
-"""The smoother against dense conditioning of Gaussians, and against what it must never do."""
+"""The smoother against dense conditioning of Gaussians, and its invariants."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Stability against the data set of NIST SP 1065, closed forms, and what must be refused."""
+"""Stability against the data set of NIST SP 1065, closed forms, and refusals."""
 
 import importlib
 import math

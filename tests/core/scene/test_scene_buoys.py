@@ -1,4 +1,4 @@
-"""Files of buoys, against the library that reads them and what they say of themselves."""
+"""Files of buoys, against the library that reads them and their own figures."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Errors go from process to process as they are."""
+"""Errors can be sent between processes unchanged."""
 
 import pickle
 

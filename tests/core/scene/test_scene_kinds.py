@@ -1,4 +1,4 @@
-"""The kinds of a scene's sections are found where they lie, and the reference has all of them."""
+"""The kinds of a scene's sections are found in their folders; the reference has all of them."""
 
 from __future__ import annotations
 

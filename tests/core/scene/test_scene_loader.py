@@ -1,4 +1,4 @@
-"""Round trips, paths, shipped scenes; no text gives anything but a scene or its refusal."""
+"""Round trips, paths, shipped scenes; any text gives a scene or its refusal."""
 
 from __future__ import annotations
 

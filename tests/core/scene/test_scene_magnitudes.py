@@ -1,4 +1,4 @@
-"""Numbers of a machine out of all proportion are refused by their key, not by an overflow."""
+"""Numbers of a machine out of all proportion are refused by their key, before any overflow."""
 
 from typing import Any
 

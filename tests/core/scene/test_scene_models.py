@@ -1,4 +1,4 @@
-"""What a scene says when it is good: times, defaults, threads, numbers."""
+"""Valid scenes: times, defaults, threads, numbers."""
 
 from __future__ import annotations
 

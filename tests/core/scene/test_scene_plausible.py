@@ -1,4 +1,4 @@
-"""Slips of the unit are warned of; what was built, and what ships, is not."""
+"""Warnings of values in the wrong unit; existing machines and shipped scenes give none."""
 
 from __future__ import annotations
 

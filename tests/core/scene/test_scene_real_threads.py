@@ -1,4 +1,4 @@
-"""Scenes with Sully's lever or a swinging thread: what goes with them, and what does not."""
+"""Scenes with Sully's lever or a swinging thread: compatible and incompatible parts."""
 
 from __future__ import annotations
 

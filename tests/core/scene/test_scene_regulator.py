@@ -1,4 +1,4 @@
-"""The regulator in a fluid: what goes with it and what does not."""
+"""The regulator in a fluid: compatible and incompatible sections."""
 
 from __future__ import annotations
 

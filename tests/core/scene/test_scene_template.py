@@ -1,4 +1,4 @@
-"""`new_scene`: every kind makes a scene that sails, and every key of it means what it says."""
+"""`new_scene`: every combination of kinds makes a scene that runs, with every key explained."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SAILED = [
 
 
 def uncommented(text: str, key: str) -> str:
-    """Return a text with # taken away in front of a key, and of what is below it."""
+    """Return a text in which a key, and what is below it, is no longer a comment."""
     lines = text.split('\n')
     start = next(k for k, line in enumerate(lines) if line.strip().startswith(f'#{key}:'))
     edge = lines[start].index('#')
@@ -45,7 +45,7 @@ def uncommented(text: str, key: str) -> str:
 
 
 def test_every_combination_that_goes_together_can_sail() -> None:
-    """Each cam, thread and power with the last escapement that goes with them."""
+    """Each cam, thread and power with the last escapement compatible with them."""
     rows = {tuple(kinds.values())[:3]: kinds for kinds in all_that_go()}
     assert len(rows) > 40
     for kinds in rows.values():
@@ -64,7 +64,7 @@ def test_every_kind_is_in_some_combination() -> None:
 
 
 def test_what_no_combination_has_is_refused_by_the_scene() -> None:
-    """Kinds put together by hand, past the choice: the models say no to all others."""
+    """Kinds combined by hand, without the choice: the models refuse all others."""
     text = new_scene('new', {'ship': 'still', 'cam': 'involute', 'escapement': 'impulse'})
     good = {tuple(kinds.values()) for kinds in all_that_go()}
     assert ('involute', 'vertical', 'weight', 'impulse') in good

@@ -1,4 +1,4 @@
-"""Weather as it is written: records of buoys, their gaps, and what is refused."""
+"""Weather in scene files: records of buoys, their gaps, and refusals."""
 
 from __future__ import annotations
 

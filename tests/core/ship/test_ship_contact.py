@@ -1,4 +1,4 @@
-"""Contact of a suspended case between samples: values, slopes, and what a cubic of them finds."""
+"""Contact of a suspended case between samples: values, slopes, and the cubic through them."""
 
 import math
 
@@ -118,7 +118,7 @@ numbers = st.floats(-3.0, 3.0)
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.tuples(numbers, numbers, numbers, numbers), min_size=1, max_size=4))
 def test_the_first_root_of_any_cubics(rows):
-    """Against the cubics themselves on a fine grid; a dip as deep as a rounding is nobody's."""
+    """Against the cubics themselves on a fine grid; dips as deep as rounding do not count."""
     ends, slopes = np.array(rows).T.reshape(2, 2, -1)
     x = np.linspace(0.0, 1.0, 2001)
     values = [

@@ -1,4 +1,4 @@
-"""Waves met by a ship under way, against the waves of a fixed sea at the place of the ship."""
+"""Waves met by a ship under way, against the waves of a fixed sea at the ship's position."""
 
 import math
 
@@ -73,7 +73,7 @@ def test_roll_under_way_solves_its_equation(course):
 
 
 def operator_of_the_equation(heading: float) -> Rao:
-    """Return what the roll equation answers a ship at rest, densely."""
+    """Return the response of the roll equation for a ship at rest, on a dense grid."""
     w = np.geomspace(0.005, 12.0, 6000)
     natural = 2.0 * np.pi / 11.0
     own = natural**2 * 0.7 / (natural**2 - w**2 + 2j * 0.08 * natural * w)
@@ -101,7 +101,7 @@ def test_an_operator_answers_as_the_equation_that_it_is_of(course):
 
 
 def test_heave_is_read_at_the_frequency_of_the_wave():
-    """A hull that halves what is shorter than some length does so at any speed."""
+    """A hull that halves waves shorter than some length does so at any speed."""
     w = np.geomspace(0.05, 12.0, 3000)
     none = tuple(0.0 * w)
     rao = Rao(

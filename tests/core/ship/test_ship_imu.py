@@ -1,4 +1,4 @@
-"""IMU samples, attitude, and what is refused."""
+"""IMU samples, attitude, and refusals."""
 
 import math
 from dataclasses import fields, replace

@@ -1,4 +1,4 @@
-"""Imu bags from elsewhere as the ship's motion: whole, broken off, and refused."""
+"""Imu bags of other recorders as the ship's motion: complete, truncated, and refused."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -137,7 +137,7 @@ def test_broken_off_bag_is_read_as_far_as_it_goes(tmp_path, share):
 
 
 def test_a_chunk_with_a_wrong_checksum_is_not_used(tmp_path):
-    """Without compression nothing but the checksum tells that a byte changed."""
+    """Without compression only the checksum shows that a byte changed."""
     path = write(tmp_path / 'a.mcap', sensors(), compression=CompressionType.NONE)
     octets = bytearray(path.read_bytes())
     octets[octets.index(sensors()[500].payload()) + 60] ^= 0x40

@@ -1,4 +1,4 @@
-"""Compiled readings of an IMU: right to rounding, and each sample by itself."""
+"""Compiled readings of an IMU: correct to rounding, and each sample independent of others."""
 
 import mpmath
 import numpy as np

@@ -1,4 +1,4 @@
-"""When the navigator observes the time, and how well."""
+"""Times and errors of the navigator's observations."""
 
 from itertools import pairwise
 from typing import Any

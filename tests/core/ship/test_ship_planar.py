@@ -1,4 +1,4 @@
-"""A ship that rolls and heaves alone: what the clock reads without a message in between."""
+"""A ship that only rolls and heaves: the clock's readings without a message in between."""
 
 import math
 

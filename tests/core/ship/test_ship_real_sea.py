@@ -1,4 +1,4 @@
-"""Measured seas: the energy and the peak of what is generated, and what a real ship does in it."""
+"""Measured seas: energy and peak of the generated waves, and the motion of a real ship in them."""
 
 import json
 import math

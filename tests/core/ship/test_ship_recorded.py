@@ -1,4 +1,4 @@
-"""Measured motion from CSV: what is kept of it, and what is refused."""
+"""Measured motion from CSV: the part that is kept, and refusals."""
 
 from pathlib import Path
 from typing import Any

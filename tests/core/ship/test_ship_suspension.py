@@ -1,4 +1,4 @@
-"""The suspension of the case: ship's motion in, what a sensor in the case reads out."""
+"""The suspension of the case: ship's motion in, readings of a sensor in the case out."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def motion_of(scene) -> ImuSamples:
 
 
 def in_the_case(scene, imu=None):
-    """Times [s] and what the case does: φ, φ̇, θ, N/M."""
+    """Times [s] and motion of the case: φ, φ̇, θ, N/M."""
     hung = Suspension(scene, max_gap_s=1.0)
     imu = motion_of(scene) if imu is None else imu
     said = [hung.feed(imu, scene.starts_at_ns), hung.finish(scene.starts_at_ns)]
@@ -275,7 +275,7 @@ def test_any_split_and_any_resumption_give_the_same_bits(large, data):
 
 @pytest.mark.parametrize('large', [False, True])
 def test_the_clock_in_the_case_is_told_all_before_the_end_and_resumes(large):
-    """The samples beyond the end suffice, so that the graph and the run offline say the same."""
+    """The samples beyond the end suffice, so the graph and the offline run give the same."""
     scene = scene_of(duration=20.0, suspension__large_angles=large)
     imu = motion_of(scene)
     whole = TrochleaStage(scene)
@@ -419,7 +419,7 @@ def test_a_loss_of_contact_between_two_samples_is_said(beyond):
 
 
 def test_a_loss_of_contact_does_not_depend_on_batches():
-    """In a swing, so that what the case did at the end of the batch before counts."""
+    """During a swing, so that the state at the end of the previous batch matters."""
     wave = {'amplitude': 1.2 * G / (math.tau / 1.2) ** 2, 'period': 1.2, 'phase': 1.0}
     scene = rolling([{'amplitude': 0.05, 'period': 3.0}], heave=[wave], duration=2.0)
     times = []

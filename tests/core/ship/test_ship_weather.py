@@ -1,4 +1,4 @@
-"""A ship in one sea after another: what each state is, and how it follows the route."""
+"""A ship in one sea after another: the states, and how they follow the route."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""What foretells events, on a swing of which everything is known: θ = A sin ωt."""
+"""The prediction of events, on a swing in closed form: θ = A sin ωt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Collocation in n rotating planes, on a system of our own: Hénon and Heiles with damping.
+"""Collocation in n rotating frames, on a test system: Hénon and Heiles with damping.
 
     ẍ_p + c ẋ_p + ω_p² x_p + ∂V/∂x_p = 0,    V = λ (x₁² x_n − x_n³/3)
 
