@@ -65,9 +65,9 @@ class Tauto:
         if not problem.numbers.mass:
             return ('1.25 Hz', '1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
         # with an escapement the clock forgets how finely the sea was sampled
-        rates = (5, 10) if problem.numbers.impulse_energy else (10, 20)
+        rates = (4, 5, 10) if problem.numbers.impulse_energy else (10, 20)
         # steps end at impulses, before they are as long as the tolerance allows
-        loose = ('1e-4',) if problem.numbers.impulse_energy else ()
+        loose = ('1e-3', '1e-4') if problem.numbers.impulse_energy else ()
         each_rate = loose + _TOLERANCES
         return tuple(f'{rate} Hz {each}' for rate in rates for each in each_rate)
 

@@ -15,7 +15,18 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
-from tauto_core.motion.lanes import Lanes, lane, load, negative, ones, width
+from tauto_core.motion.lanes import (
+    Lanes,
+    fma,
+    lane,
+    largest,
+    load,
+    negative,
+    ones,
+    splat,
+    width,
+    with_lane,
+)
 from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
 from tauto_core.motion.system import Mode, Run, Watch, mode_of, planes_of
 from tauto_core.motion.turning import expand
@@ -25,6 +36,11 @@ from tauto_core.samples import FloatArray
 APART = 0.1
 """Fraction of the step by which a node must precede an event to be counted. The place of the event
 is not known better yet, and a passage counted at a node after it would not have happened.
+"""
+
+BEYOND_POINTS, EIGHT = 1.5, (0, 1, 2, 3, 4, 5, 6, 7)
+"""Bound of a polynomial over its piece, as a multiple of its largest value at eight points: a
+motion that is sampled finely enough to be interpolated rises no higher between them.
 """
 
 CLEAR = 2.0
@@ -191,15 +207,21 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -
 
 @compiled
 def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, float]:
-    """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0 if absent."""
+    """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0 if absent.
+
+    The coefficients' sums would do, but in a piece about as long as a wave they are a hundred
+    times too large.
+    """
     if channel is None:
         return 0.0, 0.0
-    value = slope = 0.0
-    for j in range(channel.shape[1]):
-        size = abs(channel[k, j])
-        value += size
-        slope += j * size
-    return value, per * slope
+    x = splat(0.0)
+    for i in EIGHT:
+        x = with_lane(x, i, i / 7.0)
+    value, slope = splat(0.0), splat(0.0)
+    for j in range(channel.shape[1] - 1, -1, -1):
+        slope = fma(slope, x, value)
+        value = fma(value, x, channel[k, j])
+    return BEYOND_POINTS * largest(value), BEYOND_POINTS * per * largest(slope)
 
 
 @compiled
