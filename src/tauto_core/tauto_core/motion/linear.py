@@ -182,7 +182,7 @@ def _are_alike(spans: Spans, k: int) -> bool:
         return False
     shape, first = spans.shape, spans.given.first
     same = shape[k] == shape[k + 1] == shape[k + 2] == shape[k + 3]
-    return same and min(min(first[k], first[k + 1]), min(first[k + 2], first[k + 3])) >= 0
+    return same and min(first[k], first[k + 1], first[k + 2], first[k + 3]) >= 0
 
 
 @inlined
