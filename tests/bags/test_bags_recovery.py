@@ -20,8 +20,8 @@ from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
+from tauto_core import replaying
 from tauto_core import samples as s
-from tauto_core import voyage
 from tauto_core.bags import BagWriter, Message, check_bag, encode, read_bag, recover_bag
 from tauto_core.scene.errors import BagError, BagPlaceError
 
@@ -120,18 +120,18 @@ def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: i
 
 def test_a_recovered_bag_replays(tmp_path: Path) -> None:
     made = recover_bag(killed(tmp_path / 'torn', SIZE * 2 // 3))
-    result = voyage.replay(made.path)
-    assert result['scene'] == voyage.replay(GOLDEN)['scene']
+    result = replaying.replay(made.path)
+    assert result['scene'] == replaying.replay(GOLDEN)['scene']
     with Reader(made.path) as reader:
         span_s = reader.duration * 1e-9
     assert 60 < span_s < 100, 'of 120 s'
-    assert result['drift'] != voyage.replay(GOLDEN)['drift']
+    assert result['drift'] != replaying.replay(GOLDEN)['drift']
 
 
 FULL = """
     import resource, sys
     from pathlib import Path
-    from tauto_core import voyage
+    from tauto_core import replaying, voyage
     from tauto_core.scene import load_scene
 
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -148,7 +148,7 @@ def test_a_bag_that_filled_the_disk_replays_and_is_recovered(tmp_path: Path) -> 
         check=False,
     )
     assert 'bag_0.mcap cannot be written' in done.stderr
-    assert voyage.replay(tmp_path / 'bag')['scene'] == 'measured'
+    assert replaying.replay(tmp_path / 'bag')['scene'] == 'measured'
     found = check_bag(tmp_path / 'bag')
     assert not found.whole
     assert (found.faults, found.notes) == ([], []), 'the scene is the first message'

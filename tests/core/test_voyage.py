@@ -10,6 +10,7 @@ import pytest
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.readiness import check_scene
+from tauto_core.replaying import replay, summarise_bag
 from tauto_core.samples import (
     ESTIMATE,
     OBSERVATION,
@@ -23,14 +24,7 @@ from tauto_core.samples import (
 from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
 from tauto_core.summary import Summary
-from tauto_core.voyage import (
-    Pipeline,
-    ShipSource,
-    pipeline,
-    replay,
-    sail,
-    summarise_bag,
-)
+from tauto_core.voyage import Pipeline, ShipSource, pipeline, sail
 
 
 @pytest.fixture(scope='module')

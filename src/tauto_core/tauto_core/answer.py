@@ -16,7 +16,7 @@ def answer(result: Mapping[str, Any]) -> str:
     """Return the answer as a sentence.
 
     Args:
-        result: what `voyage.sail` and `voyage.replay` return, without the sentence.
+        result: what `voyage.sail` and `replaying.replay` return, without the sentence.
     """
     longitude = result.get('longitude') or {}
     stopped_s = (result.get('trochlea') or {}).get('stopped_s')

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
-from tauto_core import voyage
+from tauto_core import replaying, voyage
 from tauto_core.bags import BagWriter, check_folder, read_bag
 from tauto_core.call_words import in_words_of_calls
 from tauto_core.navigation.estimates import MEAN_RATE_NAMES
@@ -324,9 +324,9 @@ def replay_voyage(path: Path, scene: Scene | None = None) -> Voyage:
     """
     bag = read_bag(path)
     gathered = _Gathered(motion=True)
-    result = voyage.replay(path, scene=scene, watch=gathered.take)
+    result = replaying.replay(path, scene=scene, watch=gathered.take)
     found = gathered.joined()
     for topic in _STATED:
         if topic in bag and topic not in found:
             found[topic] = bag.samples(topic)
-    return Voyage(voyage.bag_scene(bag, scene), result, found)
+    return Voyage(replaying.bag_scene(bag, scene), result, found)

@@ -1,4 +1,4 @@
-"""The stages joined: a whole voyage offline, or the navigator's part repeated from a bag."""
+"""The stages joined: a whole voyage offline."""
 
 from __future__ import annotations
 
@@ -7,43 +7,32 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from tauto_core.answer import answer
-from tauto_core.bags import Bag, BagWriter, read_bag
+from tauto_core.bags import BagWriter
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.navigation.drift import merged
-from tauto_core.navigation.regressors import RecordedIntegrals, integral_names
 from tauto_core.readiness import check_scene, oddities
 from tauto_core.samples import (
-    CORRECTED,
-    ESTIMATE,
-    JOINT_STATES,
-    LONGITUDE_ERROR,
-    LONGITUDE_FIX,
     NS_PER_S,
     OBSERVATION,
-    PHASE,
-    READING,
     SCENE,
     SHIP_FIX,
     SHIP_IMU,
     Batches,
-    JointSamples,
     Samples,
     Stage,
     State,
-    TimeSamples,
     join,
     text,
 )
-from tauto_core.scene import Scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import BagError, PropagationError, TautoError, naming
+from tauto_core.scene import Scene, scene_yaml
+from tauto_core.scene.errors import PropagationError, TautoError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.summary import Summary
 
@@ -244,7 +233,7 @@ def sail(
                 progress(source.produced / source.total)
     warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
     return {
-        **_report(scene, summary),
+        **report(scene, summary),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
         **({'warnings': warnings} if warnings else {}),
@@ -290,7 +279,8 @@ def _kept(scene: Scene, batches: Batches) -> Batches:
     return {topic: samples for topic, samples in batches.items() if topic != SHIP_IMU}
 
 
-def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
+def report(scene: Scene, summary: Summary) -> dict[str, Any]:
+    """Return what a summary says of a voyage, as `sail` reports it."""
     figures = {
         'trochlea': summary.trochlea(),
         'clock': summary.clock(),
@@ -302,158 +292,12 @@ def _report(scene: Scene, summary: Summary) -> dict[str, Any]:
         'answer': answer(figures),
         'duration_s': scene.duration,
         'propagator': summary.propagator,
-        **_sea(scene),
+        **sea_of(scene),
         **figures,
     }
 
 
-def _sea(scene: Scene) -> dict[str, Any]:
+def sea_of(scene: Scene) -> dict[str, Any]:
+    """Return the `sea` of a report; nothing for a ship in none."""
     ship = scene.ship
     return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
-
-
-def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
-    """Return the scene of a bag, or the one given instead.
-
-    Raises:
-        BagError: the bag has none and none is given.
-    """
-    if scene is not None:
-        return scene
-    if bag.scene is None:
-        raise BagError(
-            f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
-            'scene it belongs to (--scene SCENE)'
-        )
-    return parse_scene(bag.scene, f'{bag.path}:{SCENE}')
-
-
-def summarise_bag(path: Path) -> dict[str, Any]:
-    """Return the report of a recorded voyage: the result of `sail`, without the wall time.
-
-    Raises:
-        BagError: not a bag, or without a scene.
-    """
-    bag = read_bag(path)
-    scene = bag_scene(bag)
-    summary = Summary(scene)
-    said = (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
-    for topic in (OBSERVATION, *said):
-        if topic in bag:
-            for part in bag.parts(topic):
-                summary.feed({topic: part})
-    return {**_report(scene, summary), 'bag': str(path)}
-
-
-def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
-    """Return warnings about the topics that are not in a bag."""
-    without = {
-        OBSERVATION: 'the drift is what the scene assumes beforehand',
-        SHIP_FIX: 'the ship is taken to lie where the scene begins',
-        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
-        'to lie still',
-    }
-    return [
-        f'{bag.path}: there is no topic {topic}: {so}'
-        for topic, so in without.items()
-        if topic not in bag and topic in (*wanted, SHIP_FIX)
-    ]
-
-
-def _recorded_motion(bag: Bag, scene: Scene) -> RecordedIntegrals | None:
-    """Return the integrals of a scene's covariates from a bag; None if it has none.
-
-    They are exact even where the motion itself is logged thinly.
-    """
-    covariates = scene.drift.covariates
-    if not covariates or ESTIMATE not in bag:
-        return None
-    estimate = cast(JointSamples, bag.samples(ESTIMATE))
-    named = set(integral_names(covariates)) <= set(estimate.name)
-    return RecordedIntegrals(estimate, covariates) if named else None
-
-
-def replay(
-    path: Path,
-    *,
-    scene: Scene | None = None,
-    smooth: bool = False,
-    stable: bool = False,
-    watch: Callable[[Batches], None] | None = None,
-) -> dict[str, Any]:
-    """Estimate drift and longitude again from a bag's readings and observations alone.
-
-    Args:
-        path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
-            distances, `ship/fix`.
-        scene: replaces the bag's own, and is needed where it has none.
-        smooth: also estimate the drift from all observations in hindsight (`hindsight`).
-        stable: also estimate the stability of the clock (`stability_of`).
-        watch: called with all samples that were read or computed on any topic.
-
-    Returns:
-        `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
-        `longitude`, and the bag's `start_s`, `duration_s`, message `counts` and
-        `warnings`; where asked for, `smoothed` and `stability`.
-
-    Raises:
-        BagError: not a bag, no readings, or no scene.
-        EstimationError: readings whose stability cannot be estimated.
-    """
-    bag = read_bag(path)
-    found = bag_scene(bag, scene)
-    expect_fix = SHIP_FIX in bag
-    motion = _recorded_motion(bag, found)
-    drift = DriftStage(found, expect_schedule=False, motion=motion)
-    stages = Pipeline([drift, LongitudeStage(found, expect_fix=expect_fix)])
-    summary = Summary(found)
-    recorded = {
-        topic: bag.samples(topic)
-        for topic in dict.fromkeys((*drift.inputs, SHIP_FIX))
-        if topic == READING or topic in bag
-    }
-    said = stages.feed(recorded)
-    held = stages.finish()
-    for batches in (said, held):
-        summary.feed(batches)
-        if watch is not None:
-            watch(batches)
-    start, end = bag.start_ns or 0, bag.end_ns or 0
-    figures = {
-        'clock': summary.clock(),
-        'drift': summary.drift(),
-        'longitude': summary.longitude(),
-    }
-    return {
-        'scene': found.name,
-        'answer': answer(figures),
-        'bag': str(path),
-        **_sea(found),
-        **figures,
-        **(_smoothed(merged([said, held]), found) if smooth else {}),
-        **(_stability(said) if stable else {}),
-        'start_s': start / NS_PER_S,
-        'duration_s': (end - start) / NS_PER_S,
-        'counts': bag.counts,
-        'warnings': [
-            *bag.warnings,
-            *_missing(bag, drift.inputs),
-            *drift_warnings(stages.health(), found),
-        ],
-    }
-
-
-def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
-    from tauto_core.navigation.hindsight import hindsight
-
-    reading, observation, corrected = (
-        cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
-    )
-    estimate = cast(JointSamples, said[ESTIMATE])
-    return {'smoothed': hindsight(reading, observation, corrected, estimate, scene)}
-
-
-def _stability(said: Batches) -> dict[str, Any]:
-    from tauto_core.navigation.stability import stability_of
-
-    return {'stability': stability_of(cast(TimeSamples, said[READING]))}

@@ -89,9 +89,10 @@ def graph(
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
     from tauto_core.readiness import check_scene, oddities
+    from tauto_core.replaying import summarise_bag
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.voyage import compile_kernels, summarise_bag
+    from tauto_core.voyage import compile_kernels
     from tauto_nodes.graph import Plan, run_graph
 
     pace = _speed(speed)

@@ -1,8 +1,6 @@
 """One MCAP file as spans of records, found by its index or, without one, by reading all of it.
 
-A record is an opcode, a length and a body, both in the file and in a decompressed chunk (MCAP
-specification, sections Records and Chunk). Whole records before a truncation can be read; a
-compressed chunk can be read only as a whole.
+What the records are, `mcap_records` knows.
 """
 
 from __future__ import annotations
@@ -15,6 +13,15 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple
 
+from tauto_core.bags.mcap_records import (
+    MESSAGE,
+    MESSAGE_HEAD,
+    RECORD,
+    Stored,
+    chunk_records,
+    messages_in,
+    records_in,
+)
 from tauto_core.scene.errors import BagError
 
 if TYPE_CHECKING:
@@ -25,13 +32,8 @@ if TYPE_CHECKING:
 MAGIC = b'\x89MCAP0\r\n'
 SPAN_BYTES = 1 << 20
 
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x03, 0x04, 0x05, 0x06
+_SCHEMA, _CHANNEL, _CHUNK = 0x03, 0x04, 0x06
 _METADATA, _DATA_END, _FOOTER = 0x0C, 0x0F, 0x02
-_RECORD = struct.Struct('<BQ')
-_MESSAGE_HEAD = struct.Struct('<HIQQ')
-# opcode, length and fields in one, without sequence and publish time
-_MESSAGE_RECORD = struct.Struct('<BQH4xQ8x')
-_CHUNK_HEAD = struct.Struct('<QQQII')
 _FOOTER_RECORD = struct.Struct('<BQQQI')
 
 
@@ -44,14 +46,6 @@ class Channel(NamedTuple):
     definition: bytes
     definition_encoding: str
     metadata: Mapping[str, str]
-
-
-class Stored(NamedTuple):
-    """A stored message."""
-
-    stamp_ns: int
-    channel: int
-    payload: bytes
 
 
 class Recorded(NamedTuple):
@@ -107,25 +101,25 @@ class McapFile:
             stream: this file, open.
             channels: those wanted; all when left out.
         """
-        yield from _messages(self._octets(span, stream), channels)
+        yield from messages_in(self._octets(span, stream), channels)
 
     def recorded(self, span: Span, stream: BinaryIO) -> Iterator[Recorded]:
         """Yield the messages of a span as they were recorded, in the order of the file."""
         octets = self._octets(span, stream)
-        for opcode, first, last in _records(octets):
-            if opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
-                head = _MESSAGE_HEAD.unpack_from(octets, first)
-                payload = octets[first + _MESSAGE_HEAD.size : last]
+        for opcode, first, last in records_in(octets):
+            if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
+                head = MESSAGE_HEAD.unpack_from(octets, first)
+                payload = octets[first + MESSAGE_HEAD.size : last]
                 yield Recorded._make((*head, payload))
 
     def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
         """Return stamp [ns] and offset of each message among the records of a span, by channel."""
         octets = self._octets(span, stream)
         found: dict[int, set[tuple[int, int]]] = {}
-        for opcode, first, last in _records(octets):
-            if opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
-                channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack_from(octets, first)
-                found.setdefault(channel, set()).add((stamp_ns, first - _RECORD.size))
+        for opcode, first, last in records_in(octets):
+            if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
+                channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, first)
+                found.setdefault(channel, set()).add((stamp_ns, first - RECORD.size))
         return found
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
@@ -133,7 +127,7 @@ class McapFile:
         stream.seek(span.offset)
         try:
             octets = stream.read(span.length)
-            return _unpack(octets) if span.chunk else octets
+            return chunk_records(octets) if span.chunk else octets
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
             return b''
@@ -243,10 +237,10 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
     size = stream.seek(0, 2)
     at = len(MAGIC)
     complete = False
-    while at + _RECORD.size <= size:
+    while at + RECORD.size <= size:
         stream.seek(at)
-        opcode, length = _RECORD.unpack(stream.read(_RECORD.size))
-        end = at + _RECORD.size + length
+        opcode, length = RECORD.unpack(stream.read(RECORD.size))
+        end = at + RECORD.size + length
         complete = opcode in {_DATA_END, _FOOTER} and end <= size
         if complete:
             break
@@ -256,8 +250,8 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
             _register(file, schemas, opcode, stream.read(length))
         elif end <= size and opcode == _METADATA:
             _describe(file, stream.read(length))
-        elif end <= size and opcode == _MESSAGE and length >= _MESSAGE_HEAD.size:
-            channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack(stream.read(_MESSAGE_HEAD.size))
+        elif end <= size and opcode == MESSAGE and length >= MESSAGE_HEAD.size:
+            channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack(stream.read(MESSAGE_HEAD.size))
             _extend(file, Span(at, end - at, stamp_ns, stamp_ns, None, chunk=False), channel)
         at = end
     if not complete:
@@ -278,17 +272,17 @@ def _walk_chunk(
 ) -> None:
     stream.seek(at)
     try:
-        records = _unpack(stream.read(end - at))
+        octets = chunk_records(stream.read(end - at))
     except ValueError as error:
         file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
         return
     stamps: list[int] = []
     channels: set[int] = set()
-    for opcode, first, last in _records(records):
+    for opcode, first, last in records_in(octets):
         if opcode in {_SCHEMA, _CHANNEL}:
-            _register(file, schemas, opcode, records[first:last])
-        elif opcode == _MESSAGE and last - first >= _MESSAGE_HEAD.size:
-            channel, _, stamp_ns, _ = _MESSAGE_HEAD.unpack_from(records, first)
+            _register(file, schemas, opcode, octets[first:last])
+        elif opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
+            channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, first)
             stamps.append(stamp_ns)
             channels.add(channel)
             file.counts[channel] = file.counts.get(channel, 0) + 1
@@ -359,89 +353,6 @@ def _extend(file: McapFile, span: Span, channel: int) -> None:
         )
         file.spans.pop()
     file.spans.append(span)
-
-
-def _unpack(record: bytes) -> bytes:
-    """Return the records of a chunk; of an uncompressed one that is truncated, those before.
-
-    Raises:
-        ValueError: says what is damaged.
-    """
-    try:
-        _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, _RECORD.size)
-        first = _RECORD.size + _CHUNK_HEAD.size
-        compression = record[first : first + name_length].decode()
-        (length,) = struct.unpack_from('<Q', record, first + name_length)
-    except struct.error:
-        raise ValueError('its head is cut') from None
-    first += name_length + 8
-    body = record[first : first + length]
-    if compression == '' and len(body) < length:
-        return body
-    if len(body) < length:
-        raise ValueError(f'{len(body)} of {length} bytes')
-    octets = _decompress(compression, body, size)
-    if len(octets) != size or (crc and zlib.crc32(octets) != crc):
-        raise ValueError('wrong checksum')
-    return octets
-
-
-def _decompress(compression: str, body: bytes, size: int) -> bytes:
-    if compression == 'zstd':
-        return _decompress_zstd(body, size)
-    if compression == 'lz4':
-        return _decompress_lz4(body)
-    if compression:
-        raise ValueError(f'compression {compression!r}, where zstd, lz4 or none can be read')
-    return body
-
-
-def _decompress_zstd(body: bytes, size: int) -> bytes:
-    import zstandard
-
-    try:
-        return zstandard.decompress(body, size)
-    except (zstandard.ZstdError, MemoryError, OverflowError) as error:
-        raise ValueError(str(error)) from None
-
-
-def _decompress_lz4(body: bytes) -> bytes:
-    import lz4.frame  # type: ignore[import-untyped]
-
-    try:
-        return bytes(lz4.frame.decompress(body))
-    except (RuntimeError, EOFError, MemoryError) as error:
-        raise ValueError(str(error)) from None
-
-
-def _records(octets: bytes) -> Iterator[tuple[int, int, int]]:
-    """Yield opcode, begin and end of the body of each whole record."""
-    at = 0
-    while at + _RECORD.size <= len(octets):
-        opcode, length = _RECORD.unpack_from(octets, at)
-        first = at + _RECORD.size
-        at = first + length
-        if at > len(octets):
-            return
-        yield opcode, first, at
-
-
-def _messages(octets: bytes, channels: Collection[int] | None) -> Iterator[Stored]:
-    """Yield the whole messages among records, of some channels.
-
-    A bag is read once for each topic that is wanted, so skipping must be cheap.
-    """
-    at, size, skipped = 0, len(octets), _RECORD.size + _MESSAGE_HEAD.size
-    head_of = _MESSAGE_RECORD.unpack_from
-    while at + skipped <= size:
-        opcode, length, channel, stamp_ns = head_of(octets, at)
-        end = at + _RECORD.size + length
-        if end > size:
-            return
-        wanted = opcode == _MESSAGE and (channels is None or channel in channels)
-        if wanted and length >= _MESSAGE_HEAD.size:
-            yield Stored(stamp_ns, channel, octets[at + skipped : end])
-        at = end
 
 
 def _full_name(name: str) -> str:

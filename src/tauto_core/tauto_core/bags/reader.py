@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tauto_core.bags.codec import decode_as
-from tauto_core.bags.mcap_file import Channel, McapFile, Stored, open_mcap
+from tauto_core.bags.mcap_file import Channel, McapFile, open_mcap
+from tauto_core.bags.mcap_records import Stored
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
 from tauto_core.bags.writer import METADATA
 from tauto_core.samples import SCENE, IntArray, Samples, TextSamples

@@ -232,7 +232,7 @@ def replay(
     as_json: AsJson = False,
 ) -> None:
     """Estimate drift and longitude from a bag; nothing else is needed."""
-    from tauto_core import voyage
+    from tauto_core import replaying
     from tauto_core.cli import stability_figure
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.replay_tables import replay_tables
@@ -245,7 +245,7 @@ def replay(
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     with progress_bar(f'replay {bag}'):
-        result = voyage.replay(bag, scene=loaded, smooth=smooth, stable=stability)
+        result = replaying.replay(bag, scene=loaded, smooth=smooth, stable=stability)
     _warn(result['warnings'])
     if plot is not None:
         stability_figure.draw(result['stability'], result['scene'], plot)
