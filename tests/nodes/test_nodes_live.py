@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from conftest import Bench, overrides
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
 
 from tauto_core.bags import BagWriter, encode, read_bag
@@ -22,6 +23,7 @@ from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.voyage import ShipSource, sail
+from tauto_nodes.diagnostics import assess
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.longitude import Longitude
@@ -83,6 +85,30 @@ def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Benc
     sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
     bench.until(lambda: levels[-1][0] == DiagnosticStatus.ERROR)
     assert levels[-1][2] == 'incompatible QoS on ship/imu'
+    sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=10))
+    bench.until(lambda: levels[-1][0] == DiagnosticStatus.WARN)
+    assert levels[-1][2] == 'in the last 10 s: ship/imu incompatible_qos 1'
+
+
+def test_a_subscriber_that_asks_for_too_much_is_a_warning(bench: Bench) -> None:
+    trochlea = Trochlea(**overrides(**FOREIGN))
+    onlooker = bench.add(Node('onlooker'), trochlea)
+    said: list[str] = []
+    onlooker.create_subscription(
+        Log, '/rosout', lambda log: said.append(log.msg), QoSProfile(depth=100)
+    )
+    bench.until(lambda: onlooker.count_publishers('/rosout') == 2)
+    onlooker.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=10))
+    latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    onlooker.create_subscription(TimeReference, READING, lambda _: None, latched)
+    bench.until(lambda: any('clock/reading: a subscriber asks for more' in one for one in said))
+    assert any('DURABILITY' in one for one in said)
+    risen = {name: n for name, n in trochlea.health().items() if n}
+    assert risen == {'clock/reading incompatible_qos': 1}
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    level, words = assess(trochlea, time.monotonic())
+    assert level == DiagnosticStatus.WARN
+    assert words == 'in the last 10 s: clock/reading incompatible_qos 1'
 
 
 def test_bad_messages_are_counted_and_silence_is_an_error(bench: Bench) -> None:

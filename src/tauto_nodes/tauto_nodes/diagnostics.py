@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterable, Iterator
-from itertools import chain
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -19,7 +18,6 @@ from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX
 
 if TYPE_CHECKING:
     from tauto_nodes.member import Member
-    from tauto_nodes.ports import Input, Output
 
 PERIOD_S = 1.0
 
@@ -56,10 +54,9 @@ def _findings(member: Member, now_s: float, risen: dict[str, int]) -> Iterator[F
     error, warn = DiagnosticStatus.ERROR, DiagnosticStatus.WARN
     if member.failure is not None:
         yield error, f'failed: {member.failure}'
-    ports: Iterable[tuple[str, Input | Output]] = chain(
-        member.inputs.items(), member.outputs.items()
-    )
-    if clash := [topic for topic, port in ports if port.incompatible]:
+    if clash := [
+        t for t, source in member.inputs.items() if source.incompatible and not source.matched
+    ]:
         yield error, f'incompatible QoS on {", ".join(clash)}'
     if member.input_over:
         return

@@ -23,12 +23,15 @@ from tauto_nodes.running import SUPERVISOR
 PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 """Environment variables that name a profile of Fast DDS, of 3 and of 2."""
 
+FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
+"""Environment variable: rmw leaves the memory policy to the profile."""
+
 
 def fast_dds_profile() -> dict[str, str]:
     """Return the environment that gives a graph of ours its profile; empty where one is set."""
     if any(os.environ.get(name) for name in PROFILES):
         return {}
-    return {PROFILES[1]: str(Path(__file__).with_name('fastdds.xml'))}
+    return {PROFILES[1]: str(Path(__file__).with_name('fastdds.xml')), FROM_PROFILE: '1'}
 
 
 NEAR = 0.75

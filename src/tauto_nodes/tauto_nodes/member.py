@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
+from itertools import chain
 from typing import Any
 
 from rclpy.clock import Clock
@@ -79,7 +80,11 @@ class Member(PortNode):
 
     def health(self) -> dict[str, int]:
         """Return counters of what was refused or bridged."""
-        return dict(self._left_aside)
+        ports: Iterable[tuple[str, Input | Output]] = chain(
+            self.inputs.items(), self.outputs.items()
+        )
+        clashes = {f'{topic} incompatible_qos': p.incompatible for topic, p in ports}
+        return {**self._left_aside, **{name: n for name, n in clashes.items() if n}}
 
     @property
     def trouble(self) -> str:

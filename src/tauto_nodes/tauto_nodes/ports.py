@@ -14,6 +14,7 @@ from typing import Any, ParamSpec
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.qos import qos_policy_name_from_kind
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from std_msgs.msg import UInt8MultiArray
 
@@ -223,10 +224,16 @@ class PortNode(Node):
             self.inputs[topic].lost = info.total_count
         else:
             port.incompatible = info.total_count
-            self.get_logger().error(
-                f"{topic}: the other side's quality of service does not match; "
-                'set qos_overrides or imu_reliability'
-            )
+            if isinstance(port, Input):
+                self.get_logger().error(
+                    f"{topic}: a publisher's quality of service does not match; "
+                    'set qos_overrides or imu_reliability'
+                )
+            else:
+                self.get_logger().warning(
+                    f'{topic}: a subscriber asks for more than this node offers '
+                    f'({qos_policy_name_from_kind(info.last_policy_kind)}) and gets nothing'
+                )
 
     def _several_sources(self, topic: str, source: Input) -> None:
         others = self.get_publishers_info_by_topic(self.link_name(topic))
