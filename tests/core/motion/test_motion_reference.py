@@ -18,8 +18,9 @@ from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.wheel_plane import NODES
 from tauto_core.motion.work import make_work
 from tauto_core.samples import JOINT_STATES, PHASE
-from tauto_core.scene import Drag, load_scene
+from tauto_core.scene import Drag, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.template import all_that_go, new_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
 
@@ -130,6 +131,37 @@ def test_a_minute_and_a_half_at_sea_against_dop853_on_the_same_samples(name):
         np.testing.assert_array_equal(found.half_turns, exact.half_turns)
         np.testing.assert_array_equal(found.beats, exact.beats)
     assert exact.half_turns[-1] > 40
+
+
+WHEELS = sorted(
+    {
+        (kinds['cam'], kinds['thread'], kinds['power'])
+        for kinds in all_that_go()
+        if kinds['thread'] in ('vertical', 'hole')
+    }
+)
+
+
+@pytest.mark.parametrize('kinds', WHEELS, ids='-'.join)
+def test_every_kind_of_wheel_at_sea_against_dop853(kinds):
+    """All cams and powers that go together, by collocation, for 16 s; bound: twice the above's."""
+    written = new_scene('new', dict(zip(('cam', 'thread', 'power'), kinds, strict=True)))
+    trochlea = parse_scene(written, 'new').trochlea
+    scene = scene_of(
+        ship=SEA,
+        duration=16.0,
+        log={'interval': 4.0},
+        trochlea=trochlea.model_dump(exclude_none=True),
+        drag={'viscous': 1e-5, 'quadratic': 1e-5},
+    )
+    machine = compile_machine(scene)
+    forcing = sampled_forcing(scene, machine)
+    engine, reference = Collocation(machine), Reference(machine)
+    engine.release(forcing)
+    reference.release(forcing)
+    found, exact = engine.advance(forcing), reference.advance(forcing)
+    np.testing.assert_allclose(found.angle, exact.angle, rtol=0.0, atol=4e-11)
+    np.testing.assert_array_equal(found.beats, exact.beats)
 
 
 @pytest.mark.parametrize('angle', [0.004, 0.012])

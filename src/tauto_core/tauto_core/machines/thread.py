@@ -112,6 +112,14 @@ class ThreadKind(Kind):
                 'thread',
                 'Leave it out, or use thread kind vertical.',
             )
+        elif power.pull.stiffness:
+            yield Problem(
+                'trochlea.power.kind',
+                power.kind,
+                f'does not go with trochlea.thread.kind {self.kind}, whose equations have no '
+                'spring',
+                'Use power kind weight, or thread kind vertical.',
+            )
         frictions = {
             'drag.coulomb': 0.0 if drag is None else drag.coulomb,
             'escapement.rest.friction': 0.0 if escapement is None else escapement.friction,

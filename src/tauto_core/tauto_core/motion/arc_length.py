@@ -94,9 +94,12 @@ def angles_of(arcs: FloatArray, k: float) -> FloatArray:
 
 
 def arc_shape(machine: Machine) -> ArcShape | None:
-    """Return the shape of a machine; None where ϑ itself is the better coordinate."""
+    """Return the shape of a machine; None where ϑ itself is the better coordinate.
+
+    A spring's pull grows with the lift, which the polynomials do not hold.
+    """
     rate = machine.cam.linear_rate
-    if rate is None or machine.carried_mass == 0.0:
+    if rate is None or machine.carried_mass == 0.0 or machine.stiffness > 0.0:
         return None
     k = rate * math.sqrt(machine.carried_mass / machine.inertia)
     reach = min(machine.cam.range_rad, MARGIN * abs(machine.release_angle) + 0.1)
