@@ -394,7 +394,8 @@ def replay(
     Returns:
         `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
         `longitude`, `duration_s` (the scene's, if it was sailed to its end; otherwise the bag's),
-        and the bag's `start_s`, message `counts` and `warnings`; where asked for, `smoothed` and `stability`.
+        and the bag's `start_s`, message `counts` and `warnings`; where asked for, `smoothed` and
+        `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
