@@ -83,8 +83,10 @@ class ShipKind(Kind):
         lies_still: whether nothing moves, so that one sample per log interval is enough.
         is_computed: whether its harmonics are the motion itself rather than a measured one. Then
             it is smooth at the start, its waves are known and its roll can be scaled.
+        is_random: whether it is drawn from the seed.
     """
 
+    is_random: ClassVar[bool] = False
     lies_still: ClassVar[bool] = False
     is_computed: ClassVar[bool] = True
 
