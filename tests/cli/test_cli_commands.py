@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -371,6 +372,17 @@ def test_keys_of_a_scene_are_set_on_the_command_line() -> None:
     assert facts['duration_s'] == 60.0
     drawn = tauto('isochronism', 'ideal', '--amplitudes', '1', '--set', 'trochlea.inertia=1.6e-3')
     assert 'nominal period' in drawn.stdout
+
+
+@pytest.mark.parametrize('rate', ['8.3333333', '7', '0.3', '1500', '6'])
+@pytest.mark.parametrize('interval', [1.0, 0.1, 0.04])
+def test_the_rate_that_is_named_is_accepted(rate: str, interval: float) -> None:
+    log = ('--set', f'log.interval={interval}')
+    refused = tauto('scene', 'check', 'second_cam_at_sea', '--set', f'ship.rate={rate}', *log)
+    assert refused.exit_code == 2
+    named = re.search(r'for example ([\d.]+) Hz', refused.stderr)
+    assert named, refused.stderr
+    load_scene('second_cam_at_sea', **{'ship.rate': float(named[1]), 'log.interval': interval})
 
 
 def test_null_removes_a_key_that_may_be_absent() -> None:

@@ -48,6 +48,11 @@ class Surroundings(Protocol):
         ...
 
     @property
+    def log_interval_ns(self) -> int:
+        """Time between logged samples [ns], of which the length is a whole number."""
+        ...
+
+    @property
     def voyage(self) -> Voyage | None:
         """The voyage from port to port; None: the ship stays in one place."""
         ...
