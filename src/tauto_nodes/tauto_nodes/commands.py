@@ -158,8 +158,8 @@ def _check_playable(path: Path, rate: float, topics: list[str]) -> None:
         raise UsageError(f'--rate {rate:g}: must lie between {low:g} and {high:g}. Use 1 or 10')
     bag = read_bag(path)
     has = ', '.join(bag.topics)
-    driving = cast(tuple[str, ...], known['topics'].default)
-    for asked in [(topic,) for topic in topics] or [driving]:
+    each: list[tuple[str, ...]] = [(topic,) for topic in topics]
+    for asked in each or [cast(tuple[str, ...], known['topics'].default)]:
         try:
             ports_of(bag, asked)
         except ParameterError:
