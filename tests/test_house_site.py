@@ -15,14 +15,18 @@ ROOT = Path(__file__).parents[1]
 
 
 class Page(HTMLParser):
-    """The links of a page, what it loads, and its anchors."""
+    """The links of a page, what it loads, its anchors and its text."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
         self.links: list[str] = []
         self.loads: list[str] = []
         self.anchors: set[str] = set()
+        self.text = ''
         self.feed(text)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         given = {name: value or '' for name, value in attrs}
@@ -84,6 +88,15 @@ def test_links_and_anchors_lead_somewhere(site: dict[Path, Page]) -> None:
 def test_the_site_asks_nothing_of_any_network(site: dict[Path, Page]) -> None:
     for file, page in site.items():
         assert not [each for each in page.loads if urlsplit(each).netloc], str(file)
+
+
+def test_the_page_of_examples_shows_each_script(site: dict[Path, Page]) -> None:
+    shown = ' '.join(site[Path('howto/python.html')].text.split())
+    scripts = sorted((ROOT / 'docs' / 'examples').glob('*.py'))
+    assert scripts
+    for script in scripts:
+        for line in script.read_text(encoding='utf-8').splitlines():
+            assert ' '.join(line.split()) in shown, script.name
 
 
 def test_the_reference_of_python_has_every_public_name(site: dict[Path, Page]) -> None:

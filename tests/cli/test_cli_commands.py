@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -373,13 +374,40 @@ def test_keys_of_a_scene_are_set_on_the_command_line() -> None:
     assert 'nominal period' in drawn.stdout
 
 
+@pytest.mark.parametrize('rate', ['8.3333333', '7', '0.3', '1500', '6'])
+@pytest.mark.parametrize('interval', [1.0, 0.1, 0.04])
+def test_the_rate_that_is_named_is_accepted(rate: str, interval: float) -> None:
+    log = ('--set', f'log.interval={interval}')
+    refused = tauto('scene', 'check', 'second_cam_at_sea', '--set', f'ship.rate={rate}', *log)
+    assert refused.exit_code == 2
+    named = re.search(r'for example ([\d.]+) Hz', refused.stderr)
+    assert named, refused.stderr
+    load_scene('second_cam_at_sea', **{'ship.rate': float(named[1]), 'log.interval': interval})
+
+
+def test_null_removes_a_key_that_may_be_absent() -> None:
+    scene = load_scene('cheek_before_euler')
+    assert scene.escapement is not None
+    bare = json.loads(tauto(*MINUTE, '--set', 'escapement=null', '--json').stdout)
+    without = scene.model_copy(update={'escapement': None, 'duration': 60.0})
+    assert bare['trochlea'] == voyage.sail(without)['trochlea']
+    # absent already, and absent by default: nothing to remove
+    for key in ('suspension', 'drift.gate'):
+        assert tauto(*MINUTE, '--set', f'{key}=null').exit_code == 0
+
+
 @pytest.mark.parametrize(
     ('setting', 'words'),
     [
         ('seed', 'has no KEY='),
         ('=3', 'has no KEY='),
         ('seed=', 'has no value'),
+        ("seed=''", 'must be a whole number'),
         ('duration=5', 'duration is given twice'),
+        ('trochlea..release_angle=0.5', 'trochlea..release_angle = 0.5: has an empty name beside'),
+        ('trochlea.cam=null', 'trochlea.cam: is missing'),
+        ('escapment=null', 'Did you mean `escapement`'),
+        ('trochlea.cam.base_radiu=~', 'trochlea.cam.base_radiu: is no key of'),
         ('voyage.departure=[50.8', "'voyage.departure=[50.8, -1.1]'"),
         ('trochlea.release_angle=0,3', 'write 0.3'),
         ('trochlea.release_angel=0.3', 'Did you mean `release_angle`'),

@@ -47,6 +47,17 @@ def test_json_has_the_same_numbers(vary):
     assert found['failures'] == {}
 
 
+def test_ships_that_meet_the_same_motion_are_told_before_they_sail(vary):
+    same = 'all ships meet the same motion, since ship.kind is recorded'
+    few = ('fleet', 'measured', '--ships', '2', '--duration', '60', '--jobs', '1')
+    assert same in CliRunner().invoke(app, few).stderr
+    assert same not in fleet('--ships', '2').stderr
+    vary.write_text('drift.observation_sigma: {kind: normal, sigma: 1.0e-3}')
+    assert same in CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
+    vary.write_text('trochlea.release_angle: {kind: normal, sigma: 1.0e-3}')
+    assert same not in CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
+
+
 @pytest.mark.parametrize(
     ('words', 'said'),
     [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from urllib.parse import urlparse
 from urllib.request import url2pathname
@@ -44,6 +45,21 @@ def test_nothing_is_replaced(tmp_path: Path) -> None:
     refused = tauto('scene', 'new', '-o', tmp_path / 'none' / 'a.yaml')
     assert refused.exit_code == 2
     assert 'No such file or directory' in refused.stderr
+
+
+def test_the_next_command_can_be_pasted_whatever_the_name(tmp_path: Path) -> None:
+    file = tmp_path / 'Über uns.yaml'
+    said = tauto('scene', 'new', '-o', file).stderr
+    command = said.partition('Sail it with: ')[2]
+    assert shlex.split(command) == ['tauto', 'sail', str(file)]
+
+
+def test_a_folder_is_no_file(tmp_path: Path) -> None:
+    for folder in (f'{tmp_path}/dir.d/', str(tmp_path)):
+        refused = tauto('scene', 'new', '-o', folder)
+        assert refused.exit_code == 2
+        assert f'--out {folder}: is a folder. Name a file in it' in refused.stderr
+    assert not (tmp_path / 'dir.d').exists()
 
 
 def test_kinds_that_do_not_go_together_write_nothing(tmp_path: Path) -> None:

@@ -40,8 +40,16 @@ def test_bag_and_replay_give_the_figures_of_the_run(measured):
     again = summarise_bag(out)
     assert {k: v for k, v in report.items() if k != 'wall_s'} == again
     figures = replay(out)
-    for part in ('clock', 'drift', 'longitude'):
+    for part in ('clock', 'drift', 'longitude', 'duration_s'):
         assert figures[part] == report[part]
+
+
+def test_a_bag_that_was_cut_short_has_its_own_length(measured):
+    scene, _, out = measured
+    bag = read_bag(out)
+    length_s = replay(out, scene=scene.model_copy(update={'duration': 240.0}))['duration_s']
+    assert length_s == (bag.end_ns - bag.start_ns) / 1e9
+    assert 120.0 < length_s < 121.0  # with the motion beyond the end
 
 
 def test_the_estimate_is_held_against_dial_and_mean_rate(measured):

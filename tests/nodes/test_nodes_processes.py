@@ -18,8 +18,10 @@ from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
+from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
+from tauto_core.cli.app import app
 from tauto_nodes.running import executor_named
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
@@ -377,3 +379,24 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     assert played.returncode == 0, played.stderr
     assert 'played clock/reading 21' in played.stdout + played.stderr
     assert played.stderr.startswith(f'tauto: {out}: plays when each topic has a subscriber')
+
+
+BAG = str(Path(__file__).parents[2] / 'bags' / 'cheek_1min')
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (['nosuch'], 'nosuch does not exist'),
+        ([BAG, '--rate', '0'], '--rate 0: must lie between 0.001 and 1e+06'),
+        ([BAG, '--rate', 'nan'], '--rate nan: must lie between'),
+        ([BAG, '--topic', 'nosuch'], '--topic nosuch: is not in '),
+        ([BAG, '--topic', 'scene', '--topic', 'nosuch'], '--topic nosuch: is not in '),
+    ],
+)
+def test_what_cannot_be_played_is_refused_before_anything_starts(
+    words: list[str], said: str
+) -> None:
+    played = CliRunner().invoke(app, ['play', *words])
+    assert played.exit_code == 2
+    assert played.stderr.startswith(f'tauto: {said}')

@@ -115,8 +115,9 @@ def replay(
 
     Returns:
         `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
-        `longitude`, and the bag's `start_s`, `duration_s`, message `counts` and
-        `warnings`; where asked for, `smoothed` and `stability`.
+        `longitude`, `duration_s` (the scene's, if it was sailed to its end; otherwise the bag's),
+        and the bag's `start_s`, message `counts` and `warnings`; where asked for, `smoothed` and
+        `stability`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -140,7 +141,6 @@ def replay(
         summary.feed(batches)
         if watch is not None:
             watch(batches)
-    start, end = bag.start_ns or 0, bag.end_ns or 0
     figures = {
         'clock': summary.clock(),
         'drift': summary.drift(),
@@ -154,8 +154,8 @@ def replay(
         **figures,
         **(_smoothed(merged([said, held]), found) if smooth else {}),
         **(_stability(said) if stable else {}),
-        'start_s': start / NS_PER_S,
-        'duration_s': (end - start) / NS_PER_S,
+        'start_s': (bag.start_ns or 0) / NS_PER_S,
+        'duration_s': _length_s(bag, found, cast(TimeSamples, recorded[READING])),
         'counts': bag.counts,
         'warnings': [
             *bag.warnings,
@@ -163,6 +163,18 @@ def replay(
             *drift_warnings(stages.health(), found),
         ],
     }
+
+
+def _length_s(bag: Bag, scene: Scene, reading: TimeSamples) -> float:
+    """Return the length of a bag [s]: the scene's, where the scene was sailed to its end.
+
+    Motion is recorded for some steps beyond it, from which the clock is interpolated.
+    """
+    start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
+    read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
+    if (start_ns, read_to_ns) == (scene.starts_at_ns, scene.starts_at_ns + scene.duration_ns):
+        return scene.duration
+    return (end_ns - start_ns) / NS_PER_S
 
 
 def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:

@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 # before Euler on land (action_angle); a day of globe_in_oil on each of its curves, of which the
 # dearest counts. Impulses, levers and swinging threads: the eight clocks of `tauto compare` over
 # 81 days. The start: processor time of `tauto sail` of a minute.
-# Intel Xeon, Python 3.11, Numba 0.68.
+# Intel Xeon, Python 3.11. These kernels were compiled by Numba 0.68; with tauto_core.kernels only
+# FORCED_NS_A_SAMPLE has been measured anew.
 MEASURED_ON = 'a core at 2.5 GHz'
 START_S = {
     'harmonic': 0.5,

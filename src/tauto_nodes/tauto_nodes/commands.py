@@ -6,7 +6,7 @@ import json
 import math
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -146,6 +146,32 @@ def graph(
         raise typer.Exit(1)
 
 
+def _check_playable(path: Path, rate: float, topics: list[str]) -> None:
+    """Refuse a rate or topics that cannot be played, in the words of the command line."""
+    from tauto_core.bags import read_bag
+    from tauto_nodes.errors import ParameterError
+    from tauto_nodes.parameters import PARAMETERS
+    from tauto_nodes.player import ports_of
+
+    known = {parameter.name: parameter for parameter in PARAMETERS['player']}
+    low, high = known['rate'].low, known['rate'].high
+    if not low <= rate <= high:  # also true for NaN
+        raise UsageError(f'--rate {rate:g}: must lie between {low:g} and {high:g}. Use 1 or 10')
+    bag = read_bag(path)
+    has = ', '.join(bag.topics)
+    each: list[tuple[str, ...]] = [(topic,) for topic in topics]
+    for asked in each or [cast(tuple[str, ...], known['topics'].default)]:
+        try:
+            ports_of(bag, asked)
+        except ParameterError:
+            said = (
+                f'--topic {asked[0]}: is not in {path}; name one of'
+                if topics
+                else (f'{path}: has nothing that drives the graph; name with --topic')
+            )
+            raise UsageError(f'{said} {has}') from None
+
+
 def play(
     bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
     *,
@@ -167,6 +193,7 @@ def play(
     from tauto_nodes.player import Player
     from tauto_nodes.running import run
 
+    _check_playable(bag, rate, topic or [])
     arguments = ['--ros-args', '-r', f'__ns:=/{_namespace(namespace)}']
     values: dict[str, Any] = {'bag': str(bag), 'rate': float(rate), 'publish_clock': publish_clock}
     if topic:

@@ -72,7 +72,6 @@ def test_every_ship_has_a_seed_and_a_sea_of_her_own():
 @pytest.mark.parametrize(
     ('draws', 'said'),
     [
-        ({'trochlea__cam__base_radus': {'kind': 'list', 'values': [1.0]}}, 'base_radius'),
         ({'trochlea__cam__base_radius': {'kind': 'normal', 'sigma': 0.1}}, '-0.'),
         ({'ship__kind__x': {'kind': 'list', 'values': [1.0]}}, 'no such key'),
         ({'name': {'kind': 'normal', 'sigma': 1.0}}, 'no number'),
@@ -86,6 +85,22 @@ def test_a_ship_that_cannot_be_is_refused_with_key_and_remedy(draws, said):
     assert next(iter(draws)).replace('__', '.').rsplit('.', 1)[0] in message
     assert 'as drawn' in message
     assert said in message
+
+
+@pytest.mark.parametrize(
+    ('key', 'meant'),
+    [('trochlea.cam.base_radiu', '`base_radius`'), ('trochlae.cam.base_radius', '`trochlea`')],
+)
+@pytest.mark.parametrize(
+    'draw', [{'kind': 'normal', 'sigma': 2e-5}, {'kind': 'list', 'values': ['a']}]
+)
+def test_a_misspelt_key_is_answered_with_what_was_meant(key, meant, draw):
+    with pytest.raises(SceneError) as caught:
+        plan(**{key.replace('.', '__'): draw}).check()
+    message = str(caught.value)
+    assert message.startswith(f'vary.yaml: {key}: is no key of')
+    assert f'Did you mean {meant}' in message
+    assert 'Narrow' not in message
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tauto_core.scene import SceneError, load_scene
-from tauto_core.scene.paths import put_at, value_at
+from tauto_core.scene.paths import put_at, remove_at, value_at
 
 
 def test_a_path_leads_through_mappings_and_lists() -> None:
@@ -28,6 +28,13 @@ def test_a_value_is_set_in_place_and_sections_are_added() -> None:
         'drift': {'lunars': {'sigma': 60.0}},
         'seed': 4,
     }
+
+
+def test_what_is_removed_is_gone_and_what_is_not_there_is_left() -> None:
+    content: dict[str, object] = {'voyage': {'waypoints': [1.0, 2.0]}, 'seed': 3}
+    for path in ('voyage.waypoints.0', 'seed', 'drag', 'drag.viscous', 'voyage.waypoints.7'):
+        remove_at(content, path)
+    assert content == {'voyage': {'waypoints': [2.0]}}
 
 
 @pytest.mark.parametrize('path', ['seed.x', 'seed.x.y', 'list.1', 'list.x', 'list.1.y'])

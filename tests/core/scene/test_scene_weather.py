@@ -159,6 +159,9 @@ def test_a_record_must_last_as_long_as_the_scene(tmp_path: Path) -> None:
     said = refusal(record(tmp_path, NDBC, format='ndbc'), duration=18_000.0)
     assert 'ship.weather.time = 14400.0' in said
     assert 'Set duration to at most 14400' in said
+    coarse = {'log.interval': 7000.0, 'drift.observation_interval': 7000.0}
+    said = refusal(record(tmp_path, NDBC, format='ndbc'), duration=21_000.0, **coarse)
+    assert 'Set duration to at most 14000,' in said
 
 
 def test_a_record_that_is_not_there_is_refused(tmp_path: Path) -> None:

@@ -200,3 +200,9 @@ def test_byte_order_mark_and_blank_lines_are_passed_over(tmp_path):
     marked = '\ufeff' + text.replace('\n', '\n\n') + '\n\n'
     odd = ShipMotion(csv_scene(tmp_path / 'b.csv', marked)).produce(9)
     np.testing.assert_array_equal(odd.orientation, plain.orientation)
+
+
+def test_the_longest_duration_that_is_named_is_accepted():
+    with pytest.raises(MotionDataError, match=r'at most 624\.$'):
+        ShipMotion(load_scene('measured', duration=700.0))
+    assert ShipMotion(load_scene('measured', duration=624.0)).total > 624

@@ -57,8 +57,8 @@ def fleet(
 ) -> None:
     """Send many ships on the voyage of a scene: how often is the longitude found?
 
-    Each has her own seed, so her own waves, observations and noise of the clock, and what --vary
-    draws.
+    Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
+    her own waves, and what --vary draws.
     """
     from tauto_core.cli.ending import ended_by_sigterm
     from tauto_core.cli.progress import counting_bar
@@ -73,6 +73,8 @@ def fleet(
     draws = read_draws(vary) if vary is not None else {}
     loaded = load_scene(scene, **given_values(settings, duration))
     plan = Plan(loaded, scene, ships, draws, str(vary or scene))
+    for warning in plan.warnings:
+        say(warning)
     with ended_by_sigterm(), counting_bar('ships', ships) as progress:
         result = sail_fleet(plan, crew, out, progress)
     for path in plot or ():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +33,7 @@ def new(
         Kind, typer.Option(metavar='KIND', help='impulse or remontoire; without it there is none.')
     ] = None,
     out: Annotated[
-        Path | None,
+        str | None,  # a Path drops the slash of a folder
         typer.Option('--out', '-o', metavar='FILE', help='The file; without it, standard output.'),
     ] = None,
 ) -> None:
@@ -42,22 +44,30 @@ def new(
     """
     from tauto_core.scene.template import new_scene
 
-    if out is not None and out.exists():
-        raise UsageError(f'--out {out}: exists, and is not replaced. Name another file')
+    if out is not None:
+        _check_file(out)
     asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
-    name = 'new_scene' if out is None else out.stem
+    name = 'new_scene' if out is None else Path(out).stem
     text = new_scene(name, {key: kind for key, kind in asked.items() if kind is not None})
     if out is None:
         typer.echo(text, nl=False)
         return
     try:
-        with out.open('x', encoding='utf-8') as file:
+        with Path(out).open('x', encoding='utf-8') as file:
             file.write(text)
     except OSError as error:
         raise UsageError(
             f'--out {out}: cannot be written: {error.strerror}. Name another file'
         ) from None
-    say(f'wrote {out}. Sail it with: tauto sail {out}')
+    say(f'wrote {out}. Sail it with: {shlex.join(("tauto", "sail", out))}')
+
+
+def _check_file(out: str) -> None:
+    """Refuse a name at which no new file can be."""
+    if out.endswith(os.sep) or Path(out).is_dir():
+        raise UsageError(f'--out {out}: is a folder. Name a file in it, such as new.yaml')
+    if Path(out).exists():
+        raise UsageError(f'--out {out}: exists, and is not replaced. Name another file')
 
 
 def schema() -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.scene.errors import ABSENT, SceneError, UsageError
 
 SceneName: TypeAlias = Annotated[
     str,
@@ -31,13 +31,15 @@ Settings: TypeAlias = Annotated[
         '--set',
         metavar='KEY=VALUE',
         help='Another value for a key of the scene, such as ship.sea.peak_period=8; may come '
-        'several times.',
+        'several times. The value null removes the key.',
     ),
 ]
 
 
 def given_values(settings: list[str] | None, duration: float | None = None) -> dict[str, Any]:
     """Return what --set and --duration change in a scene, by the paths of the keys.
+
+    `ABSENT` stands for null, which removes a key.
 
     Raises:
         UsageError: no KEY=VALUE, a value that is no YAML or empty, or a key that comes twice.
@@ -58,6 +60,8 @@ def given_values(settings: list[str] | None, duration: float | None = None) -> d
                 f'--set {setting}: {error.problem}. Write one value, in quotes for the shell '
                 "where it has blanks or brackets: --set 'voyage.departure=[50.8, -1.1]'"
             ) from None
-        if given[path] is None:
+        if given[path] is None and text.lower() not in ('null', '~'):
             raise UsageError(f'--set {setting}: has no value. Write one after the =')
+        if given[path] is None:
+            given[path] = ABSENT
     return given

@@ -13,7 +13,7 @@ import numpy as np
 from tauto_core.fleets.draws import Normal, OneOf, Uniform, Value
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Problem, SceneError, UsageError
-from tauto_core.scene.loader import checked_scene
+from tauto_core.scene.loader import check_key, checked_scene
 from tauto_core.scene.paths import put_at, value_at
 from tauto_core.scene.yaml_text import read_mapping
 
@@ -70,6 +70,17 @@ class Plan:
         """The scene's mapping, with all defaults."""
         return read_mapping(scene_yaml(self.scene), self.origin)
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the answer does not say: ships that differ too little to be counted."""
+        ship = self.scene.ship
+        if ship.is_random or {key.partition('.')[0] for key in self.draws} - _BESIDE_THE_DIAL:
+            return ()
+        return (
+            f'all ships meet the same motion, since ship.kind is {ship.kind}: only observations '
+            'and noise differ. Let --vary draw a key of the machine or the ship',
+        )
+
     def ship(self, number: int) -> Ship:
         """Return a ship, 0 to ships - 1.
 
@@ -100,6 +111,8 @@ class Plan:
         Raises:
             SceneError: naming the ship, the key, the value that was drawn and the limit.
         """
+        for key in self.draws:
+            check_key(self.content, key, self.drawn_by)
         for number in range(self.ships):
             self.ship(number)
 
@@ -124,6 +137,9 @@ class Plan:
             further=further,
         )
 
+
+_BESIDE_THE_DIAL = {'name', 'seed', 'drift', 'log', 'solver'}
+"""Sections of a scene on which neither the ship nor her clock depends."""
 
 _CENTRE = 'Give the mean, or low and high.'
 

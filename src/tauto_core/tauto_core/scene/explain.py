@@ -14,6 +14,9 @@ from pydantic_core import ErrorDetails
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.kinds import OneOf
 
+NO_KEY = 'is no key of'
+"""How what is said of an unknown key begins."""
+
 _LONGEST_KEY = 80
 # Keys that distinguish the kinds of a section.
 _TAGS = ('kind', 'spectrum')
@@ -128,7 +131,7 @@ def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tu
     tag, kinds = _tag(owner), ' or '.join(_kinds(owner))
     if elsewhere:
         remedy += f'`{name}` goes with {tag} {" or ".join(chain(*elsewhere))}. '
-    what = f'is no key of {tag} {kinds}' if kinds else 'is no key of this section'
+    what = f'{NO_KEY} {tag} {kinds}' if kinds else f'{NO_KEY} this section'
     return what, f'{remedy}Keys here: {", ".join(keys)}.'
 
 

@@ -13,11 +13,11 @@ from typing import Any, cast
 from pydantic import ValidationError
 
 from tauto_core.scene.data import is_shipped, missing_file
-from tauto_core.scene.errors import Problem, SceneError
-from tauto_core.scene.explain import explain
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.explain import NO_KEY, explain
 from tauto_core.scene.kinds import kind_of, kinds_in
 from tauto_core.scene.models import Scene
-from tauto_core.scene.paths import put_at
+from tauto_core.scene.paths import put_at, remove_at, value_at
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
@@ -79,19 +79,58 @@ def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str
 
     Args:
         content: as it stands in a YAML file.
-        given: values by key or path; data paths are relative to the working directory.
+        given: values by key or path; `ABSENT` removes a key. Data paths are relative to the
+            working directory.
         origin: where the mapping comes from, for error messages.
 
     Raises:
-        SceneError: a path leads through something that has no keys.
+        SceneError: a path leads through something that has no keys, or has an empty name, or the
+            key to remove is none that a scene has.
     """
     for path, value in given.items():
+        if '' in path.split('.'):
+            said, remedy = 'has an empty name beside a dot', 'Write one dot between two names.'
+            raise SceneError(origin, path, value, said, remedy)
+        if value is ABSENT:
+            check_key(content, path, origin)
+            remove_at(content, path)
+            continue
         try:
             put_at(content, path, copy.deepcopy(value))
         except KeyError:
             said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
             raise SceneError(origin, path, value, said, remedy) from None
     _resolve_paths(content, Path.cwd())
+
+
+def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
+    """Refuse a path that the scene does not have and that no scene of its kinds can have.
+
+    Args:
+        content: mapping of the scene.
+        path: keys with dots between them.
+        origin: where the path comes from, for error messages.
+
+    Raises:
+        SceneError: naming the nearest key.
+    """
+    if value_at(content, path) is not None:
+        return
+    tried = copy.deepcopy(dict(content))
+    try:
+        put_at(tried, path, 0.0)
+        checked_scene(tried, origin)
+    except KeyError:
+        pass  # refused where the value is put
+    except SceneError as error:
+        unknown = [
+            each
+            for each in error.problems
+            if each.problem.startswith(NO_KEY) and f'{path}.'.startswith(f'{each.key}.')
+        ]
+        if unknown:
+            said, remedy = unknown[0].problem, unknown[0].remedy
+            raise SceneError(origin, path, ABSENT, said, remedy) from None
 
 
 def parse_scene(text: str, origin: str) -> Scene:

@@ -22,6 +22,21 @@ def value_at(content: Any, path: str) -> Any:
     return content
 
 
+def remove_at(content: dict[str, Any], path: str) -> None:
+    """Remove the key or item at a path, in place; where there is none, nothing happens.
+
+    Args:
+        content: as for `value_at`.
+        path: as for `value_at`.
+    """
+    section, _, last = path.rpartition('.')
+    here = value_at(content, section) if section else content
+    if isinstance(here, list) and last.isdecimal() and int(last) < len(here):
+        del here[int(last)]
+    elif isinstance(here, dict):
+        here.pop(last, None)
+
+
 def put_at(content: dict[str, Any], path: str, value: object) -> None:
     """Set the value at a path, in place; sections that are absent are added.
 

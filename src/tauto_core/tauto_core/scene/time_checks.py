@@ -74,13 +74,11 @@ def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
         return
     step = exact_step(times.rate)
     if step.denominator != 1 or step < 1:
-        whole = max(round(step), 1)
         yield Problem(
             'ship.rate',
             times.rate,
             f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
-            f'Use a rate that divides 1e9, for example {_near_rate(times.rate)} Hz, '
-            f'or exactly 1e9/{whole}.',
+            f'Use a rate that divides 1e9, for example {_near_rate(times)} Hz.',
         )
     elif step > MAX_GAP_S * NS_PER_S:
         yield Problem(
@@ -100,11 +98,14 @@ def _least_rate(shortest_wave_s: float) -> str:
     return f'{least_hz!r} Hz or more'
 
 
-def _near_rate(rate_hz: float) -> float:
-    """Return the nearest common sampling rate."""
+def _near_rate(times: Times) -> float:
+    """Return the nearest common sampling rate whose steps fit the log, if one does."""
     common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
     fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
-    return min((*common, *fast), key=lambda near: abs(math.log(near / rate_hz)))
+    least_hz, log_ns = 2.0 / times.shortest_wave_s, nanoseconds(times.log_interval)
+    enough = [near for near in (*common, *fast) if near > least_hz] or [fast[-1]]
+    fitting = [near for near in enough if log_ns % exact_step(near) == 0]
+    return min(fitting or enough, key=lambda near: abs(math.log(near / times.rate)))
 
 
 def _grids(times: Times) -> Iterator[Problem]:

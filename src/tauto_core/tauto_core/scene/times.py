@@ -34,3 +34,8 @@ def exact_step(rate_hz: float) -> Fraction:
 def step_of_rate(rate_hz: float) -> int:
     """Return the time between samples [ns], for a rate that divides into whole nanoseconds."""
     return round(exact_step(rate_hz))
+
+
+def whole_intervals(length_ns: int, interval_ns: int) -> int:
+    """Return the longest whole number of intervals in a length [ns]."""
+    return length_ns // interval_ns * interval_ns

@@ -48,6 +48,11 @@ class Surroundings(Protocol):
         ...
 
     @property
+    def log_interval_ns(self) -> int:
+        """Time between logged samples [ns], of which the length is a whole number."""
+        ...
+
+    @property
     def voyage(self) -> Voyage | None:
         """The voyage from port to port; None: the ship stays in one place."""
         ...
@@ -83,8 +88,10 @@ class ShipKind(Kind):
         lies_still: whether nothing moves, so that one sample per log interval is enough.
         is_computed: whether its harmonics are the motion itself rather than a measured one. Then
             it is smooth at the start, its waves are known and its roll can be scaled.
+        is_random: whether it is drawn from the seed.
     """
 
+    is_random: ClassVar[bool] = False
     lies_still: ClassVar[bool] = False
     is_computed: ClassVar[bool] = True
 

@@ -20,6 +20,7 @@ from tauto_core.samples import NS_PER_S, FloatArray
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import MotionDataError
 from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.times import whole_intervals
 from tauto_core.ship.cubic import spline
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.imu_bag import read_imu
@@ -265,9 +266,10 @@ def _check_length(record: Record, scene: Surroundings) -> None:
     """Refuse a record that ends before the scene."""
     length = float(record.time_s[-1])
     if scene.duration_ns > round(length * NS_PER_S):
+        longest_ns = whole_intervals(round(length * NS_PER_S), scene.log_interval_ns)
         raise MotionDataError(
             f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
-            f'{length:.6g} s. Set duration to at most {length:.6g}.'
+            f'{length:.6g} s. Set duration to at most {longest_ns / NS_PER_S:.15g}.'
         )
 
 

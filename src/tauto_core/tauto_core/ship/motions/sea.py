@@ -62,6 +62,8 @@ class SeaShip(ShipKind):
         'heave': True,
     }
 
+    is_random = True
+
     kind: Literal['sea'] = 'sea'
     sea: Annotated[Sea | SpectrumTable | None, Field(discriminator='spectrum')] = Field(
         default=None,

@@ -9,7 +9,7 @@ from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Number, Positive, Text
-from tauto_core.scene.times import nanoseconds
+from tauto_core.scene.times import NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.sea_sections import Heading
 from tauto_core.ship.weather_kind import Setting, State, WeatherKind
 
@@ -56,12 +56,13 @@ class RecordWeather(WeatherKind):
         """
         scene = setting.scene
         if nanoseconds(self.time[-1]) < scene.duration_ns:
+            longest_ns = whole_intervals(nanoseconds(self.time[-1]), scene.log_interval_ns)
             raise SceneError(
                 scene.name,
                 'ship.weather.time',
                 self.time[-1],
                 f'is the last time of the record [s], and the scene lasts {scene.duration!r} s',
-                f'Set duration to at most {self.time[-1]:.10g}, or give a longer record.',
+                f'Set duration to at most {longest_ns / NS_PER_S:.15g}, or give a longer record.',
             )
         directions = self.waves_to or (None,) * len(self.time)
         rows = zip(
