@@ -16,11 +16,12 @@ from tauto_core.motion import propagator_name
 from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
     LongitudeTally,
+    RatedTime,
     RateScatter,
     projection,
 )
 from tauto_core.navigation.assumptions import dial_model
-from tauto_core.navigation.estimates import mean_rate
+from tauto_core.navigation.estimates import has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
@@ -53,18 +54,24 @@ class Summary:
         self._first_reading: tuple[int, int] | None = None
         self._last_reading: tuple[int, int] | None = None
         self._scatter: RateScatter | None = None
+        self._rated = RatedTime()
         self._tally = LongitudeTally()
         self._swings = SwingTally(scene, machine)
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take batches of any topics, in order within a topic.
 
-        Observations must come no later than the longitudes that include them.
+        Observations must come no later than the longitudes that include them, and readings no
+        later than the estimates at their stamps.
         """
         self._swings.feed(batches)
         observed = batches.get(OBSERVATION)
         if isinstance(observed, TimeSamples):
             self._tally.observe(observed)
+            self._rated.observe(observed)
+        reading = batches.get(READING)
+        if isinstance(reading, TimeSamples):
+            self._rated.read(reading)
         for topic, samples in batches.items():
             if not len(samples.stamp_ns):
                 continue
@@ -82,6 +89,8 @@ class Summary:
                     self._tally.place(samples)
             elif isinstance(samples, JointSamples):
                 self._last[topic] = samples
+                if topic == ESTIMATE:
+                    self._rated.estimate(samples)
                 if topic == LONGITUDE_ERROR:
                     self._tally.feed(samples)
 
@@ -92,13 +101,11 @@ class Summary:
         """
         if self._first_reading is None or self._last_reading is None or self._scatter is None:
             return {}
-        (start, dial_start), (end, dial_end) = self._first_reading, self._last_reading
-        elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
-        rate = gained / NS_PER_S / elapsed * SECONDS_PER_DAY if elapsed else 0.0
+        (_, dial_start), (end, dial_end) = self._first_reading, self._last_reading
         return {
             'reading_s': (dial_end - dial_start) / NS_PER_S,
             'error_s': (dial_end - end) / NS_PER_S,
-            'rate_s_per_day': rate,
+            'rate_s_per_day': _rate(self._first_reading, self._last_reading),
             'rate_standard_error_s_per_day': self._scatter.standard_error_s_per_day(),
         }
 
@@ -135,8 +142,10 @@ class Summary:
         """Return the last estimate, and its errors in its own standard deviations.
 
         `offset_error_sigmas` compares the estimated offset with the error of the dial.
-        `rate_error_sigmas` compares the estimated rate with the mean rate since the start; with
-        covariates the estimate's mean over that time is used. It is left out where there is only
+        `rate_error_sigmas` compares the estimated rate with the mean rate of the dial over the
+        time in which the filter takes it for one and the same: since the start or, where the state
+        has been reopened, since then (`RatedTime`). With covariates the estimated mean of the
+        voyage is compared with the mean rate since the start. It is left out where there is only
         one instant.
         """
         last, clock = self._last.get(ESTIMATE), self.clock()
@@ -146,9 +155,11 @@ class Summary:
         if clock:
             wrong_s = found['offset_s'] - clock['error_s']
             found['offset_error_sigmas'] = wrong_s / found['offset_sigma_s']
-        if self._first_reading != self._last_reading:
+        first, end = self._first_reading, self._last_reading
+        if first is not None and end is not None and first != end:
             rate, sigma = mean_rate(found)
-            found['rate_error_sigmas'] = (rate - clock['rate_s_per_day']) / sigma
+            start = None if has_mean_rate(found) else self._rated.start()
+            found['rate_error_sigmas'] = (rate - _rate(start or first, end)) / sigma
         return found
 
     def longitude(self) -> dict[str, Any]:
@@ -166,6 +177,13 @@ class Summary:
         latitude = found['latitude_deg'] or 0.0
         model = dial_model(self._scene)
         return {**found, 'projection': projection(clock, estimate, model, latitude)}
+
+
+def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:
+    """Return what a dial gains from one stamp and reading to another [s/day], 0 for the same."""
+    (start, dial_start), (end, dial_end) = first, last
+    elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
+    return gained / NS_PER_S / elapsed * SECONDS_PER_DAY if elapsed else 0.0
 
 
 def _named(samples: JointSamples) -> dict[str, float]:

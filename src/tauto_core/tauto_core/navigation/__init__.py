@@ -14,6 +14,7 @@ from tauto_core.navigation.prize import (
 )
 from tauto_core.navigation.projection import projection
 from tauto_core.navigation.rate_scatter import RateScatter
+from tauto_core.navigation.rated_time import RatedTime
 from tauto_core.navigation.route import Route
 from tauto_core.navigation.tally import LongitudeTally
 
@@ -29,6 +30,7 @@ __all__ = [
     'LongitudeStage',
     'LongitudeTally',
     'RateScatter',
+    'RatedTime',
     'Route',
     'clock_model',
     'drift_warnings',

@@ -92,13 +92,18 @@ def _mean_rate(
     return rate * SECONDS_PER_DAY, sigma * SECONDS_PER_DAY
 
 
+def has_mean_rate(found: Mapping[str, float]) -> bool:
+    """Return whether an estimate by name has the mean rate of the voyage, due to covariates."""
+    return MEAN_RATE_NAMES[0] in found
+
+
 def mean_rate(found: Mapping[str, float]) -> tuple[float, float]:
-    """Return the rate of an estimate, as the mean since the first reading, and its sigma [s/day].
+    """Return the rate of an estimate and its sigma [s/day], with covariates the voyage's mean.
 
     Args:
-        found: an estimate by name; without covariates its rate is constant.
+        found: an estimate by name.
     """
-    rate, sigma = MEAN_RATE_NAMES if MEAN_RATE_NAMES[0] in found else ESTIMATE_NAMES[2:]
+    rate, sigma = MEAN_RATE_NAMES if has_mean_rate(found) else ESTIMATE_NAMES[2:]
     return found[rate], found[sigma]
 
 
