@@ -327,8 +327,10 @@ def test_a_clock_before_zero_ends_no_node(ros: Callable[[Sequence[str]], None]) 
     )
     simulator.create_subscription(DiagnosticArray, '/diagnostics', hear, QoSProfile(depth=10))
     for second, heard in ((-5, complained), (3, reported)):
-        while heard != executors.keys():
+        deadline_s = time.monotonic() + PATIENCE_S
+        while not executors.keys() <= heard:  # others in the domain may be heard, too
             assert all(process.poll() is None for process in processes)
+            assert time.monotonic() < deadline_s, heard
             clock.publish(Clock(clock=Time(sec=second)))
             executor.spin_once(0.05)
     executor.shutdown()
