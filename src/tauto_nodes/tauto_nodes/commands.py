@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from tauto_core.cli.options import Duration, Settings, given_values
+from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -57,10 +57,7 @@ def _say(outcome: Outcome) -> None:
 
 
 def graph(
-    scene: Annotated[
-        str,
-        typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
-    ],
+    scene: SceneName,
     *,
     speed: Annotated[
         str, typer.Option(metavar='X|max', help='Sea seconds in a second, or as fast as it goes.')
@@ -79,10 +76,7 @@ def graph(
         str,
         typer.Option(metavar='events|single', help='What spins the nodes; single is the slower.'),
     ] = 'events',
-    as_json: Annotated[
-        bool,
-        typer.Option('--json', help='Print one JSON object on stdout, nothing else there.'),
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
     from tauto_core.bags import check_folder

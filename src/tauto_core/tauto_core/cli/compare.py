@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauto_core.cli.options import AsJson, Plots
+from tauto_core.cli.options import AsJson, Duration, Plots
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
 from tauto_core.wording import significant, span
@@ -50,9 +50,7 @@ def compare(
             metavar='SCENE', help='Send all clocks on the passage of this scene: ship, voyage, …'
         ),
     ] = None,
-    duration: Annotated[
-        float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
-    ] = None,
+    duration: Duration = None,
     roll: Annotated[
         str | None,
         typer.Option(

@@ -13,12 +13,8 @@ def value_at(content: Any, path: str) -> Any:
         path: keys with dots between them; an item of a list is named by its number, from 0.
     """
     for name in path.split('.'):
-        if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
-            content = content[int(name)]
-        elif isinstance(content, dict):
-            content = content.get(name)
-        else:
-            return None
+        key = _key_in(content, name)
+        content = None if key is None else content[key]
     return content
 
 
@@ -30,11 +26,10 @@ def remove_at(content: dict[str, Any], path: str) -> None:
         path: as for `value_at`.
     """
     section, _, last = path.rpartition('.')
-    here = value_at(content, section) if section else content
-    if isinstance(here, list) and last.isdecimal() and int(last) < len(here):
-        del here[int(last)]
-    elif isinstance(here, dict):
-        here.pop(last, None)
+    here: Any = value_at(content, section) if section else content
+    key = _key_in(here, last)
+    if key is not None:
+        del here[key]
 
 
 def put_at(content: dict[str, Any], path: str, value: object) -> None:
@@ -55,9 +50,14 @@ def put_at(content: dict[str, Any], path: str, value: object) -> None:
         if isinstance(here, dict) and here.get(name) is None:
             here[name] = {}
         here = value_at(here, name)
-    if isinstance(here, list) and last.isdecimal() and int(last) < len(here):
-        here[int(last)] = value
-    elif isinstance(here, dict):
-        here[last] = value
-    else:
+    key = last if isinstance(here, dict) else _key_in(here, last)
+    if key is None:
         raise KeyError(path)
+    here[key] = value
+
+
+def _key_in(content: Any, name: str) -> str | int | None:
+    """Return what a name stands for in a mapping or list; None where nothing is there."""
+    if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
+        return int(name)
+    return name if isinstance(content, dict) and name in content else None

@@ -237,23 +237,22 @@ class MotionBuffer:
             index = index[times[index] < end_ns]
             self.bridged += int(np.count_nonzero(times[index + 1] - times[index] > bridged_ns))
             return Pieces(index, index + 1, np.zeros(len(index), np.bool_))
-        from tauto_core.ship.fitting import choose_pieces  # imports kernels
+        from tauto_core.ship.fitting import Gaps, Widths, choose_pieces  # imports kernels
 
         force = self._apparent_vertical or self._apparent_gravity
         if force:
-            window = FORCE_BEFORE, FORCE_BEFORE, FORCE_POINTS
+            widths = Widths(FORCE_BEFORE, FORCE_BEFORE, FORCE_POINTS)
         else:
-            window = self._before, ROLL_BEFORE, ROLL_POINTS
-        limits = (bridged_ns, self._max_gap_ns)
+            widths = Widths(self._before, ROLL_BEFORE, ROLL_POINTS)
         first, last, regular, bridged, gap = choose_pieces(
             times,
             self._first,
             begin,
             self._stride,
-            window,
+            widths,
             log_ns,
             end_ns,
-            limits,
+            Gaps(bridged_ns, self._max_gap_ns),
             self._smooth,
             final,
         )

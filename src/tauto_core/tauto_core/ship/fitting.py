@@ -5,6 +5,8 @@ differences, so nothing large cancels when they are turned into powers of x, how
 piece spans. Sums have a fixed order, so the bits do not depend on the batch.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,16 +15,42 @@ from tauto_core.motion.lanes import SIZE, load, splat, store, with_lane
 from tauto_core.samples import FloatArray, IntArray
 
 
+class Widths(NamedTuple):
+    """Samples in the windows from which pieces are fitted.
+
+    Attributes:
+        before: before a regular piece, and after it.
+        before_one: before a piece that spans one sample.
+        of_one: in the whole window of such a piece.
+    """
+
+    before: int
+    before_one: int
+    of_one: int
+
+
+class Gaps(NamedTuple):
+    """Distances between neighbouring samples [ns].
+
+    Attributes:
+        bridged_ns: what is longer is counted as bridged.
+        longest_ns: what is longer is not interpolated.
+    """
+
+    bridged_ns: int
+    longest_ns: int
+
+
 @entry
 def choose_pieces(
     times: IntArray,
     offset: int,
     begin: int,
     stride: int,
-    window: tuple[int, int, int],
+    widths: Widths,
     log_ns: int,
     end_ns: int,
-    limits: tuple[int, int],
+    gaps: Gaps,
     early: bool,
     final: bool,
 ) -> tuple[IntArray, IntArray, NDArray[np.bool_], int, bool]:
@@ -40,19 +68,17 @@ def choose_pieces(
         offset: index of the first of them, counted from the start of the run.
         begin: place in `times` at which the first piece wanted begins.
         stride: samples that a regular piece spans, >= 1.
-        window: samples before a regular piece in its centred window; before one that spans one
-            sample; samples in the window of such a one.
+        widths: samples in the windows of the pieces.
         log_ns: time between logged instants [ns].
         end_ns: no piece begins at or after this time [ns].
-        limits: longest distance of samples that is not counted as bridged; longest that is
-            interpolated [ns].
+        gaps: distances of samples that are bridged, and that are not.
         early: whether long pieces may begin before a centred window can.
         final: no more samples will come.
 
     Returns:
         Also the number of steps bridged, and whether a longer gap comes next.
     """
-    have, before = len(times), window[0]
+    have, before = len(times), widths.before
     first = np.empty(max(have - begin, 0), np.int64)
     last = np.empty_like(first)
     regular = np.empty(len(first), np.bool_)
@@ -64,7 +90,7 @@ def choose_pieces(
         scanned = have - 1
     while k + 1 < have and times[k] < end_ns:
         step = times[k + 1] - times[k]
-        if step > limits[1]:
+        if step > gaps.longest_ns:
             return first[:count], last[:count], regular[:count], bridged, True
         if next_log <= times[k]:
             next_log = (times[k] // log_ns + 1) * log_ns
@@ -83,7 +109,7 @@ def choose_pieces(
                 if not final:
                     break
                 even = False
-        whole = max(k + offset - window[1], 0) - offset + window[2] <= have
+        whole = max(k + offset - widths.before_one, 0) - offset + widths.of_one <= have
         if not (even or whole or final):
             break
         span = stride if even else 1
@@ -91,7 +117,7 @@ def choose_pieces(
         count += 1
         k += span
         ahead = (ahead if ahead > 0 else stride) - span
-        if step > limits[0]:
+        if step > gaps.bridged_ns:
             bridged += span
     return first[:count], last[:count], regular[:count], bridged, False
 
