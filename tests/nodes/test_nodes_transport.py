@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import rclpy
-from conftest import Bench, Echo, TestSource, overrides
+from conftest import Bench, Echo, TestSource, imu, overrides
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
@@ -17,18 +18,21 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 
-from tauto_core.bags import read_bag
+from tauto_core.bags import encode, read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
+from tauto_core.scene import load_scene
 from tauto_nodes.errors import NodesError
 from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, WINDOW, End, Report
 from tauto_nodes.member import Member
 from tauto_nodes.qos import CREDIT_QOS, END_QOS, port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.stage_node import StageNode
+from tauto_nodes.trochlea import Trochlea
 
 GRAPH = ('ship_motion', 'trochlea', 'recorder')
 FLOW: dict[str, Any] = {'flow_control': 'credits', 'graph': GRAPH}
 TOPICS = (SHIP_IMU, READING, PHASE)
+NO_FORCE = np.full((1, 3), np.nan)
 
 
 def recorder(folder: Path, **parameters: Any) -> Recorder:
@@ -186,6 +190,34 @@ def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) 
     bench.until(lambda: sink.over)
     assert sink.counts() == {READING: {'received': 0, 'written': 0, 'lost': 7}}
     assert sink.exit_code == 1
+
+
+def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> None:
+    # What it would publish without them is not what the scene says, and nobody else would notice.
+    graph = ('ship_motion', 'trochlea')
+    flow = overrides(flow_control='credits', graph=graph)
+    stage = StageNode('trochlea', lambda _: Echo(), **flow)
+    liar = bench.add(Member('ship_motion', **flow), stage)
+    liar.connect([], [port(SHIP_IMU)])
+    bench.until(liar.flow.everyone_ready)
+    ends = liar.create_publisher(String, END_TOPIC, END_QOS)
+    bench.until(lambda: ends.get_subscription_count() == 2)
+    ends.publish(String(data=End('ship_motion', {SHIP_IMU: 7}).to_json()))
+    with pytest.raises(NodesError, match=r"lost on the way: \{'ship/imu': 7\}"):
+        bench.until(lambda: False)
+
+
+def test_a_sample_of_its_own_ship_that_cannot_be_integrated_ends_the_graph(bench: Bench) -> None:
+    # From a sensor it is counted and left out; from the scene's own ship it is a fault.
+    graph = ('ship_motion', 'trochlea')
+    flow = overrides(flow_control='credits', graph=graph, scene='measured')
+    source = bench.add(Member('ship_motion', **flow), Trochlea(**flow))
+    source.connect([], [port(SHIP_IMU)])
+    bench.until(source.flow.everyone_ready)
+    sample = imu(np.array([load_scene('measured').starts_at_ns]))
+    source.send(SHIP_IMU, encode(SHIP_IMU, replace(sample, linear_acceleration=NO_FORCE)))
+    with pytest.raises(NodesError, match='cannot be integrated: 1 not_finite'):
+        bench.until(lambda: False)
 
 
 def recorder_of(folder: Path, graph: tuple[str, ...]) -> Recorder:
