@@ -92,9 +92,9 @@ class Reference:
         if not abs(felt) <= machine.cam.range_rad:
             raise released_beyond(machine, felt)
         self._set_off(0.0, np.array([felt, rate]), 0.0)
-        start = within_turn(machine, np.array(felt), np.array(rate))
-        self._now.start_angle = float(start)
-        return self._motion([self._row(0.0, np.array([felt, rate]))])
+        row = self._row(0.0, np.array([felt, rate]))
+        self._now.start_angle = float(within_turn(machine, *np.array(row[2:5])))
+        return self._motion([row])
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans; return the motion at the logged ends.
@@ -299,7 +299,8 @@ class Reference:
 
     def _motion(self, rows: list[tuple[float, ...]]) -> Motion:
         angle, rate, felt, felt_rate, bend, torque, turns, beats = np.array(rows).reshape(-1, 8).T
-        half = (within_turn(self._machine, felt, felt_rate) - self._now.start_angle) / math.pi
+        within = within_turn(self._machine, felt, felt_rate, bend)
+        half = (within - self._now.start_angle) / math.pi
         half_turns = (2 * turns + np.floor(half)).astype(np.int64)
         speed = phase_rate(self._machine, felt, felt_rate, bend)
         fraction = half - np.floor(half)

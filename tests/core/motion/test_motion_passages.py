@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, TOO_SMALL_TO_MATTER, scene_of
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, TOO_SMALL_TO_MATTER, phases, scene_of
 from scipy.integrate import solve_ivp
 
 from benchmarks.reference_propagator import Reference
@@ -199,12 +199,24 @@ def test_turns_and_beats_are_those_of_an_independent_integration(name, amplitude
         k = math.sqrt(0.15 / 8e-3) * 0.012
         arc = 0.5 * (felt * np.sqrt(1.0 + (k * felt) ** 2) + np.arcsinh(k * felt) / k)
         rate = rate * np.sqrt(1.0 + (k * felt) ** 2)
-    turned = math.tau * up + polar(arc, rate, omega)
+    turned = math.tau * up + polar(arc, rate, rate, omega)
     phase = batches[PHASE].position
     logged = slice(None, None, FINE)
     np.testing.assert_array_equal(phase[:, 3], beats[logged])
     # the smallest swing is 1e-4 rad, known to 1e-11: phase within 1e-6 rad or so
     np.testing.assert_allclose(phase[:, 0], (turned - turned[0])[logged], rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize('drag', [{}, {'drag': TOO_SMALL_TO_MATTER}], ids=['exact', 'stepped'])
+def test_a_wheel_at_rest_that_the_roll_sets_in_motion_begins_at_phase_zero(drag):
+    runs = []
+    for phase in (0.3, 0.3 + math.pi):
+        roll = [{'amplitude': 0.1, 'period': 9.0, 'phase': phase}]
+        ship = {'kind': 'components', 'components': roll}
+        runs.append(phases(scene_of(trochlea={'release_angle': 0.0}, ship=ship, **drag)))
+    one, mirrored = runs
+    np.testing.assert_allclose(one[:, 0], mirrored[:, 0], rtol=0, atol=1e-9)
+    assert 0.0 < one[1, 0] < 0.5
 
 
 @pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.01, -1e-3, 1e-4])

@@ -47,7 +47,15 @@ SEA = {
 WAVES = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 FAST = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 1.5}]}
 CHOP = {'spectrum': 'jonswap', 'significant_wave_height': 0.1, 'peak_period': 1.5}
+MIRROR = {'spectrum': 'jonswap', 'significant_wave_height': 1e-300, 'peak_period': 9.0}
+TIDE = {'spectrum': 'jonswap', 'significant_wave_height': 1.0, 'peak_period': 1e300}
 REMOVED = object()
+
+
+def storm(at: float) -> dict[str, Any]:
+    """Return a ship in weather with one state, at a time from the start [s]."""
+    state = {'at': at, 'significant_wave_height': 9.0, 'peak_period': 12.0}
+    return {'kind': 'sea', 'weather': {'kind': 'states', 'states': [state]}, 'roll': SEA['roll']}
 
 
 def put(content: dict[str, Any], path: str, value: object) -> None:
@@ -177,6 +185,12 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('starts_at', 2147483400.0, 'duration', '2147483647'),
         ('voyage.sails_at', 600.0, 'voyage.arrives_at', 'later than voyage.sails_at, 600.0'),
         ('voyage.sails_at', 601.0, 'voyage.arrives_at', 'later than voyage.sails_at, 601.0'),
+        ('voyage.sails_at', 600 - 1e-10, 'voyage.arrives_at', 'by a nanosecond or more'),
+        ('voyage.arrives_at', 1e300, 'voyage.arrives_at', 'at most 2147483647'),
+        ('ship', storm(1e12), 'ship.weather.states[0].at', 'at most 2147483647'),
+        ('ship', SEA | {'sea': MIRROR}, 'ship.sea.significant_wave_height', 'at least 1e-30'),
+        ('ship', SEA | {'sea': TIDE}, 'ship.sea.peak_period', 'at most 1e+30'),
+        ('ship', WAVES | {'height': 1e300}, 'ship.height', 'at most 1e+30'),
         ('voyage.arrives_at', REMOVED, 'voyage.arrives_at', 'or `speed: …` [m/s]'),
         ('voyage.speed', 3.0, 'voyage.speed', 'does not go with voyage.arrives_at, 600.0 s'),
         ('voyage.speed', 0.0, 'voyage.speed', 'greater than 0'),
@@ -187,6 +201,7 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('voyage.waypoints', [20.0, 30.0], 'voyage.waypoints[0]', 'mapping'),
         ('voyage.waypoints', [{'at': 9.0}], 'voyage.waypoints[0].place', 'is missing'),
         ('voyage.waypoints', [[50.0, -1.0]], 'voyage.waypoints[0]', 'as voyage.departure'),
+        ('voyage.waypoints', [[50.0 + 1e-12, -1.0]], 'voyage.waypoints[0]', 'as voyage.departure'),
         (
             'voyage.waypoints',
             [[9.0, 180.0], [9.0, -180.0]],

@@ -123,7 +123,7 @@ class ActionAngle(ClosedForm):
         carried = machine.carried_mass
         acceleration = -(pull * arm + carried * arm * slope * rate * rate) / mass
         tension = pull + carried * (slope * rate * rate + arm * acceleration)
-        turned = within_turn(machine, sign * angle, sign * rate) / math.pi
+        turned = within_turn(machine, sign * angle, sign * rate, sign * acceleration) / math.pi
         return Motion(
             angle=angle,
             rate=rate,

@@ -121,7 +121,8 @@ class Collocation(Stepped):
         )
 
     def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
-        return within_turn(self._machine, rows['coordinate'], rows['speed'])
+        angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
+        return within_turn(self._machine, angle, rate, bend)
 
     def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
         angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))

@@ -65,9 +65,9 @@ class ForcedHarmonic:
         self._wheel = np.zeros((), WHEEL)
         self._wheel['re'], self._wheel['im'] = rate + of.delta * psi, of.omega * psi
         self._wheel['angle'], self._time_ns = angle, 0
-        at = np.array([angle]), np.zeros(1)
+        at = self._with_acceleration(*(np.array([each]) for each in (angle, 0.0, acceleration)))
         self._start_angle = float(within_turn(machine, *at)[0])
-        return self._motion(*at, np.array([acceleration]), np.zeros((1, 2), np.int64))
+        return self._motion(*at, np.zeros((1, 2), np.int64))
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans; return the motion at their logged ends.
@@ -99,28 +99,30 @@ class ForcedHarmonic:
         return Spans(self._time_ns, forcing.end_ns, shape, made, _given(forcing))
 
     def _swing(self, path: Path, which: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return θ, θ̇ and the case's α̈_c at the ends of some spans."""
+        """Return θ, θ̇ and θ̈ at the ends of some spans."""
         of, (re, im), line = self._well.of, path.z(which), path.span[which, 2:5]
         psi = im / of.omega
-        return psi - line[:, 0], re - of.delta * psi - line[:, 1], line[:, 2]
+        rate = re - of.delta * psi - line[:, 1]
+        return self._with_acceleration(psi - line[:, 0], rate, line[:, 2])
+
+    def _with_acceleration(
+        self, angle: FloatArray, rate: FloatArray, tilt_acceleration: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return θ, θ̇ and θ̈ from θ, θ̇ and the case's α̈_c."""
+        drag = 2.0 * self._well.of.delta * rate
+        return angle, rate, -tilt_acceleration - drag - self._law.p * angle
 
     def _motion(
-        self,
-        angle: FloatArray,
-        rate: FloatArray,
-        tilt_acceleration: FloatArray,
-        counts: IntArray,
+        self, angle: FloatArray, rate: FloatArray, acceleration: FloatArray, counts: IntArray
     ) -> Motion:
-        """Return the motion from θ, θ̇, α̈_c, turns and beats."""
-        machine, delta = self._machine, self._well.of.delta
-        stiffness = self._law.p
-        acceleration = -tilt_acceleration - 2.0 * delta * rate - stiffness * angle
-        within = within_turn(machine, angle, rate)
+        """Return the motion from θ, θ̇, θ̈, turns and beats."""
+        machine = self._machine
+        within = within_turn(machine, angle, rate, acceleration)
         half_turns, fraction = since_start(counts[:, 0], within, self._start_angle)
         return Motion(
             angle=angle,
             rate=rate,
-            torque=-machine.inertia * stiffness * angle,
+            torque=-machine.inertia * self._law.p * angle,
             half_turns=half_turns,
             fraction=fraction,
             phase_rate=phase_rate(machine, angle, rate, acceleration),

@@ -71,17 +71,24 @@ def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
     return product, error
 
 
-def polar(coordinate: FloatArray, speed: FloatArray, omega: float) -> FloatArray:
+def polar(
+    coordinate: FloatArray, speed: FloatArray, acceleration: FloatArray, omega: float
+) -> FloatArray:
     """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad].
 
-    A turn ends where x passes zero upwards, which is where turns are counted (theory E4). No
-    release lies there, so that rounding cannot put a release on either side of the joint.
+    A turn ends where x passes zero upwards, which is where turns are counted (theory E4). A
+    release lies there only where it is at rest at zero and starts upwards. So rounding cannot put
+    any other release on either side of the joint. At rest at zero the angle is that of the motion
+    just after, which the acceleration starts.
 
     Args:
         coordinate: x, (n,).
         speed: ẋ, (n,).
+        acceleration: any number of the sign of ẍ, (n,).
         omega: ω [rad/s].
     """
+    rests = (coordinate == 0.0) & (speed == 0.0)
+    speed = np.where(rests, acceleration, speed)
     # the sums turn −0.0, which arctan2 tells from 0.0, into 0.0
     angle = np.arctan2(0.0 - speed / omega, coordinate + 0.0)
     return np.where((coordinate < 0.0) & (angle < 0.0), angle + math.tau, angle)
@@ -109,10 +116,12 @@ def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntAr
     return 2 * turns + whole.astype(np.int64), half - whole
 
 
-def within_turn(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return the angle of (s, −ṡ/ω) in [−π/2, 3π/2) from ϑ and ϑ̇."""
+def within_turn(
+    machine: Machine, angle: FloatArray, rate: FloatArray, acceleration: FloatArray
+) -> FloatArray:
+    """Return the angle of (s, −ṡ/ω) in [−π/2, 3π/2) from ϑ, ϑ̇ and ϑ̈; see `polar`."""
     speed = np.sqrt(machine.mass(angle)) * rate
-    return polar(machine.arc(angle), speed, machine.frequency)
+    return polar(machine.arc(angle), speed, acceleration, machine.frequency)
 
 
 def phase_rate(

@@ -218,7 +218,8 @@ class RealThreads(Stepped):
 
     def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
         """Return the angle of (x, −ẋ/ω) within a turn, x = s of the lever, u of the thread."""
-        return polar(rows['coordinate'], rows['speed'], self._machine.frequency)
+        x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
+        return polar(x, speed, acceleration, self._machine.frequency)
 
     def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
         x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))

@@ -9,11 +9,15 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, Strict
 
+from tauto_core.scene.times import LAST_STAMP_S
+
 LONGEST_TEXT = 1000
 
 Number: TypeAlias = Annotated[float, Strict()]
 Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
 NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]
+# From the start of the scene [s]; later ones have no stamp.
+Instant: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=LAST_STAMP_S)]
 Flag: TypeAlias = Annotated[bool, Strict()]
 # One line: no control characters, no line or paragraph separators.
 Text: TypeAlias = Annotated[

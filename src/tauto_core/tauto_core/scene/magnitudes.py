@@ -1,4 +1,4 @@
-"""Limits within which double precision can compute a machine."""
+"""Limits within which double precision can compute a machine and the motion of a ship."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
 # 150,000 turns of thread; beyond, the rounding of an angle shows in the clock.
 LARGEST_ANGLE = 1e6
 
-SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'suspension')
+SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension')
 # Numbers that are only added to larger ones may be as small as they like.
 _MAY_VANISH = frozenset(
     (
@@ -30,10 +30,14 @@ _MAY_VANISH = frozenset(
         'escapement.rest.recoil',
     )
 )
+# Numbers of a ship that may not, by their names: divisors, and what spectra are scaled by.
+_OF_SHIPS = frozenset(
+    ('rate', 'period', 'frequency', 'natural_period', 'peak_period', 'significant_wave_height')
+)
 
 
 def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
-    """Yield the numbers of the machine, other than 0, that are outside these limits.
+    """Yield the numbers of machine and ship, other than 0, that are outside these limits.
 
     Args:
         content: keys and values of the `SECTIONS` of a scene.
@@ -54,7 +58,7 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
                 f'must be at most {LARGEST_SIZE:g} in size, or what follows overflows',
                 'Check its unit.',
             )
-        elif 0.0 < size < LEAST_SIZE and key not in _MAY_VANISH:
+        elif 0.0 < size < LEAST_SIZE and not _may_vanish(key):
             yield Problem(
                 key,
                 value,
@@ -63,9 +67,18 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
             )
 
 
+def _may_vanish(key: str) -> bool:
+    if key.startswith('ship.'):
+        return key.rpartition('.')[2].partition('[')[0] not in _OF_SHIPS
+    return key in _MAY_VANISH
+
+
 def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
     if isinstance(content, Mapping):
         for name, value in content.items():
             yield from _numbers(f'{path}.{name}' if path else name, value)
+    elif isinstance(content, tuple):
+        for index, value in enumerate(content):
+            yield from _numbers(f'{path}[{index}]', value)
     elif isinstance(content, float):
         yield path, content

@@ -10,13 +10,17 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import Flag, NonNegative, Position, Positive, Section
+from tauto_core.scene.fields import Flag, Instant, Position, Positive, Section
+from tauto_core.scene.times import nanoseconds
 
 WIDEST_AWARD_NMI = 60.0
 """Distance within which the Act of 1714 pays anything [nautical miles]."""
 
 HIGHEST_LATITUDE_DEG = math.degrees(math.acos(WIDEST_AWARD_NMI / (180.0 * 60.0)))
 """89.68°; nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
+
+SAME_PLACE_DEG = 1e-9
+"""Places nearer to each other in latitude and longitude, a tenth of a millimetre, are the same."""
 
 
 def _with_place(value: object) -> object:
@@ -54,8 +58,8 @@ class Voyage(Section):
         description='geodesic, the shortest route between places, or rhumb, a constant course '
         'between places; geodesic when left out',
     )
-    sails_at: NonNegative = Field(description='time of setting sail, from the start [s]')
-    arrives_at: Positive | None = Field(
+    sails_at: Instant = Field(description='time of setting sail, from the start [s]')
+    arrives_at: Instant | None = Field(
         default=None, description='time of landfall, from the start [s]; or give speed'
     )
     speed: Positive | None = Field(
@@ -99,11 +103,11 @@ def _times(voyage: Voyage) -> Iterator[Problem]:
             f'does not go with voyage.arrives_at, {voyage.arrives_at!r} s; one is enough',
             'Leave one of them out.',
         )
-    if voyage.arrives_at <= voyage.sails_at:
+    if nanoseconds(voyage.arrives_at) <= nanoseconds(voyage.sails_at):
         yield Problem(
             'voyage.arrives_at',
             voyage.arrives_at,
-            f'must be later than voyage.sails_at, {voyage.sails_at!r} s',
+            f'must be later than voyage.sails_at, {voyage.sails_at!r} s, by a nanosecond or more',
             'Give both from the start of the scene, in the order of the voyage.',
         )
 
@@ -120,8 +124,9 @@ def _places(voyage: Voyage) -> Iterator[Problem]:
             )
     for index, (one, other) in enumerate(pairwise(voyage.places), 1):
         apart = abs(math.remainder(other[1] - one[1], 360.0))
+        same = max(abs(other[0] - one[0]), apart) < SAME_PLACE_DEG
         # a ship may lie in port throughout, but then a time of arrival is needed
-        if one[0] == other[0] and apart == 0.0 and (voyage.waypoints or voyage.speed is not None):
+        if same and (voyage.waypoints or voyage.speed is not None):
             yield Problem(
                 key_of_place(voyage, index),
                 list(other),

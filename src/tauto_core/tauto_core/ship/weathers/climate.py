@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Flag, NonNegative, Positive, Section
-from tauto_core.scene.times import NS_PER_S, nanoseconds
+from tauto_core.scene.fields import Flag, Instant, Positive, Section
+from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.climates import CLIMATES, Climate
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sea_sections import Heading
@@ -27,7 +27,7 @@ _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 class Region(Section):
     """A part of the route with a climate: a known one, one's own numbers, or both."""
 
-    at: NonNegative | None = Field(
+    at: Instant | None = Field(
         default=None,
         description='time from the start at which the region begins [s]; not needed for the first',
     )
@@ -96,7 +96,7 @@ class ClimateWeather(WeatherKind):
     regions: tuple[Region, ...] = Field(
         description='list of regions in the order of the route: climate, at or waypoint, …'
     )
-    interval: Annotated[float, Strict(), Field(ge=LEAST_CHANGE_S)] = Field(
+    interval: Annotated[float, Strict(), Field(ge=LEAST_CHANGE_S, le=LAST_STAMP_S)] = Field(
         default=21_600.0, description='time between states, at least 600 [s]'
     )
     port: Port | None = Field(

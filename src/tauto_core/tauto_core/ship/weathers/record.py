@@ -8,10 +8,12 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Number, Positive, Text
-from tauto_core.scene.times import NS_PER_S, nanoseconds, whole_intervals
+from tauto_core.scene.fields import Positive, Text
+from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.sea_sections import Heading
 from tauto_core.ship.weather_kind import Setting, State, WeatherKind
+
+_Time = Annotated[float, Strict(), Field(ge=-LAST_STAMP_S, le=LAST_STAMP_S)]
 
 
 class RecordWeather(WeatherKind):
@@ -30,7 +32,7 @@ class RecordWeather(WeatherKind):
 
     kind: Literal['record'] = 'record'
     source: Text = Field(description='origin of the record')
-    time: tuple[Number, ...] = Field(description='list of increasing times from the start [s]')
+    time: tuple[_Time, ...] = Field(description='list of increasing times from the start [s]')
     significant_wave_height: tuple[Positive, ...] = Field(
         description='list of significant wave heights [m], one for each time'
     )
