@@ -404,7 +404,7 @@ def test_null_removes_a_key_that_may_be_absent() -> None:
         ('seed=', 'has no value'),
         ("seed=''", 'must be a whole number'),
         ('duration=5', 'duration is given twice'),
-        ('trochlea..release_angle=0.5', 'trochlea..release_angle = 0.5: has an empty name beside'),
+        ('trochlea..release_angle=0.5', 'trochlea..release_angle: has an empty name'),
         ('trochlea.cam=null', 'trochlea.cam: is missing'),
         ('escapment=null', 'Did you mean `escapement`'),
         ('trochlea.cam.base_radiu=~', 'trochlea.cam.base_radiu: is no key of'),
