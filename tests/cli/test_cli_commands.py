@@ -426,3 +426,19 @@ def test_a_bag_was_sailed_already() -> None:
     run = tauto('plot', BAGS / 'cheek_1min', 'error', '--set', 'seed=2')
     assert run.exit_code == 2
     assert '--set' in run.stderr
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ('sail', 'measured', '--duration', '60'),
+        ('scene', 'check', 'portsmouth_jamaica'),
+        ('compare', 'clock_involute_weight', '--duration', '60', '--jobs', '1'),
+        ('fleet', 'measured', '--ships', '2', '--duration', '60', '--jobs', '1'),
+    ],
+    ids=lambda words: words[0],
+)
+def test_no_line_ends_with_blanks(words):
+    said = CliRunner().invoke(app, words).stdout
+    assert len(said.splitlines()) > 5
+    assert [line for line in said.splitlines() if line != line.rstrip()] == []

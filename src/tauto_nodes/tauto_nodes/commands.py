@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
+from tauto_core.cli.terminal import print_rich
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
+    from tauto_core.bags import Bag
     from tauto_nodes.graph import Outcome
 
 MAX_SPEED = 1e6
@@ -47,13 +49,12 @@ def _namespace(text: str) -> str:
 
 
 def _say(outcome: Outcome) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table('topic', 'received', 'written', 'lost')
     for topic, numbers in outcome.counts.items():
         table.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
-    Console(stderr=True).print(table)
+    print_rich(table, err=True)
 
 
 def graph(
@@ -132,16 +133,14 @@ def graph(
     if as_json:
         typer.echo(json.dumps(result, allow_nan=False))
     else:
-        from rich.console import Console
-
-        Console().print(voyage_table(result), crop=False)
+        print_rich(voyage_table(result))
     if outcome.lost:
         typer.echo(f'tauto: {outcome.lost} messages were lost on the way', err=True)
         raise typer.Exit(1)
 
 
-def _check_playable(path: Path, rate: float, topics: list[str]) -> None:
-    """Refuse a rate or topics that cannot be played, in the words of the command line."""
+def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
+    """Return the bag; refuse a rate or topics that cannot be played, in the command's words."""
     from tauto_core.bags import read_bag
     from tauto_nodes.errors import ParameterError
     from tauto_nodes.parameters import PARAMETERS
@@ -164,6 +163,7 @@ def _check_playable(path: Path, rate: float, topics: list[str]) -> None:
                 else (f'{path}: has nothing that drives the graph; name with --topic')
             )
             raise UsageError(f'{said} {has}') from None
+    return bag
 
 
 def play(
@@ -187,7 +187,7 @@ def play(
     from tauto_nodes.player import Player
     from tauto_nodes.running import run
 
-    _check_playable(bag, rate, topic or [])
+    opened = _playable(bag, rate, topic or [])
     arguments = ['--ros-args', '-r', f'__ns:=/{_namespace(namespace)}']
     values: dict[str, Any] = {'bag': str(bag), 'rate': float(rate), 'publish_clock': publish_clock}
     if topic:
@@ -196,6 +196,6 @@ def play(
         arguments += ['-p', f'{name}:={json.dumps(value)}']
     say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
     with progress_bar(str(bag)) as progress:
-        code = run((lambda: Player(progress=progress),), arguments)
+        code = run((lambda: Player(bag=opened, progress=progress),), arguments)
     if code:
         raise typer.Exit(code)

@@ -37,6 +37,7 @@ from tauto_core.cli import (
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.registered import Registered
+from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import be_quiet, say
 from tauto_core.scene.errors import TautoError, UsageError
 
@@ -163,9 +164,7 @@ def _show(result: dict[str, Any], table: RenderableType | None) -> None:
     if table is None:
         typer.echo(json.dumps(result, allow_nan=False))
         return
-    from rich.console import Console
-
-    Console().print(table, crop=False)
+    print_rich(table)
 
 
 @commands.command()

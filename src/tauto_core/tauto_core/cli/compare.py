@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import AsJson, Duration, Plots
+from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
 from tauto_core.wording import significant, span
@@ -110,12 +111,7 @@ def _degrees(text: str | None) -> list[float]:
 
 
 def _print(result: Comparison) -> None:
-    from rich.console import Console
-
-    console = Console()
-    console.print(comparison_table(result))
-    for line in failures(result):
-        console.print(line, highlight=False)
+    print_rich(comparison_table(result), *failures(result))
 
 
 def failures(result: Comparison) -> list[str]:

@@ -18,6 +18,7 @@ from tauto_core.cli.options import (
     Settings,
     given_values,
 )
+from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
 from tauto_core.wording import counted, significant
 
@@ -104,14 +105,12 @@ def answer(result: Answers) -> str:
 
 
 def _print(result: Fleet) -> None:
-    from rich.console import Console
-
-    console = Console()
-    console.print(answer(result.answers), highlight=False)
-    for table in tables(result.answers):
-        console.print(table)
-    for why, number in result.answers.failures.items():
-        console.print(f'{counted(number, "ship")} failed: {why}', highlight=False)
+    failures = result.answers.failures.items()
+    print_rich(
+        answer(result.answers),
+        *tables(result.answers),
+        *(f'{counted(number, "ship")} failed: {why}' for why, number in failures),
+    )
 
 
 def tables(result: Answers) -> list[Table]:

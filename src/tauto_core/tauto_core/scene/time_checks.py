@@ -127,7 +127,7 @@ def _grids(times: Times) -> Iterator[Problem]:
 
 
 def _log_grid(times: Times) -> Iterator[Problem]:
-    """Yield what does not fit log.interval; of an interval that nothing fits, only the interval."""
+    """Yield what does not fit log.interval; where nothing fits it, only the interval."""
     interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
     interval_ns = nanoseconds(interval)
     lengths = {
