@@ -64,7 +64,8 @@ def graph(
         str, typer.Option(metavar='X|max', help='Sea seconds in a second, or as fast as it goes.')
     ] = '60',
     out: Annotated[
-        Path | None, typer.Option(help='Folder of the bag; default: bags/out/<scene>.')
+        Path | None,
+        typer.Option(metavar='DIR', help='Folder of the bag; default: bags/out/SCENE.'),
     ] = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
     duration: Duration = None,
@@ -72,7 +73,7 @@ def graph(
     compose: Annotated[
         bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
     ] = False,
-    namespace: Annotated[str, typer.Option(help='Namespace of the graph.')] = '',
+    namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace of the graph.')] = '',
     executor: Annotated[
         str,
         typer.Option(metavar='events|single', help='What spins the nodes; single is the slower.'),
@@ -167,16 +168,18 @@ def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
 
 
 def play(
-    bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
     *,
     rate: Annotated[
         float, typer.Option(metavar='X', help='Seconds of the bag in a second.')
     ] = 1.0,
     topic: Annotated[
         list[str] | None,
-        typer.Option(help='A topic to play, or all; default: what drives the graph.'),
+        typer.Option(
+            metavar='TOPIC', help='A topic to play, or all; default: what drives the graph.'
+        ),
     ] = None,
-    namespace: Annotated[str, typer.Option(help='Namespace to play into.')] = '',
+    namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace to play into.')] = '',
     publish_clock: Annotated[
         bool, typer.Option('--publish-clock', help='Publish /clock as well.')
     ] = False,

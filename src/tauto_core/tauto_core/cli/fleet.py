@@ -56,7 +56,7 @@ def fleet(
     plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
-    """Send many ships on the voyage of a scene: how often is the longitude found?
+    """Send many ships on one voyage: how many find the longitude?
 
     Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
     her own waves, and what --vary draws.
@@ -149,7 +149,9 @@ def _quantiles(result: Answers) -> Table:
     from tauto_core.fleets.answers import QUANTILES
 
     table = _table(
-        'error of the longitude [nmi]', 'clock', *(f'{_percent(each)} below' for each in QUANTILES)
+        'error of the longitude below which so many ships stay [nmi]',
+        'clock',
+        *(f'{_percent(each)}' for each in QUANTILES),
     )
     for clock, said in _CLOCKS.items():
         sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)

@@ -82,7 +82,7 @@ def _check_file(out: str) -> None:
 
 
 def schema() -> None:
-    """Print the JSON schema of scenes, with which editors complete and check them."""
+    """Print the JSON schema with which editors check scenes."""
     from tauto_core.scene.schema import FILE
 
     typer.echo(FILE.read_text(encoding='utf-8'), nl=False)
