@@ -226,7 +226,7 @@ def test_a_publisher_of_another_type_is_named_with_the_type_that_is_wanted(bench
 
 
 def test_a_publisher_outside_ros_is_worded_for_a_person(bench: Bench) -> None:
-    """It has no node: rmw gives such publishers a name of its own for unknown nodes."""
+    """Such a publisher has no node, and rmw gives it a placeholder for a name."""
     trochlea = Trochlea(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
     sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
