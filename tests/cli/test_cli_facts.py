@@ -250,8 +250,8 @@ def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
     assert found['thread']['swings_in_s'] is None
     words = StringIO()
     Console(file=words, width=200).print(facts_table(found))
-    assert 'ideal, which is fair where' in words.getvalue()
-    assert '≪ length ≪ 20.1 m (waves)' in words.getvalue()
+    assert 'ideal, as is fair of one much longer than 0.25 m (wheel)' in words.getvalue()
+    assert 'and much shorter than 20.1 m (waves)' in words.getvalue()
     assert facts(tmp_path, VERTICAL)['thread']['fair_lengths_m'][1] is None
 
 

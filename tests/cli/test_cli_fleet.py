@@ -47,15 +47,31 @@ def test_json_has_the_same_numbers(vary):
     assert found['failures'] == {}
 
 
-def test_ships_that_meet_the_same_motion_are_told_before_they_sail(vary):
-    same = 'all ships meet the same motion, since ship.kind is recorded'
+@pytest.mark.parametrize(
+    ('drawn', 'differ'),
+    [
+        ('', 'only the observations differ'),
+        ('clock.nominal_period', 'only clock.nominal_period and the observations differ'),
+        (
+            'clock.white_fm',
+            'only clock.white_fm and the noise of the clock and the observations differ',
+        ),
+        ('voyage.sails_at', 'only voyage.sails_at and the observations differ'),
+        ('trochlea.release_angle', ''),
+    ],
+)
+def test_it_is_said_what_differs_between_ships_in_the_same_motion(vary, drawn, differ):
+    """`measured` has recorded motion and a clock without noise."""
+    vary.write_text(f'{drawn}: {{kind: uniform, low: 0.9, high: 1.1}}' if drawn else '{}')
     few = ('fleet', 'measured', '--ships', '2', '--duration', '60', '--jobs', '1')
-    assert same in CliRunner().invoke(app, few).stderr
-    assert same not in fleet('--ships', '2').stderr
-    vary.write_text('drift.observation_sigma: {kind: normal, sigma: 1.0e-3}')
-    assert same in CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
-    vary.write_text('trochlea.release_angle: {kind: normal, sigma: 1.0e-3}')
-    assert same not in CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
+    said = CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
+    same = 'all ships meet the same motion, since ship.kind is recorded'
+    assert (same in said) == bool(differ)
+    assert differ in said
+
+
+def test_ships_in_seas_of_their_own_are_no_copies():
+    assert 'the same motion' not in fleet('--ships', '2').stderr
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,16 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
     assert not (tmp_path / 'dir.d').exists()
 
 
+def test_a_file_is_known_for_a_scene_by_its_ending(tmp_path: Path) -> None:
+    """`tauto sail measured` would sail the shipped scene, not a file of that name."""
+    for name, near in (('measured', 'measured.yaml'), ('mine.txt', 'mine.yaml')):
+        refused = tauto('scene', 'new', '-o', tmp_path / name)
+        assert refused.exit_code == 2
+        assert f'{name}: must end in .yaml or .yml. Use {tmp_path / near}' in refused.stderr
+    assert list(tmp_path.iterdir()) == []
+    assert tauto('scene', 'new', '-o', tmp_path / 'mine.yml').exit_code == 0
+
+
 def test_kinds_that_do_not_go_together_write_nothing(tmp_path: Path) -> None:
     file = tmp_path / 'mine.yaml'
     refused = tauto('scene', 'new', '--cam', 'involute', '--thread', 'hole', '-o', file)

@@ -36,7 +36,9 @@ def stress_modules():
     ],
 )
 def test_the_error_predicted_bounds_the_error_found_within_a_factor_of_thirty(kind, rate):
-    """Some of the hundred scenes of `make stress` cut short, at rates where sampling rules."""
+    """The scenes are some of the hundred of `make stress`, shortened, at rates at which the
+    error is that of sampling.
+    """
     from stress_forecast import FACTOR, TOLD_S, compared, drawn
 
     (scene,) = drawn(1, (kind,), (rate,))
@@ -55,7 +57,7 @@ def bound(error):
 
 
 def test_errors_grow_on_as_they_did():
-    """A bounded one stays, a line goes on, a walk with the root of time, or with its square."""
+    """A bounded error stays; one that grows as √t, t or t² grows on as it did."""
     assert bound(1e-9 * np.sin(TIMES)) == pytest.approx(1e-9, rel=0.1)
     assert bound(1e-13 * TIMES) == pytest.approx(1e-13 * END_S, rel=1e-9)
     for power in (0.5, 2.0):
@@ -101,7 +103,7 @@ def test_a_shorter_trial_bounds_what_the_whole_would():
 
 
 def test_a_step_without_divisors_is_not_tried_finer():
-    """A step of a second less 63 ns, a prime."""
+    """A step of a second less 63 ns is a prime number of nanoseconds."""
     prime_ns = 999_999_937
     scene = changed('second_cam_at_sea', 4.0)
     ship = scene.ship.model_copy(update={'rate': 1e9 / prime_ns})
@@ -112,7 +114,7 @@ def test_a_step_without_divisors_is_not_tried_finer():
 
 
 def test_a_motion_that_ends_early_is_tried_up_to_its_end():
-    """Released where the thread slackens within the first swings: a trial is no judge of that."""
+    """Released where the thread slackens within the first swings, which a trial does not judge."""
     scene = changed('involute_weight_at_sea', 60.0)
     heave = [{'amplitude': 40.0, 'period': 9.0, 'phase': 2.0}]
     rolling = {'kind': 'components', 'components': [], 'heave': heave, 'rate': 20.0}

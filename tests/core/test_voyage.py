@@ -168,7 +168,9 @@ def test_the_landfall_is_judged_before_the_clock_is_checked(tmp_path):
 
 
 def test_the_ideal_clock_on_land_keeps_true_time():
-    """Only the nominal period's rounding, 1e-15 of a day, and the nanosecond of the dial."""
+    """Allowed are the rounding of the nominal period, 1e-15 of a day, and a nanosecond of the
+    dial.
+    """
     report = sail(load_scene('ideal'))
     assert report['propagator'] == 'harmonic'
     assert abs(report['clock']['error_s']) <= 1e-9
@@ -301,7 +303,9 @@ def test_memory_does_not_grow_with_the_duration(bag, tmp_path, monkeypatch):
 
 
 def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
-    """The integrals are in drift/estimate: filter and smoother are exact from a thin bag."""
+    """drift/estimate has the integrals, so filter and smoother are exact from a bag without
+    motion.
+    """
     drift = {
         'observation_interval': 30.0,
         'observation_sigma': 0.001,

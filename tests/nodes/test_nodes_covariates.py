@@ -91,7 +91,9 @@ def _spoken(scene: Scene) -> dict[str, Samples]:
 def test_an_estimator_started_again_goes_on_with_coefficients_and_integrals(
     bench: Bench, tmp_path: Path
 ) -> None:
-    """Bit for bit as if it had never ended; of two observations one comes late, after the end."""
+    """Its estimate is bit for bit that of one that never ended, although one of two observations
+    comes after the end.
+    """
     scene = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
     file = tmp_path / 'scene.yaml'
     file.write_text(scene_yaml(scene), encoding='utf-8')

@@ -6,11 +6,14 @@ from __future__ import annotations
 
 import os
 import random
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from builtin_interfaces.msg import Time
 from conftest import Bench, overrides
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -24,10 +27,12 @@ from tauto_core.bags import TOPICS, encode, read_bag
 from tauto_core.clockwork import DialSetting
 from tauto_core.samples import READING, SHIP_IMU, ImuSamples, TimeSamples, take
 from tauto_core.scene import load_scene, scene_yaml
+from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.longitude import Longitude
 from tauto_nodes.markers import MARKERS, Markers
+from tauto_nodes.ports import node_of
 from tauto_nodes.qos import port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.trochlea import Trochlea
@@ -193,6 +198,56 @@ def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
     bench.add(Node('trochlea'))
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, '2 nodes are named'))
+
+
+OF_ANOTHER_TYPE = """
+import rclpy
+from rosgraph_msgs.msg import Clock
+rclpy.init()
+node = rclpy.create_node('xsens')
+node.create_publisher(Clock, 'ship/imu', 10)
+rclpy.spin(node)
+"""
+"""A process of its own: Fast DDS takes one type of a topic in a process."""
+
+
+def test_a_publisher_of_another_type_is_named_with_the_type_that_is_wanted(bench: Bench) -> None:
+    heard = Heard(bench.add(Node('listener'), Trochlea(**overrides(**FOREIGN))))
+    words = (
+        'no publisher of sensor_msgs/msg/Imu on ship/imu: /xsens sends rosgraph_msgs/msg/Clock. '
+        'Let one send sensor_msgs/msg/Imu'
+    )
+    sensor = subprocess.Popen([sys.executable, '-c', OF_ANOTHER_TYPE])
+    try:
+        bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
+    finally:
+        sensor.kill()
+        sensor.wait()
+
+
+def test_a_publisher_outside_ros_is_worded_for_a_person(bench: Bench) -> None:
+    """Such a publisher has no node, and rmw gives it a placeholder for a name."""
+    trochlea = Trochlea(**overrides(**FOREIGN))
+    sensor = bench.add(Node('xsens'), trochlea)
+    sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    [info] = trochlea.get_publishers_info_by_topic(SHIP_IMU)
+    assert node_of(info) == '/xsens'
+    info.node_name, info.node_namespace = '_NODE_NAME_UNKNOWN_', '_NODE_NAMESPACE_UNKNOWN_'
+    assert node_of(info) == 'a node not yet known by name'
+
+
+def test_motion_that_begins_elsewhere_is_refused_with_the_parameter_that_takes_it(
+    bench: Bench,
+) -> None:
+    trochlea = Trochlea(**overrides(scene='measured'))
+    sensor = bench.add(Node('xsens'), trochlea)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    for payload in encode(SHIP_IMU, still_sensor(5.0)):
+        publisher.publish(payload)
+    with pytest.raises(PropagationError, match='source:=foreign for every node'):
+        bench.until(lambda: False)
 
 
 def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -72,3 +74,20 @@ def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
     assert run_graph(plan, loaded, lambda _: None).lost == 0
     sail(loaded, tmp_path / 'sail')
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+
+
+def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> None:
+    loaded = load_scene('measured', duration=5.0)
+    bag = tmp_path / 'graph'
+    deadline_s = time.monotonic() + 300.0
+
+    def signalled_when_closed(_share: float) -> None:
+        while not (bag / 'metadata.yaml').exists():
+            assert time.monotonic() < deadline_s, 'the bag was not closed in time'
+            time.sleep(0.05)
+        signal.raise_signal(signal.SIGTERM)
+
+    plan = Plan('measured', bag, 5.0, 0.0, compose=True)
+    outcome = run_graph(plan, loaded, signalled_when_closed)
+    assert outcome.signal == 0
+    assert outcome.counts['clock/reading']['written'] == loaded.log_count

@@ -199,6 +199,12 @@ def test_player_takes_all_topics_and_refuses_none(ros: Any, minute: Path) -> Non
         Player(**overrides(bag=str(minute / 'no')))
 
 
+def test_a_bag_that_is_open_is_not_read_again(ros: Any, minute: Path) -> None:
+    ros(())
+    player = Player(bag=read_bag(minute), **overrides(bag='not read', topics=(SHIP_IMU,)))
+    assert list(player.outputs) == [SHIP_IMU]
+
+
 def test_one_source_of_time_only(bench: Bench, minute: Path) -> None:
     player = Player(
         **overrides(bag=str(minute), rate=20.0, publish_clock=True, topics=(READING,), wait=0.0)

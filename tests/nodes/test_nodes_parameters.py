@@ -95,7 +95,7 @@ def test_all_problems_in_one_text(ros: Any) -> None:
 
 
 def test_a_file_may_be_shared_but_a_section_of_its_own_is_checked(tmp_path: Path) -> None:
-    """Real processes: what stands where is told by the command line alone."""
+    """The processes are real, since only a command line says which file has which section."""
     values = {'speed': 2.0, 'scne': 'ideal', 'stal_after': 1.0, 'scene': 'no_such_scene'}
     shared = {'ros__parameters': values}
     cases = {

@@ -16,7 +16,8 @@ SIGNS = (
     'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
     'are standard deviations. Those of estimated and corrected figures are as the navigator knows '
     'them, who sees the observations alone; that of the dial is from the scatter of its rate in '
-    'ten parts of the run.'
+    'ten parts of the run. An error in σ is the estimate less the truth, over the standard '
+    'deviation; the true rate is the mean rate of the dial.'
 )
 
 
@@ -86,10 +87,16 @@ def _drift_rows(drift: Section) -> list[Row]:
         for key in drift
         if key.endswith(_COEFFICIENT)
     ]
-    wrong = [drift.get(f'{name}_error_sigmas') for name in ('offset', 'rate')]
-    if None not in wrong:
-        both = ', '.join(significant(value, 3, signed=True) for value in wrong)
-        rows.append(('error of offset, of rate', both, 'σ'))
+    of_rate = 'rate, mean of the voyage' if 'mean_rate_s_per_day' in drift else 'rate'
+    wrong = {
+        'offset': drift.get('offset_error_sigmas'),
+        of_rate: drift.get('rate_error_sigmas'),
+    }
+    rows += [
+        (f'error of the {name}', significant(value, 3, signed=True), 'σ')
+        for name, value in wrong.items()
+        if value is not None
+    ]
     return rows
 
 

@@ -28,31 +28,26 @@ if TYPE_CHECKING:
     from tauto_core.motion.collocation import Collocation
     from tauto_core.motion.real_threads import RealThreads
 
-# Least of four runs of 10 h at sea or 100 days on land, each stage timed by itself, of the shipped
-# scenes ideal, second_cam_at_sea, involute_weight_at_sea and portsmouth_jamaica, and of the cheek
-# before Euler on land (action_angle); a day of globe_in_oil on each of its curves, of which the
-# dearest counts. Impulses, levers and swinging threads: the eight clocks of `tauto compare` over
-# 81 days. The start: processor time of `tauto sail` of a minute.
-# Intel Xeon, Python 3.11. These kernels were compiled by Numba 0.68; with tauto_core.kernels only
-# FORCED_NS_A_SAMPLE has been measured anew.
-MEASURED_ON = 'a core at 2.5 GHz'
+# Processor times, the least of four runs: `python -m benchmarks.voyage_cost`, whose results are in
+# benchmarks/voyage_cost.json. Intel Xeon, Python 3.11; the kernels were compiled and optimised.
+MEASURED_ON = 'a core at 2.3 GHz'
 START_S = {
-    'harmonic': 0.5,
-    'action_angle': 0.5,
-    'half_swings': 1.0,
-    'forced_harmonic': 1.7,
-    'collocation': 1.7,
+    'harmonic': 0.58,
+    'action_angle': 0.58,
+    'half_swings': 0.6,
+    'forced_harmonic': 0.63,
+    'collocation': 0.7,
 }
-SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 30.0, 0.5
-FORCED_NS_A_SAMPLE = 60.0
-SUSPENDED_NS_A_SAMPLE = 1100.0
-NS_A_STEP, NS_AN_EVENT = 800.0, 1500.0
-NS_A_STEP_OF_THREAD = {'lever': 2000.0, 'hanging': 1600.0}
-NS_A_HALF_SWING = 8000.0
-NS_A_LOG = {'harmonic': 400.0, 'action_angle': 32_000.0, 'half_swings': 50_000.0}
-NAVIGATION_NS_A_LOG = 1200.0
-COVARIATE_NS_A_SAMPLE = 45.0
-COEFFICIENT_RUNS_S = 3.0
+SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 9.2, 0.065
+FORCED_NS_A_SAMPLE = 25.0
+SUSPENDED_NS_A_SAMPLE = 270.0
+NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
+NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
+NS_A_HALF_SWING = 4800.0
+NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
+NAVIGATION_NS_A_LOG = 440.0
+COVARIATE_NS_A_SAMPLE = 53.0
+COEFFICIENT_RUNS_S = 0.71
 """Run time of trial runs in small waves, for the most expensive machine [s]."""
 
 PERIOD_ERROR = 1e-14

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
+from tauto_core.cli.terminal import print_rich
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
+    from tauto_core.bags import Bag
     from tauto_nodes.graph import Outcome
 
 MAX_SPEED = 1e6
@@ -47,13 +49,12 @@ def _namespace(text: str) -> str:
 
 
 def _say(outcome: Outcome) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table('topic', 'received', 'written', 'lost')
     for topic, numbers in outcome.counts.items():
         table.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
-    Console(stderr=True).print(table)
+    print_rich(table, err=True)
 
 
 def graph(
@@ -63,7 +64,8 @@ def graph(
         str, typer.Option(metavar='X|max', help='Sea seconds in a second, or as fast as it goes.')
     ] = '60',
     out: Annotated[
-        Path | None, typer.Option(help='Folder of the bag; default: bags/out/<scene>.')
+        Path | None,
+        typer.Option(metavar='DIR', help='Folder of the bag; default: bags/out/SCENE.'),
     ] = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
     duration: Duration = None,
@@ -71,7 +73,7 @@ def graph(
     compose: Annotated[
         bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
     ] = False,
-    namespace: Annotated[str, typer.Option(help='Namespace of the graph.')] = '',
+    namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace of the graph.')] = '',
     executor: Annotated[
         str,
         typer.Option(metavar='events|single', help='What spins the nodes; single is the slower.'),
@@ -132,16 +134,14 @@ def graph(
     if as_json:
         typer.echo(json.dumps(result, allow_nan=False))
     else:
-        from rich.console import Console
-
-        Console().print(voyage_table(result), crop=False)
+        print_rich(voyage_table(result))
     if outcome.lost:
         typer.echo(f'tauto: {outcome.lost} messages were lost on the way', err=True)
         raise typer.Exit(1)
 
 
-def _check_playable(path: Path, rate: float, topics: list[str]) -> None:
-    """Refuse a rate or topics that cannot be played, in the words of the command line."""
+def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
+    """Return the bag; refuse a rate or topics that cannot be played, in the command's words."""
     from tauto_core.bags import read_bag
     from tauto_nodes.errors import ParameterError
     from tauto_nodes.parameters import PARAMETERS
@@ -164,19 +164,22 @@ def _check_playable(path: Path, rate: float, topics: list[str]) -> None:
                 else (f'{path}: has nothing that drives the graph; name with --topic')
             )
             raise UsageError(f'{said} {has}') from None
+    return bag
 
 
 def play(
-    bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
     *,
     rate: Annotated[
         float, typer.Option(metavar='X', help='Seconds of the bag in a second.')
     ] = 1.0,
     topic: Annotated[
         list[str] | None,
-        typer.Option(help='A topic to play, or all; default: what drives the graph.'),
+        typer.Option(
+            metavar='TOPIC', help='A topic to play, or all; default: what drives the graph.'
+        ),
     ] = None,
-    namespace: Annotated[str, typer.Option(help='Namespace to play into.')] = '',
+    namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace to play into.')] = '',
     publish_clock: Annotated[
         bool, typer.Option('--publish-clock', help='Publish /clock as well.')
     ] = False,
@@ -187,7 +190,7 @@ def play(
     from tauto_nodes.player import Player
     from tauto_nodes.running import run
 
-    _check_playable(bag, rate, topic or [])
+    opened = _playable(bag, rate, topic or [])
     arguments = ['--ros-args', '-r', f'__ns:=/{_namespace(namespace)}']
     values: dict[str, Any] = {'bag': str(bag), 'rate': float(rate), 'publish_clock': publish_clock}
     if topic:
@@ -196,6 +199,6 @@ def play(
         arguments += ['-p', f'{name}:={json.dumps(value)}']
     say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
     with progress_bar(str(bag)) as progress:
-        code = run((lambda: Player(progress=progress),), arguments)
+        code = run((lambda: Player(bag=opened, progress=progress),), arguments)
     if code:
         raise typer.Exit(code)

@@ -66,8 +66,8 @@ def _findings(member: Member, now_s: float, risen: dict[str, int]) -> Iterator[F
         yield error, passed
     yield from _missing(member, now_s)
     for topic, source in member.inputs.items():
-        if source.others:
-            yield warn, f'several publishers on {topic}: {", ".join(source.others)}'
+        if source.matched > 1:
+            yield warn, f'several publishers on {topic}: {", ".join(member.sources_of(topic))}'
     if len(twins := member.twins()) > 1:
         yield warn, f'{len(twins)} nodes are named {twins[0]}'
     if risen:
@@ -84,8 +84,15 @@ def _missing(member: Member, now_s: float) -> Iterator[Finding]:
         # A recorder takes what there is; a stage can do without what is optional.
         needed = [topic for topic in lonely if topic not in OPTIONAL]
         lonely = needed if member.outputs or len(lonely) == len(member.inputs) else []
-    if lonely:
-        yield DiagnosticStatus.WARN, f'no publisher on {", ".join(lonely)}'
+    if unsent := [topic for topic in lonely if not member.misfits(topic)]:
+        yield DiagnosticStatus.WARN, f'no publisher on {", ".join(unsent)}'
+    for topic in lonely:
+        if others := member.misfits(topic):
+            wanted = member.inputs[topic].type_name
+            yield (
+                DiagnosticStatus.WARN,
+                f'no publisher of {wanted} on {topic}: {", ".join(others)}. Let one send {wanted}',
+            )
     limit_s = member.settings.number('stale_after')
     if silent := [
         topic

@@ -256,7 +256,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
             _check_whole(recorded, scene)
         return Outcome(
             recorded.topics,
-            signals.came,
+            0 if recorded.complete else signals.came,
             start_s=recorded.began_s - born_s,
             voyage_s=recorded.closed_s - recorded.began_s,
         )

@@ -52,16 +52,21 @@ class Player(SourceNode):
     """Publishes a bag's topics under the player's namespace; ends with the bag.
 
     Args:
+        bag: the bag, if it has been opened already; otherwise the parameter `bag` names it.
         progress: called with the share of the bag that was played, from 0 to 1.
         node_options: handed to rclpy.node.Node.
     """
 
     def __init__(
-        self, *, progress: Callable[[float], None] | None = None, **node_options: Any
+        self,
+        *,
+        bag: Bag | None = None,
+        progress: Callable[[float], None] | None = None,
+        **node_options: Any,
     ) -> None:
         super().__init__('player', 'rate', **node_options)
         self._progress = progress
-        bag = read_bag(Path(self.settings.text('bag')))
+        bag = bag or read_bag(Path(self.settings.text('bag')))
         for warning in bag.warnings:
             self.get_logger().warning(warning)
         ports = ports_of(bag, self.settings.names('topics'))

@@ -23,27 +23,30 @@ from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.flow import BATCH, Flow
 from tauto_nodes.packs import PACK_TOPIC, pack, unpack
 from tauto_nodes.parameters import declare
-from tauto_nodes.qos import PACK_QOS, Port, overriding, refuse_unknown_qos
+from tauto_nodes.qos import PACK_QOS, Port, overriding, refuse_unknown_qos, type_name
 from tauto_nodes.rclpy_private import take_raw
 
 P = ParamSpec('P')
+
+_NAMELESS = '_NODE_NAME_UNKNOWN_'
+"""What rmw says of a publisher whose node it has not heard of yet, or that has none."""
 
 
 @dataclass
 class Input:
     """State of one subscription.
 
-    `last_s`: when a message or a publisher came last [s]; `lost`: messages that, by the
-    middleware, did not arrive; `others`: its publishers, where there is more than one.
+    `type_name`: of the messages it takes; `last_s`: when a message or a publisher came last [s];
+    `lost`: messages that, by the middleware, did not arrive.
     """
 
+    type_name: str
     received: int = 0
     taken: int = 0
     lost: int = 0
     last_s: float | None = None
     matched: int = 0
     incompatible: int = 0
-    others: tuple[str, ...] = ()
     pending: list[bytes] = field(default_factory=list)
 
 
@@ -169,7 +172,8 @@ class PortNode(Node):
 
     def listen_to(self, port: Port) -> Any:
         """Create a subscription with its state in `inputs`; return it."""
-        source = self.inputs[port.name] = Input()
+        message = UInt8MultiArray if self.settings.packed else port.message
+        source = self.inputs[port.name] = Input(type_name(message))
         events = SubscriptionEventCallbacks(
             matched=lambda info: self._note(self.inputs, port.name, 'matched', info),
             incompatible_qos=lambda info: self._note(self.inputs, port.name, 'incompatible', info),
@@ -217,9 +221,8 @@ class PortNode(Node):
             port.matched = info.current_count
             if isinstance(port, Input):
                 port.last_s = time.monotonic()
-                port.others = ()
                 if info.current_count > 1:
-                    self._several_sources(topic, port)
+                    self._several_sources(topic)
         elif event == 'lost':
             self.inputs[topic].lost = info.total_count
         else:
@@ -235,11 +238,23 @@ class PortNode(Node):
                     f'({qos_policy_name_from_kind(info.last_policy_kind)}) and gets nothing'
                 )
 
-    def _several_sources(self, topic: str, source: Input) -> None:
-        others = self.get_publishers_info_by_topic(self.link_name(topic))
-        names = sorted(f'{i.node_namespace.rstrip("/")}/{i.node_name}' for i in others)
-        source.others = tuple(names)
-        words = f'{topic}: more than one publisher ({", ".join(names)})'
+    def sources_of(self, topic: str) -> list[str]:
+        """Return the names of the nodes that publish what an input takes."""
+        wanted = self.inputs[topic].type_name
+        infos = self.get_publishers_info_by_topic(self.link_name(topic))
+        return sorted(node_of(info) for info in infos if info.topic_type == wanted)
+
+    def misfits(self, topic: str) -> list[str]:
+        """Return the publishers on an input's topic that send another type, each in words."""
+        wanted = self.inputs[topic].type_name
+        return sorted(
+            f'{node_of(info)} sends {info.topic_type}'
+            for info in self.get_publishers_info_by_topic(self.link_name(topic))
+            if info.topic_type != wanted
+        )
+
+    def _several_sources(self, topic: str) -> None:
+        words = f'{topic}: more than one publisher ({", ".join(self.sources_of(topic))})'
         if self.flow is None:
             self.get_logger().warning(f'{words}; their messages are mixed. Stop all but one')
         elif self.failure is None:
@@ -249,3 +264,10 @@ class PortNode(Node):
                     'other, or give the graph a namespace or a ROS_DOMAIN_ID of its own'
                 )
             )
+
+
+def node_of(info: Any) -> str:
+    """Return the full name of the node that a publisher belongs to."""
+    if info.node_name == _NAMELESS:
+        return 'a node not yet known by name'
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'

@@ -17,6 +17,7 @@ from tauto_core.samples import NS_PER_S
 from tauto_nodes.diagnostics import Diagnostics
 from tauto_nodes.errors import NodesError
 from tauto_nodes.member import Member
+from tauto_nodes.ports import node_of
 
 Item: TypeAlias = tuple[int, str, bytes]
 
@@ -133,9 +134,8 @@ class SourceNode(Member):
         while time.monotonic() < deadline_s:
             if others := self.get_publishers_info_by_topic(CLOCK_TOPIC):
                 raise NodesError(
-                    f'publish_clock = True: {others[0].node_namespace.rstrip("/")}/'
-                    f'{others[0].node_name} already publishes {CLOCK_TOPIC}, and time can have '
-                    'one source only. Leave publish_clock out, or stop the other'
+                    f'publish_clock = True: {node_of(others[0])} already publishes {CLOCK_TOPIC}, '
+                    'and time can have one source only. Leave publish_clock out, or stop the other'
                 )
             time.sleep(0.02)
         return self.create_publisher(ClockMessage, CLOCK_TOPIC, QoSProfile(depth=10))

@@ -72,7 +72,9 @@ def test_a_clean_sensor_reads_as_without_guards():
 @pytest.mark.parametrize('gap_us', [0, 20, 300, 1_000, 3_000, 8_000])
 @pytest.mark.parametrize('first', [0, 500])
 def test_a_burst_of_late_stamps_does_not_move_the_wheel(gap_us: int, first: int):
-    """0.8 s of samples stamped when they were sent: without guards up to the slack thread."""
+    """0.8 s of samples have the stamps at which they were sent. Without guards the thread goes
+    slack.
+    """
     imu, burst = sensor(), slice(first, first + 40)
     stamps = imu.stamp_ns.copy()
     stamps[burst] = stamps[first + 40] - 1000 * gap_us * np.arange(40, 0, -1)
@@ -168,7 +170,7 @@ def test_a_swing_that_no_machine_can_have_is_not_read():
 
 
 def test_a_run_that_fails_is_given_up_and_the_next_one_declared():
-    """A pull of no weight for a second: the thread goes slack."""
+    """For a second the measured force points the other way, so that the thread goes slack."""
     imu = sensor()
     force = imu.linear_acceleration.copy()
     force[500:550] = [0.0, 0.0, -20.0]

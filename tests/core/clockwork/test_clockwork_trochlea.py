@@ -71,7 +71,7 @@ def collected(parts):
 
 @pytest.mark.parametrize('name', SCENES)
 def test_any_split_and_any_resumption_give_the_same_bits(name):
-    """Each new stage is a copy of one that was not fed: to lay out steps takes long."""
+    """Stages are copies of one that was not fed, since laying out the steps takes long."""
     scene = SCENES[name]
     new = TrochleaStage(scene)
     imu, whole_stage = imu_of(scene), TrochleaStage(scene)
@@ -98,7 +98,9 @@ def test_any_split_and_any_resumption_give_the_same_bits(name):
 
 @pytest.mark.parametrize('name', FURTHER)
 def test_further_machines_in_pieces_and_resumed_give_the_same_bits(name):
-    """One way to cut, with two resumptions: to make a propagator for these takes half a second."""
+    """Only one way to cut is tried, since making the propagator of such a machine takes half a
+    second.
+    """
     scene = FURTHER[name]
     imu = imu_of(scene)
     stage = TrochleaStage(scene)
@@ -185,7 +187,9 @@ def test_foreign_motion_is_anchored_at_its_first_stamp_and_jitter_does_not_matte
 
 
 def test_samples_that_crowd_are_left_out_and_counted():
-    """Bursts of four samples 0.1 ms apart: through all of them rounding alone gives 1e-7 rad."""
+    """Four samples are 0.1 ms apart. Interpolated through all of them, rounding alone gives 1e-7
+    rad.
+    """
     scene = load_scene('involute_weight_at_sea', duration=20.0)
     fine = load_scene('involute_weight_at_sea', duration=21.0, ship=_faster(scene, 1e4))
     dense = imu_of(fine)
@@ -208,7 +212,7 @@ def _faster(scene, rate=200.0):
 
 
 def test_dial_counts_whole_half_turns_in_integers():
-    """Against exact fractions, with a nominal period of 1 + 2^-20 s over 600 days."""
+    """The reference is exact fractions, with a nominal period of 1 + 2^-20 s over 600 days."""
     half = np.array([0, 1, 2, 103_680_001])
     fraction = np.array([0.0, 0.5, 0.25, 0.125])
     nominal = 1 + 2.0**-20

@@ -66,7 +66,7 @@ def test_an_event_stops_its_own_clock_alone(pair):
 
 
 def test_the_dearest_begin():
-    """So that two processes end together: suspended cases, then levers, then swinging threads."""
+    """The longest runs begin, so that two processes end together."""
     entries = make_entries(('clock_cheek_weight', 'clock_hanging_thread', 'clock_sully_lever'))
     names = [(entries[index].scene.name, entries[index].hung) for index in _dearest_first(entries)]
     clocks = ['clock_sully_lever', 'clock_hanging_thread', 'clock_cheek_weight']

@@ -160,7 +160,9 @@ def test_no_stiffness_is_the_involute():
 
 @pytest.mark.parametrize('distance', [0.05, 0.0999, 0.1001, math.inf])
 def test_range_of_the_spring_cam(distance):
-    """t tends to b/c = 0.1 m: a nearer hole is reached, one farther away never."""
+    """The lever arm tends to b/c = 0.1 m, so it reaches a nearer hole and never one farther
+    away.
+    """
     cam = SpringCorrected(0.01, 1.0, distance)
     if distance < 0.1:
         assert float(cam.lever_arm(cam.range_rad)) == pytest.approx(distance, rel=1e-13)

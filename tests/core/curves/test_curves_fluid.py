@@ -42,7 +42,7 @@ def points(curve):
 
 @pytest.mark.parametrize('curve', CURVES, ids=repr)
 def test_slope_and_its_rate_are_derivatives_of_the_height(curve):
-    """By central differences: error h² x'''/6, rounding eps/h."""
+    """The reference is central differences, with the error h² x'''/6 and the rounding eps/h."""
     s, h = points(curve), 1e-5 * curve.descent_cusp
     rise = (curve.height(s + h) - curve.height(s - h)) / (2.0 * h)
     np.testing.assert_allclose(rise, curve.slope(s), atol=1e-9)
@@ -195,7 +195,7 @@ def test_the_outline_runs_over_both_branches_no_higher_than_the_descent(curve):
 
 
 def test_the_circle_of_curvature_touches():
-    """R from three points of the outline; its error is of second order in the arc."""
+    """The reference is a circle through three points; its error is of second order in the arc."""
     for s in (0.3, -0.3):
         x, y = coordinates(OIL, np.array([s - 1e-4, s, s + 1e-4]))
         sides = [math.dist((x[i], y[i]), (x[j], y[j])) for i, j in ((0, 1), (1, 2), (0, 2))]

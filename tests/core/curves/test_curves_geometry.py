@@ -110,7 +110,9 @@ def test_thread_reaches_the_hole_and_keeps_its_length(name):
 @pytest.mark.parametrize('a', [1e3, 1e9, 1e15])
 @pytest.mark.parametrize('phi', [1e-6, 0.7, 40.0])
 def test_far_hole_keeps_its_digits(a, phi):
-    """Against the textbook forms in 60 digits; plain doubles would lose a/b of them."""
+    """The reference is the textbook form in 60 digits, which in doubles would lose the ratio
+    a/b.
+    """
     cam = Hole(1.0, a)
     with mpmath.workdps(60):
         t, far = mpmath.mpf(phi), mpmath.mpf(a)

@@ -59,7 +59,7 @@ def test_no_point_is_farther_off_than_the_tolerance(law, tolerance, tmp_path):
 
 
 def test_errors_within_the_tolerance_are_smoothed_away(tmp_path):
-    """The arm comes nearer to the true one than the points are, and needs few pieces for it."""
+    """The smoothed lever arm is nearer to the true one than the points are, with few pieces."""
     angles, arms = measured()
     cam = trochlea(write(tmp_path / 'cam.csv', angles, arms), TOLERANCE).made_cam(9.81)
     between = np.linspace(0.1, RANGE, 500)
@@ -70,7 +70,7 @@ def test_errors_within_the_tolerance_are_smoothed_away(tmp_path):
 
 
 def test_without_errors_the_law_itself_is_found():
-    """A bent law to the tolerance everywhere, not at the points alone."""
+    """A curved law is met to the tolerance everywhere, and not only at the points."""
     law = SpringCorrected(0.012, 3.0)
     angles, arms = measured(error=0.0, law=law)
     found = smoothed(angles, arms, 1e-9)
@@ -81,7 +81,9 @@ def test_without_errors_the_law_itself_is_found():
 
 
 def test_joints_are_smooth_to_the_fourth_derivative():
-    """To rounding: 4e-16 of the arm, by the sixteenth of a radian that pieces are long, ^4."""
+    """The bound is rounding, 4e-16 of the lever arm, over the fourth power of the length of a
+    piece, 1/16 rad.
+    """
     angles, arms = measured(law=SpringCorrected(0.012, 3.0))
     found = smoothed(angles, arms, TOLERANCE)
     for k, width in enumerate(np.diff(found.knots)[:-1]):
@@ -94,7 +96,7 @@ def test_joints_are_smooth_to_the_fourth_derivative():
 
 
 def test_a_tolerance_too_small_for_the_errors_is_refused_with_the_least_that_works(tmp_path):
-    """Followed too closely the errors make a hollow, which a thread bridges."""
+    """A curve that follows the errors too closely has a hollow, which the thread would bridge."""
     file = write(tmp_path / 'cam.csv', *measured(error=1e-4))
     with pytest.raises(SceneError, match='a thread bridges a hollow') as caught:
         trochlea(file, 1e-6).made_cam(9.81)

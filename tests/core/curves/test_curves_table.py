@@ -73,7 +73,7 @@ def test_smooth_at_the_knots(tmp_path):
 
 
 def test_kernel_form(tmp_path):
-    """The stated layout gives lever arm and lift, by a plain loop."""
+    """A plain loop over the table, as its layout is stated, gives lever arm and lift."""
     cam = sampled(tmp_path / 'cam.csv', np.tanh, 2.0, 12)
     law = cam.lever
     assert law.coefficients.flags.c_contiguous

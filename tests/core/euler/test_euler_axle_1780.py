@@ -25,7 +25,7 @@ def test_they_stand_in_the_order_of_the_paper():
 
 
 def test_every_correction_of_the_print_is_there():
-    """The paragraphs of the table of corrections, and how many lines each has here."""
+    """Counted are the paragraphs in the table of corrections, and the lines of each."""
     misprints = [claim.paragraph for claim in CLAIMS if claim.expected == 'misprint']
     assert misprints == [
         '5', '15', '17-21', '17-21', '19', '20', '22-23', '22-23', '32', '36', '37', '39', '44',

@@ -48,7 +48,7 @@ def test_paragraphs_in_order():
 
 
 def test_every_correction_of_the_print_is_there():
-    """VII, XIII, XVIII twice, XIX, XXI, XXVI twice, XXVII."""
+    """The paragraphs are VII, XIII, XVIII twice, XIX, XXI, XXVI twice and XXVII."""
     corrected = [claim.paragraph for claim in CLAIMS if claim.expected == 'misprint']
     assert corrected == ['VII', 'XIII', 'XVIII', 'XVIII', 'XIX', 'XXI', 'XXVI', 'XXVI', 'XXVII']
     lost = [claim for claim in CLAIMS if math.isnan(claim.printed_value)]

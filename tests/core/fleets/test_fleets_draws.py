@@ -73,7 +73,6 @@ def test_every_ship_has_a_seed_and_a_sea_of_her_own():
     ('draws', 'said'),
     [
         ({'trochlea__cam__base_radius': {'kind': 'normal', 'sigma': 0.1}}, '-0.'),
-        ({'ship__kind__x': {'kind': 'list', 'values': [1.0]}}, 'no such key'),
         ({'name': {'kind': 'normal', 'sigma': 1.0}}, 'no number'),
     ],
 )
@@ -101,6 +100,24 @@ def test_a_misspelt_key_is_answered_with_what_was_meant(key, meant, draw):
     assert message.startswith(f'vary.yaml: {key}: is no key of')
     assert f'Did you mean {meant}' in message
     assert 'Narrow' not in message
+
+
+@pytest.mark.parametrize(
+    ('key', 'said'),
+    [
+        ('ship.kind.x', 'ship.kind.x: there is no such key in the scene. Name a key'),
+        ('trochlea..release_angle', 'trochlea..release_angle: has an empty name. Write names'),
+        ('', "'': has an empty name. Write names"),
+    ],
+)
+def test_a_path_that_no_scene_has_is_refused_in_the_words_of_set(key, said):
+    draws = as_draws({key: {'kind': 'list', 'values': [1.0]}}, 'vary.yaml')
+    fleet = Plan(SCENE, 'x', 2, draws, 'vary.yaml')
+    for refused in (fleet.check, lambda: load_scene('measured', **{key: 1.0})):
+        with pytest.raises(SceneError) as caught:
+            refused()
+        assert said in str(caught.value)
+    assert 'Narrow' not in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -243,7 +243,7 @@ def row(number, error, **values):
 
 
 def test_shares_have_wilsons_interval():
-    """By its formula: (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
+    """Wilson's formula is (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
     rows = [row(k, -float(k)) for k in range(100)] + [row(100, 0.0, failure='lost')]
     found = answers(plan(vary={}), rows).within['corrected'][0]
     n, k, z = 101, 31, 1.959963984540054
@@ -269,7 +269,9 @@ def test_quantiles_and_influences_are_of_those_that_arrived():
 
 
 def test_a_tolerance_that_turns_the_error_either_way_is_seen():
-    """Its size is least in the middle of the tolerance; only the sign shows the side."""
+    """The size of the error is least in the middle of the tolerance, so only its sign depends on
+    the side.
+    """
     key = 'trochlea.release_angle'
     rows = [row(k, 1.5 * (k - 50.0), **{key: 1.0 + 0.01 * k}) for k in range(101)]
     (found,) = answers(plan(vary={key: VARY[key]}), rows).influences

@@ -112,7 +112,7 @@ def test_a_change_of_any_source_that_was_used_compiles_anew(program):
 
 
 def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
-    """Though no file has changed: what a name stands for is part of the code."""
+    """No file has changed, but the value that a name stands for is part of the code."""
     assert program.run() == (19.0, 1)
     header = kept_header()
     assert used.is_as_it_was(header['files'], header['names'])

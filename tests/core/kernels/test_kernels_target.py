@@ -31,7 +31,7 @@ def text_of(kernel: Any, *args: Any) -> tuple[str, Any]:
 
 
 def test_a_processor_without_vectors_gives_the_same_bits_optimised_or_not():
-    """Plain x86-64 has no fused multiply-add: the C library's stands in."""
+    """Plain x86-64 has no fused multiply-add, so the function of the C library takes its place."""
     if not target.processor()[0].startswith('x86_64'):
         pytest.skip('x86-64 alone has processors that differ so much')
     rows = np.random.default_rng(1).normal(size=(9, 8))
@@ -98,7 +98,7 @@ def loops(values: Any, n: int) -> Any:
     ids=lambda x: getattr(x, '__name__', ''),
 )
 def test_numba_gives_the_same_bits(kernel, args):
-    """An independent compiler of the same language."""
+    """numba is an independent compiler of the same language."""
     theirs = numba.njit(error_model='numpy')(kernel)(*args)
     assert np.array_equal(_flat(entry(kernel)(*args)), _flat(theirs))
 
@@ -108,7 +108,9 @@ def _flat(x: Any) -> list[float]:
 
 
 def test_threads_run_at_the_same_time_and_compile_one_after_the_other():
-    """Each waits in its kernel until the other is in its own: only without the lock they can."""
+    """Each kernel waits until the other runs too, which is possible only if neither holds a
+    lock.
+    """
 
     @entry
     def meet(flags: Any, mine: int, other: int) -> bool:

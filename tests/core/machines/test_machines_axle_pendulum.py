@@ -81,7 +81,7 @@ def test_golden_motion_from_equilibrium(entry):
 
 @pytest.mark.parametrize('entry', entries('C10'))
 def test_golden_large_angles(entry):
-    """With 1/e = 1e-9 the golden θ is s/e, and both are good to the ODE's digits of s."""
+    """With 1/e = 1e-9 the golden value of θ is s/e; both are as accurate as s from the solver."""
     given, expected = numbers(entry)
     body = body_of(given)
     y = simulate(body, [given['theta0'] * given['e'], given['phi0'], 0.0, 0.0], given['t'])
@@ -121,7 +121,9 @@ def test_golden_moving_support(entry):
 
 @pytest.mark.parametrize('entry', entries('C38-plane-large'))
 def test_golden_large_swings_on_a_plane(entry):
-    """The contact's minimum is of a grid, three digits; half a swing by ODE comes back at −A."""
+    """The least contact force comes from a grid, to three digits; half a swing of the solver ends
+    at −A.
+    """
     given, expected = numbers(entry)
     body = AxlePendulum(0.0, given['c'], given['k'], given['G'])
     period = plane_period(body, given['A'])
@@ -154,7 +156,7 @@ BODIES = {
 
 @pytest.mark.parametrize('name', BODIES)
 def test_large_equations_become_the_small_motion_with_the_square_of_the_swing(name):
-    """Tenth of the swing: a hundredth of the relative difference."""
+    """A tenth of the amplitude leaves a hundredth of the relative difference."""
     body, shape, time_s = BODIES[name], np.array([0.03, -0.5, 0.05, 1.0]), 0.4
     apart = []
     for size in (1e-2, 1e-3):
@@ -203,7 +205,7 @@ def test_plane_drifts_and_a_convex_support_throws_the_body_off():
 
 @pytest.mark.parametrize('turn', [0.0, 0.4])
 def test_turning_the_support_about_its_own_centre_does_nothing(turn):
-    """Large angles, a hollow: the normal alone pushes, whichever way the support turns."""
+    """In a hollow at large angles only the normal force acts, however the support turns."""
     body, start = BODIES['hollow'], [0.03, -0.6, 0.1, 0.2]
 
     def support(t):
@@ -231,7 +233,7 @@ def test_an_accelerated_bearing_hangs_the_body_along_the_apparent_gravity():
 
 
 def test_fast_swings_lift_off():
-    """Half a turn the wrong way up with speed: the support would have to pull."""
+    """Half a turn up and at speed, the body could be held only by a support that pulls."""
     body = BODIES['hollow']
     assert forces(body, AxleState(0.0, 0.0, 0.0, 0.0)).contact == body.gravity
     assert forces(body, AxleState(0.0, math.pi, 0.0, 10.0)).contact < 0.0

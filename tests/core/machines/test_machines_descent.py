@@ -97,7 +97,7 @@ def test_golden_half_swings_backward(entry, kappa):
 
 @pytest.mark.parametrize('entry', entries('B22-series'))
 def test_golden_series_of_the_half_swing_backward(entry):
-    """The last coefficient is not used: it bounds the remainder."""
+    """The last coefficient is left out of the sum; it bounds the remainder."""
     expected = [float(entry['expected'][f'c{n}']) for n in range(7)]
     np.testing.assert_allclose(SERIES, [0.0, *expected[1:6]], rtol=1e-15)
     for q in (0.003, 0.01):
@@ -127,7 +127,7 @@ def motion(curve, start, times, *, direction, friction=0.0):
 @pytest.mark.parametrize('friction', [0.0, 0.03])
 @pytest.mark.parametrize('start', [0.01, 0.3, 0.66])
 def test_a_half_swing_forward_is_that_of_the_integrated_motion(start, friction):
-    """With constant friction too: the motion stays, the curve is another (35)."""
+    """This holds with constant friction too, which changes the curve and not the motion (35)."""
     curve = FluidTautochrone(0.75, 0.9, 1.0, friction)
     times = np.linspace(0.0, 2.0 * descent_time(curve, G), 41)
     arc, rate = half_swing(curve, G, start, times)
@@ -201,7 +201,7 @@ def test_the_body_is_fastest_at_the_loss_before_the_lowest_point():
 
 
 def test_each_start_of_the_acta_needs_its_own_curve():
-    """Physics' table: κ = 0.4, f = 1, S = 0.5."""
+    """The reference is the table for κ = 0.4, f = 1, S = 0.5 (theory, fluid)."""
     curve = ActaCurve(0.4, 1.0, 1.0, 0.5)
     quarter = 0.5 * math.pi / math.sqrt(G)
     ratios = [integrated_descent(curve, G, s) / quarter for s in (0.1, 0.25, 0.4, 0.5)]
@@ -256,7 +256,9 @@ def test_what_cannot_be_is_refused_with_its_limit(make, named):
 
 
 def test_the_speed_limits_meet():
-    """The b at which the descent is as long as the curve is allowed, a rounding more is not."""
+    """The limit of b, at which the descent is as long as the curve, is allowed; one rounding
+    more is refused.
+    """
     edge = height_at_lowest(OIL, OIL.descent_cusp)
     assert arcs(OIL, edge * (1.0 - 1e-14)).descent == pytest.approx(OIL.descent_cusp, rel=1e-12)
     with pytest.raises(DescentError, match='give at most'):

@@ -34,7 +34,7 @@ def test_the_shipped_globe_falls_in_the_same_time_from_anywhere_where_a_cycloid_
 
 @pytest.mark.parametrize('fluid', [0.0, 1.2, 998.0, 900.0, 7000.0])
 def test_descents_take_one_time_in_vacuum_air_water_oil_and_in_what_is_nearly_as_dense(fluid):
-    """And a cycloid's do not, but in vacuum: by more than 1e-5 even in air."""
+    """Those on a cycloid do so in vacuum only; even in air they differ by more than 1e-5."""
     euler, cycloid = (
         machine(fluid_density=fluid, curve=each, release_arc=0.01) for each in ('euler', 'cycloid')
     )
@@ -54,7 +54,7 @@ def test_half_swings_of_a_second():
 
 @pytest.mark.parametrize('curve', ['euler', 'cycloid', 'symmetric'])
 def test_period_and_rate_of_swings_to_and_fro(curve):
-    """Small swings by their coefficients of (κS)²: 5/24, 1/6, 0; the next order is (κS)³."""
+    """The coefficients of (κS)² are 5/24, 1/6 and 0; the next order is (κS)³."""
     found = machine(curve=curve)
     kappa = found.curve.kappa
     coefficient = {'euler': 5 / 24, 'cycloid': 1 / 6, 'symmetric': 0.0}[curve]

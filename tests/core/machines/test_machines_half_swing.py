@@ -37,14 +37,14 @@ def to_and_fro(curve, start):
     ],
 )
 def test_swings_to_and_fro_are_those_of_the_table(make, expected):
-    """Integrated by another program, to the digits it gives (physics, after 22)."""
+    """The table was integrated by another program; compared are the digits that it gives."""
     curve = make(1.0, 1.0, 1.0)
     found = [to_and_fro(curve, start) for start in (0.02, 0.1, 0.2, 0.4)]
     np.testing.assert_allclose(found, expected, rtol=3e-2 if make is SymmetricCurve else 5e-4)
 
 
 def test_small_swings_err_by_their_coefficients():
-    """5/24, 1/6 and nothing of (κS)²; the next order is (κS)³."""
+    """The coefficients of (κS)² are 5/24, 1/6 and 0; the next order is (κS)³."""
     s = 1e-3
     for make, coefficient in ((FluidTautochrone, 5 / 24), (Cycloid, 1 / 6), (SymmetricCurve, 0.0)):
         found = to_and_fro(make(1.0, 1.0, 1.0), s) / s**2
@@ -52,7 +52,7 @@ def test_small_swings_err_by_their_coefficients():
 
 
 def test_the_cycloid_is_better_than_eulers_curve_up_to_a_quarter():
-    """Physics: until κS = 0.252."""
+    """The two errors are equal at κS = 0.252 (theory, fluid)."""
     cycloid, euler = Cycloid(1.0, 1.0, 1.0), FluidTautochrone(1.0, 1.0, 1.0)
     assert to_and_fro(cycloid, 0.2515) < to_and_fro(euler, 0.2515)
     assert to_and_fro(cycloid, 0.2525) > to_and_fro(euler, 0.2525)
@@ -131,7 +131,9 @@ def test_what_a_half_swing_cannot_do_is_refused():
 
 @pytest.mark.parametrize('complement', [1.0, 1.0 - 1e-12, 0.5, 1e-3, 1e-9, 1e-15])
 def test_elliptic_functions_keep_their_digits_up_to_the_edge(complement):
-    """Relative; towards K cos φ is small, and a rounding of φ counts by tan φ."""
+    """The error is relative. Towards K cos φ is small, and a rounding of φ is multiplied by tan
+    φ.
+    """
     with mpmath.workdps(40):
         m = 1 - mpmath.mpf(complement)
         whole = mpmath.ellipk(m)

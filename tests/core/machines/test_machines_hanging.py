@@ -20,7 +20,9 @@ MACHINE = HangingMachine(4e-4, 0.05, 0.02, 0.3, 9.81, None, None, 1.0)
 @pytest.mark.parametrize('e', [1e-3, 0.1, 0.42, 1.0, 1e3, 1e9])
 @pytest.mark.parametrize(('c', 'k_squared'), [(0.02, 8e-3), (0.3, 0.0225), (1e-4, 1.0)])
 def test_modes_solve_their_equations(e, c, k_squared):
-    """Roots of b² − (e + c + k²/c) b + e k²/c, and B from θ's equation, with 60 digits."""
+    """The reference is the roots of b² − (e + c + k²/c) b + e k²/c, and B from θ's equation, in 60
+    digits.
+    """
     found = modes(e, c, k_squared)
     with mpmath.workdps(60):
         length, radius, square = mpmath.mpf(e), mpmath.mpf(c), mpmath.mpf(k_squared)
@@ -64,7 +66,7 @@ def test_a_long_thread_is_the_ideal_vertical_one():
 
 
 def test_the_wheels_mode_is_the_one_a_release_excites_most():
-    """Both alike at l₀ = r + I/(m r): there b − e = −(b' − e)."""
+    """Both are excited alike at l₀ = r + I/(m r), where b − e = −(b' − e)."""
     middle = 0.02 + 4e-4 / (0.05 * 0.02)
     even = replace(MACHINE, length=middle)
     share, other = even.modes.B, even.modes.B_prime

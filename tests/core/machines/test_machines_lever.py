@@ -63,7 +63,7 @@ def test_the_period_is_that_of_fifty_digits(name):
 
 
 def test_the_involute_does_not_make_it_isochronous():
-    """Physics A §V: T/T₀ − 1 to the digits given there."""
+    """The reference is T/T₀ − 1 in theory A, §V, to the digits given there."""
     for amplitude, departure in ((0.5, 0.0075), (1.0, 0.0299), (1.5, 0.0679)):
         ratio = SULLY.period(amplitude) / SULLY.small_period
         assert round(ratio - 1.0, 4) == departure
@@ -72,7 +72,7 @@ def test_the_involute_does_not_make_it_isochronous():
 
 
 def test_a_swing_takes_as_long_from_either_end():
-    """One swing, named by its two turning points; the far one is found to rounding."""
+    """One swing is named by either of its turning points; the far one is found to rounding."""
     for amplitude in (0.3, 1.0, -1.0, 2.0):
         far = SULLY.far_turning(amplitude)
         assert far * amplitude < 0.0
@@ -92,7 +92,7 @@ GEOMETRIES = [
 
 @pytest.mark.parametrize('geometry', GEOMETRIES)
 def test_thread_and_lever_meet(geometry):
-    """B from the thread and B from the lever are one point; slopes are differences of it."""
+    """The point B by the thread is the point B by the lever; its differences are the slopes."""
     tau = np.linspace(*geometry.edges, 101)
     u, beta, delta, free = geometry.pose(tau)
     r, arm, depth = geometry.base_radius, geometry.arm, geometry.depth

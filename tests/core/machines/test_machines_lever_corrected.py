@@ -67,7 +67,9 @@ def test_derivatives_of_the_motion():
 
 
 def test_the_thread_reaches_from_the_cam_to_the_lever():
-    """From the points alone: tangent at the cam, through B, and of one length."""
+    """The points of the cheek alone show that the thread is tangent to it, passes through B and
+    keeps its length.
+    """
     pose, (x, y) = CAM.pose(TAU), CAM.contact(TAU)
     theta = CAM.theta(TAU)
     # into the case: mirrored, +y down, then turned with the wheel
@@ -128,7 +130,7 @@ def quarter(cam, amplitude):
 
 @pytest.mark.parametrize('amplitude', [1.0, -1.2])
 def test_it_keeps_time(amplitude):
-    """Where the involute is 1.03 times as slow at 1 rad (theory A)."""
+    """The involute in its place has a period 1.03 times as long at 1 rad (theory A)."""
     expected = math.tau / OMEGA / 4
     # DOP853 at 1e-12 with the crossing from its dense output, one Newton step better
     assert quarter(CAM, amplitude) == pytest.approx(expected, rel=1e-10)
@@ -140,7 +142,9 @@ sizes = st.floats(0.5, 2.0)
 @settings(max_examples=10, deadline=None, derandomize=True)
 @given(sizes, sizes, sizes, sizes, st.floats(0.1, 1.0))
 def test_any_lever_keeps_its_period(inertia, arm, torque, turned, part):
-    """Random machine: the period by quadrature in θ of √(M/(2(E − V))), to 1e-11."""
+    """The machine is random; the reference is a quadrature over θ of √(M/(2(E − V))), good to
+    1e-11.
+    """
     cam = CorrectedLeverGeometry(
         inertia * INERTIA, 0.7 * OMEGA, torque * TORQUE, turned * TURNED, 0.1 * arm, 0.3
     )

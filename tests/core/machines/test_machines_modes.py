@@ -113,7 +113,7 @@ def test_no_machine_cancels(e, e_sign, c, c_sign, k):
 
 
 def test_plane_is_between_hollow_and_convex():
-    """1/e passes through zero: b grows beyond bounds and comes back as the length that falls."""
+    """As 1/e passes through zero, b grows beyond bounds and comes back as the smaller length."""
     plane, back = modes(math.inf, 0.3, 0.0225), modes(-math.inf, 0.3, 0.0225)
     assert (plane.b, plane.b_prime, plane.B, plane.B_prime) == (math.inf, 0.075, 0.3, -math.inf)
     assert (back.b, back.b_prime, back.B, back.B_prime) == (0.075, -math.inf, math.inf, 0.3)

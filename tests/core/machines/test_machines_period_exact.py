@@ -75,7 +75,7 @@ POWERS = {
 @pytest.mark.parametrize('power', POWERS.values(), ids=POWERS.keys())
 @pytest.mark.parametrize('radius_depth', [(0.02, 0.01), (0.02, 1e-4), (1e-3, 0.05)])
 def test_circular_arc(radius_depth, power, share):
-    """The third arc falls back, to a twenty-fifth of its lever arm, at the edge."""
+    """The lever arm of the third arc falls to a twenty-fifth of its largest value at the edge."""
     cam = CircularArc(*radius_depth)
     well, amplitude = machine(cam, **power), share * cam.range_rad
     radius, depth = map(mpf, radius_depth)
@@ -152,7 +152,7 @@ def test_table(law, power, share):
 
 
 def test_integrals_of_thin_layers():
-    """∫ 1/(δ² + x²) from 0 to 1 is atan(1/δ)/δ, whatever is asked for with it."""
+    """∫ 1/(δ² + x²) from 0 to 1 is atan(1/δ)/δ, whatever integrals are computed with it."""
     for delta in (1e-3, 1e-6, 1e-9):
 
         def layer(x, width=delta):

@@ -88,7 +88,9 @@ def test_a_panel_is_of_order_48():
 
 
 def test_the_rule_is_exact_to_degree_47():
-    """In units of the largest value; NumPy's outermost weights are 1.2e-13 of themselves off."""
+    """Errors are relative to the largest value; NumPy's outermost weights are wrong by 1.2e-13 of
+    themselves.
+    """
 
     def mean(power):
         return quadrature.gauss(lambda x: (2.0 * x) ** power, np.full(1, -0.5), np.ones(1))[0]
@@ -219,7 +221,7 @@ def swing_on_a_plane():
     ],
 )
 def test_a_panel_converges_spectrally(module, case, monkeypatch):
-    """With one panel of 2 to 64 nodes; with the adaptive panels, to rounding."""
+    """One panel has 2 to 64 nodes; the adaptive panels are accurate to rounding."""
     value, exact = case()
     assert value() == pytest.approx(exact, rel=ROUNDING)
     errors = []

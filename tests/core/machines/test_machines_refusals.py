@@ -241,29 +241,41 @@ def test_a_lever_whose_inertia_no_series_resolves():
 
 
 @pytest.mark.parametrize(
-    'power',
-    [{'kind': 'weight', 'mass': 0.05}, {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}],
-    ids=lambda power: power['kind'],
+    'parts',
+    [
+        {'inertia': 4e-14, 'power': {'kind': 'weight', 'mass': 0.05}},
+        {'inertia': 4e-4, 'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 5e6}},
+    ],
+    ids=lambda parts: parts['power']['kind'],
 )
-def test_a_release_too_far_for_any_series(power):
+def test_a_release_too_far_for_any_series(parts):
     """On a still ship, where the swing released is one series."""
-    far = {'cam': {'kind': 'involute', 'base_radius': 0.02}, 'power': power}
-    error = unresolved(**far, release_angle=-1e6)
-    assert (error.key, error.value) == ('trochlea.release_angle', -1e6)
+    far = {'cam': {'kind': 'involute', 'base_radius': 0.02}, **parts}
+    error = unresolved(**far, release_angle=-60.0)
+    assert (error.key, error.value) == ('trochlea.release_angle', -60.0)
     (release,) = numbers(str(error), r'a release_angle of at most ([\d.e+]+) rad')
     check_scene(scene(**far, release_angle=-release))
     unresolved(**far, release_angle=1.01 * release)
 
 
-@pytest.mark.parametrize('release', [1e30, -1.001e6])
-def test_a_release_of_more_turns_than_any_thread_has(release):
-    with pytest.raises(SceneError, match=r'at most 1e\+06 rad') as caught:
-        scene(
-            cam={'kind': 'involute', 'base_radius': 0.02},
-            power={'kind': 'force', 'force': 2.0},
-            release_angle=release,
-        )
+@pytest.mark.parametrize(
+    ('release', 'remedy'),
+    [
+        (90.0, '90° = 1.571: if 90 is in degrees, write release_angle: 1.571.'),
+        (-270.0, 'if -270 is in degrees, write release_angle: -4.712.'),
+        (1e30, 'Angles are in radians, 90° = 1.571.'),
+    ],
+)
+def test_a_release_of_more_turns_than_any_thread_has(release, remedy):
+    force = {
+        'cam': {'kind': 'involute', 'base_radius': 0.02},
+        'power': {'kind': 'force', 'force': 2.0},
+    }
+    with pytest.raises(SceneError, match=r'at most 62\.83 rad in size, 10 turns') as caught:
+        scene(**force, release_angle=release)
     assert (caught.value.key, caught.value.value) == ('trochlea.release_angle', release)
+    assert caught.value.remedy.endswith(remedy)
+    scene(**force, release_angle=-62.8)
 
 
 GLOBE = {

@@ -85,6 +85,6 @@ def test_sizes_out_of_all_proportion(key, value, limit):
 )
 def test_what_is_only_added_may_be_as_small_as_it_likes(key):
     parsed(key, 1e-300)
-    with pytest.raises(SceneError, match='at most 1e') as caught:
+    with pytest.raises(SceneError, match='at most') as caught:
         parsed(key, 1e200)
     assert caught.value.key == key

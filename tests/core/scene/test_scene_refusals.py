@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -69,12 +70,16 @@ def put(content: dict[str, Any], path: str, value: object) -> None:
         content[key] = value
 
 
-def refusal(*changes: tuple[str, object]) -> SceneError:
+def changed(*changes: tuple[str, object]) -> str:
     content = good()
     for path, value in changes:
         put(content, path, value)
+    return yaml.safe_dump(content)
+
+
+def refusal(*changes: tuple[str, object]) -> SceneError:
     with pytest.raises(SceneError) as caught:
-        parse_scene(yaml.safe_dump(content), 'bad.yaml')
+        parse_scene(changed(*changes), 'bad.yaml')
     assert caught.value.exit_code == 2
     return caught.value
 
@@ -179,7 +184,7 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('ship', FAST | {'rate': 0.5}, 'ship.rate', 'Use more than 1.33333 Hz, two samples in'),
         ('log', {'interval': 0.13}, 'log.interval', 'Use 0.1 or 0.15 s'),
         ('log', {'interval': 1e-10}, 'log.interval', 'nanoseconds'),
-        ('log', {'interval': 7.0}, 'duration', 'Use 595 or 602 s'),
+        ('log', {'interval': 7.0}, 'log.interval', 'Use 6 or 7.5 s'),
         ('drift.observation_interval', 60.5, 'drift.observation_interval', 'Use 60 or 61 s'),
         ('duration', 0.5, 'duration', 'Use 1 s'),
         ('starts_at', 2147483400.0, 'duration', '2147483647'),
@@ -237,6 +242,22 @@ def test_refused(path: str, value: object, key: str, said: str) -> None:
     if error.value is not ABSENT:
         assert f'{key} = ' in message
     assert error.remedy.endswith('.')
+
+
+@pytest.mark.parametrize('ship', [{'kind': 'still'}, SEA], ids=lambda ship: ship['kind'])
+def test_of_a_log_interval_that_nothing_fits_only_the_interval_is_refused(ship: Any) -> None:
+    """Of 7 s, 600 and 60 s have no multiple; what is named as the remedy divides both."""
+    asked = [('ship', ship), ('drift.observation_interval', 60.0)]
+    for interval in (7.0, 0.13):
+        error = refusal(*asked, ('log', {'interval': interval}))
+        assert [each.key for each in error.problems] == ['log.interval']
+        for near in re.findall(r'[\d.]+', error.remedy.removesuffix('.')):
+            parse_scene(changed(*asked, ('log', {'interval': float(near)})), 'good.yaml')
+
+
+def test_a_time_that_alone_does_not_fit_the_log_is_refused() -> None:
+    error = refusal(('duration', 599.5), ('drift.observation_interval', 60.5))
+    assert [each.key for each in error.problems] == ['duration', 'drift.observation_interval']
 
 
 def test_a_spectrum_without_a_peak_refuses_peak_enhancement() -> None:

@@ -135,7 +135,7 @@ def test_one_late_sample_leaves_single_pieces_around_it():
 
 
 def test_logged_instants_and_the_end_between_samples_cut_pieces():
-    """Samples every 48 ms, logs every 3 s: the cuts fall between samples, in single pieces."""
+    """With samples every 48 ms and logs every 3 s the cuts fall between samples."""
     times = np.arange(400) * 48_000_000
     end = 17_000_000_001
     spans = forcing_of(times, end=end)
@@ -210,7 +210,7 @@ def test_what_comes_before_a_gap_is_said_before_the_gap():
 
 
 def test_a_force_that_points_down_counts_as_negative_and_stays_smooth():
-    """Through weightlessness: the pull passes through zero, the tilt keeps its sense."""
+    """In weightlessness the pull passes through zero, and the tilt keeps its sign."""
     times = np.arange(60) * STEP
     imu = motion(times)
     force = np.zeros((60, 3))
@@ -228,7 +228,9 @@ def test_a_force_that_points_down_counts_as_negative_and_stays_smooth():
 
 
 def test_a_ship_that_pitches_and_yaws_rolls_as_attitude_says():
-    """Any orientation; roll and its rate are where the pieces begin, half turns unwrapped."""
+    """For any orientation, roll and its rate are those at which the pieces begin, with half turns
+    unwrapped.
+    """
     times, t = np.arange(60) * STEP, np.arange(60) * 0.05
     angles = np.stack([2.0 * t, 0.4 * np.sin(t), 3.0 + 0.5 * t], axis=1)
     velocity = np.random.default_rng(2).normal(size=(60, 3))

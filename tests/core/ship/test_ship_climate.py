@@ -103,7 +103,7 @@ def test_a_seed_draws_the_same_weather_however_long_the_scene():
 
 
 def test_each_region_has_its_climate_and_the_departure_goes_on():
-    """Where only the median changes, it is as if the same sea were so much higher."""
+    """A region with another median has the same sea, only higher in proportion."""
     plain = states_of(scene_of(OWN, days=30.0))
     higher = {**OWN, 'median_wave_height': 6.0, 'at': 10.0 * DAY_S}
     changed = states_of(scene_of(OWN, higher, days=30.0))

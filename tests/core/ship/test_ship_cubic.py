@@ -17,7 +17,7 @@ def points(n: int, gaps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, n
 @pytest.mark.parametrize('n', [4, 5, 6, 500])
 @pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
 def test_the_spline_is_scipys(n, gaps):
-    """Where steps differ much, scipy takes pivots, and rounding parts the two."""
+    """SciPy pivots where steps differ much, and then the two differ by rounding."""
     x, y, at = points(n, gaps)
     expected = CubicSpline(x, y)(at)
     rounding = 1e-13 * np.max(np.abs(expected))

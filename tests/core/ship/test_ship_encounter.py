@@ -101,7 +101,7 @@ def test_an_operator_answers_as_the_equation_that_it_is_of(course):
 
 
 def test_heave_is_read_at_the_frequency_of_the_wave():
-    """A hull that halves waves shorter than some length does so at any speed."""
+    """A hull that halves the response to short waves does so at any speed."""
     w = np.geomspace(0.05, 12.0, 3000)
     none = tuple(0.0 * w)
     rao = Rao(

@@ -83,7 +83,9 @@ def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s, lengt
 
 
 def test_the_variance_goes_from_one_to_the_other_without_a_dip():
-    """Over the quarters of a turn of both phases the mean square is exactly the ensemble's."""
+    """The mean square over the quarters of a turn of both phases is exactly that of the
+    ensemble.
+    """
     a, b, length_s = 0.3, 0.7, 1200.0
     quarters = np.arange(4) * np.pi / 2.0
 
@@ -110,7 +112,9 @@ def test_the_variance_goes_from_one_to_the_other_without_a_dip():
 
 
 def test_where_one_sea_is_alone_it_has_the_bits_of_that_sea():
-    """Before the first state, between two of the same sea, after the last."""
+    """It is alone before the first state, between two states of the same sea, and after the
+    last.
+    """
     fades = Fades((HOUR_NS, 2 * HOUR_NS, 3 * HOUR_NS), (0, 0, 1), lambda k: SUMS[k])
     for orders in ((0, 1, 2), (0, 1), (2,)):
         sampled = SampledFades(fades, STEP_NS)

@@ -120,7 +120,9 @@ def test_covariances_are_positive_on_the_diagonal_alone():
 
 
 def test_orientation_and_gravity_at_any_roll():
-    """Against 30 digits: a unit in the last place below 1, of g two for each component."""
+    """The reference has 30 digits. Allowed is a unit in the last place of 1, and two of g for each
+    component.
+    """
     roll = np.linspace(-3.2, 3.2, 641)
     zero = np.zeros(641)
     imu = imu_samples(np.arange(641), roll, zero, zero, None, 0.0, 1.0)
@@ -190,7 +192,7 @@ def test_screen_refuses_and_counts(reason, name, value, compiled):
 
 @pytest.mark.parametrize(('reason', 'name', 'value'), SPOILED[:10])
 def test_screen_finds_a_bad_sample_wherever_it_stands(reason, name, value):
-    """Among those seen eight at one go and among those left over."""
+    """It may be among those that are screened eight at a time, or among the rest."""
     imu = sensor(19)
     assert screen(imu, None, compiled=True)[0] is imu
     for row in (0, 5, 7, 8, 15, 16, 18):

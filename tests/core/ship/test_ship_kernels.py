@@ -33,7 +33,9 @@ def test_directions_are_right_to_two_roundings(widest):
 
 
 def test_a_direction_does_not_depend_on_its_neighbours():
-    """Moderate and steep ones, forces that point down, across and nowhere, in any batch."""
+    """In any batch there are moderate and steep tilts, and forces that point down, across and
+    nowhere.
+    """
     rng = np.random.default_rng(8)
     angles = rng.uniform(-1.5, 1.5, 64)
     angles[32:] *= 2.0

@@ -55,7 +55,7 @@ def test_a_clock_goes_alike_by_messages_and_without(name):
 
 @pytest.mark.parametrize('height', [0.0, 1e149, 1e308])
 def test_what_may_overflow_comes_as_a_message(height):
-    """Then it is screened, and refused under its name."""
+    """As a message it is screened, and refused under the name of its fault."""
     ship = {
         'kind': 'components',
         'components': [{'amplitude': 0.5, 'period': 0.5}],

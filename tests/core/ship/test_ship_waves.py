@@ -59,7 +59,9 @@ def test_an_awkward_step_keeps_its_phase():
 
 
 def test_phases_all_round_the_circle_are_right_to_rounding():
-    """At the bounds of the octants, too; products and sums of numbers up to 1: two last places."""
+    """Phases at the bounds of the octants are included. Products and sums of numbers up to 1
+    leave two units in the last place.
+    """
     for eps in np.linspace(-np.pi, np.pi, 33):
         harmonics = Harmonics(np.ones(1), np.array([10.0]), np.array([eps]))
         (value,) = SampledHarmonics(harmonics, STEP_NS).between(0, BLOCK, 0)

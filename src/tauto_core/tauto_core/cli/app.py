@@ -37,6 +37,7 @@ from tauto_core.cli import (
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.registered import Registered
+from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import be_quiet, say
 from tauto_core.scene.errors import TautoError, UsageError
 
@@ -163,23 +164,26 @@ def _show(result: dict[str, Any], table: RenderableType | None) -> None:
     if table is None:
         typer.echo(json.dumps(result, allow_nan=False))
         return
-    from rich.console import Console
-
-    Console().print(table, crop=False)
+    print_rich(table)
 
 
 @commands.command()
 def sail(
     scene: SceneName,
     out: Annotated[
-        Path | None, typer.Option(help='Folder of the bag; without it no bag is written.')
+        Path | None,
+        typer.Option(metavar='DIR', help='Folder of the bag; without it no bag is written.'),
     ] = None,
     duration: Duration = None,
     settings: Settings = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Sail a scene offline: how far wrong is the clock, and what would the Act have paid."""
+    """Sail a scene without ROS: how far wrong is the clock?
+
+    The result also says how far the ship is from where the clock puts her, and what the Act of
+    1714 would have paid. With --out, `tauto report` makes a page of the bag.
+    """
     from tauto_core import voyage
     from tauto_core.cli.progress import progress_bar
     from tauto_core.scene import load_scene
@@ -203,7 +207,7 @@ def sail(
 
 @commands.command()
 def replay(
-    bag: Annotated[Path, typer.Argument(help='A rosbag2 folder or an .mcap file.')],
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
     scene: Annotated[
         str | None,
         typer.Option(metavar='SCENE', help='The scene, where the bag does not hold its own.'),
@@ -227,11 +231,11 @@ def replay(
     ] = False,
     plot: Annotated[
         Path | None,
-        typer.Option(metavar='F', help='Draw the stability (.svg, .png); replaces the file.'),
+        typer.Option(metavar='FILE', help='Draw the stability (.svg, .png); replaces the file.'),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Estimate drift and longitude from a bag; nothing else is needed."""
+    """Estimate drift and longitude again, from a bag alone."""
     from tauto_core import replaying
     from tauto_core.cli import stability_figure
     from tauto_core.cli.progress import progress_bar
@@ -255,7 +259,7 @@ def replay(
 
 @commands.command()
 def scenes(as_json: AsJson = False) -> None:
-    """List the scenes that ship with Tauto."""
+    """List the scenes that ship with Tauto, for `tauto sail NAME`."""
     from tauto_core.cli.facts import shipped_summary
     from tauto_core.scene import shipped_scenes
 

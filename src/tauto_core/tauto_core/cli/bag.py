@@ -18,10 +18,11 @@ BagPath = Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder o
 
 @commands.command()
 def check(bag: BagPath, as_json: AsJson = False) -> None:
-    """Read all of a bag and say what is wrong with it; exit code 1 if it is not whole.
+    """Read all of a bag, and say what is wrong with it.
 
-    Ends of its files, checksums, indices, metadata.yaml, payloads, order of the log times, and
-    whether the recording was cut short.
+    The exit code is 1 if it is not whole. Checked are the ends of its files, checksums,
+    indices, metadata.yaml, payloads, the order of the log times, and whether the recording was cut
+    short.
     """
     from tauto_core.bags import check_bag
 
@@ -65,11 +66,17 @@ def recover(
     bag: BagPath,
     out: Annotated[
         Path | None,
-        typer.Option(help='Folder of the new bag; otherwise BAG_recovered beside the old one.'),
+        typer.Option(
+            metavar='DIR',
+            help='Folder of the new bag; otherwise BAG_recovered beside the old one.',
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write what can be read of a damaged bag as a new one; the old one is left as it is."""
+    """Write what can be read of a damaged bag as a new one.
+
+    The old one is left as it is.
+    """
     from tauto_core.bags import recover_bag
 
     made = recover_bag(bag, out)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import AsJson, Duration, Plots
+from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
 from tauto_core.wording import significant, span
@@ -26,9 +27,10 @@ PRIZES = ('dial\n£', 'rated\n£')
 _CAPTION = (
     'rate: mean of the run; spread: standard deviation of the rates over {} each; nmi: east of '
     'the truth, by the dial, and rated: corrected for the rate found in port, in the same sea; '
-    '£: what the Act of 1714 pays'
+    '{}'
 )
-_TOO_SHORT = ', which is nothing for a voyage of less than six weeks'
+_PRIZE = '£: what the Act of 1714 pays'
+_TOO_SHORT = 'the Act of 1714 pays nothing for a voyage of less than six weeks'
 
 
 class Cases(StrEnum):
@@ -66,11 +68,11 @@ def compare(
     plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
-    """Sail several clocks through the same sea: which of them finds the longitude?
+    """Sail several clocks through the same sea, side by side.
 
-    The column `dial` is the longitude by the dial alone, which the shipped clocks have regulated
-    on land. The column `rated` allows for the rate observed in port, where the ship lies in the
-    same sea.
+    Which of them finds the longitude? The column `dial` is the longitude by the dial alone, which
+    the shipped clocks have regulated on land. The column `rated` allows for the rate observed in
+    port, where the ship lies in the same sea.
     """
     from tauto_core import comparison
     from tauto_core.cli.ending import ended_by_sigterm
@@ -110,12 +112,7 @@ def _degrees(text: str | None) -> list[float]:
 
 
 def _print(result: Comparison) -> None:
-    from rich.console import Console
-
-    console = Console()
-    console.print(comparison_table(result))
-    for line in failures(result):
-        console.print(line, highlight=False)
+    print_rich(comparison_table(result), *failures(result))
 
 
 def failures(result: Comparison) -> list[str]:
@@ -137,7 +134,7 @@ def comparison_table(result: Comparison) -> Table:
     table = Table(
         title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
         title_justify='left',
-        caption=_CAPTION.format(span(result.piece_s)) + ('' if judged else _TOO_SHORT),
+        caption=_CAPTION.format(span(result.piece_s), _PRIZE if judged else _TOO_SHORT),
         caption_justify='left',
         box=box.SIMPLE_HEAD,
         show_edge=False,

@@ -32,11 +32,15 @@ FLUID_HEADER = ('arc_mm', 'slope', 'x_mm', 'y_mm', 'radius_of_curvature_mm')
 def cam(
     scene: SceneName,
     csv: Annotated[
-        Path | None, typer.Option(help='Write the points of the outline; replaces the file.')
+        Path | None,
+        typer.Option(metavar='FILE', help='Write the points of the outline; replaces the file.'),
     ] = None,
-    svg: Annotated[Path | None, typer.Option(help='Draw it to scale; replaces the file.')] = None,
+    svg: Annotated[
+        Path | None, typer.Option(metavar='FILE', help='Draw it to scale; replaces the file.')
+    ] = None,
     dxf: Annotated[
-        Path | None, typer.Option(help='Draw it for the workshop; replaces the file.')
+        Path | None,
+        typer.Option(metavar='FILE', help='Draw it for the workshop; replaces the file.'),
     ] = None,
     reach: Annotated[
         float | None,

@@ -45,16 +45,19 @@ def design(
     ] = None,
     length_unit: Annotated[
         str,
-        typer.Option(help='m, mm, scruple, rhenish_foot, line or paris_foot.'),
+        typer.Option(metavar='UNIT', help='m, mm, scruple, rhenish_foot, line or paris_foot.'),
     ] = 'm',
-    weight_unit: Annotated[str, typer.Option(help='N, kg or pound (of Paris).')] = 'N',
+    weight_unit: Annotated[
+        str, typer.Option(metavar='UNIT', help='N, kg or pound (of Paris).')
+    ] = 'N',
     gravity: Annotated[
         float, typer.Option(metavar='G', help='Acceleration of gravity [m/s2].')
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:
-    """Find what is left out of a design: period, wheel, pull or base radius (Euler 1727, XIX-XXI).
+    """Find what is left out of a design of a wheel and its cam.
 
+    Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
     A disc counts as two numbers, weight and radius, one of which may be what is left out.
     """
     from tauto_core.machines.design import check_size

@@ -29,7 +29,7 @@ def euler(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check every claim of Euler's papers: what is printed against what is computed.
+    """Check what Euler's papers claim against what is computed.
 
     Exit code 1 if a claim that should hold does not, or the other way round.
     """

@@ -264,7 +264,7 @@ def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ]
     edge = facts['cam_range_rad']
     return [
-        ('cam', f'{facts["cam"]}, ' + ('no end' if edge is None else f'±{edge:.6g} rad')),
+        ('cam', f'{facts["cam"]}, ' + ('at any angle' if edge is None else f'±{edge:.6g} rad')),
         ('released at', f'{facts["release_angle_rad"]:g} rad in the case'),
     ]
 
@@ -287,12 +287,12 @@ def _thread_row(hanging: dict[str, Any] | None) -> list[tuple[str, str]]:
     if hanging is None:
         return []
     low, high = hanging['fair_lengths_m']
-    until = '' if high is None else f' ≪ {high:.3g} m (waves)'
-    fair = f'fair where {low:.3g} m (wheel) ≪ length{until}'
+    until = '' if high is None else f' and much shorter than {high:.3g} m (waves)'
+    fair = f'much longer than {low:.3g} m (wheel){until}'
     if hanging['swings_in_s'] is None:
-        return [('thread', f'ideal, which is {fair}')]
+        return [('thread', f'ideal, as is fair of one {fair}')]
     own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.6g} s'
-    return [('thread', f'{own}{_departs(hanging)}; an ideal one is {fair}')]
+    return [('thread', f'{own}{_departs(hanging)}; to take it for ideal it should be {fair}')]
 
 
 def _departs(hung: dict[str, Any]) -> str:

@@ -18,6 +18,7 @@ from tauto_core.cli.options import (
     Settings,
     given_values,
 )
+from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
 from tauto_core.wording import counted, significant
 
@@ -55,7 +56,7 @@ def fleet(
     plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
-    """Send many ships on the voyage of a scene: how often is the longitude found?
+    """Send many ships on one voyage: how many find the longitude?
 
     Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
     her own waves, and what --vary draws.
@@ -104,14 +105,12 @@ def answer(result: Answers) -> str:
 
 
 def _print(result: Fleet) -> None:
-    from rich.console import Console
-
-    console = Console()
-    console.print(answer(result.answers), highlight=False)
-    for table in tables(result.answers):
-        console.print(table)
-    for why, number in result.answers.failures.items():
-        console.print(f'{counted(number, "ship")} failed: {why}', highlight=False)
+    failures = result.answers.failures.items()
+    print_rich(
+        answer(result.answers),
+        *tables(result.answers),
+        *(f'{counted(number, "ship")} failed: {why}' for why, number in failures),
+    )
 
 
 def tables(result: Answers) -> list[Table]:
@@ -150,7 +149,9 @@ def _quantiles(result: Answers) -> Table:
     from tauto_core.fleets.answers import QUANTILES
 
     table = _table(
-        'error of the longitude [nmi]', 'clock', *(f'{_percent(each)} below' for each in QUANTILES)
+        'error of the longitude below which so many ships stay [nmi]',
+        'clock',
+        *(f'{_percent(each)}' for each in QUANTILES),
     )
     for clock, said in _CLOCKS.items():
         sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)

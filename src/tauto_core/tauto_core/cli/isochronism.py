@@ -20,13 +20,17 @@ def isochronism(
     amplitudes: Annotated[
         str,
         typer.Option(
-            metavar='A,B,…', help='Amplitudes of the free swings [rad]; of a body in a fluid [m].'
+            metavar='A,B,…',
+            help='Amplitudes of the free swings [rad], such as 0.2,0.6,1; of a body in a fluid '
+            '[m].',
         ),
     ],
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Give period and rate against amplitude, on land, without drag and escapement.
+    """Give period and rate against amplitude, on land.
+
+    Drag and escapement are left out, so that the swings are free.
 
     Of a body in a fluid also the time of the descent; the amplitude is the arc of the release,
     and the period the time to the other side and back from where it gets to.

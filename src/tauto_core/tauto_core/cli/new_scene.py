@@ -14,6 +14,9 @@ from tauto_core.scene.errors import UsageError
 
 Kind = str | None
 
+_ENDINGS = ('.yaml', '.yml')
+"""A word without them may be the name of a shipped scene."""
+
 
 def new(
     ship: Annotated[
@@ -34,7 +37,12 @@ def new(
     ] = None,
     out: Annotated[
         str | None,  # a Path drops the slash of a folder
-        typer.Option('--out', '-o', metavar='FILE', help='The file; without it, standard output.'),
+        typer.Option(
+            '--out',
+            '-o',
+            metavar='FILE',
+            help='The file, ending in .yaml; without it, standard output.',
+        ),
     ] = None,
 ) -> None:
     """Write a scene that sails, with the unit and meaning of every key.
@@ -63,15 +71,18 @@ def new(
 
 
 def _check_file(out: str) -> None:
-    """Refuse a name at which no new file can be."""
+    """Refuse a name at which no new file can be, or that a later command may not take for one."""
     if out.endswith(os.sep) or Path(out).is_dir():
         raise UsageError(f'--out {out}: is a folder. Name a file in it, such as new.yaml')
     if Path(out).exists():
         raise UsageError(f'--out {out}: exists, and is not replaced. Name another file')
+    if not out.endswith(_ENDINGS):
+        near = Path(out).with_suffix(_ENDINGS[0])
+        raise UsageError(f'--out {out}: must end in {" or ".join(_ENDINGS)}. Use {near}')
 
 
 def schema() -> None:
-    """Print the JSON schema of scenes, with which editors complete and check them."""
+    """Print the JSON schema with which editors check scenes."""
     from tauto_core.scene.schema import FILE
 
     typer.echo(FILE.read_text(encoding='utf-8'), nl=False)

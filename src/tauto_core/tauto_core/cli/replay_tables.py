@@ -49,7 +49,8 @@ def _hindsight(smoothed: Mapping[str, Any]) -> Table:
 def _stability(stability: Mapping[str, Any]) -> Table:
     percent = f'{100.0 * stability["confidence"]:g} %'
     table = Table(
-        title=f'stability from {stability["samples"]:,} readings; −% +%: {percent} confidence',
+        title=f'stability from {stability["samples"]:,} readings; behind each deviation the '
+        f'bounds of {percent}\nconfidence, in per cent below and above it',
         title_justify='left',
         box=box.SIMPLE,
         pad_edge=False,

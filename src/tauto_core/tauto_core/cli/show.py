@@ -61,7 +61,7 @@ def report(
     duration: Duration = None,
     settings: Settings = None,
 ) -> None:
-    """Write one page with all figures and pictures, and the machine as it moves."""
+    """Write a page of all figures, with the machine as it moves."""
     from tauto_core.report import check_report, write_report
 
     file = out or Path(f'{Path(source).stem}.html')

@@ -152,7 +152,8 @@ class TrochleaStage:
         if self._anchor == 'scene' and first_ns != starts_at:
             raise PropagationError(
                 f'the first motion sample is stamped {first_ns} ns, the scene starts at '
-                f'{starts_at} ns. Send the motion from its start, or anchor at the first stamp',
+                f'{starts_at} ns. Send the motion from its start, or let its first stamp '
+                'be the start: source:=foreign for every node, LiveTrochlea in Python',
                 (first_ns - starts_at) * 1e-9,
             )
         self._origin_ns = first_ns

@@ -13,8 +13,8 @@ import numpy as np
 from tauto_core.fleets.draws import Normal, OneOf, Uniform, Value
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Problem, SceneError, UsageError
-from tauto_core.scene.loader import check_key, checked_scene
-from tauto_core.scene.paths import put_at, value_at
+from tauto_core.scene.loader import check_key, checked_scene, put_value
+from tauto_core.scene.paths import value_at
 from tauto_core.scene.yaml_text import read_mapping
 
 MOST_SHIPS = 1_000_000
@@ -73,12 +73,15 @@ class Plan:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the answer does not say: ships that differ too little to be counted."""
-        ship = self.scene.ship
-        if ship.is_random or {key.partition('.')[0] for key in self.draws} - _BESIDE_THE_DIAL:
+        ship, drawn = self.scene.ship, set(self.draws)
+        if ship.is_random or {key.partition('.')[0] for key in drawn} & _OF_THE_MOTION:
             return ()
+        noisy = self.scene.clock.is_noisy or drawn & _NOISES
+        differ = [*sorted(drawn), *['the noise of the clock'] * bool(noisy), 'the observations']
         return (
-            f'all ships meet the same motion, since ship.kind is {ship.kind}: only observations '
-            'and noise differ. Let --vary draw a key of the machine or the ship',
+            f'all ships meet the same motion, since ship.kind is {ship.kind}, and their clocks '
+            f'swing alike: only {" and ".join(differ)} differ. Let --vary draw a key of the '
+            'machine or the ship',
         )
 
     def ship(self, number: int) -> Ship:
@@ -97,9 +100,9 @@ class Plan:
                 raise self._refused(number, Problem(key, None, str(error), _CENTRE)) from None
         words = _stream(self.scene.seed, number).generate_state(1, np.uint64)
         given['seed'] = int(words[0] >> np.uint64(1))
-        for key, value in drawn.items():
-            self._put(given, key, value, number)
         try:
+            for key, value in drawn.items():
+                put_value(given, key, value, self.drawn_by)
             return Ship(number, drawn, checked_scene(given, self.origin))
         except SceneError as error:
             first, *further = error.problems
@@ -116,15 +119,6 @@ class Plan:
         for number in range(self.ships):
             self.ship(number)
 
-    def _put(self, content: dict[str, Any], key: str, value: Value, number: int) -> None:
-        try:
-            put_at(content, key, value)
-        except KeyError:
-            said = 'there is no such key in the scene'
-            raise self._refused(
-                number, Problem(key, value, said, 'Name a key of the scene.')
-            ) from None
-
     def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
         said = f'ship {number}, as drawn: {first.problem}'
         remedy = f'{first.remedy} Narrow what is drawn, or cut it off with low and high.'
@@ -138,8 +132,18 @@ class Plan:
         )
 
 
-_BESIDE_THE_DIAL = {'name', 'seed', 'drift', 'log', 'solver'}
-"""Sections of a scene on which neither the ship nor her clock depends."""
+_OF_THE_MOTION = {
+    'gravity',
+    'trochlea',
+    'regulator',
+    'drag',
+    'escapement',
+    'ship',
+    'suspension',
+}
+"""Sections of a scene on which the motion of the ship, or of the regulator in it, depends."""
+
+_NOISES = {'clock.white_fm', 'clock.random_walk_fm'}
 
 _CENTRE = 'Give the mean, or low and high.'
 

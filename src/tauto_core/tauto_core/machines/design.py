@@ -85,7 +85,7 @@ def complete(
         raise UsageError(
             'a design has four numbers, period, inertia, pull and base radius, of which three '
             f'give the fourth; left out: {", ".join(_WORDS[each] for each in missing) or "none"}. '
-            'Leave out exactly one'
+            'Leave out exactly one, as in --period 1 --pull 3 --base-radius 0.005'
         )
     for name, value in given.items():
         if value is not None:

@@ -8,7 +8,9 @@ from typing import TypedDict
 from tauto_core.machines.regulator import Regulator
 from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.scene.errors import UsageError
-from tauto_core.scene.magnitudes import LARGEST_ANGLE
+
+# 150,000 turns; beyond, the rounding of an angle shows in the clock.
+LARGEST_ANGLE = 1e6
 
 
 class IsochronismRow(TypedDict):

@@ -41,7 +41,8 @@ class Trochlea(Section):
         description='mapping with `kind` and what pulls the thread'
     )
     release_angle: Number = Field(
-        description="the wheel's angle in its case at the start, at rest there [rad]"
+        description="the wheel's angle in its case at the start, at rest there [rad], "
+        'at most ten turns'
     )
 
     def parts(

@@ -84,23 +84,39 @@ def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str
         origin: where the mapping comes from, for error messages.
 
     Raises:
-        SceneError: a path leads through something that has no keys, or has an empty name, or the
-            key to remove is none that a scene has.
+        SceneError: a path that no scene can have (`put_value`), or a key to remove that is none.
     """
     for path, value in given.items():
-        if '' in path.split('.'):
-            said, remedy = 'has an empty name beside a dot', 'Write one dot between two names.'
-            raise SceneError(origin, path, value, said, remedy)
         if value is ABSENT:
             check_key(content, path, origin)
             remove_at(content, path)
-            continue
-        try:
-            put_at(content, path, copy.deepcopy(value))
-        except KeyError:
-            said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
-            raise SceneError(origin, path, value, said, remedy) from None
+        else:
+            put_value(content, path, value, origin)
     _resolve_paths(content, Path.cwd())
+
+
+def put_value(content: dict[str, Any], path: str, value: object, origin: str) -> None:
+    """Set a value in the mapping of a scene, in place.
+
+    Args:
+        content: mapping of the scene.
+        path: keys with dots between them.
+        value: anything that a scene may hold there; it is copied.
+        origin: where the path comes from, for error messages.
+
+    Raises:
+        SceneError: the path has an empty name, or leads through something that has no keys.
+    """
+    said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
+    if all(path.split('.')):
+        try:
+            return put_at(content, path, copy.deepcopy(value))
+        except KeyError:
+            pass
+    else:
+        said = 'has an empty name'
+        remedy = 'Write names with one dot between two, such as ship.rate.'
+    raise SceneError(origin, path or "''", ABSENT, said, remedy)
 
 
 def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
@@ -112,16 +128,14 @@ def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
         origin: where the path comes from, for error messages.
 
     Raises:
-        SceneError: naming the nearest key.
+        SceneError: naming the nearest key, or as for `put_value`.
     """
     if value_at(content, path) is not None:
         return
     tried = copy.deepcopy(dict(content))
+    put_value(tried, path, 0.0, origin)
     try:
-        put_at(tried, path, 0.0)
         checked_scene(tried, origin)
-    except KeyError:
-        pass  # refused where the value is put
     except SceneError as error:
         unknown = [
             each

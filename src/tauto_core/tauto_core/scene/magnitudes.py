@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 
 from tauto_core.scene.errors import Problem
 
 # Squares of ratios of three such numbers neither overflow nor underflow.
 LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
-# 150,000 turns of thread; beyond, the rounding of an angle shows in the clock.
-LARGEST_ANGLE = 1e6
+# No fusee has a thread that goes round more than about ten times. A release in degrees is beyond.
+LARGEST_TURNS = 10
 
 SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension')
 # Numbers that are only added to larger ones may be as small as they like.
@@ -44,12 +45,13 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
     """
     for key, value in _numbers('', content):
         size = abs(value)
-        if key == 'trochlea.release_angle' and size > LARGEST_ANGLE:
+        if key == 'trochlea.release_angle' and size > LARGEST_TURNS * math.tau:
             yield Problem(
                 key,
                 value,
-                f'must be at most {LARGEST_ANGLE:g} rad in size: nobody winds a thread so far',
-                f'Release the wheel at {LARGEST_ANGLE:g} rad or nearer to rest.',
+                f'must be at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} '
+                'turns: no thread winds farther',
+                'Angles are in radians, 90° = 1.571' + _if_degrees(value),
             )
         elif size > LARGEST_SIZE:
             yield Problem(
@@ -71,6 +73,13 @@ def _may_vanish(key: str) -> bool:
     if key.startswith('ship.'):
         return key.rpartition('.')[2].partition('[')[0] not in _OF_SHIPS
     return key in _MAY_VANISH
+
+
+def _if_degrees(value: float) -> str:
+    """Return the release in radians if degrees were meant, as the end of a sentence."""
+    if abs(value) > 360.0:
+        return '.'
+    return f': if {value:g} is in degrees, write release_angle: {math.radians(value):.4g}.'
 
 
 def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from decimal import Decimal
+from itertools import count, islice
 
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.times import (
@@ -16,6 +17,9 @@ from tauto_core.scene.times import (
     exact_step,
     nanoseconds,
 )
+
+_MOST_TRIED = 100_000
+"""Number of parts into which a length is divided in the search of a log interval."""
 
 
 @dataclass(frozen=True)
@@ -109,31 +113,9 @@ def _near_rate(times: Times) -> float:
 
 
 def _grids(times: Times) -> Iterator[Problem]:
-    interval, step_ns = times.log_interval, times.step_ns
-    interval_ns, duration_ns = nanoseconds(interval), nanoseconds(times.duration)
-    if interval_ns % step_ns:
-        yield Problem(
-            'log.interval',
-            interval,
-            f'is not a whole number of steps of {Decimal(step_ns) / 10**9:.12g} s (ship.rate '
-            f'{times.rate!r} Hz)',
-            f'Use {_multiple(interval_ns, step_ns)}.',
-        )
-    on_grid = {
-        'duration': times.duration,
-        'drift.observation_interval': times.observation_interval,
-        **_of_lunars(times),
-    }
-    for key, value in on_grid.items():
-        value_ns = nanoseconds(value)
-        if value_ns % interval_ns:
-            yield Problem(
-                key,
-                value,
-                f'is not a whole number of log intervals (log.interval {interval!r} s)',
-                f'Use {_multiple(value_ns, interval_ns)}, or change log.interval.',
-            )
-    end_ns = nanoseconds(times.starts_at) + duration_ns + times.beyond * step_ns
+    yield from _log_grid(times)
+    beyond_ns = times.beyond * times.step_ns
+    end_ns = nanoseconds(times.starts_at) + nanoseconds(times.duration) + beyond_ns
     if end_ns > LAST_STAMP_S * 10**9:
         yield Problem(
             'duration',
@@ -144,6 +126,60 @@ def _grids(times: Times) -> Iterator[Problem]:
         )
 
 
+def _log_grid(times: Times) -> Iterator[Problem]:
+    """Yield what does not fit log.interval; where nothing fits it, only the interval."""
+    interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
+    interval_ns = nanoseconds(interval)
+    lengths = {
+        'duration': times.duration,
+        'drift.observation_interval': times.observation_interval,
+        **_of_lunars(times),
+    }
+    apart = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
+    off_steps = interval_ns % step_ns
+    if off_steps or (apart == lengths and _all_whole(lengths.values())):
+        said = (
+            f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {times.rate!r} Hz)'
+        )
+        each = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
+        yield Problem(
+            'log.interval',
+            interval,
+            said if off_steps else f'does not divide {each}',
+            f'Use {_fitting(interval_ns, step_ns, map(nanoseconds, lengths.values()))}.',
+        )
+        return
+    for key, value in apart.items():
+        yield Problem(
+            key,
+            value,
+            f'is not a whole number of log intervals (log.interval {interval!r} s)',
+            f'Use {_multiple(nanoseconds(value), interval_ns)}, or change log.interval.',
+        )
+
+
+def _all_whole(lengths: Iterable[float]) -> bool:
+    """Return whether lengths are whole seconds, so that they fit a log as it is by default."""
+    return all(value.is_integer() for value in lengths)
+
+
+def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
+    """Return the nearest log intervals that are whole steps and, if there are such, divide all
+    lengths.
+    """
+    steps, rest = divmod(math.gcd(*lengths_ns), step_ns)
+    if rest:
+        return _multiple(interval_ns, step_ns)
+    parts = steps * step_ns / interval_ns
+    more, fewer = count(math.ceil(parts)), range(math.floor(parts), 0, -1)
+    near = [
+        next((steps // n for n in islice(counts, _MOST_TRIED) if steps % n == 0), None)
+        for counts in (more, fewer)
+    ]
+    found = dict.fromkeys(_digits(each * step_ns) for each in near if each)
+    return ' or '.join(found) + ' s' if found else _multiple(interval_ns, step_ns)
+
+
 def _of_lunars(times: Times) -> dict[str, float]:
     lunars = times.lunar_interval
     return {} if lunars is None else {'drift.lunars.interval': lunars}
@@ -151,5 +187,8 @@ def _of_lunars(times: Times) -> dict[str, float]:
 
 def _multiple(value_ns: int, grid_ns: int) -> str:
     below = value_ns // grid_ns * grid_ns
-    near = [f'{Decimal(ns) / 10**9:.15g}' for ns in (below, below + grid_ns) if ns]
-    return ' or '.join(near) + ' s'
+    return ' or '.join(_digits(ns) for ns in (below, below + grid_ns) if ns) + ' s'
+
+
+def _digits(length_ns: int) -> str:
+    return f'{Decimal(length_ns) / 10**9:.15g}'
