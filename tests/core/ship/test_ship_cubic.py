@@ -24,6 +24,14 @@ def test_the_spline_is_scipys(n, gaps):
     np.testing.assert_allclose(spline(x, y, at), expected, rtol=0, atol=rounding)
 
 
+def test_a_spline_reads_no_number_that_was_not_written(monkeypatch):
+    """New memory may hold what is no number, as after other voyages in the same process."""
+    x, y, at = points(6, (0.9, 1.1))
+    expected = spline(x, y, at)
+    monkeypatch.setattr(np, 'empty', lambda shape, *kind: np.full(shape, np.nan, *kind))
+    np.testing.assert_array_equal(spline(x, y, at), expected)
+
+
 @pytest.mark.parametrize('n', [2, 3, 4, 5, 500])
 @pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
 def test_akimas_curve_is_scipys(n, gaps):
