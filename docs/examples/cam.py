@@ -3,7 +3,6 @@
 import numpy as np
 
 import tauto_core as tauto
-from tauto_core.machines import compile_trochlea, isochronism
 
 scene = tauto.load('involute_weight_at_sea')
 trochlea = scene.trochlea.model_dump()
@@ -11,8 +10,7 @@ trochlea['cam'] = {'kind': 'weight_corrected', 'period': 1.0}
 corrected = tauto.load(scene, trochlea=trochlea, clock={'nominal_period': 1.0})
 
 for name, each in (('involute', scene), ('corrected', corrected)):
-    for row in isochronism(compile_trochlea(each), [0.2, 0.6, 1.0], 1.0)['rows']:
-        print(f'{name}: {row["amplitude_rad"]:.1f} rad, {row["period_s"]:.9f} s')
+    print(name, tauto.isochronism(each, [0.2, 0.6, 1.0]), sep=': ')
 
 outline = tauto.cam(corrected, points=200)
 np.savetxt('cam.csv', np.column_stack([outline.x_m, outline.y_m]), header='x_m,y_m', delimiter=',')

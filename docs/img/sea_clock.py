@@ -19,7 +19,6 @@ import tauto_core as tauto
 from tauto_core.chart import Chart
 from tauto_core.charts import thinned
 from tauto_core.machine_drawing import machine_lines
-from tauto_core.machines import compile_machine, isochronism
 from tauto_core.pictures import draw_on
 from tauto_core.scene import Scene
 
@@ -34,24 +33,20 @@ NEAREST_RAD, WIDEST_RAD = 0.7, 1.3
 def clock(cam: dict[str, Any] | None = None, **changes: object) -> Scene:
     """Return the machine of the sea scene with parts exchanged, regulated on land at 1 rad."""
     trochlea = tauto.load(SEA).trochlea.model_dump() | ({'cam': cam} if cam else {}) | changes
-    machine = compile_machine(tauto.load(SEA, trochlea=trochlea))
-    return tauto.load(
-        SEA, trochlea=trochlea, clock={'nominal_period': machine.period(1.0)}, duration=1800.0
-    )
+    (period,) = tauto.isochronism(SEA, [1.0], trochlea=trochlea).period_s.tolist()
+    return tauto.load(SEA, trochlea=trochlea, clock={'nominal_period': period}, duration=1800.0)
 
 
 def on_land(axes: Axes) -> None:
     """Draw rate against amplitude; a weight without inertia shows what the cam alone does."""
     light = {'power': {**WEIGHT, 'massless': True}}
-    amplitudes = np.linspace(NEAREST_RAD, WIDEST_RAD, 25).tolist()
+    amplitudes = np.linspace(NEAREST_RAD, WIDEST_RAD, 25)
     for label, cam, colour in (
         ('circular cheek', CHEEK, COLOURS[0]),
         ("Euler's cam", None, COLOURS[1]),
     ):
-        scene = clock(cam, **light)
-        found = isochronism(compile_machine(scene), amplitudes, scene.clock.nominal_period)
-        rates = [row['rate_s_per_day'] for row in found['rows']]
-        axes.plot(amplitudes, rates, color=colour, linewidth=1.8, label=label)
+        found = tauto.isochronism(clock(cam, **light), amplitudes)
+        axes.plot(amplitudes, found.rate_s_per_day, color=colour, linewidth=1.8, label=label)
     axes.set(xlabel='amplitude [rad]', ylabel='rate [s/day]', title='On land: what Euler gained')
     axes.legend(frameon=False)
 

@@ -12,7 +12,8 @@ import pytest
 import yaml
 from rich.console import Console
 
-from tauto_core.cli.facts import facts_table, scene_facts
+import tauto_core as tauto
+from tauto_core.cli.facts import facts_table
 from tauto_core.scene import load_scene, scene_yaml
 
 IDEAL = yaml.safe_load(scene_yaml(load_scene('ideal')))
@@ -38,7 +39,7 @@ def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) 
     content = IDEAL | {'trochlea': TROCHLEA | (trochlea or {})} | changes
     scene = folder / 'scene.yaml'
     scene.write_text(yaml.safe_dump(content))
-    found = scene_facts(str(scene))
+    found = tauto.check(scene)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     return found
 
@@ -144,7 +145,7 @@ def printed(found: dict[str, Any], columns: int) -> list[str]:
 
 @pytest.mark.parametrize('columns', [80, 160])
 def test_the_table_keeps_every_word_in_a_narrow_and_a_wide_terminal(columns: int) -> None:
-    found = scene_facts('cheek_before_euler')
+    found = tauto.check('cheek_before_euler')
     lines = printed(found, columns)
     assert max(map(len, lines)) <= columns
     cells = [line.split('│')[2].strip() for line in lines if line.count('│') == 3]
@@ -165,13 +166,13 @@ def test_the_table_keeps_every_word_in_a_narrow_and_a_wide_terminal(columns: int
     ],
 )
 def test_the_table_says_which_error_there_is(name: str, said: list[str]) -> None:
-    lines = printed(scene_facts(name), 80)
+    lines = printed(tauto.check(name), 80)
     for words in said:
         assert any(words in line for line in lines), words
 
 
 def test_the_table_says_what_was_extrapolated_and_what_cannot_be_predicted() -> None:
-    found = scene_facts('ideal')
+    found = tauto.check('ideal')
     found['expected'] |= {'error_s': 2.0, 'tried_s': 43_200.0}
     text = ' '.join(printed(found, 160))
     assert 'at most 2 s of the reading, extrapolated from 12 hours' in text
@@ -218,8 +219,8 @@ def test_the_swing_in_which_the_clock_settles_is_foretold(tmp_path: Path) -> Non
     stops = facts(tmp_path, **driven | {'escapement': {'energy': 1e-6, 'angle': 0.5}})
     assert 'the clock stops' in stops['steady_swing']['why']
     assert 'none: the clock stops' in ' '.join(printed(stops, 200))
-    assert scene_facts('globe_in_oil')['steady_swing'] is None
-    assert scene_facts('hanging_thread_at_sea')['steady_swing'] is None
+    assert tauto.check('globe_in_oil')['steady_swing'] is None
+    assert tauto.check('hanging_thread_at_sea')['steady_swing'] is None
 
 
 HUNG = {'kind': 'axle', 'support_radius': 0.02, 'axle_radius': 0.005, 'depth': 0.1}

@@ -126,6 +126,62 @@ def test_the_cam_of_a_scene() -> None:
     assert len(found.x_m) == len(found.y_m) == 50
 
 
+def test_the_cam_of_a_scene_with_another_value() -> None:
+    found = tauto.cam('measured', points=50, **{'trochlea.cam.base_radius': 0.006})
+    np.testing.assert_allclose(found.lever_arm_m, 0.006 * found.angle_rad, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('scene', 'amplitudes'), [('measured', [0.1, 1.0]), ('globe_in_oil', [0.01, 0.4])]
+)
+def test_isochronism_is_that_of_the_command(scene: str, amplitudes: list[float]) -> None:
+    found = tauto.isochronism(scene, np.array(amplitudes))
+    words = ['isochronism', scene, '--amplitudes', ','.join(map(str, amplitudes))]
+    assert CliRunner().invoke(app, words).stdout == f'{found}\n'
+    printed = json.loads(CliRunner().invoke(app, [*words, '--json']).stdout)
+    assert printed['nominal_period_s'] == found.nominal_period_s
+    for place, row in enumerate(printed['rows']):
+        assert row == {name: column[place] for name, column in found.columns().items()}
+
+
+def test_isochronism_of_a_scene_with_another_value() -> None:
+    """T goes with √I: period and small-amplitude period of an involute under a force."""
+    single, fourfold = (
+        tauto.isochronism('ideal', [1.0], **{'trochlea.inertia': inertia}).period_s[0]
+        for inertia in (1e-3, 4e-3)
+    )
+    assert fourfold == pytest.approx(2.0 * single, rel=1e-14)
+
+
+def test_a_replay_in_hindsight_with_the_stability(sailed: tauto.Voyage, tmp_path: Path) -> None:
+    bag = tmp_path / 'bag'
+    sailed.write(bag)
+    found = tauto.replay(bag, smooth=True, stability=True)
+    words = ['replay', str(bag), '--smooth', '--stability', '--json']
+    assert json.loads(CliRunner().invoke(app, words).stdout) == json.loads(
+        json.dumps(dict(found.result))
+    )
+    assert {'smoothed', 'stability'} <= set(found.result)
+    assert not {'smoothed', 'stability'} & set(tauto.replay(bag).result)
+
+
+def test_a_scene_is_checked_without_sailing() -> None:
+    printed = CliRunner().invoke(app, ['scene', 'check', 'second_cam_at_sea', '--json']).stdout
+    wanted, found = json.loads(printed), tauto.check('second_cam_at_sea')
+    assert {**wanted, 'expected': 0} == json.loads(json.dumps({**found, 'expected': 0}))
+    assert found['expected'].keys() == wanted['expected'].keys()
+    longer = tauto.check('second_cam_at_sea', duration=found['duration_s'] + 60.0)
+    assert longer['duration_s'] == found['duration_s'] + 60.0
+
+
+def test_a_report_is_written_of_a_voyage(sailed: tauto.Voyage, tmp_path: Path) -> None:
+    file = tmp_path / 'page.html'
+    tauto.report(sailed, file)
+    page = file.read_text()
+    assert 'tauto.report(' in page
+    assert sailed.answer.split()[0] in page
+
+
 def test_clocks_are_compared() -> None:
     found = tauto.compare('second_cam_at_sea', duration=60.0, jobs=1)
     assert [row.clock for row in found.rows] == ['second_cam_at_sea']
@@ -141,10 +197,21 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.cam('measured', reach_rad=-1.0), 'reach_rad = -1.0: must be > 0'),
         (lambda: tauto.cam('globe_in_oil'), 'has no cam'),
         (lambda: tauto.cam('measured', points=1), 'points = 1: must be at least 2'),
-        (lambda: tauto.compare('ideal', roll_deg=[-10.0]), 'roll=-10: must lie between'),
+        (lambda: tauto.compare('ideal', roll_deg=[-10.0]), 'roll_deg=-10: must lie between'),
         (lambda: tauto.compare('ideal', suspension='none'), "suspension = 'none'"),
         (lambda: tauto.plot('ideal', 'sound'), "'sound': is no picture"),
-        (lambda: tauto.plot('ideal', 'error', 'x.jpg'), 'out=x.jpg: must end in .svg'),
+        (lambda: tauto.plot('ideal', 'error', 'x.jpg'), 'file=x.jpg: must end in .svg'),
+        (lambda: tauto.sail('ideal', duration=60.0).plot('error', 'x.jpg'), 'file=x.jpg'),
+        (lambda: tauto.report('ideal', 'x.pdf'), 'file=x.pdf: must end in .html'),
+        (lambda: tauto.isochronism('measured', []), 'amplitudes: none given'),
+        (lambda: tauto.isochronism('measured', [-1.0]), r'amplitude -1\.0 rad: must be > 0'),
+        (lambda: tauto.isochronism('ideal', [1], **{'trochlea.inertia': 0}), 'given by trochlea'),
+        (lambda: tauto.cam('measured', **{'trochlea.cam.kind': 'round'}), 'trochlea.cam.kind'),
+        (lambda: tauto.check('ideal', duration=0.0), r'given by duration='),
+        (
+            lambda: tauto.check('cheek_before_euler', **{'trochlea.release_angle': 4.0}),
+            'trochlea.release_angle = 4.0: beyond the cam',
+        ),
     ],
 )
 def test_wrong_arguments_get_the_errors_of_the_command_in_words_of_calls(call, words: str) -> None:

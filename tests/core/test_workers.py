@@ -102,4 +102,4 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
             next(run_each(half, [1], Crew(2, address)))
     assert address in str(caught.value)
     assert 'after 1' in str(caught.value)
-    assert 'leave --scheduler out' in str(caught.value)
+    assert 'leave out --scheduler' in str(caught.value)

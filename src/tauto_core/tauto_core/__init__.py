@@ -6,17 +6,29 @@
     print(voyage.answer)
     voyage.plot('error', 'error.png')
 
-`load` reads a scene, `sail` sails it, `replay` reads a bag, `cam` gives a curve, `compare` sends
-several clocks through one sea, `fleet` many ships on one voyage, `plot` draws. Errors derive from
-`TautoError`. Other modules may change from version to version. Every name is loaded at its first
-use.
+`load` reads a scene, `check` says what would run, `sail` sails it, `replay` reads a bag. `cam`
+gives a curve and `isochronism` its periods. `compare` sends several clocks through one sea,
+`fleet` many ships on one voyage; `plot` and `report` draw. Errors derive from `TautoError`. Other
+modules may change from version to version. Every name is loaded at its first use.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tauto_core.api import cam, compare, fleet, load, plot, replay, sail, scenes
+    from tauto_core.api import (
+        cam,
+        check,
+        compare,
+        fleet,
+        isochronism,
+        load,
+        plot,
+        replay,
+        report,
+        sail,
+        scenes,
+    )
     from tauto_core.record import Voyage
     from tauto_core.scene.errors import TautoError
 
@@ -27,11 +39,14 @@ __all__ = [
     'Voyage',
     '__version__',
     'cam',
+    'check',
     'compare',
     'fleet',
+    'isochronism',
     'load',
     'plot',
     'replay',
+    'report',
     'sail',
     'scenes',
 ]

@@ -5,27 +5,27 @@ Errors are those of the command line, in which options are named as arguments.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from tauto_core.call_words import in_words_of_calls
 from tauto_core.record import Voyage, replay_voyage, sail_voyage
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tauto_core.comparison import Comparison
     from tauto_core.fleets import Fleet
+    from tauto_core.machines import Isochronism
+    from tauto_core.machines.fluid_pendulum import DescentIsochronism
     from tauto_core.samples import FloatArray
 
-MM_PER_M = 1000.0
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CamOutline:
     """The working edge of a cam's right cheek, in the frame of the wheel, origin at the axle.
 
@@ -85,26 +85,93 @@ def sail(scene: str | Path | Scene, **overrides: object) -> Voyage:
         TautoError: bad scene, or an event that ends the motion.
     """
     with in_words_of_calls():
-        name = scene.name if isinstance(scene, Scene) else str(scene)
-        return sail_voyage(load(scene, **overrides), origin=name)
+        return sail_voyage(load(scene, **overrides), origin=_origin(scene))
 
 
-def replay(bag: str | Path, *, scene: str | Path | Scene | None = None) -> Voyage:
+def replay(
+    bag: str | Path,
+    *,
+    scene: str | Path | Scene | None = None,
+    smooth: bool = False,
+    stability: bool = False,
+) -> Voyage:
     """Return the voyage in a bag, with drift and longitude estimated anew.
 
     Args:
         bag: rosbag2 folder or MCAP file.
         scene: replaces the scene in the bag, and is needed where there is none.
+        smooth: also estimate the drift in hindsight, at each instant from all observations; it
+            is `result['smoothed']`.
+        stability: also estimate the stability of the clock, Allan's deviation and its kin with
+            95 % confidence; it is `result['stability']`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
+        EstimationError: readings whose stability cannot be estimated.
     """
     with in_words_of_calls():
-        return replay_voyage(Path(bag), None if scene is None else load(scene))
+        loaded = None if scene is None else load(scene)
+        return replay_voyage(Path(bag), loaded, smooth=smooth, stable=stability)
+
+
+def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
+    """Check a scene without sailing it, and return what would run.
+
+    Args:
+        scene: as for `load`.
+        overrides: as for `load`.
+
+    Returns:
+        The object of `tauto scene check --json`: among others the `propagator` and the `reason`
+        for it, the `steady_swing` in which the clock settles, and in `expected` time and error of
+        the run.
+
+    Raises:
+        SceneError: the scene cannot be run.
+        MotionDataError: its measured motion cannot be used.
+    """
+    from tauto_core.scene_facts import scene_facts
+
+    loaded = load(scene, **overrides)
+    with in_words_of_calls(), naming(_origin(scene), loaded.name):
+        return scene_facts(loaded)
+
+
+def isochronism(
+    scene: str | Path | Scene, amplitudes: Iterable[float], **overrides: object
+) -> Isochronism | DescentIsochronism:
+    """Return period and rate of free swings at several amplitudes.
+
+    The swings are on land, without drag and escapement. `print` shows the result as a table.
+
+    Args:
+        scene: as for `load`.
+        amplitudes: amplitudes of the swings [rad]; of a body in a fluid the arcs of the release
+            [m]. Each > 0 and within the cam, or the curve.
+        overrides: as for `load`.
+
+    Returns:
+        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`. For a body in a fluid
+        `amplitude_m` and `descent_s`, the time to the lowest point, besides; its period is the
+        time to the other side and back.
+
+    Raises:
+        UsageError: no amplitude, or one out of range.
+        SceneError: the machine cannot be built.
+    """
+    from tauto_core.machines import free_swings
+
+    loaded = load(scene, **overrides)
+    with in_words_of_calls(), naming(_origin(scene), loaded.name):
+        return free_swings(loaded, amplitudes, loaded.clock.nominal_period)
 
 
 def cam(
-    scene: str | Path | Scene, *, points: int = 200, reach_rad: float | None = None
+    scene: str | Path | Scene,
+    *,
+    points: int = 200,
+    reach_rad: float | None = None,
+    **overrides: object,
 ) -> CamOutline:
     """Return the outline of a scene's cam, from the middle to its end.
 
@@ -113,6 +180,7 @@ def cam(
         points: number of points, >= 2.
         reach_rad: angle of the last point [rad]. None: one and a half times the amplitude of the
             wheel, but within the cam and before its two cheeks meet.
+        overrides: as for `load`.
 
     Raises:
         UsageError: the scene has no cam of one shape for both sides, or arguments out of range.
@@ -122,22 +190,24 @@ def cam(
 
     from tauto_core.cam_extent import cam_extent
 
-    loaded = load(scene)
+    loaded = load(scene, **overrides)
     if loaded.trochlea is None or loaded.trochlea.cam.kind == 'lever_corrected':
         raise UsageError(
-            f'{loaded.name}: has no cam with two equal cheeks. Use `tauto cam`, which also draws '
-            'the cheeks of a lever and a curve in a fluid'
+            f'{loaded.name}: has no cam with two equal cheeks. Use the command `tauto cam`, which '
+            'also draws the cheeks of a lever and a curve in a fluid'
         )
-    curve = loaded.trochlea.made_cam(loaded.gravity)
     if points < 2:
         raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
-    if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
-        raise UsageError(
-            f'reach_rad = {reach_rad!r}: must be > 0 and within the range of the cam, '
-            f'{curve.range_rad!r} rad. Give another, or leave it out'
-        )
-    angle = np.linspace(0.0, cam_extent(loaded) if reach_rad is None else reach_rad, points)
-    return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
+    with in_words_of_calls(), naming(_origin(scene), loaded.name):
+        curve = loaded.trochlea.made_cam(loaded.gravity)
+        if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
+            raise UsageError(
+                f'reach_rad = {reach_rad!r}: must be > 0 and within the range of the cam, '
+                f'{curve.range_rad!r} rad. Give another, or leave it out'
+            )
+        reach = cam_extent(loaded) if reach_rad is None else reach_rad
+        angle = np.linspace(0.0, reach, points)
+        return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
 
 
 def compare(
@@ -167,7 +237,7 @@ def compare(
         raise UsageError(
             f"suspension = {suspension!r}: must be 'both', 'with' or 'without'. Choose one"
         )
-    with in_words_of_calls():
+    with in_words_of_calls(roll='roll_deg'):
         entries = comparison.make_entries(
             clocks,
             ship_of=ship_of,
@@ -215,12 +285,11 @@ def fleet(
     from tauto_core.workers import Crew
 
     with in_words_of_calls():
-        origin = scene.name if isinstance(scene, Scene) else str(scene)
         if isinstance(vary, str | Path):
             draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
         else:
             draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary'), 'vary'
-        plan = fleets.Plan(load(scene, **overrides), origin, ships, draws, drawn_by)
+        plan = fleets.Plan(load(scene, **overrides), _origin(scene), ships, draws, drawn_by)
         where = None if out is None else Path(out)
         return fleets.sail_fleet(plan, Crew(jobs, scheduler), where)
 
@@ -237,11 +306,36 @@ def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None
         UsageError: no such picture, or a file of a format that pictures cannot have.
         TautoError: the source cannot be read or sailed.
     """
-    from tauto_core.pictures import check_picture, picture
+    from tauto_core.pictures import check_picture
 
-    with in_words_of_calls():
+    with in_words_of_calls(out='file'):
         check_picture(what, file)
-        return picture(_voyage(source), what, file)
+    return _voyage(source).plot(what, file)
+
+
+def report(source: str | Path | Scene | Voyage, file: str | Path) -> None:
+    """Write a page with all figures and pictures, and the machine as it moves.
+
+    Args:
+        source: as for `plot`.
+        file: name of the page, ending in .html; an existing file is replaced.
+
+    Raises:
+        UsageError: another suffix, or a folder that does not exist.
+        TautoError: Bokeh is not installed, or the source cannot be read or sailed.
+    """
+    from tauto_core.reporting import check_report, write_report
+
+    page = Path(file)
+    with in_words_of_calls(out='file'):
+        check_report(page)
+        voyage = _voyage(source)
+        write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
+
+
+def _origin(scene: str | Path | Scene) -> str:
+    """Return how errors name a scene: as the caller did."""
+    return scene.name if isinstance(scene, Scene) else str(scene)
 
 
 def _voyage(source: str | Path | Scene | Voyage) -> Voyage:

@@ -227,7 +227,8 @@ class Voyage:
         """Draw a picture of the voyage; see `tauto_core.plot`."""
         from tauto_core.pictures import picture
 
-        return picture(self, what, file)
+        with in_words_of_calls(out='file'):
+            return picture(self, what, file)
 
     def write(self, bag: str | Path, *, force: bool = False) -> None:
         """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.
@@ -315,16 +316,22 @@ def sail_voyage(
     return Voyage(scene, result, gathered.joined())
 
 
-def replay_voyage(path: Path, scene: Scene | None = None) -> Voyage:
+def replay_voyage(
+    path: Path, scene: Scene | None = None, *, smooth: bool = False, stable: bool = False
+) -> Voyage:
     """Return the voyage in a bag, with drift and longitude estimated anew.
+
+    Args:
+        path, scene, smooth, stable: as for `replaying.replay`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
+        EstimationError: readings whose stability cannot be estimated.
         SceneError: the bag's scene cannot be read.
     """
     bag = read_bag(path)
     gathered = _Gathered(motion=True)
-    result = replaying.replay(path, scene=scene, watch=gathered.take)
+    result = replaying.replay(path, scene=scene, smooth=smooth, stable=stable, watch=gathered.take)
     found = gathered.joined()
     for topic in _STATED:
         if topic in bag and topic not in found:

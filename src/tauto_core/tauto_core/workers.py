@@ -240,7 +240,7 @@ def _joined(address: str) -> Iterator[Client]:
         waited = time.monotonic() - began
         raise WorkerError(
             f'--scheduler {address}: cannot be reached, after {waited:.1f} s ({error}). Start it '
-            '(dask scheduler), check the address, or leave --scheduler out'
+            '(dask scheduler), check the address, or leave out --scheduler'
         ) from None
     with client:
         _check_alike(client, address)

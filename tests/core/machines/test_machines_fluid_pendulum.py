@@ -23,10 +23,10 @@ def machine(**changes):
 def test_the_shipped_globe_falls_in_the_same_time_from_anywhere_where_a_cycloid_errs():
     euler, cycloid = machine(), machine(curve='cycloid')
     arcs = [1e-6, 0.01, 0.1, 0.2, 0.4, 0.6]
-    times = [row['descent_s'] for row in descent_isochronism(euler, arcs)['rows']]
+    times = descent_isochronism(euler, arcs).descent_s
     assert max(times) / min(times) - 1.0 < 1e-12
     assert times[0] == pytest.approx(0.25 * euler.small_period, rel=1e-14)
-    times = [row['descent_s'] for row in descent_isochronism(cycloid, arcs)['rows']]
+    times = descent_isochronism(cycloid, arcs).descent_s
     assert np.all(np.diff(times) > 0.0)
     # 8 per cent from 40 cm, as the scene says
     assert times[4] / times[0] - 1.0 == pytest.approx(0.08, abs=0.005)
@@ -42,7 +42,7 @@ def test_descents_take_one_time_in_vacuum_air_water_oil_and_in_what_is_nearly_as
     arcs = [share * edge for share in (1e-6, 0.1, 0.5, 0.99)]
     spread = []
     for each in (euler, cycloid):
-        times = [row['descent_s'] for row in descent_isochronism(each, arcs)['rows']]
+        times = descent_isochronism(each, arcs).descent_s
         spread.append(max(times) / min(times) - 1.0)
     assert spread[0] < 1e-12
     assert (spread[1] > 1e-5) == (fluid > 0.0)
@@ -59,10 +59,10 @@ def test_period_and_rate_of_swings_to_and_fro(curve):
     kappa = found.curve.kappa
     coefficient = {'euler': 5 / 24, 'cycloid': 1 / 6, 'symmetric': 0.0}[curve]
     amplitude = 0.01 / kappa
-    rows = descent_isochronism(found, [amplitude])['rows']
-    excess = rows[0]['period_s'] / found.small_period - 1.0
+    swing = descent_isochronism(found, [amplitude])
+    excess = swing.period_s[0] / found.small_period - 1.0
     assert excess == pytest.approx(coefficient * 1e-4, abs=2e-6)
-    assert rows[0]['rate_s_per_day'] == pytest.approx(
+    assert swing.rate_s_per_day[0] == pytest.approx(
         -86_400.0 * excess / (1.0 + excess), rel=1e-9, abs=1e-9
     )
     assert found.period(0.0) == found.small_period

@@ -275,11 +275,17 @@ def scenes(as_json: AsJson = False) -> None:
 @scene_commands.command()
 def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) -> None:
     """Check a scene without sailing it, and say what would run."""
-    from tauto_core.cli.facts import facts_table, scene_facts
+    from tauto_core.cli.facts import facts_table
     from tauto_core.cli.progress import progress_bar
+    from tauto_core.scene import load_scene
+    from tauto_core.scene.errors import naming
 
     with progress_bar(scene):
-        facts = scene_facts(scene, given_values(settings))
+        loaded = load_scene(scene, **given_values(settings))
+        from tauto_core.scene_facts import scene_facts
+
+        with naming(scene, loaded.name):
+            facts = scene_facts(loaded)
     _warn(facts.get('warnings', ()))
     _show(facts, None if as_json else facts_table(facts))
 

@@ -1,18 +1,12 @@
-"""`tauto scenes` and `tauto scene check`: what ships, and what a scene would run."""
+"""`tauto scenes` and `tauto scene check` in words: what ships, and what a scene would run."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import asdict
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-    from tauto_core.machines import AnyMachine, FluidPendulum
-    from tauto_core.scene import Scene
 
 LEGIBLE = 0.25
 """Error of a reading, in periods, above which the phase is lost."""
@@ -27,139 +21,6 @@ def shipped_summary(name: str) -> str:
             break
         lines.append(line.lstrip('# '))
     return ' '.join(lines).partition(':')[0]
-
-
-def scene_facts(name_or_path: str, given: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return what a scene would run, after every check that `tauto sail` makes before it starts.
-
-    Args:
-        name_or_path: a shipped name or a YAML file.
-        given: values in place of the scene's own, by the paths of the keys.
-
-    Returns:
-        The object of `tauto scene check --json`. `expected` has the figures of
-        `voyage_cost.Forecast`; `steps_a_swing` and `tolerance` are None where the propagator takes
-        no steps.
-
-    Raises:
-        SceneError: the scene cannot be run.
-        MotionDataError: its measured motion cannot be used.
-    """
-    from tauto_core.cli.what_runs import hangs, left_out, reason, resonances, thread, way
-    from tauto_core.motion import propagator_name
-    from tauto_core.readiness import check_scene, oddities
-    from tauto_core.scene import load_scene
-    from tauto_core.scene.errors import naming
-    from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
-
-    scene = load_scene(name_or_path, **(given or {}))
-    with naming(name_or_path, scene.name):
-        machine, motion = check_scene(scene)
-    warnings = [*oddities(scene), *motion.warnings, *resonances(scene, machine)]
-    name = propagator_name(machine, still=scene.lies_still)
-    expected = forecast(scene, machine, motion)
-    stepping = expected.steps_a_swing is not None
-    return {
-        'scene': scene.name,
-        'duration_s': scene.duration,
-        'propagator': name,
-        'reason': reason(scene, machine, name),
-        'left_out': left_out(scene, machine),
-        'expected': {
-            **asdict(expected),
-            'tolerance': tolerance(scene) if stepping else None,
-            'measured_on': MEASURED_ON,
-        },
-        'ship': scene.ship.kind,
-        **({scene.ship.reported_as: motion.metadata} if scene.ship.reported_as else {}),
-        'motion_samples': motion.total,
-        'motion_step_s': scene.step_ns * 1e-9,
-        'suspension': hangs(scene, machine),
-        'thread': thread(scene, machine),
-        'voyage': way(scene),
-        'motion_kept': scene.keeps_motion,
-        'logged_samples': scene.log_count,
-        'log_interval_s': scene.log_interval_ns * 1e-9,
-        'small_period_s': machine.small_period,
-        'nominal_period_s': scene.clock.nominal_period or machine.small_period,
-        **_regulator_facts(scene, machine),
-        'steady_swing': _steady_swing(scene, machine),
-        **({'covariates': _covariates(scene)} if scene.drift.covariates else {}),
-        **({'warnings': warnings} if warnings else {}),
-    }
-
-
-def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any]:
-    """Return curve, range and release of the regulator; a range is None if there is no limit."""
-    from tauto_core.machines import FluidPendulum
-
-    if isinstance(machine, FluidPendulum):
-        ends = machine.curve.ascent_cusp, machine.curve.descent_cusp
-        return {
-            'curve': None if scene.regulator is None else scene.regulator.curve,
-            'curve_range_m': [None if math.isinf(end) else end for end in ends],
-            'release_arc_m': machine.release_arc,
-        }
-    edge = machine.range_rad
-    return {
-        'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
-        'cam_range_rad': None if math.isinf(edge) else edge,
-        'release_angle_rad': machine.release_angle,
-    }
-
-
-def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
-    """Return the swing in which the clock settles on land; None if there is no such swing.
-
-    Returns:
-        Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],
-        time constant of the approach [s], None where the swing is steady from the start; or the
-        reason `why` there is no steady swing.
-    """
-    from tauto_core.machines import (
-        LeverMachine,
-        Machine,
-        NoSteadySwing,
-        rate_s_per_day,
-        steady_swing,
-    )
-
-    if not isinstance(machine, Machine | LeverMachine):
-        return None
-    found = steady_swing(machine)
-    if isinstance(found, NoSteadySwing):
-        return {'why': found.why}
-    nominal = scene.clock.nominal_period or machine.small_period
-    settling = found.time_constant
-    return {
-        'amplitude_rad': found.amplitude,
-        'period_s': found.period,
-        'rate_s_per_day': rate_s_per_day(found.period, nominal),
-        'free_rate_s_per_day': rate_s_per_day(found.free_period, nominal),
-        'time_constant_s': settling if math.isfinite(settling) else None,
-    }
-
-
-def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the prior of the coefficient of each covariate.
-
-    Returns:
-        `value` and `sigma`; `at_periods`, the coefficient at each period of the waves [s] of the
-        trial runs, None where the scene gives it.
-    """
-    from tauto_core.navigation.coefficient_runs import coefficients, runs
-
-    tried = {found.name: found.at_periods for found in runs(scene)}
-    return {
-        name: {
-            'value': value,
-            'sigma': sigma,
-            'at_periods': {str(period): k for period, k in tried[name].items()}
-            if name in tried
-            else None,
-        }
-        for name, value, sigma in coefficients(scene)
-    }
 
 
 def facts_table(facts: dict[str, Any]) -> RenderableType:

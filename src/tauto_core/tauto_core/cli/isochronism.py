@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from tauto_core.cli.options import AsJson, SceneName, Settings, given_values
 from tauto_core.scene.errors import UsageError, naming
-
-if TYPE_CHECKING:
-    from tauto_core.machines import Isochronism
-    from tauto_core.machines.fluid_pendulum import DescentIsochronism
 
 
 def isochronism(
@@ -35,42 +31,22 @@ def isochronism(
     Of a body in a fluid also the time of the descent; the amplitude is the arc of the release,
     and the period the time to the other side and back from where it gets to.
     """
-    from tauto_core import machines
+    from tauto_core.machines import free_swings
     from tauto_core.scene import load_scene
 
     loaded = load_scene(scene, **given_values(settings))
-    if loaded.regulator is not None:
-        from tauto_core.machines.fluid_regulator import compile_fluid_pendulum
-
-        with naming(scene, loaded.name):
-            pendulum = compile_fluid_pendulum(loaded.name, loaded.gravity, loaded.regulator)
-        numbers, nominal = _numbers(amplitudes), loaded.clock.nominal_period
-        descents = machines.descent_isochronism(pendulum, numbers, nominal)
-        typer.echo(json.dumps(descents, allow_nan=False)) if as_json else _print_descents(descents)
-        return
     with naming(scene, loaded.name):
-        machine = machines.compile_trochlea(loaded)
-    numbers, nominal = _numbers(amplitudes), loaded.clock.nominal_period
-    swings = machines.isochronism(machine, numbers, nominal)
-    typer.echo(json.dumps(swings, allow_nan=False)) if as_json else _print_swings(swings)
-
-
-def _print_swings(found: Isochronism) -> None:
-    typer.echo(f'nominal period {found["nominal_period_s"]:.12g} s')
-    typer.echo(f'{"amplitude rad":>14}  {"period s":>16}  {"rate s/day":>16}')
-    for row in found['rows']:
-        amplitude, period, rate = row['amplitude_rad'], row['period_s'], row['rate_s_per_day']
-        typer.echo(f'{amplitude:14.6g}  {period:16.12f}  {rate:+16.9f}')
-
-
-def _print_descents(found: DescentIsochronism) -> None:
-    typer.echo(f'nominal period {found["nominal_period_s"]:.12g} s')
-    typer.echo(f'{"amplitude m":>14}  {"descent s":>16}  {"period s":>16}  {"rate s/day":>16}')
-    for row in found['rows']:
-        typer.echo(
-            f'{row["amplitude_m"]:14.6g}  {row["descent_s"]:16.12f}  {row["period_s"]:16.12f}  '
-            f'{row["rate_s_per_day"]:+16.9f}'
-        )
+        found = free_swings(loaded, _numbers(amplitudes), loaded.clock.nominal_period)
+    if not as_json:
+        typer.echo(found)
+        return
+    columns = found.columns()
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    facts = {
+        'nominal_period_s': found.nominal_period_s,
+        'rows': [dict(zip(columns, row, strict=True)) for row in rows],
+    }
+    typer.echo(json.dumps(facts, allow_nan=False))
 
 
 def _numbers(text: str) -> list[float]:

@@ -62,7 +62,7 @@ def report(
     settings: Settings = None,
 ) -> None:
     """Write a page of all figures, with the machine as it moves."""
-    from tauto_core.report import check_report, write_report
+    from tauto_core.reporting import check_report, write_report
 
     file = out or Path(f'{Path(source).stem}.html')
     check_report(file)

@@ -46,7 +46,7 @@ def need_parquet() -> None:
     except ImportError:
         raise UsageError(
             '--out: needs pyarrow, which is not installed. Install it '
-            "(pip install 'tauto_core[fleet]'), or leave --out out"
+            "(pip install 'tauto_core[fleet]'), or leave out --out"
         ) from None
 
 

@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tauto_core.kernels.errors import KernelError
-
-if TYPE_CHECKING:
-    from tauto_core.kernels.emission import Emission
 
 ENTRY = 'entry'
 """Name of an entry in its object code."""
@@ -104,108 +101,75 @@ def in_words(structure: Any) -> str:
     return str(structure)
 
 
+class _Packing:
+    """The source of a function that packs arguments of one structure.
+
+    Attributes:
+        lines: statements that take tuples apart, and return None for another structure.
+        words: expressions that are packed, one word each.
+        formats: how `struct` packs each of them.
+        known: what the names in the lines stand for.
+    """
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.words: list[str] = []
+        self.formats: list[str] = []
+        self.known: dict[str, Any] = {
+            'ndarray': np.ndarray,
+            'int64': np.int64,
+            'uint64': np.uint64,
+            'bool_': np.bool_,
+        }
+
+    def take(self, name: str, structure: Any) -> None:
+        """Test and pack the argument of a name."""
+        if structure is None:
+            self._refuse(f'{name} is not None')
+        elif isinstance(structure, Tuple):
+            self._take_tuple(name, structure)
+        elif isinstance(structure, Rows):
+            self.known[f'D{name}'] = structure.dtype
+            other = '!=' if structure.dtype.fields is not None else 'is not'
+            self._refuse(f'{name}.__class__ is not ndarray or {name}.dtype {other} D{name}')
+            self._refuse(f'{name}.ndim != {structure.ndim}')
+            self._pack(f'id({name})', 'q')
+        else:
+            self._refuse(_TESTS[structure].format(name))
+            self._pack(f'bool({name})' if structure == 'bool' else name, FORMATS[structure])
+
+    def _take_tuple(self, name: str, structure: Tuple) -> None:
+        items = structure.items
+        self.known[f'T{name}'] = structure.named or tuple
+        self._refuse(f'{name}.__class__ is not T{name} or len({name}) != {len(items)}')
+        names = [f'{name}_{i}' for i in range(len(items))]
+        if names:
+            self.lines.append(f' {", ".join(names)}, = {name}')
+        for each, item in zip(names, items, strict=True):
+            self.take(each, item)
+
+    def _refuse(self, test: str) -> None:
+        self.lines.append(f' if {test}: return None')
+
+    def _pack(self, word: str, form: str) -> None:
+        self.words.append(word)
+        self.formats.append(form)
+
+
 def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
     """Return a function that packs arguments, or returns None for those of another structure.
 
     It has the name of the kernel, so that Python's error for a wrong number of arguments names it.
     """
-    lines: list[str] = []
-    known: dict[str, Any] = {
-        'ndarray': np.ndarray,
-        'int64': np.int64,
-        'uint64': np.uint64,
-        'bool_': np.bool_,
-    }
-    words: list[str] = []
-    formats: list[str] = []
-
-    def refuse(test: str) -> None:
-        lines.append(f' if {test}: return None')
-
-    def take(name: str, structure: Any) -> None:
-        if structure is None:
-            refuse(f'{name} is not None')
-        elif isinstance(structure, Tuple):
-            known[f'T{name}'] = structure.named or tuple
-            refuse(f'{name}.__class__ is not T{name} or len({name}) != {len(structure.items)}')
-            names = [f'{name}_{i}' for i in range(len(structure.items))]
-            if names:
-                lines.append(f' {", ".join(names)}, = {name}')
-            for each, item in zip(names, structure.items, strict=True):
-                take(each, item)
-        elif isinstance(structure, Rows):
-            known[f'D{name}'] = structure.dtype
-            other = '!=' if structure.dtype.fields is not None else 'is not'
-            refuse(f'{name}.__class__ is not ndarray or {name}.dtype {other} D{name}')
-            refuse(f'{name}.ndim != {structure.ndim}')
-            words.append(f'id({name})')
-            formats.append('q')
-        else:
-            refuse(_TESTS[structure].format(name))
-            words.append(f'bool({name})' if structure == 'bool' else name)
-            formats.append(FORMATS[structure])
-
+    packing = _Packing()
     names = [f'a{i}' for i in range(len(structures))]
     for name, structure in zip(names, structures, strict=True):
-        take(name, structure)
-    known['pack'] = struct.Struct(''.join(formats)).pack
-    lines = [f'def {kernel}({", ".join(names)}):', *lines, f' return pack({", ".join(words)})']
-    exec('\n'.join(lines), known)
+        packing.take(name, structure)
+    known = {**packing.known, 'pack': struct.Struct(''.join(packing.formats)).pack}
+    head = f'def {kernel}({", ".join(names)}):'
+    exec('\n'.join([head, *packing.lines, f' return pack({", ".join(packing.words)})']), known)
     made: Callable[..., bytes | None] = known[kernel]
     return made
-
-
-def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
-    """Emit code that reads an argument from its words; return its value in compiled code."""
-    from llvmlite import ir
-
-    from tauto_core.kernels.emission import element
-    from tauto_core.kernels.values import (
-        BIT,
-        BOOL,
-        BYTE,
-        DOUBLE,
-        FLOAT,
-        INDEX,
-        INT,
-        UINT,
-        WORD,
-        Array,
-        Group,
-        Record,
-        Value,
-        fields_of,
-    )
-
-    if structure is None:
-        return None
-    if isinstance(structure, Tuple):
-        items = [value_of(item, words, out) for item in structure.items]
-        return Group(items, structure.named)
-    b, place = out.b, next(words)
-    word = b.load(b.gep(out.f.args[0], [ir.Constant(WORD, place)]))
-    if structure == 'float':
-        return Value(FLOAT, b.bitcast(word, DOUBLE))
-    if structure == 'bool':
-        return Value(BOOL, b.trunc(word, BIT))
-    if not isinstance(structure, Rows):
-        return Value(UINT if structure == 'uint64' else INT, word)
-
-    def of_object(offset: int, kind: Any) -> Any:
-        at = b.add(word, ir.Constant(WORD, object.__basicsize__ + offset))
-        return b.load(b.inttoptr(at, kind.as_pointer()))
-
-    needed = ir.Constant(INDEX, NEEDED_FLAGS)
-    fits = b.icmp_unsigned('==', b.and_(of_object(FLAGS, INDEX), needed), needed)
-    with b.if_then(b.not_(fits), likely=False):
-        b.ret(ir.Constant(INDEX, place + 1))
-    dimensions = of_object(DIMENSIONS, WORD.as_pointer())
-    shape = [b.load(b.gep(dimensions, [ir.Constant(WORD, i)])) for i in range(structure.ndim)]
-    if structure.dtype.fields is None:
-        kind: Any = element(structure.dtype)
-        return Array(kind, of_object(DATA, kind.stored.as_pointer()), shape)
-    kind, data = fields_of(structure.dtype), of_object(DATA, BYTE.as_pointer())
-    return Array(kind, data, shape) if structure.ndim else Record(kind, data)
 
 
 @cache

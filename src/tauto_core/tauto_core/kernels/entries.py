@@ -81,27 +81,16 @@ class Entry:
         self._made: list[tuple[Any, ...]] = []
 
     def __call__(self, *args: Any) -> Any:
-        made = self._made
-        for pack, call, room, unpack in made:
-            packed = pack(*args)
-            if packed is not None:
-                back = room()
-                failed = call(packed, back)
-                if failed:
-                    raise self._unfit(args)
-                return unpack(back)
-        return self._slowly(args)
-
-    def _slowly(self, args: tuple[Any, ...]) -> Any:
-        self.prepare(*args)
-        args = plain(args)
-        for pack, call, room, unpack in self._made:
-            packed = pack(*args)
-            if packed is not None:
-                back = room()
-                if call(packed, back):
-                    raise self._unfit(args)
-                return unpack(back)
+        for _ in range(2):
+            for pack, call, results, unpack in self._made:
+                packed = pack(*args)
+                if packed is not None:
+                    back = results()
+                    if call(packed, back):
+                        raise self._unfit(args)
+                    return unpack(back)
+            self.prepare(*args)
+            args = plain(args)
         raise KernelError(f'{self.__qualname__}: arguments change while it is called')
 
     def _unfit(self, args: tuple[Any, ...]) -> KernelError:

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import count
 from types import FunctionType
 from typing import Any
 
 from llvmlite import ir
 
-from tauto_core.kernels.arguments import value_of
-from tauto_core.kernels.emission import Emission
+from tauto_core.kernels.arguments import (
+    DATA,
+    DIMENSIONS,
+    FLAGS,
+    NEEDED_FLAGS,
+    Rows,
+    Tuple,
+)
+from tauto_core.kernels.emission import Emission, element
 from tauto_core.kernels.errors import KernelError
 from tauto_core.kernels.joining import BeginAnewError
 from tauto_core.kernels.source import arguments_of, plan_of
@@ -20,12 +28,18 @@ from tauto_core.kernels.values import (
     BOOL,
     BYTE,
     DOUBLE,
+    FLOAT,
     INDEX,
+    INT,
+    UINT,
     WORD,
     Array,
     Group,
+    Record,
     Value,
     at_run_time,
+    described,
+    fields_of,
     leaves,
     rebuilt,
 )
@@ -42,10 +56,7 @@ class Instance:
 
     def __init__(self, program: Program, function: FunctionType, args: list[Any]) -> None:
         self.widened: dict[Any, str] = {}
-        values: list[ir.Value] = []
-        for arg in args:
-            leaves(arg, values)
-        kind = ir.FunctionType(ir.VoidType(), [value.type for value in values])
+        kind = ir.FunctionType(ir.VoidType(), [leaf.type for arg in args for leaf in leaves(arg)])
         program.count += 1
         name = f'{function.__name__.strip("<>")}.{program.count}'
         while True:
@@ -81,8 +92,7 @@ class Instance:
             for room in out.rooms:
                 if all(room is not other for other in kept):
                     b.call(free, [room])
-        values: list[ir.Value] = []
-        leaves(self.result, values)
+        values = leaves(self.result)
         if not values:
             b.ret_void()
             return
@@ -97,15 +107,8 @@ class Instance:
 
     def called(self, out: Emission, values: list[ir.Value]) -> Any:
         """Emit a call; return what it returns."""
-        result, count = out.b.call(self.f, values), len(leaves_of(self.result))
+        result, count = out.b.call(self.f, values), len(leaves(self.result))
         return rebuilt(self.result, iter([out.b.extract_value(result, i) for i in range(count)]))
-
-
-def leaves_of(x: Any) -> list[ir.Value]:
-    """Return LLVM's values of a value."""
-    values: list[ir.Value] = []
-    leaves(x, values)
-    return values
 
 
 def release(module: ir.Module) -> ir.Function:
@@ -141,7 +144,7 @@ class Program:
         words = count()
         args = [value_of(argument, words, out) for argument in arguments]
         result = at_run_time(self.call(out, function, args, {}))
-        for i, value in enumerate(leaves_of(result)):
+        for i, value in enumerate(leaves(result)):
             place = out.b.gep(out.f.args[1], [ir.Constant(WORD, i)])
             out.b.store(_as_word(out, value), place)
         out.b.ret(ir.Constant(INDEX, 0))
@@ -159,8 +162,7 @@ class Program:
         """Call a kernel as a function of its own."""
         bound = arguments_of(function, args, keywords)
         args = [at_run_time(bound[name]) for name in plan_of(function).arguments]
-        values: list[ir.Value] = []
-        structure = tuple(leaves(arg, values) for arg in args)
+        structure = tuple(described(arg) for arg in args)
         cells = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())
         key = function.__code__, cells, structure
         if key not in self._instances:
@@ -169,7 +171,49 @@ class Program:
             self._being_made.append(key)
             self._instances[key] = Instance(self, function, args)
             self._being_made.pop()
-        return self._instances[key].called(out, values)
+        return self._instances[key].called(out, [leaf for arg in args for leaf in leaves(arg)])
+
+
+def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
+    """Emit code that reads an argument from its words; return its value in compiled code."""
+    if structure is None:
+        return None
+    if isinstance(structure, Tuple):
+        items = [value_of(item, words, out) for item in structure.items]
+        return Group(items, structure.named)
+    b, place = out.b, next(words)
+    word = b.load(b.gep(out.f.args[0], [ir.Constant(WORD, place)]))
+    if isinstance(structure, Rows):
+        return _array_of(structure, word, place, out)
+    if structure == 'float':
+        return Value(FLOAT, b.bitcast(word, DOUBLE))
+    if structure == 'bool':
+        return Value(BOOL, b.trunc(word, BIT))
+    return Value(UINT if structure == 'uint64' else INT, word)
+
+
+def _array_of(structure: Rows, word: ir.Value, place: int, out: Emission) -> Array | Record:
+    """Emit code that reads an array's object, whose address is a word.
+
+    The entry returns the number of the word, counted from one, if the array does not fit.
+    """
+    b = out.b
+
+    def of_object(offset: int, kind: ir.Type) -> ir.Value:
+        at = b.add(word, ir.Constant(WORD, object.__basicsize__ + offset))
+        return b.load(b.inttoptr(at, kind.as_pointer()))
+
+    needed = ir.Constant(INDEX, NEEDED_FLAGS)
+    fits = b.icmp_unsigned('==', b.and_(of_object(FLAGS, INDEX), needed), needed)
+    with b.if_then(b.not_(fits), likely=False):
+        b.ret(ir.Constant(INDEX, place + 1))
+    dimensions = of_object(DIMENSIONS, WORD.as_pointer())
+    shape = [b.load(b.gep(dimensions, [ir.Constant(WORD, i)])) for i in range(structure.ndim)]
+    if structure.dtype.fields is None:
+        kind = element(structure.dtype)
+        return Array(kind, of_object(DATA, kind.stored.as_pointer()), shape)
+    fields, data = fields_of(structure.dtype), of_object(DATA, BYTE.as_pointer())
+    return Array(fields, data, shape) if structure.ndim else Record(fields, data)
 
 
 def _as_word(out: Emission, value: ir.Value) -> ir.Value:

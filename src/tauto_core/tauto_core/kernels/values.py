@@ -179,23 +179,15 @@ def at_run_time(x: Any) -> Any:
     return x
 
 
-def leaves(x: Any, out: list[ir.Value]) -> str:
-    """Append LLVM's values of a value at run time; return its structure in words."""
+def leaves(x: Any) -> list[ir.Value]:
+    """Return the LLVM values of which a value consists, in the order of `rebuilt`."""
     if isinstance(x, Value):
-        out.append(x.ir)
-        return x.kind.name
+        return [x.ir]
     if isinstance(x, Group):
-        inner = ', '.join([leaves(item, out) for item in x.items])
-        named = x.instance_class
-        return f'{f"{named.__module__}.{named.__qualname__}" if named else ""}({inner})'
+        return [leaf for item in x.items for leaf in leaves(item)]
     if isinstance(x, Array):
-        out.append(x.data)
-        out.extend(x.shape)
-        return f'{x.kind.name}[{len(x.shape)}]'
-    if isinstance(x, Record):
-        out.append(x.data)
-        return f'record {x.kind.name}'
-    return repr(x)
+        return [x.data, *x.shape]
+    return [x.data] if isinstance(x, Record) else []
 
 
 def rebuilt(x: Any, values: Iterator[ir.Value]) -> Any:
@@ -212,5 +204,15 @@ def rebuilt(x: Any, values: Iterator[ir.Value]) -> Any:
 
 
 def described(x: Any) -> str:
-    """Return what a value is, for messages."""
-    return x.why if isinstance(x, Conflict) else leaves(x, [])
+    """Return what a value is: for messages, and to tell specialisations apart."""
+    if isinstance(x, Value):
+        return x.kind.name
+    if isinstance(x, Group):
+        named = x.instance_class
+        name = f'{named.__module__}.{named.__qualname__}' if named else ''
+        return f'{name}({", ".join(described(item) for item in x.items)})'
+    if isinstance(x, Array):
+        return f'{x.kind.name}[{len(x.shape)}]'
+    if isinstance(x, Record):
+        return f'record {x.kind.name}'
+    return x.why if isinstance(x, Conflict) else repr(x)

@@ -12,10 +12,10 @@ from tauto_core.machines.compiling import (
     compile_ideal,
     compile_machine,
     compile_trochlea,
+    free_swings,
 )
 from tauto_core.machines.isochronism import (
     Isochronism,
-    IsochronismRow,
     isochronism,
     rate_s_per_day,
 )
@@ -33,7 +33,6 @@ __all__ = [
     'FluidPendulum',
     'HangingMachine',
     'Isochronism',
-    'IsochronismRow',
     'LeverMachine',
     'Machine',
     'NoSteadySwing',
@@ -45,6 +44,7 @@ __all__ = [
     'compile_machine',
     'compile_trochlea',
     'descent_isochronism',
+    'free_swings',
     'isochronism',
     'rate_s_per_day',
     'steady_swing',

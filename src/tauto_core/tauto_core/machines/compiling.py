@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 from tauto_core.machines.drag import Drag
@@ -10,6 +11,7 @@ from tauto_core.machines.fluid_regulator import (
     FluidTautochroneRegulator,
     compile_fluid_pendulum,
 )
+from tauto_core.machines.isochronism import Isochronism, isochronism
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine
@@ -17,7 +19,7 @@ from tauto_core.machines.trochlea import Machine
 from tauto_core.scene.errors import ABSENT, SceneError, naming
 
 if TYPE_CHECKING:
-    from tauto_core.machines.fluid_pendulum import FluidPendulum
+    from tauto_core.machines.fluid_pendulum import DescentIsochronism, FluidPendulum
 
 AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
@@ -90,6 +92,28 @@ def compile_trochlea(scene: Parts) -> AnyMachine:
     if scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0:
         _check_release(scene.name, machine)
     return machine
+
+
+def free_swings(
+    scene: Parts, amplitudes: Iterable[float], nominal_period_s: float | None = None
+) -> Isochronism | DescentIsochronism:
+    """Return period and rate of free swings of a scene's regulator on land.
+
+    Args:
+        scene: the scene; its drag and escapement are ignored.
+        amplitudes: [rad]; of a body in a fluid arcs [m].
+        nominal_period_s: as for `isochronism`.
+
+    Raises:
+        SceneError: a machine that cannot be built.
+        UsageError: see `isochronism` and `descent_isochronism`.
+    """
+    if scene.regulator is None:
+        return isochronism(compile_trochlea(scene), amplitudes, nominal_period_s)
+    from tauto_core.machines.fluid_pendulum import descent_isochronism
+
+    pendulum = compile_fluid_pendulum(scene.name, scene.gravity, scene.regulator)
+    return descent_isochronism(pendulum, amplitudes, nominal_period_s)
 
 
 def compile_ideal(scene: Parts) -> Machine:

@@ -10,14 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TypeAlias, TypedDict
+from typing import TypeAlias
+
+import numpy as np
 
 from tauto_core.curves.descent_curve import Cycloid, DescentCurve, Mirrored, SymmetricCurve
 from tauto_core.curves.fluid_tautochrone import FluidTautochrone
 from tauto_core.machines.descent import arc_of_harmonic, harmonic_of_arc
 from tauto_core.machines.half_swing import descent_time, half_swing
-from tauto_core.machines.isochronism import rate_s_per_day
+from tauto_core.machines.isochronism import SwingTable, rate_s_per_day
 from tauto_core.machines.reverse_swing import duration_excess, end_arc
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import UsageError
 
 Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve
@@ -29,32 +32,22 @@ CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]]
 }
 
 
-class DescentRow(TypedDict):
-    """Descent, period and rate at one amplitude.
+@dataclass(frozen=True, eq=False)
+class DescentIsochronism(SwingTable):
+    """Descent, period and rate of a body in a fluid at several amplitudes; `str` gives a table.
 
-    Keys:
-        amplitude_m: arc of the release on the branch of descent [m].
-        descent_s: time from there to A [s].
-        period_s: time to the other side and back [s].
-        rate_s_per_day: what the clock gains a day (fast is positive).
-    """
-
-    amplitude_m: float
-    descent_s: float
-    period_s: float
-    rate_s_per_day: float
-
-
-class DescentIsochronism(TypedDict):
-    """The JSON object of `tauto isochronism` for a curve in a fluid.
-
-    Keys:
+    Attributes:
         nominal_period_s: time by which the dial advances in a full swing [s].
-        rows: one per amplitude, in the order asked for.
+        amplitude_m: arc of the release on the branch of descent, (n,) [m].
+        descent_s: time from there to the lowest point, (n,) [s].
+        period_s: time to the other side and back, (n,) [s].
+        rate_s_per_day: what the clock gains a day, (n,) [s/day]; fast is positive.
     """
 
-    nominal_period_s: float
-    rows: list[DescentRow]
+    amplitude_m: FloatArray
+    descent_s: FloatArray
+    period_s: FloatArray
+    rate_s_per_day: FloatArray
 
 
 @dataclass(frozen=True)
@@ -147,7 +140,8 @@ def descent_isochronism(
     Raises:
         UsageError: no amplitude, or one out of range, before anything is computed.
     """
-    asked, edge = tuple(amplitudes), machine.curve.descent_cusp
+    asked = [float(amplitude) for amplitude in amplitudes]
+    edge = machine.curve.descent_cusp
     if not asked:
         raise UsageError('amplitudes: none given; give at least one, in metres of arc')
     for amplitude in asked:
@@ -157,15 +151,7 @@ def descent_isochronism(
                 f'{edge!r} m; give another'
             )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
-    rows: list[DescentRow] = []
-    for amplitude in asked:
-        period = machine.period(amplitude)
-        rows.append(
-            {
-                'amplitude_m': amplitude,
-                'descent_s': descent_time(machine.curve, machine.gravity, amplitude),
-                'period_s': period,
-                'rate_s_per_day': rate_s_per_day(period, nominal),
-            }
-        )
-    return {'nominal_period_s': nominal, 'rows': rows}
+    descent = [descent_time(machine.curve, machine.gravity, amplitude) for amplitude in asked]
+    period = [machine.period(amplitude) for amplitude in asked]
+    rate = [rate_s_per_day(each, nominal) for each in period]
+    return DescentIsochronism(nominal, *map(np.array, (asked, descent, period, rate)))

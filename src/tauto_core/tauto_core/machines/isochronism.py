@@ -3,40 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TypedDict
+from dataclasses import dataclass, fields
+
+import numpy as np
 
 from tauto_core.machines.regulator import Regulator
-from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene.errors import UsageError
 
 # 150,000 turns; beyond, the rounding of an angle shows in the clock.
 LARGEST_ANGLE = 1e6
 
-
-class IsochronismRow(TypedDict):
-    """Period and rate at one amplitude.
-
-    Keys:
-        amplitude_rad: amplitude of the swing [rad].
-        period_s: period of a full swing [s].
-        rate_s_per_day: what the clock gains a day (fast is positive).
-    """
-
-    amplitude_rad: float
-    period_s: float
-    rate_s_per_day: float
+_COLUMNS = {
+    'amplitude_rad': ('amplitude rad', 14, '.6g'),
+    'amplitude_m': ('amplitude m', 14, '.6g'),
+    'descent_s': ('descent s', 16, '.12f'),
+    'period_s': ('period s', 16, '.12f'),
+    'rate_s_per_day': ('rate s/day', 16, '+.9f'),
+}
+"""Heading, width and format of each column."""
 
 
-class Isochronism(TypedDict):
-    """The JSON object of `tauto isochronism`.
+@dataclass(frozen=True, eq=False)
+class SwingTable:
+    """Figures of free swings at several amplitudes; `str` gives them as a table.
 
-    Keys:
+    Attributes:
         nominal_period_s: time by which the dial advances in a full swing [s].
-        rows: one per amplitude, in the order asked for.
     """
 
     nominal_period_s: float
-    rows: list[IsochronismRow]
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Return the arrays, by name."""
+        return {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+
+    def __str__(self) -> str:
+        printed = []
+        for name, column in self.columns().items():
+            heading, width, form = _COLUMNS[name]
+            cells = [heading, *(f'{value:{form}}' for value in column.tolist())]
+            printed.append([f'{cell:>{width}}' for cell in cells])
+        lines = ('  '.join(row) for row in zip(*printed, strict=True))
+        return '\n'.join([f'nominal period {self.nominal_period_s:.12g} s', *lines])
+
+
+@dataclass(frozen=True, eq=False)
+class Isochronism(SwingTable):
+    """Period and rate of free swings on land at several amplitudes; `str` gives a table.
+
+    Attributes:
+        nominal_period_s: time by which the dial advances in a full swing [s].
+        amplitude_rad: amplitude of the swing, (n,) [rad].
+        period_s: period of a full swing, (n,) [s].
+        rate_s_per_day: what the clock gains a day, (n,) [s/day]; fast is positive.
+    """
+
+    amplitude_rad: FloatArray
+    period_s: FloatArray
+    rate_s_per_day: FloatArray
 
 
 def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
@@ -64,7 +89,7 @@ def isochronism(
         UsageError: no amplitude, or one out of range, before anything is computed.
         SlackThreadError: a swing in which the thread goes slack.
     """
-    asked = tuple(amplitudes)
+    asked = [float(amplitude) for amplitude in amplitudes]
     edge = min(machine.range_rad, LARGEST_ANGLE)
     if not asked:
         raise UsageError('amplitudes: none given; give at least one, in radians')
@@ -75,9 +100,6 @@ def isochronism(
                 f'{edge!r} rad; give another'
             )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
-    rows: list[IsochronismRow] = []
-    for amplitude in asked:
-        period = machine.period(amplitude)
-        rate = rate_s_per_day(period, nominal)
-        rows.append({'amplitude_rad': amplitude, 'period_s': period, 'rate_s_per_day': rate})
-    return {'nominal_period_s': nominal, 'rows': rows}
+    period = np.array([machine.period(amplitude) for amplitude in asked])
+    rate = np.array([rate_s_per_day(each, nominal) for each in period.tolist()])
+    return Isochronism(nominal, np.array(asked), period, rate)

@@ -14,7 +14,7 @@ from browser import BROWSER, Browser
 
 import tauto_core as tauto
 from tauto_core.animation import animation
-from tauto_core.report import write_report
+from tauto_core.reporting import write_report
 
 LARGEST_BYTES = 5_000_000
 TAB, ENTER, RIGHT, END, DOWN = 9, 13, 39, 35, 40
