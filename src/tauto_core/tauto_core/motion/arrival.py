@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import event_slope, event_value, expects_events
+from tauto_core.motion.gauss_step import collocate, copy_planes, finish
 from tauto_core.motion.outside import Place, outside_at
+from tauto_core.motion.stages import Step
 from tauto_core.motion.system import Mode, Plane, Run, planes_of
-from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
-from tauto_core.motion.work import PART_STEP, Planes
+from tauto_core.motion.work import PART_STEP, Omega, Planes
 
 MOST_HOPS, MOST_CARRIES = 4, 8
 

@@ -19,6 +19,7 @@ from tauto_core.motion.events import (
     event_slope,
     event_value,
 )
+from tauto_core.motion.gauss_step import fill_integrals
 from tauto_core.motion.lanes import largest, least
 from tauto_core.motion.layout import back_to
 from tauto_core.motion.outside import Place, outside_at
@@ -33,7 +34,6 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import expand
 
 DISCERNED = 1e-7
 """Share of the slope at a step's end with which a value must fall at its beginning to count as
@@ -258,7 +258,7 @@ def _on_polynomials(
     An event that is reached before a turning point and left after it is sought at that point.
     """
     system, step = run.system, Watch(run, mode, place)
-    expand(run.omega, run.work)
+    fill_integrals(run.omega, run.work)
     first, xi, reach = NO_EVENT, NOWHERE, 1.0
     there = after
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):

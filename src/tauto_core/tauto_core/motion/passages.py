@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
+from tauto_core.motion.gauss_step import fill_integrals
 from tauto_core.motion.lanes import (
     Lanes,
     fma,
@@ -29,7 +30,6 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
 from tauto_core.motion.system import Mode, Run, Watch, mode_of, planes_of
-from tauto_core.motion.turning import expand
 from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
@@ -250,7 +250,7 @@ def in_step(
         below = run.system.coordinate(planes_of(run.omega, run.state.planes)) < 0.0
         return signs_at_nodes(run.system.coordinates(work), below, before, work)
     set_piece(pieces, k, True, work)
-    expand(run.omega, work)
+    fill_integrals(run.omega, work)
     watch = WatchAngles(Watch(run, mode, place))
     return passages(watch, place.size * place.length, before, stop, work)
 

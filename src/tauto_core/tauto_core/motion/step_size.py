@@ -12,7 +12,7 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
 from tauto_core.motion.gauss import Gauss, gauss
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
-from tauto_core.motion.turning import SETTLED
+from tauto_core.motion.stages import SETTLED
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
@@ -174,7 +174,7 @@ def _last_coefficient(
 def _disturbance(
     machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return d₁ and d₂ on land, of turning's equations."""
+    """Return d₁ and d₂ on land, of the equations of `stages`."""
     along = shape is not None
     q = angles_of(x, shape.k) if shape is not None else x
     edge = machine.cam.range_rad

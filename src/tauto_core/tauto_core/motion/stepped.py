@@ -15,8 +15,7 @@ from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import since_start
 from tauto_core.motion.step_size import TOLERANCE, carried_within, settled_at
 from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
-from tauto_core.motion.turning import Omega
-from tauto_core.motion.work import TERMS, make_work
+from tauto_core.motion.work import TERMS, Omega, make_work
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 

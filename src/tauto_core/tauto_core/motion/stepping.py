@@ -22,10 +22,12 @@ from tauto_core.motion.events import (
     expects_events,
     happen,
 )
+from tauto_core.motion.gauss_step import collocate, copy_planes, finish
 from tauto_core.motion.layout import CROWDED, lay_out
 from tauto_core.motion.outside import Outside, Pieces, Place, outside_at, set_piece
 from tauto_core.motion.passages import APART, WatchRide, ahead, count, in_step, passages
 from tauto_core.motion.rotation import sum_exactly
+from tauto_core.motion.stages import Step
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.sticking import ride_along
 from tauto_core.motion.system import (
@@ -38,8 +40,7 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
-from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Work
+from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Omega, Work
 from tauto_core.samples import FloatArray
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3

@@ -9,8 +9,8 @@ from tauto_core.motion.events import is_due
 from tauto_core.motion.lanes import width
 from tauto_core.motion.outside import Outside, Place, outside_at
 from tauto_core.motion.system import Run, State, mode_of
-from tauto_core.motion.turning import Omega
 from tauto_core.motion.wells import fold, holding_torque, term
+from tauto_core.motion.work import Omega
 
 if TYPE_CHECKING:
     from tauto_core.motion.wheel_plane import Wheel

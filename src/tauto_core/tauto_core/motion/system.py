@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.gauss_step import inside
 from tauto_core.motion.lanes import Lanes, lane, least, load, width
 from tauto_core.motion.outside import Outside, Pieces, Place, outside_at
-from tauto_core.motion.turning import Omega, between
-from tauto_core.motion.work import PLANE, Planes, Work
+from tauto_core.motion.work import PLANE, Omega, Planes, Work
 
 NOWHERE = 2.0
 """A fraction beyond any step."""
@@ -202,7 +202,7 @@ class System(Protocol):
         """Fill the system's rows with what the ship does at the nodes of a step."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the rows d1 and d2 from x and y (turning)."""
+        """Fill the rows d1 and d2 from x and y (stages)."""
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step last collocated leaves the range."""
@@ -269,12 +269,12 @@ class Watch(NamedTuple):
     place: Place
 
     def planes(self, xi: float) -> tuple[Plane, ...]:
-        """Return X and Y of each plane at a fraction of the step; needs `turning.expand`."""
+        """Return X and Y of each plane at a fraction of the step, after `fill_integrals`."""
         omega, length = self.run.omega, self.place.size * self.place.length
         start, work = self.run.state.planes, self.run.work
         found: tuple[Plane, ...] = ()
         for p in range(len(omega)):
-            x, y = between(omega, p, length, xi, start, work)
+            x, y = inside(omega, p, length, xi, start, work)
             found = (*found, Plane(x, y))
         return found
 

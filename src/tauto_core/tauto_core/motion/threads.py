@@ -19,9 +19,8 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import Omega
 from tauto_core.motion.wells import Number, term
-from tauto_core.motion.work import Work
+from tauto_core.motion.work import Omega, Work
 
 WELL_WITHIN = 0.05
 """Margin that all nodes must have if a step is surely within the range."""

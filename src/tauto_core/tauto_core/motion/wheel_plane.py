@@ -36,7 +36,6 @@ from tauto_core.motion.system import (
     State,
     first_below,
 )
-from tauto_core.motion.turning import Omega
 from tauto_core.motion.wells import (
     Terms,
     angle_at,
@@ -53,7 +52,7 @@ from tauto_core.motion.wells import (
     term,
     unfold,
 )
-from tauto_core.motion.work import Planes, Work
+from tauto_core.motion.work import Omega, Planes, Work
 from tauto_core.samples import FloatArray
 
 NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'

@@ -16,12 +16,12 @@ TERMS = 24
 """Most powers of the polynomials that stand for the forcing."""
 
 PLANE = np.dtype([(name, 'f8') for name in ('x', 'x_rest', 'y', 'y_rest')])
-TURN = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])
+ROTATION = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])
 WHOLE_STEP, PART_STEP = 0, 1
 
 
 class PlaneState(Protocol):
-    """X and Y of a rotating plane (turning), and what rounding left over of each."""
+    """X and Y of a rotating plane (stages), and what rounding left over of each."""
 
     x: float
     x_rest: float
@@ -31,8 +31,11 @@ class PlaneState(Protocol):
 
 Planes: TypeAlias = Sequence[PlaneState]
 
+Omega: TypeAlias = tuple[float, ...]
+"""Frequencies of the rotating planes [rad/s]."""
 
-class Turn(Protocol):
+
+class Rotation(Protocol):
     """The rotation of a plane over a step: its length h [s], then cos ωh and sin ωh, twofold."""
 
     h: float
@@ -58,7 +61,7 @@ class Work(Protocol):
         slopes: room for Newton's method, a row for each of U and V of each plane.
         nodes: a record of the system's own rows, of one each.
         end: X and Y of each plane at the end of a step.
-        turns: rotations over a step, of each plane, of WHOLE_STEP, then of PART_STEP.
+        rotations: rotations over a step, of each plane, of WHOLE_STEP, then of PART_STEP.
         matrix, right: what Newton's method solves.
     """
 
@@ -84,7 +87,7 @@ class Work(Protocol):
     slopes: FloatArray
     nodes: Any
     end: Planes
-    turns: Sequence[Turn]
+    rotations: Sequence[Rotation]
     matrix: FloatArray
     right: FloatArray
 
@@ -109,7 +112,7 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
             *((name, 'f8', (count, stages)) for name, count in rows.items()),
             *([('nodes', own)] if nodes else []),
             ('end', PLANE, (planes,)),
-            ('turns', TURN, (2 * planes,)),
+            ('rotations', ROTATION, (2 * planes,)),
             ('matrix', 'f8', (unknowns * unknowns,)),
             ('right', 'f8', (unknowns,)),
         ]
@@ -123,5 +126,5 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
     work['folded'][: stages // 2 + 1] = constants.folded
     work['quadrature'], work['fractions'] = constants.weights, constants.nodes
     work['tail'] = constants.projection[-1]
-    work['turns']['h'] = np.nan
+    work['rotations']['h'] = np.nan
     return work
