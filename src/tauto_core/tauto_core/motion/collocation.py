@@ -28,8 +28,9 @@ from tauto_core.motion.step_size import (
     stages_of,
 )
 from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
-from tauto_core.motion.wells import Impulse, Terms
-from tauto_core.motion.wheel_plane import NODES, Felt, Wheel
+from tauto_core.motion.wells import Impulse, PerInertia
+from tauto_core.motion.wheel_nodes import NODES, Felt
+from tauto_core.motion.wheel_plane import Wheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
@@ -69,7 +70,7 @@ class Collocation(Stepped):
         if forcing.gravity is None:
             force, weight = force + weight * machine.gravity, 0.0
         drag, escapement = machine.drag, machine.escapement
-        terms = Terms(
+        per_inertia = PerInertia(
             carried=_or_none(machine.carried_mass, inertia),
             force=_or_none(force, inertia),
             stiffness=_or_none(machine.stiffness, inertia),
@@ -84,7 +85,7 @@ class Collocation(Stepped):
         )
         channels = forcing.neutral, forcing.tilt, forcing.gravity
         wheel = Wheel(
-            terms,
+            per_inertia,
             machine.cam.lever,
             self._shape,
             Felt(*(None if channel is None else True for channel in channels)),

@@ -9,7 +9,7 @@ from tauto_core.motion.events import is_due
 from tauto_core.motion.lanes import width
 from tauto_core.motion.outside import Outside, Place, outside_at
 from tauto_core.motion.system import Run, State, mode_of
-from tauto_core.motion.wells import fold, holding_torque, term
+from tauto_core.motion.wells import coordinate_and_momentum, holding_torque, term
 from tauto_core.motion.work import Omega
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ BISECTIONS = 60
 @compiled
 def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
     """Decide at θ̇ = 0 whether friction holds the wheel, else which way it sets off."""
-    coulomb = wheel.machine.coulomb
+    coulomb = wheel.per_inertia.coulomb
     q = angle - at.tilt.value
     state.side = 1 if q > 0.0 or (q == 0.0 and state.side > 0) else -1
     torque = holding_torque(wheel, mode_of(state), angle, at)
@@ -39,7 +39,7 @@ def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state
 def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
     """Put the wheel at rest in the moving case at θ = angle."""
     q, plane = angle - at.tilt.value, state.planes[0]
-    x, w = fold(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
+    x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
     plane.x, plane.x_rest = x, 0.0
     plane.y, plane.y_rest = w / omega[0], 0.0
 
@@ -49,7 +49,7 @@ def ride_along(run: Run, place: Place) -> float:
     """Move the held wheel with the case; return the fraction at which it breaks loose."""
     wheel: Wheel = run.system  # type: ignore[assignment]
     state, work = run.state, run.work
-    angle, mode, limit = state.held_angle, mode_of(state), term(wheel.machine.coulomb, 1.0)
+    angle, mode, limit = state.held_angle, mode_of(state), term(wheel.per_inertia.coulomb, 1.0)
     probes = (
         1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work.fractions)
     )
