@@ -1,7 +1,8 @@
 """The equation of motion of a wheel with one degree of freedom, term by term, in compiled code.
 
 The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
-w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form no second derivative of the ship's motion is needed:
+w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (theory E2) no second derivative of the ship's
+motion is needed:
 
     q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
     ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I               θ̇ = q̇ + τ̇

@@ -4,8 +4,8 @@ The coordinate is the angle ϑ, or the arc s where the lever arm is linear and a
 the thread. The equation of motion stands here twice, since it is asked for at two places. At the
 stages of a step (`_along_the_angle`, `_along_the_arc`) it is written as the small disturbance of
 an oscillator, in which nothing cancels, and by polynomials. At an instant (`_instant`, `_drift`)
-the accelerations and the tension are wanted, too. `test_kernels_wheel_equations` compares both with
-the printed equation.
+the accelerations and the tension are wanted, too. `test_kernels_wheel_equations` compares both
+with the printed equation.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The wheel's equation of motion, which its kernels hold twice, against the printed one (theory E2).
+"""The equation of motion that the wheel's kernels hold twice, against the printed one (E2).
 
     (I + m t²) ϑ̈ + m t t′ ϑ̇² + F t = −I γ̈ − c₁θ̇ − c₂ θ̇|θ̇| − c₀ sgn θ̇ − R s
 
@@ -99,7 +99,7 @@ def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
         tilt=sea,
         gravity=sea if machine.pulling_mass else None,
     )
-    wheel, omega = engine._moved(forcing)  # noqa: SLF001
+    wheel, omega = engine._moved(forcing)
     assert (wheel.shape is not None) == (name in ON_ARC)
     random = np.random.default_rng(5)
     work, out = make_work(1, NODES), np.empty((SIZE, 8))
