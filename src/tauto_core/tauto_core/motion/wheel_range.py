@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from tauto_core.curves.levers import LinearLever
 from tauto_core.kernels import compiled
-from tauto_core.motion.lanes import Lanes, lane, largest, least, load, width
+from tauto_core.motion.lanes import Lanes, larger, largest, least, load
 from tauto_core.motion.lever_arm import lever_arm
 from tauto_core.motion.on_arc import on_arc
 from tauto_core.motion.system import NOWHERE, Beyond, Mode, first_below
@@ -84,9 +84,7 @@ def beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
         return Beyond(edge, slack, within, reach)
     q, speed = _motion_at_nodes(wheel, mode, omega, work)
     if largest(q) > wheel.range:
-        nodes = load(work.fractions)
-        for i in range(width(q) - 1, -1, -1):
-            edge = lane(nodes, i) if abs(lane(q, i)) > wheel.range else edge
+        edge = first_below(wheel.range - larger(q, q), work)
     if wheel.has_weight:
         slack = first_below(_tension(wheel, mode, q, speed, work), work)
     return Beyond(edge, slack, within, reach)
