@@ -17,7 +17,7 @@ from stress_cases import WELLS, Row, land, machine_of
 
 from tauto_core.machines import Machine
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.wheel_plane import NODES
+from tauto_core.motion.wheel_nodes import NODES
 from tauto_core.motion.work import make_work
 
 PHASE = 0.77

@@ -21,7 +21,7 @@ from tauto_core.motion.arc_length import (
     arc_shape,
 )
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.wells import SLOPE
+from tauto_core.motion.on_arc import SLOPE
 
 RATE = 0.01
 

@@ -15,7 +15,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.action_angle import ActionAngle
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.wheel_plane import NODES
+from tauto_core.motion.wheel_nodes import NODES
 from tauto_core.motion.work import make_work
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene, parse_scene

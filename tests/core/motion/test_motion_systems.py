@@ -20,7 +20,7 @@ from tauto_core.motion import Forcing, make_collocation
 from tauto_core.motion.axle_modes import AxleModes
 from tauto_core.motion.axle_swing import AxleSwing
 from tauto_core.motion.bearing import BearingMotion
-from tauto_core.motion.turning import SETTLED
+from tauto_core.motion.stages import SETTLED
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
 

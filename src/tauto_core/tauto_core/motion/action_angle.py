@@ -1,4 +1,4 @@
-"""Any conservative well on a steady platform: exact at any time, at no cost per swing.
+"""Any even conservative well on a steady platform: exact at any time, at no cost per swing.
 
 With V(ϑ) = V(A) cos²W the swing runs once round in W: ϑ = A at W = 0, the middle at W = π/2, and
 the time since the top is t(W) = ∫ g dW with
@@ -45,7 +45,7 @@ NAME = 'action_angle'
 LARGEST_DEGREE = 4096
 SMALLEST_DEGREE = 16
 NEAR = 2.0**-32
-"""Distance of x within which one more step of Newton's method is exact to rounding."""
+"""Change of x at which Newton's method ends: its next step is exact to rounding."""
 
 LONGEST_INVERTED = 256
 """Largest number of coefficients of a series that is inverted beforehand."""
@@ -78,9 +78,7 @@ class ActionAngle(ClosedForm):
         self._parts = [rising(part) for part in parts]
         self._times = np.concatenate([[0.0], np.cumsum([part.top for part in self._parts])])
         period = machine.period(self._amplitude)
-        # The quadrature of the period and the sum of the series are two computations of one
-        # number; whole swings are counted by the first.
-        self._quarter = 0.25 * period
+        # whole swings are counted by the quadrature of the period, not by the sum of the series
         with localcontext() as context:
             context.prec = DIGITS
             self._per_ns = two_floats(2 / Decimal(period) / 10**9)
@@ -139,7 +137,7 @@ class ActionAngle(ClosedForm):
 
 
 def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> FloatArray:
-    """Return the Chebyshev coefficients on [−1, 1] of ∫ dt/dW dW from a, over [a, b].
+    """Return the Chebyshev coefficients on [−1, 1] of t(W) = ∫_a^W (dt/dW) dW over [a, b].
 
     Args:
         slope: dt/dW of W [s/rad], > 0.
@@ -165,18 +163,20 @@ def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> 
 
 
 def _value(series: FloatArray, x: FloatArray | float) -> FloatArray:
+    """Return a Chebyshev series at x."""
     return np.asarray(chebyshev.chebval(x, series))
 
 
 @dataclass(frozen=True)
 class Rising:
-    """An increasing Chebyshev series on [−1, 1], 0 at −1, and what inverts it.
+    """An increasing Chebyshev series on [−1, 1], 0 at −1, with an estimate of its inverse.
 
     Attributes:
         series: its coefficients.
         slope: those of its derivative.
         top: its value at 1.
-        back: about x, as a series of 2·value/top − 1; a straight line where the series is long.
+        back: an estimate of x, as a series of 2·value/top − 1, from which Newton's method starts;
+            a straight line where the series is too long to be inverted beforehand.
     """
 
     series: FloatArray
@@ -186,7 +186,7 @@ class Rising:
 
 
 def rising(series: FloatArray) -> Rising:
-    """Return an increasing series with what inverts it."""
+    """Return an increasing series with an estimate of its inverse."""
     slope = np.asarray(chebyshev.chebder(series), np.float64)
     straight = Rising(series, slope, float(_value(series, 1.0)), np.array([0.0, 1.0]))
     if len(series) > LONGEST_INVERTED:

@@ -1,20 +1,22 @@
-"""Steps to an event, from the nearer end of the step that it lies in."""
+"""Short steps to an event, from the nearer end of the step in which it lies."""
 
 from __future__ import annotations
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import event_slope, event_value, expects_events
+from tauto_core.motion.gauss_step import collocate, copy_planes, finish
 from tauto_core.motion.outside import Place, outside_at
+from tauto_core.motion.stages import Step
 from tauto_core.motion.system import Mode, Plane, Run, planes_of
-from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
-from tauto_core.motion.work import PART_STEP, Planes
+from tauto_core.motion.work import PART_STEP, Omega, Planes
 
-MOST_HOPS, MOST_CARRIES = 4, 8
+MAX_HOPS, MAX_CARRIES = 4, 8
+"""Most short steps to an event, and most repetitions of the midpoint rule after one of them."""
 
 
 @inlined
 def _moved(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> tuple[Plane, ...]:
-    """Return X and Y of each plane a little later, at their present rates."""
+    """Return X and Y of each plane after a short time [s], at the rates of `System.drift`."""
     found: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         x, y = end[p].x + time * drift[p].x, end[p].y + time * drift[p].y / omega[p]
@@ -24,16 +26,25 @@ def _moved(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> 
 
 @compiled
 def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[float, float]:
-    """Carry `work.end`, which is near an event, to it; return where it is, and the event.
+    """Carry `work.end` to an event near it; return where it is then, and where the event is.
 
-    Both are fractions of the step. The error of the midpoint rule is of the third order in its
-    length, and the rule shows how the slope changes on the way; a wheel that has just been
-    released may lie so near its event that the rule must be repeated.
+    Both are fractions of the step. If the event is `tolerance.near` or more away, the state stays
+    and another short step is due. Else the midpoint rule carries it: its error is of the third
+    order in the time, which Newton's method finds from value and slope of the event, with the
+    slope halfway. It is repeated while the change of the slope on the way leaves more than the
+    iteration may, as for a wheel just released.
+
+    Args:
+        kind: of the event.
+        xi: where `work.end` is, as a fraction of the step.
+        run: the run.
+        mode: of the step.
+        place: of the step.
     """
     system, omega, work = run.system, run.omega, run.work
     end = work.end
     length = place.size * place.length
-    for _ in range(MOST_CARRIES):
+    for _ in range(MAX_CARRIES):
         at = outside_at(place.terms, place.begin + xi * place.size, work)
         now = system.instant(mode, omega, planes_of(omega, end), at)
         value, fall = event_value(kind, system, mode, now), event_slope(kind, mode, now)
@@ -80,7 +91,7 @@ def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> f
     if xi <= 0.5 or not system.feels_tilt:
         copy_planes(omega, run.state.planes, end)
         there = 0.0
-    for _ in range(MOST_HOPS):
+    for _ in range(MAX_HOPS):
         if xi <= 0.0:
             copy_planes(omega, run.state.planes, end)
             return 0.0

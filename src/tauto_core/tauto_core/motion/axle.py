@@ -15,12 +15,11 @@ from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import inlined
 from tauto_core.motion.lanes import Lanes, fma, larger, load, store
+from tauto_core.motion.lever_arm import Number
 from tauto_core.motion.outside import GRAVITY, LINE, Outside, Place, column, nodes_of
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.system import Beyond, Instant, Mode, Plane, System, first_below
-from tauto_core.motion.turning import Omega
-from tauto_core.motion.wells import Number
-from tauto_core.motion.work import Work
+from tauto_core.motion.work import Omega, Work
 from tauto_core.samples import FloatArray
 
 PLANES = 2

@@ -1,9 +1,8 @@
-"""The general propagator: Gauss collocation in the rotating frame, between events.
+"""The general propagator of a wheel: Gauss collocation in the rotating frame, from event to event.
 
-A span is one step or more, none longer than `longest_step_s`; steps are halved when the error
-estimate exceeds the tolerance or the iteration does not converge, and events – turning points
-where drag is not smooth, the kink of a cam, impulses, the cam's edge, a slack thread – are
-stepped to, never over.
+No step is longer than `longest_step_s`. A step is halved where its error exceeds the tolerance or
+its stage equations are not solved. Events – turning points where drag has a kink, the kink of a
+cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
 """
 
 from __future__ import annotations
@@ -28,14 +27,16 @@ from tauto_core.motion.step_size import (
     stages_of,
 )
 from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
-from tauto_core.motion.wells import Impulse, Terms
-from tauto_core.motion.wheel_plane import NODES, Felt, Wheel
+from tauto_core.motion.wells import Impulse, PerInertia
+from tauto_core.motion.wheel_nodes import NODES, Felt
+from tauto_core.motion.wheel_plane import Wheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
 
-def _or_none(value: float, unit: float) -> float | None:
-    return value / unit if value else None
+def _or_none(value: float, inertia: float) -> float | None:
+    """Return a term per inertia; None if it is zero, so that compiled code does without it."""
+    return value / inertia if value else None
 
 
 class Collocation(Stepped):
@@ -47,7 +48,8 @@ class Collocation(Stepped):
         self._shape = arc_shape(machine)
         stages = stages_of(machine, self._shape)
         factor = error_factor(machine, self._shape)
-        # steps double below this: the error of smooth ones grows by 2^2S, else by 2^8
+        # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
+        # 2^8 times; a factor of two is left to spare.
         coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
         allowed = tolerance_of(tolerance, factor, coarsen)
         super().__init__(machine, 1, NODES, stages, allowed)
@@ -69,7 +71,7 @@ class Collocation(Stepped):
         if forcing.gravity is None:
             force, weight = force + weight * machine.gravity, 0.0
         drag, escapement = machine.drag, machine.escapement
-        terms = Terms(
+        per_inertia = PerInertia(
             carried=_or_none(machine.carried_mass, inertia),
             force=_or_none(force, inertia),
             stiffness=_or_none(machine.stiffness, inertia),
@@ -84,7 +86,7 @@ class Collocation(Stepped):
         )
         channels = forcing.neutral, forcing.tilt, forcing.gravity
         wheel = Wheel(
-            terms,
+            per_inertia,
             machine.cam.lever,
             self._shape,
             Felt(*(None if channel is None else True for channel in channels)),

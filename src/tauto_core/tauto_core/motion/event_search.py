@@ -1,6 +1,7 @@
-"""When, within a step, an event happens first.
+"""The first event within a step, and when it happens.
 
-It is found from the end of the step where that is enough, otherwise on the stage polynomials.
+Most steps are decided by the state at their end, at the price of one instant. Only where more than
+one event may have happened are the stage polynomials evaluated.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tauto_core.motion.events import (
     event_slope,
     event_value,
 )
+from tauto_core.motion.gauss_step import fill_integrals
 from tauto_core.motion.lanes import largest, least
 from tauto_core.motion.layout import back_to
 from tauto_core.motion.outside import Place, outside_at
@@ -33,21 +35,20 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import expand
 
 DISCERNED = 1e-7
-"""Share of the slope at a step's end with which a value must fall at its beginning to count as
-falling.
+"""Least fall of a value at the beginning of a step, as a share of its slope at the end; less is
+rounding. The same share of the largest angle tells two turning points from rounding.
 """
 
 KINK_APART = 0.05
-"""Distance that all nodes keep from a kink that is surely not passed, as a share of the step's
-largest angle.
+"""Distance of all nodes from a kink that is surely not passed between two of them, as a share of
+the largest angle of the step.
 """
 
 BENT = 0.25
-"""Largest change of the slope of an event's value up to the end of the step, as a share of the
-slope.
+"""Largest relative change of the slope of an event's value between the event and the end of the
+step for which the event is found from that end.
 """
 
 
@@ -78,11 +79,12 @@ def first_event(
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
-    Turning points at which nothing happens do not count; the state records them.
+    At a turning point where drag has no kink nothing changes but the direction of the state,
+    which is changed here: no step to it is needed.
 
     Args:
         run: the run; its state is that at the beginning.
-        stalled: whether turning points and kinks are passed over, since time stands still.
+        stalled: whether turning points and kinks are passed over, after several without progress.
         place: place of the step.
         after: the system at its end.
         beyond: whether it leaves the range.
@@ -103,25 +105,31 @@ def first_event(
 
 @inlined
 def _inside(beyond: Beyond) -> bool:
+    """Return whether all nodes lie within the range, with the thread taut."""
     return min(beyond.edge, beyond.slack) > 1.0
 
 
 @inlined
 def _watches_turning(run: Run) -> bool:
+    """Return whether anything depends on the direction of θ̇."""
     return run.system.turns_abruptly or run.system.feels_impulse
 
 
 @compiled
 def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bool:
-    """Turn where a turning point lies within the step, and at most an impulse after it."""
+    """Reverse the direction if the step has a turning point and, at most, an impulse after it.
+
+    Decided by the end of the step and its nodes; False means that this is not known.
+    """
     system, state, work = run.system, run.state, run.work
     d, side = float(state.direction), float(state.side)
     if not system.feels_impulse or system.turns_abruptly:
         return False
     if state.armed or not _inside(beyond) or not d * after.rate < 0.0:
         return False
-    # the turning point lies farther out than the end, and than the beginning, which may be where
-    # the last impulse was
+    # The next impulse acts at −d θ = angle. At the turning point −d θ is smaller than at either
+    # end of the step, so that it is due if one of them lies before that angle. The beginning may
+    # be where the last impulse acted, at that very angle.
     if not -d * after.angle < system.impulse:
         at = outside_at(place.terms, place.begin, work)
         angle = system.wheel_angle(planes_of(run.omega, state.planes), at)
@@ -142,7 +150,7 @@ def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bo
 def _turns_smoothly(
     xi: float, run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
 ) -> bool:
-    """Reverse the direction without a step to the turning point, if nothing else happens."""
+    """Reverse the direction if the turning point found at ξ is all that happens in the step."""
     system, state = run.system, run.state
     if system.turns_abruptly or system.kinked or not _inside(beyond):
         return False
@@ -159,9 +167,9 @@ def _turns_smoothly(
 
 @compiled
 def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
-    """Return whether an event's value may pass zero twice within the step.
+    """Return whether an event's value may pass zero, and back, between two nodes of the step.
 
-    The angle may not where no node is near the kink, since it bends too little between two nodes.
+    The coordinate may not where no node is near the kink: it bends too little on the way.
     """
     system = run.system
     if system.kinked and kind == KINK:
@@ -172,10 +180,11 @@ def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
 
 @compiled
 def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
-    """Return where in the step an event's value is lowest between two passages, and the value.
+    """Return where in the step an event's value is lowest, and that value, if it is negative.
 
-    (NOWHERE, 0) if there is none: only a value that falls at first and rises at last passes zero
-    twice. A wheel that breaks loose from friction falls by a rounding error at most.
+    (NOWHERE, 0) otherwise. Only a value that falls at first and rises at last passes zero twice.
+    That of a wheel which has just broken loose from friction falls by a rounding at most, and does
+    not count as falling.
 
     Args:
         kind: the kind of the event.
@@ -194,9 +203,9 @@ def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
 def _by_the_end(
     run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
-    """Return the only event within a step and its approximate fraction, from the step's end alone.
+    """Return the only event within a step and its approximate fraction, by the state at its end.
 
-    UNSURE if more than one passage in the second half of the step may have happened.
+    UNSURE unless the event lies in the second half of the step, and no other near it.
     """
     system, state, work = run.system, run.state, run.work
     side, d = mode.side, mode.direction
@@ -210,24 +219,31 @@ def _by_the_end(
         leaves = system.leaves_kink(mode, run.omega, state.planes, work)
         if not leaves and _may_dip(KINK, run, mode):
             return UNSURE, 1.0
-    kick = state.armed and not d * after.angle < system.impulse
-    kink = system.kinked and not side * after.coordinate > 0.0
-    if not kick and not kink:
+    struck = state.armed and not d * after.angle < system.impulse
+    crossed = system.kinked and not side * after.coordinate > 0.0
+    if not struck and not crossed:
         return NO_EVENT, 1.0
     length = place.size * place.length
-    kicked = _back_to(IMPULSE, run, mode, length, after) if kick else NOWHERE
-    crossed = _back_to(KINK, run, mode, length, after) if kink else NOWHERE
-    first, apart = min(kicked, crossed), abs(kicked - crossed)
-    if not first > 0.5 or (kick and kink and not apart > 0.5 * (1.0 - first)):
+    impulse = _back_to(IMPULSE, run, mode, length, after) if struck else NOWHERE
+    kink = _back_to(KINK, run, mode, length, after) if crossed else NOWHERE
+    first, apart = min(impulse, kink), abs(impulse - kink)
+    if not first > 0.5 or (struck and crossed and not apart > 0.5 * (1.0 - first)):
         return UNSURE, 1.0
-    return IMPULSE if kicked < crossed else KINK, first
+    return IMPULSE if impulse < kink else KINK, first
 
 
 @compiled
 def _back_to(kind: int, run: Run, mode: Mode, length: float, after: Instant) -> float:
-    """Return the fraction of a step of that length [s] at which a value was zero, by its end.
+    """Return the fraction of a step at which an event's value was zero, by the step's end.
 
-    0 if the slope has changed so much since then that the estimate would be poor.
+    0 if its slope has changed too much since then for the estimate to be good.
+
+    Args:
+        kind: of the event.
+        run: the run.
+        mode: of the step.
+        length: of the step [s].
+        after: the system at its end.
     """
     fall = event_slope(kind, mode, after)
     late = event_value(kind, run.system, mode, after) / fall
@@ -255,10 +271,12 @@ def _on_polynomials(
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
-    An event that is reached before a turning point and left after it is sought at that point.
+    Values are compared at the beginning and at the end of the step; kinds that come after a
+    turning point in it are compared at that point instead of the end, since what is reached before
+    it may be left again after it.
     """
     system, step = run.system, Watch(run, mode, place)
-    expand(run.omega, run.work)
+    fill_integrals(run.omega, run.work)
     first, xi, reach = NO_EVENT, NOWHERE, 1.0
     there = after
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
@@ -274,9 +292,10 @@ def _on_polynomials(
             last = limit
             at_last = watch.value(last)
         if last <= 1.0:
-            # a smooth turning point need not be stepped to; where a run ends it is not carried
-            rough = kind == TURNING and not system.turns_abruptly
-            precision = 1e-2 if rough else (1e-6 if kind < AT_EDGE else 1e-13)
+            # A smooth turning point is not stepped to, so that its place may be rough. Other
+            # events are carried to their place afterwards, but for those that end the run.
+            smooth = kind == TURNING and not system.turns_abruptly
+            precision = 1e-2 if smooth else (1e-6 if kind < AT_EDGE else 1e-13)
             located = locate(watch, last, at_last, precision)
             if located < xi:
                 first, xi = kind, located

@@ -1,7 +1,7 @@
 """Events of a system: what they are, and what they change.
 
-Each kind has a value that is positive before it and negative after it: the turning point of θ, the
-kink of a cam, the impulse of the escapement, the end of the range, a slack thread.
+The kinds are the turning point of θ, the kink of a cam, the impulse of the escapement, the end of
+the range, and a slack thread. Each has a value that is positive before it and negative after it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ from tauto_core.motion.outside import Outside
 from tauto_core.motion.system import Instant, Mode, Run, System, mode_of
 
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
-"""The negative of a kind is not an event; it marks where the value of that kind stops falling."""
+"""Kinds of events, in the order in which they are sought. `event_search` uses the negative of a
+kind for the instant at which its value stops falling.
+"""
 
 
 @inlined
@@ -38,7 +40,7 @@ def event_value(kind: int, system: System, mode: Mode, now: Instant) -> float:
 
 @compiled
 def event_slope(kind: int, mode: Mode, now: Instant) -> float:
-    """Return the time derivative of an event's value; 0 where a run ends."""
+    """Return the time derivative of an event's value; 0 for those that end a run."""
     if kind == TURNING:
         return mode.direction * now.bend
     if kind == KINK:
@@ -56,7 +58,7 @@ def is_due(system: System, direction: float, angle: float) -> bool:
 
 @compiled
 def happen(kind: int, run: Run, at: Outside, now: Instant) -> None:
-    """Change the discrete state at an event, and the planes.
+    """Apply an event: change signs and counts of the state, and at an impulse the planes.
 
     Args:
         kind: the kind of the event.

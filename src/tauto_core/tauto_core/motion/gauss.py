@@ -31,12 +31,13 @@ class Gauss(NamedTuple):
     Attributes:
         nodes: c_i, (s,).
         weights: b_i, (s,).
-        projection: the Legendre coefficients from the values at the nodes, (s, s).
-        columns: columns[j, i] = a_ij = ∫_0^{c_i} ℓ_j, (s, s).
-        integral: the powers of the integral from the values at the nodes, (s, s).
-        folded: the same as `columns`, for even s: with mirrored nodes j' = s + 1 - j, of j up to
-            h = s/2 a row p_j1 … p_jh q_j1 … q_jh each, p = (a_ij + a_ij' - b_j)/2 and
-            q = (a_ij - a_ij')/2, and behind them a row b_1/2 … b_h/2 twice, (h + 1, s).
+        projection: the matrix from values at the nodes to Legendre coefficients F_n, (s, s).
+        columns: columns[j, i] = a_ij = ∫_0^{c_i} ℓ_j, with Lagrange's polynomials ℓ_j, (s, s).
+        integral: the matrix from values at the nodes to the powers G_n, (s, s).
+        folded: `columns` by sums and differences over mirrored nodes j′ = s + 1 − j, for even s
+            and h = s/2, (h + 1, s). Row j ≤ h is p_1j … p_hj q_1j … q_hj, with
+            p_ij = (a_ij + a_ij′ − b_j)/2 and q_ij = (a_ij − a_ij′)/2; the last one is
+            b_1/2 … b_h/2, twice (`lanes.folded_both`).
     """
 
     nodes: FloatArray

@@ -1,9 +1,9 @@
 """A body on a curve in a fluid, half swing after half swing, without a step inside any.
 
-The fluid takes some of the arc from each half swing, so that they are known one after the other;
-the body's place in one is then known at once (`swing_laws`). Each begins at rest at a signed arc;
-the state consists of this arc and the instant. The instant is a whole number of nanoseconds and a
-fraction, so that it is not rounded however long the run.
+The fluid shortens each half swing, so that they must be computed one after the other; the body's
+place within one is then known at once (`swing_laws`). A half swing begins at rest at a signed arc.
+The state is this arc and the instant, a whole number of nanoseconds and a fraction, so that the
+instant keeps its digits however long the run.
 
 `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` what the weight in the fluid exerts
 along the curve [N]; the phase is that of theory E4, (s, −ṡ/ω) with ω = √(g/f).
@@ -93,6 +93,7 @@ class HalfSwings:
         return self._motion(count, start, arc, rate)
 
     def _next(self, now: _Now, course: Course) -> _Now:
+        """Return the half swing after the one under way."""
         rest = now.begin_rest + self._half_rest + course.excess * self._half_ns
         whole = math.floor(rest)
         begin = now.begin_ns + self._half_ns + whole
@@ -101,22 +102,23 @@ class HalfSwings:
     def _motion(
         self, count: IntArray, start: FloatArray, arc: FloatArray, rate: FloatArray
     ) -> Motion:
+        """Return the motion from half swings, arcs and their rates, (n,)."""
         machine, curve = self._machine, self._machine.curve
         omega, slope = machine.frequency, curve.slope(arc)
         drag = curve.kappa * rate * np.abs(rate)
         acceleration = -curve.gamma * machine.gravity * slope - drag
-        # by the amplitude, so that no square is too small to hold
+        # divided by the amplitude, so that no square underflows
         x, y = arc / start, np.maximum(-rate / (omega * start), 0.0)
         turned = np.arctan2(y, x) / math.pi
-        size = x * x + y * y
-        turning = omega * y * y - x * (acceleration / (omega * start))
+        square = x * x + y * y
+        areal = omega * y * y - x * (acceleration / (omega * start))
         return Motion(
             angle=arc,
             rate=rate,
             torque=-machine.weight * slope,
             half_turns=count,
             fraction=np.minimum(turned, BELOW_ONE),
-            phase_rate=np.divide(turning, size, np.zeros_like(size), where=size > 0.0),
+            phase_rate=np.divide(areal, square, np.zeros_like(square), where=square > 0.0),
             beats=count + (x < 0.0),
         )
 

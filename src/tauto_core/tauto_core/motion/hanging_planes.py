@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import Lanes, largest, least, load, store
+from tauto_core.motion.lever_arm import Number
 from tauto_core.motion.outside import (
     GRAVITY,
     LINE,
@@ -28,9 +29,7 @@ from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.rotation import sine_versine
 from tauto_core.motion.system import Beyond, Instant, Mode, Plane, State
 from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, resistance
-from tauto_core.motion.turning import Omega
-from tauto_core.motion.wells import Number
-from tauto_core.motion.work import Work
+from tauto_core.motion.work import Omega, Work
 from tauto_core.samples import FloatArray
 
 NODES = 'vertical', 'gravity', 'turn'

@@ -1,8 +1,9 @@
 """The motion of the ship in compiled code: at an instant, and at the nodes of a step.
 
-Of the piece of forcing that a span lies in, `set_piece` lays the polynomials of all channels and
-of their time derivatives side by side, a power of x in each row of `work.piece`: so all of them
-are evaluated at once.
+The forcing consists of pieces, in each of which every channel is a polynomial of x, 0 to 1. For
+the piece of a span, `set_piece` lays the polynomials of all channels and of their time derivatives
+side by side, the coefficients of a power of x in each row of `work.piece`: one pass of Horner's
+scheme then evaluates them all.
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ LINE, LINE_RATE, LINE_BEND, TILT, TILT_RATE, TILT_BEND, GRAVITY = range(7)
 
 
 class Pieces(NamedTuple):
-    """Pieces of forcing, as coefficients of x^j in rows; a channel is None where it is absent.
+    """Pieces of forcing; a channel is None where it is absent.
 
     Attributes:
-        length_s: length of each piece [s].
-        line, tilt, gravity: γ, τ and g_eff.
+        length_s: length of each piece [s], (n,).
+        line, tilt, gravity: γ [rad], τ [rad] and g_eff [m/s2]: coefficients of x^j, (n, powers).
     """
 
     length_s: FloatArray
@@ -37,9 +38,9 @@ class Place(NamedTuple):
 
     Attributes:
         length: length of its piece of forcing [s].
-        terms: powers in use.
-        begin: place where the step begins, in x of the piece.
-        size: size of the step, in x.
+        terms: number of powers in use.
+        begin: where the step begins, in x of the piece.
+        size: length of the step, in x: size · length seconds.
     """
 
     length: float
@@ -49,7 +50,7 @@ class Place(NamedTuple):
 
 
 class Channel(NamedTuple):
-    """A channel at an instant, and its first two time derivatives."""
+    """A channel at an instant: its value, and its first and second time derivative."""
 
     value: float
     rate: float
@@ -60,9 +61,9 @@ class Outside(NamedTuple):
     """The motion of the ship at an instant; zeros where a channel is absent.
 
     Attributes:
-        line: γ, the neutral line; the apparent vertical for a thread that follows it.
-        tilt: τ of that line in the case.
-        gravity: the apparent one [m/s2].
+        line: γ, the direction of the thread's neutral line [rad] (`Forcing.neutral`).
+        tilt: τ, the angle of that line in the case [rad].
+        gravity: g_eff, the apparent gravity [m/s2].
     """
 
     line: Channel
@@ -72,6 +73,7 @@ class Outside(NamedTuple):
 
 @compiled
 def _terms(channel: FloatArray | None) -> int:
+    """Return the number of powers of a channel."""
     return 0 if channel is None else channel.shape[1]
 
 
@@ -85,15 +87,16 @@ def _set_channel(
     own, size = channel.shape[1], width(work.piece)
     above = above_rate = 0.0
     for j in range(terms - 1, -1, -1):
-        number = channel[k, j] if j < own else 0.0
+        coefficient = channel[k, j] if j < own else 0.0
         rate, bend = (j + 1) * per_s * above, (j + 1) * per_s * above_rate
         place = j * size + first
-        work.piece[place], work.piece[place + 1], work.piece[place + 2] = number, rate, bend
-        above, above_rate = number, rate
+        work.piece[place], work.piece[place + 1], work.piece[place + 2] = coefficient, rate, bend
+        above, above_rate = coefficient, rate
 
 
 @inlined
 def _set_gravity(gravity: FloatArray | None, k: int, terms: int, work: Work) -> None:
+    """Fill the column of the apparent gravity."""
     if gravity is None:
         return
     own, size = gravity.shape[1], width(work.piece)
@@ -103,12 +106,14 @@ def _set_gravity(gravity: FloatArray | None, k: int, terms: int, work: Work) -> 
 
 @compiled
 def set_piece(pieces: Pieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
-    """Lay out piece k, at most `work.TERMS` powers; return its length [s] and its powers.
+    """Lay out piece k, of at most `work.TERMS` powers; return its length [s] and its powers.
+
+    The number of powers is made even, since `outside_at` takes two at a time.
 
     Args:
-        pieces: of the forcing; what is absent stays zero.
-        k: which.
-        tilted: whether τ is asked for; else it stays what it was.
+        pieces: of the forcing; the columns of absent channels stay zero.
+        k: number of the piece.
+        tilted: whether τ will be asked for; otherwise its columns are left as they are.
         work: its `piece` is filled.
     """
     line, tilt, gravity = pieces.line, pieces.tilt, pieces.gravity
@@ -124,7 +129,10 @@ def set_piece(pieces: Pieces, k: int, tilted: bool, work: Work) -> tuple[float, 
 
 @compiled
 def outside_at(terms: int, x: float, work: Work) -> Outside:
-    """Return what the ship does at x of the piece laid out."""
+    """Return what the ship does at x of the piece laid out.
+
+    Even and odd powers are summed apart, so that half as many operations wait for one another.
+    """
     even, odd, square = filled(work.piece, 0.0), filled(work.piece, 0.0), x * x
     for j in range(terms - 2, -1, -2):
         odd = fma(odd, square, load(work.piece, j + 1))

@@ -1,13 +1,13 @@
-"""The passages that a clock counts: upward ones of ϑ as turns, and all of θ as beats.
+"""The passages of zero that a clock counts: upward ones of ϑ as turns, all of θ as beats.
 
-The felt angle ϑ and the wheel's angle θ in its case differ by the tilt of the neutral line in the
-case (theory E2). Both pass zero once each half swing where the swing is large beside that tilt,
-clear of it: then the signs at the nodes of a step are enough. Elsewhere an angle may reach zero
-and turn back between two nodes, and is followed on the polynomials of the step. The coordinate of
-the system stands for ϑ.
+ϑ, the angle the cam feels, or the coordinate that stands for it, and θ, the wheel's angle in its
+case, differ by the tilt of the neutral line in the case (theory E2). Where the swing is large
+beside that tilt, clear of it, both pass zero once each half swing, and the signs of ϑ at the nodes
+of a step are enough. Elsewhere an angle may reach zero and turn back between two nodes, and is
+followed on the polynomials of the step.
 
-An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less `ahead`, so
-that θ is not needed while the swing is large.
+An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less those by
+which θ is `ahead` of ϑ, so that θ is not needed while the swing is clear of the tilt.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
+from tauto_core.motion.gauss_step import fill_integrals
 from tauto_core.motion.lanes import (
     Lanes,
     fma,
@@ -29,26 +30,27 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
 from tauto_core.motion.system import Mode, Run, Watch, mode_of, planes_of
-from tauto_core.motion.turning import expand
 from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
 APART = 0.1
-"""Fraction of the step by which a node must precede an event to be counted. The place of the event
-is not known better yet, and a passage counted at a node after it would not have happened.
+"""Fraction of the step by which a node must precede an event to be looked at.
+
+The place of the event is known roughly when nodes are looked at, and what would pass zero after
+the event does not happen.
 """
 
-BEYOND_POINTS, EIGHT = 1.5, (0, 1, 2, 3, 4, 5, 6, 7)
-"""Bound of a polynomial over its piece, as a multiple of its largest value at eight points: a
+EIGHT = 0, 1, 2, 3, 4, 5, 6, 7
+BOUND_PER_LARGEST = 1.5
+"""Bound of a polynomial over its piece, as a multiple of its largest value at eight even points: a
 motion that is sampled finely enough to be interpolated rises no higher between them.
 """
 
 CLEAR = 2.0
-"""Factor by which the square of the swing must exceed the bound at which it is just clear of the
-tilt.
-"""
+"""Factor by which the square of the swing must exceed the bound at which it is just clear."""
 
 HALVINGS = 40
+"""Most bisections in the search for a turning point between two nodes."""
 
 
 class Angles(NamedTuple):
@@ -79,7 +81,7 @@ class WatchAngles(NamedTuple):
 
 
 class WatchRide(NamedTuple):
-    """The angles while friction holds the wheel."""
+    """The angles while friction holds the wheel at θ = angle: ϑ = θ − τ."""
 
     angle: float
     place: Place
@@ -93,11 +95,11 @@ class WatchRide(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The passages of zero within a step, without those at its end; see `settle`.
+    """The passages of zero up to the last node looked at; `count` adds one between it and the end.
 
     Attributes:
         turns: upward passages of ϑ.
-        beats: passages of θ, less how many θ was ahead at the beginning.
+        beats: passages of θ, plus those by which θ was ahead at the beginning.
         below, behind: whether ϑ and θ were below zero at the last node looked at.
     """
 
@@ -109,7 +111,10 @@ class Found(NamedTuple):
 
 @compiled
 def ahead(felt: float, rate: float, angle: float) -> int:
-    """Return by how many passages θ is ahead of ϑ: 0 on the same side of zero, otherwise 1 or −1.
+    """Return by how many passages of zero θ is ahead of ϑ.
+
+    0 if both are on the same side of zero. Otherwise 1 if ϑ moves towards the side of θ, which has
+    then passed already, and −1 if ϑ comes from there.
 
     Args:
         felt: ϑ or its coordinate.
@@ -123,11 +128,17 @@ def ahead(felt: float, rate: float, angle: float) -> int:
 
 @compiled
 def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
-    """Return whether an angle passes zero and comes back between two fractions of a step.
+    """Return whether an angle passes zero and comes back between two fractions a, b of a step.
 
-    It is on the same side at both, moves towards zero at the first and away at the second.
+    It is on the same side at both, moves towards zero at a and away from it at b. Its turning
+    point is bracketed by the sign of the rate until the angle has changed its side, or is too far
+    from zero to reach it.
 
     Args:
+        watch: the angles.
+        of_wheel: whether θ is meant, else ϑ.
+        a: the first fraction.
+        b: the second one.
         length_s: length of the whole step [s].
     """
     start = watch.angles(a)
@@ -139,7 +150,7 @@ def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float
         rate = now.rate if of_wheel else now.felt_rate
         if (value < 0.0) != below:
             return True
-        # no steeper on the way to where it turns back than it is here
+        # on the way to its turning point it is nowhere steeper than here
         if abs(value) > abs(rate) * (b - a) * length_s:
             return False
         if (rate < 0.0) != below:
@@ -157,8 +168,8 @@ def passages(watch: Watched, length_s: float, before: float, stop: float, work: 
         watch: the angles.
         length_s: length of the step [s].
         before: fraction before which nodes are looked at.
-        stop: fraction at which the motion over this step ends; beyond 1: at its end. On which
-            side of zero that is is for `settle`: an event is carried to its place more exactly.
+        stop: fraction at which the motion over this step ends; beyond 1: at its end. A change of
+            side there is counted by `count`, when the place of the event is known exactly.
         work: whose nodes are looked at.
     """
     old = watch.angles(0.0)
@@ -189,7 +200,7 @@ def passages(watch: Watched, length_s: float, before: float, stop: float, work: 
 
 @compiled
 def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -> Found:
-    """Return as `passages` what the nodes pass, where the swing is large.
+    """Return the same as `passages` by the signs at the nodes, for a swing clear of the tilt.
 
     Args:
         coordinates: ϑ or its coordinate at the nodes.
@@ -199,18 +210,18 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -
     """
     seen, less = negative(load(work.fractions) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
-    many = ones(seen)
-    if many > 0:
-        below = less >> (many - 1) & 1 == 1
+    count_seen = ones(seen)
+    if count_seen > 0:
+        below = less >> (count_seen - 1) & 1 == 1
     return Found(ones(crossed & ~less), ones(crossed), below, below)
 
 
 @compiled
 def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, float]:
-    """Return bounds of a polynomial and of its slope, times `per`, over its piece; 0 if absent.
+    """Return bounds of |f| and of `per`·|df/dx| over piece k of a channel f; 0 if it is absent.
 
-    The coefficients' sums would do, but in a piece about as long as a wave they are a hundred
-    times too large.
+    The sum of the coefficients' magnitudes would be a bound without a guess, but is a hundred
+    times too large in a piece about as long as a wave.
     """
     if channel is None:
         return 0.0, 0.0
@@ -221,7 +232,7 @@ def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, fl
     for j in range(channel.shape[1] - 1, -1, -1):
         slope = fma(slope, x, value)
         value = fma(value, x, channel[k, j])
-    return BEYOND_POINTS * largest(value), BEYOND_POINTS * per * largest(slope)
+    return BOUND_PER_LARGEST * largest(value), BOUND_PER_LARGEST * per * largest(slope)
 
 
 @compiled
@@ -250,17 +261,17 @@ def in_step(
         below = run.system.coordinate(planes_of(run.omega, run.state.planes)) < 0.0
         return signs_at_nodes(run.system.coordinates(work), below, before, work)
     set_piece(pieces, k, True, work)
-    expand(run.omega, work)
+    fill_integrals(run.omega, work)
     watch = WatchAngles(Watch(run, mode, place))
     return passages(watch, place.size * place.length, before, stop, work)
 
 
 @compiled
 def count(clear: bool, found: Found, run: Run, terms: int, x: float) -> None:
-    """Count the passages of a step, once the state is at its end and the event there has happened.
+    """Add the passages of a step to the state, which is at its end, after any event there.
 
     Args:
-        clear: whether the swing is large, so that θ need not be followed.
+        clear: whether the swing is clear of the tilt, so that θ need not be followed.
         found: the passages in the step.
         run: the run.
         terms: powers in use.

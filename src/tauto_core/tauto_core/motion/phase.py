@@ -16,11 +16,13 @@ from tauto_core.samples import FloatArray, IntArray
 
 PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
 DIGITS = 50
+"""Digits of decimal arithmetic with phases."""
+
 _COARSE_NS = 2**53
 """Largest time in nanoseconds that is exact as a float: 104 days."""
 
 BELOW_ONE = 1.0 - 2.0**-53
-"""The largest fraction of a half turn: at one itself the next begins."""
+"""The largest fraction of a half turn: at 1 the next half turn begins."""
 
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 
@@ -97,10 +99,10 @@ def polar(
 def polar_rate(
     coordinate: FloatArray, speed: FloatArray, acceleration: FloatArray, omega: float
 ) -> FloatArray:
-    """Return φ̇ = ω (ẋ² − x ẍ)/(ω² x² + ẋ²); 0 where it rests at zero."""
-    size = omega * omega * coordinate * coordinate + speed * speed
-    turning = omega * (speed * speed - coordinate * acceleration)
-    return np.divide(turning, size, out=np.zeros_like(size), where=size > 0.0)
+    """Return φ̇ = ω (ẋ² − x ẍ)/(ω² x² + ẋ²) [rad/s]; 0 at rest at zero, where φ has no value."""
+    square = omega * omega * coordinate * coordinate + speed * speed
+    areal = omega * (speed * speed - coordinate * acceleration)
+    return np.divide(areal, square, out=np.zeros_like(square), where=square > 0.0)
 
 
 def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntArray, FloatArray]:
@@ -127,10 +129,10 @@ def within_turn(
 def phase_rate(
     machine: Machine, angle: FloatArray, rate: FloatArray, acceleration: FloatArray
 ) -> FloatArray:
-    """Return φ̇ of the arc s from ϑ, ϑ̇, ϑ̈."""
+    """Return φ̇ of the arc s from ϑ, ϑ̇, ϑ̈: ṡ = √M ϑ̇ and s̈ = √M ϑ̈ + (d√M/dϑ) ϑ̇²."""
     root = np.sqrt(machine.mass(angle))
     lever = machine.cam.lever_arm(angle)
-    arc, speed = machine.arc(angle), root * rate
-    bend = machine.carried_mass * lever * machine.cam.lever_rate(angle) / root
-    speed_rate = root * acceleration + bend * rate * rate
-    return polar_rate(arc, speed, speed_rate, machine.frequency)
+    arc, arc_speed = machine.arc(angle), root * rate
+    root_slope = machine.carried_mass * lever * machine.cam.lever_rate(angle) / root
+    arc_acceleration = root * acceleration + root_slope * rate * rate
+    return polar_rate(arc, arc_speed, arc_acceleration, machine.frequency)

@@ -1,4 +1,4 @@
-"""Finds when, within a step, a value that was positive falls to zero."""
+"""The place within a step at which a value that was positive falls to zero."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Protocol
 from tauto_core.kernels import compiled
 
 TRIALS = 12
-MOST = 200
+"""Places tried up to the last fraction, each four times as far on as the one before."""
+
+MAX_PROBES = 200
 
 
 class Watched(Protocol):
@@ -21,11 +23,12 @@ class Watched(Protocol):
 def locate(watch: Watched, last: float, at_last: float, precision: float) -> float:
     """Return the fraction of the step at which a value falls to zero; 0 if it was never positive.
 
-    False position in the form of Illinois (Dowell and Jarratt, BIT 11, 1971, 168), which probes no
-    closer to a bound than half the precision: otherwise a value that is tiny at the beginning
-    would draw the first probe there, and a root would be seen.
+    By the Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). It probes no
+    closer to either bound than half the precision: a value that is tiny at the beginning would
+    otherwise draw the first probe there, which would be taken for a root.
 
     Args:
+        watch: the value.
         last: a fraction at which it is no longer positive.
         at_last: its value there.
         precision: error allowed in the fraction.
@@ -33,7 +36,7 @@ def locate(watch: Watched, last: float, at_last: float, precision: float) -> flo
     a, b, fb = 0.0, last, min(at_last, 0.0)
     fa = watch.value(a)
     if not fa > 0.0:
-        # from where the last event was, the value may be positive for a moment only
+        # A step may begin where the value has just been zero, and have it positive for a moment.
         for trial in range(1, TRIALS):
             x = last * 0.25 ** (TRIALS - trial)
             fx = watch.value(x)
@@ -45,7 +48,7 @@ def locate(watch: Watched, last: float, at_last: float, precision: float) -> flo
     if not fa > 0.0:
         return 0.0
     kept = 0
-    for _ in range(MOST):
+    for _ in range(MAX_PROBES):
         x = (a * fb - b * fa) / (fb - fa)
         if b - a <= precision:
             return x

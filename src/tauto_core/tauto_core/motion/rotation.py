@@ -1,8 +1,8 @@
-"""Rotations by the angle ωh of a step: to its stages in double, over it in twofold precision.
+"""Rotations by ωh: to the stages of a step in double, over the step in twofold precision.
 
 A twofold number is an unevaluated sum of two doubles, some 106 bits. A rotation matrix rounded to
-doubles would turn a little too far, or stretch, by the same amount each step, and the error of
-many steps would grow like their number. Source: T. J. Dekker, A floating-point technique for
+doubles would rotate a little too far, or stretch, by the same amount each step, and the error of n
+steps would grow like n, instead of √n. Source: T. J. Dekker, A floating-point technique for
 extending the available precision, Numer. Math. 18 (1971).
 """
 
@@ -14,13 +14,18 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import fma
 
 _TERMS = 14
+"""Terms of the twofold series: at an eighth of MAX_ANGLE the next one is below 1e-31."""
+
 _HALVINGS = 3
+"""Times that an angle is halved before its series, and the result doubled after it."""
+
 _SINE = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800)
 _SINE_REST = (-1 / 1307674368000, 1 / 355687428096000, -1 / 121645100408832000)
 _COSINE = (0.5, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600, 1 / 87178291200)
 _COSINE_REST = (-1 / 20922789888000, 1 / 6402373705728000, -1 / 2432902008176640000)
 SINE = _SINE + _SINE_REST
 COSINE = _COSINE + _COSINE_REST
+"""Taylor's coefficients of sin(x)/x and (1 − cos x)/x² in powers of x²."""
 
 MAX_ANGLE = 6.5
 """Largest ωh of a rotation: twice what the series take; the first term left out is then 6e-16."""
@@ -78,7 +83,7 @@ def twofold_rotation(rate: float, time: float) -> Any:
     for n in range(1, _TERMS):
         term = _quotient(_product(term, square), -(2.0 * n) * (2.0 * n + 1.0))
         sine = _sum(sine, term)
-    # 1 - cos keeps its digits through the doublings
+    # 1 − cos, unlike cos, keeps the digits of a small angle through the doublings
     short = term = _quotient(square, 2.0)
     for n in range(2, _TERMS):
         term = _quotient(_product(term, square), -(2.0 * n) * (2.0 * n - 1.0))
@@ -104,9 +109,9 @@ def _series(c: Any, x: Any) -> Any:
 
 @inlined
 def sine_versine(angle: Any) -> Any:
-    """Return sin and 1 − cos of lanes or a float, good to 5e-16 and 2e-15 where |angle| ≤ π.
+    """Return sin and 1 − cos of lanes or a float, |angle| ≤ π, with errors of 5e-16 and 2e-15.
 
-    Taylor's series at half the angle, doubled.
+    Taylor's series at half the angle, and the formulas of the double angle.
     """
     half = 0.5 * angle
     square = half * half

@@ -12,15 +12,19 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.arc_length import ArcShape, angles_of, arc_of
 from tauto_core.motion.gauss import Gauss, gauss
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
-from tauto_core.motion.turning import SETTLED
+from tauto_core.motion.stages import SETTLED
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
-MAX_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
-"""Longest step by its stages, as the angle it turns [rad]: with `layout.SPARE`, of eight half a
-swing and `layout.BEYOND`, of sixteen what `rotation` takes."""
+LONGEST_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
+"""Longest step by its number of stages, as the angle ωh [rad].
+
+`layout.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
+`layout.BEYOND`, with sixteen it stays within `rotation.MAX_ANGLE`.
+"""
 
 MIN_ANGLE = 0.005
+"""Longest step that is laid out whatever the error, as the angle ωh [rad]."""
 
 TOLERANCE = 2e-12
 """Error allowed in a step, relative to the state, if the scene does not state one."""
@@ -28,24 +32,25 @@ TOLERANCE = 2e-12
 MARGIN = 0.3
 """Share of the tolerance for which steps are laid out; the rest is for the sea."""
 
-SPARE = 1e-5
-"""Share of the tolerance that the iteration of a step may use."""
+ITERATION_SHARE = 1e-5
+"""Share of the tolerance that the iteration of the stage equations may use."""
 
 ERROR_OF_LAST, ERROR_OF_LAST_STRONG = 0.03, 1.0
-"""Error of a smooth step per square of the last Legendre coefficient of its slopes.
+"""Error of a smooth step over the square of the last Legendre coefficient of its slopes.
 
-The step is of twice the order of its polynomial, whence the square. The factor is measured: 0.002
-to 0.03 where the disturbance is weak, up to 0.8 for a weight or spring that bends the well
-strongly (benchmarks/stress.json).
+The step is of twice the order of its polynomial, whence the square. The factor is measured
+(benchmarks/stress.json): 0.002 to 0.03 where the disturbance is weak, up to 0.8 for a weight or a
+spring that makes the well strongly anharmonic.
 """
 
-WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_BEND = 0.003, 0.05
-"""The same for sixteen stages, and the increase with k²ϑ² in an anharmonic well (arc_length)."""
+WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_GROWTH = 0.003, 0.05
+"""The same for sixteen stages, and its increase with the growth of the inertia, k²ϑ²."""
 
-MOST_BENT = 1.0
-"""Growth of the inertia, or damping, up to which sixteen stages are worth their cost."""
+MOST_DISTURBED = 1.0
+"""Growth of the inertia k²ϑ², or damping c₁/(Iω), up to which sixteen stages are worth it."""
 
 _PHASES = 12
+"""Phases of the swing at which steps are tried."""
 
 
 def reference_frequency(machine: Machine) -> float:
@@ -71,24 +76,26 @@ def stages_of(machine: Machine, shape: ArcShape | None) -> int:
     if abrupt or cam.kinked or cam.joints.size:
         return SIZE
     damped = drag.viscous / (machine.inertia * machine.frequency) if drag is not None else 0.0
-    weak = shape is not None or machine.is_linear
-    return WIDE_SIZE if weak and max(_bent(machine, shape), damped) <= MOST_BENT else SIZE
+    smooth = shape is not None or machine.is_linear
+    disturbed = max(_inertia_growth(machine, shape), damped)
+    return WIDE_SIZE if smooth and disturbed <= MOST_DISTURBED else SIZE
 
 
-def _bent(machine: Machine, shape: ArcShape | None) -> float:
-    """Return the relative growth of the inertia from rest to the release, k²ϑ² (arc_length)."""
+def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
+    """Return the relative growth of the inertia from ϑ = 0 to the release, k²ϑ² (`arc_length`)."""
     return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
 
 
 def error_factor(machine: Machine, shape: ArcShape | None) -> float:
-    """Return the error of a step per square of its last coefficient; 0 where no square applies.
+    """Return the error of a step over the square of its last coefficient.
 
-    A spline's joints break the law of the square: there the error is the coefficient itself.
+    0 for a cam with joints, where derivatives of the law jump: there the square does not hold, and
+    the error is the coefficient itself.
     """
     if machine.cam.joints.size:
         return 0.0
     if stages_of(machine, shape) == WIDE_SIZE:
-        return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_BEND * _bent(machine, shape)
+        return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_GROWTH * _inertia_growth(machine, shape)
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
@@ -96,16 +103,15 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
 
 def settled_at(tolerance: float) -> float:
     """Return the accuracy of the stage equations, relative to the state."""
-    return max(SETTLED, SPARE * tolerance)
+    return max(SETTLED, ITERATION_SHARE * tolerance)
 
 
 def carried_within(tolerance: float) -> float:
     """Return the distance within which the midpoint rule carries a state to an event [rad].
 
-    The error of the rule is a 24th of the cube of the angle turned: as much as the iteration may
-    have.
+    Its error, a 24th of the cube of the angle, is then as much as the iteration may have.
     """
-    return float(np.cbrt(24.0 * SPARE * tolerance))
+    return float(np.cbrt(24.0 * ITERATION_SHARE * tolerance))
 
 
 @inlined
@@ -132,16 +138,16 @@ def longest_step(
         amplitude = arc_of(amplitude, shape.k)
     stages = stages_of(machine, shape)
     # an impulse may come every half swing
-    most = MAX_ANGLE[stages if machine.escapement is None else SIZE]
+    most = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
     constants, angles = gauss(stages), [most]
     while angles[-1] > MIN_ANGLE:
         angles.append(0.97 * angles[-1])
 
     def is_within(angle: float) -> bool:
         last = _last_coefficient(machine, shape, constants, omega, amplitude, angle)
-        return (factor * last * last if factor else last) <= MARGIN * tolerance
+        return step_error(factor, last, False) <= MARGIN * tolerance
 
-    # the shorter the step, the smaller the coefficient; the shortest is taken whatever it costs
+    # the coefficient falls with the length of the step; the shortest is taken whatever its error
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
 
 
@@ -155,7 +161,7 @@ def _last_coefficient(
 ) -> float:
     """Return the largest last Legendre coefficient of steps of ωh = angle, relative to the state.
 
-    Of steps that begin at `_PHASES` phases; none goes over a kink.
+    Steps at all phases are tried, but for those over a kink.
     """
     if amplitude == 0.0:
         return 0.0
@@ -174,17 +180,16 @@ def _last_coefficient(
 def _disturbance(
     machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return d₁ and d₂ on land, of turning's equations."""
-    along = shape is not None
+    """Return d₁ and d₂ of the equations of `stages`, on land."""
     q = angles_of(x, shape.k) if shape is not None else x
     edge = machine.cam.range_rad
     q = np.clip(q, -edge, edge)
-    t, t1 = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
+    t, t_prime = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
     mass = machine.mass(q) / machine.inertia
     force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
-    if along:
+    if shape is not None:
         return np.zeros(x.shape), omega * x - force / np.sqrt(mass) / omega
     w = omega * y
-    ride = machine.carried_mass / machine.inertia * t * t1 * (w / mass) ** 2
+    ride = machine.carried_mass / machine.inertia * t * t_prime * (w / mass) ** 2
     viscous = machine.drag.viscous / machine.inertia if machine.drag else 0.0
     return w / mass - w, omega * x + (ride - force - viscous * w) / omega

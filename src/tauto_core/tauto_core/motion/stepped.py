@@ -1,4 +1,4 @@
-"""What the propagators that take steps share: they go from event to event (stepping)."""
+"""The base class of the propagators that take steps with the driver `stepping`."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import since_start
 from tauto_core.motion.step_size import TOLERANCE, carried_within, settled_at
 from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
-from tauto_core.motion.turning import Omega
-from tauto_core.motion.work import TERMS, make_work
+from tauto_core.motion.work import TERMS, Omega, make_work
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -24,33 +23,33 @@ NAME = 'collocation'
 
 
 class Moved(NamedTuple):
-    """A system with its numbers, and the frequencies of its planes."""
+    """What moves: a `system.System` with its numbers, and ω of each of its planes [rad/s]."""
 
     system: Any
     omega: Omega
 
 
 def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance:
-    """Return how exact steps are.
+    """Return the accuracy of steps.
 
     Args:
-        step: error allowed a step, relative to the state; None: the default.
-        factor: of that error by the square of the last coefficient (step_size).
-        coarsen: part of it below which steps double.
+        step: error allowed in a step, relative to the state; None: the default.
+        factor: as in `Tolerance`.
+        coarsen: share of the error allowed below which steps double.
     """
     step = TOLERANCE if step is None else step
     return Tolerance(step, factor, settled_at(step), carried_within(step), step * coarsen)
 
 
 class Stepped(ABC):
-    """A propagator that takes steps; who derives from it knows the machine.
+    """A propagator that takes steps; a derived class turns a machine into a system.
 
     Args:
-        machine: what moves.
-        planes: how many rotating planes it has.
-        nodes: rows of its system at the nodes.
-        stages: of a step.
-        tolerance: how exact steps are.
+        machine: the machine.
+        planes: number of rotating planes.
+        nodes: names of the rows that its system keeps at the nodes of a step.
+        stages: number of stages of a step.
+        tolerance: accuracy of steps.
     """
 
     name = NAME
@@ -73,7 +72,7 @@ class Stepped(ABC):
 
     @abstractmethod
     def _moved(self, forcing: Forcing) -> Moved:
-        """Return what moves."""
+        """Return the system for the channels that the forcing has."""
 
     @abstractmethod
     def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
@@ -81,14 +80,14 @@ class Stepped(ABC):
 
     @abstractmethod
     def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
-        """Return φ̇."""
+        """Return φ̇ [rad/s]."""
 
     @abstractmethod
     def _failure(self, code: int, time_s: float) -> PropagationError:
         """Return the error of a run that ends early."""
 
     def _outside(self, forcing: Forcing) -> Pieces:
-        """Return lengths and channels."""
+        """Return the pieces of the forcing, of which none may have too many powers."""
         check_powers(forcing, TERMS)
         return Pieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
 

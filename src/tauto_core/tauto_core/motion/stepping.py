@@ -1,7 +1,8 @@
-"""A system stepped through spans of forcing: collocation between events, in any planes.
+"""The driver: advances a system over spans of forcing, from event to event.
 
-Events are stepped to; the end of the range and a slack thread end the run. `system.System` is what
-the driver asks.
+Each span is divided into stretches, these into equal steps (`layout`). A step is collocated,
+halved if its error is too large, searched for events, and cut short at the first. The end of the
+range and a slack thread end the run. What moves is known by the methods of `system.System` alone.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ from tauto_core.motion.events import (
     expects_events,
     happen,
 )
+from tauto_core.motion.gauss_step import collocate, copy_planes, finish
 from tauto_core.motion.layout import CROWDED, lay_out
 from tauto_core.motion.outside import Outside, Pieces, Place, outside_at, set_piece
 from tauto_core.motion.passages import APART, WatchRide, ahead, count, in_step, passages
 from tauto_core.motion.rotation import sum_exactly
+from tauto_core.motion.stages import Step
 from tauto_core.motion.step_size import step_error
 from tauto_core.motion.sticking import ride_along
 from tauto_core.motion.system import (
@@ -38,11 +41,11 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import Omega, Step, collocate, copy_planes, finish
-from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Work
+from tauto_core.motion.work import PART_STEP, WHOLE_STEP, Omega, Work
 from tauto_core.samples import FloatArray
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
+"""How a run ends: at the end of the spans, of the range, with a slack thread, or not solved."""
 
 ROW = np.dtype(
     [
@@ -51,7 +54,7 @@ ROW = np.dtype(
         *((name, 'i8') for name in ('turns', 'beats')),
     ]
 )
-"""A logged instant: fields of `Instant`, turns, and beats."""
+"""A logged instant: fields of `Instant`, and the turns and beats since the release."""
 
 
 class Row(Protocol):
@@ -68,25 +71,39 @@ class Row(Protocol):
 
 
 MAX_EVENTS = 10_000
-"""Largest number of crowded events."""
+"""Most events in a row of which each crowds the one before (`layout.CROWDED`)."""
 
 MAX_STALLED = 4
+"""Most events in a row at one time; after them turning points and kinks are passed over."""
+
 HALF_SWING = 3.25
 """Longest step within which events are looked for, as the angle it turns [rad]."""
 
 MAX_LEVEL = 24
+"""Most halvings of a step."""
 
 
 class Spans(NamedTuple):
-    """Where spans begin and end in their pieces of forcing, and whether their end is logged."""
+    """The spans of a run, each in its own piece of forcing.
+
+    Attributes:
+        begin, end: where they begin and end, in x of the piece.
+        logged: whether a row is written at the end.
+    """
 
     begin: FloatArray
     end: FloatArray
     logged: NDArray[np.bool_]
 
 
-class Moved(NamedTuple):
-    """The result of a step: the event at its end, the fraction done, and its error."""
+class StepResult(NamedTuple):
+    """The result of a step.
+
+    Attributes:
+        event: kind of the event at its end, or NO_EVENT.
+        fraction: share of the step that was done.
+        error: its error, relative to the state; if beyond the tolerance, nothing was done.
+    """
 
     event: int
     fraction: float
@@ -94,30 +111,32 @@ class Moved(NamedTuple):
 
 
 @compiled
-def _ride(run: Run, place: Place) -> Moved:
-    """Move the held wheel with the case, over the step or until it breaks loose."""
+def _move_held(run: Run, place: Place) -> StepResult:
+    """Move a wheel held by friction with the case, over the step or until it breaks loose."""
     loose = ride_along(run, place)
     work = run.work
     watch = WatchRide(run.state.held_angle, place, work)
     found = passages(watch, place.size * place.length, loose, loose, work)
     count(False, found, run, place.terms, place.begin + loose * place.size)
-    return Moved(NO_EVENT, loose, 0.0)
+    return StepResult(NO_EVENT, loose, 0.0)
 
 
 @compiled
-def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, k: int) -> Moved:
+def _move(
+    run: Run, place: Place, stalled: bool, clear_square: float, pieces: Pieces, k: int
+) -> StepResult:
     """Advance over a step or to the first event, and count passages of zero on the way.
 
     Args:
         run: the run.
         place: place of the step.
-        stalled: whether time stands still, so that turning points are passed over.
-        square: as `System.clear_square` returns.
+        stalled: whether turning points and kinks are passed over, after several without progress.
+        clear_square: as `System.clear_square` returns.
         pieces, k: the piece of forcing that it lies in.
     """
     system, omega, state, work = run.system, run.omega, run.state, run.work
     if system.sticks and state.held:
-        return _ride(run, place)
+        return _move_held(run, place)
     tolerance, mode, h = run.tolerance, mode_of(state), place.size * place.length
     expected = expects_events(system)
     kind = PART_STEP if expected and system.feels_tilt else WHOLE_STEP
@@ -128,13 +147,13 @@ def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, 
     beyond = system.beyond(mode, omega, work)
     inside = min(beyond.edge, beyond.slack) > 1.0
     if not inside and omega[0] * h > HALF_SWING:
-        # where the motion ends is found in shorter steps
+        # the place where the motion ends is found within shorter steps
         error = math.inf
     if not error <= tolerance.step:
-        return Moved(NO_EVENT, 0.0, error)
+        return StepResult(NO_EVENT, 0.0, error)
     state.newton += 1 if newton else 0
     finish(step)
-    clear = system.clear(square, omega, work)
+    clear = system.clear(clear_square, omega, work)
     event, xi = NO_EVENT, 1.0
     if expected or not inside:
         at = outside_at(place.terms, place.begin + place.size, work)
@@ -151,7 +170,7 @@ def _move(run: Run, place: Place, stalled: bool, square: float, pieces: Pieces, 
         now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         happen(event, run, at, now)
     count(clear, found, run, place.terms, x)
-    return Moved(event, xi, error)
+    return StepResult(event, xi, error)
 
 
 @compiled
@@ -199,6 +218,7 @@ def release(
 
 @inlined
 def _outcome(event: int) -> int:
+    """Return the code of a run that an event ends."""
     return EDGE if event == AT_EDGE else SLACK if event == AT_SLACK else OK
 
 
@@ -209,47 +229,47 @@ def _span(
     """Advance over one span; return a code, the fraction of its piece, and the powers in use."""
     system, omega, state, work = run.system, run.omega, run.state, run.work
     worst, events, stalled = 0.0, 0, 0
-    # Time is where a stretch starts, twofold, a cell of it and a fraction of that: it keeps its
-    # resolution in spans of a day.
-    begin, low, whole, cells, cell, f = spans.begin[k], 0.0, 0.0, 0, 0, 0.0
+    # The place x in the piece is kept as the start of a stretch, twofold, the number of the step
+    # in it and the share done of that step: one double would lose its digits in a span of a day.
+    start, start_rest, stretch, steps, step, done = spans.begin[k], 0.0, 0.0, 0, 0, 0.0
     end = spans.end[k]
     length, terms = set_piece(pieces, k, system.feels_tilt or logged, work)
     per_s, last = 1.0 / length, False
-    square = system.clear_square(omega, pieces, k)
-    while not last or cell < cells:
-        if cell == cells:
-            begin, low = sum_exactly(begin, low + whole)
-            ahead_s = system.ahead_s(omega, length, terms, begin, state, work)
-            left = (end - begin) - low
-            whole, cells = lay_out(left, per_s, longest_s, ahead_s, state.level)
-            cell, f, last = 0, 0.0, whole == left
-        x = begin + (low + (cell + f) / cells * whole)
-        place = Place(length, terms, x, (1.0 - f) / cells * whole)
-        moved = _move(run, place, stalled > MAX_STALLED, square, pieces, k)
-        if not moved.error <= run.tolerance.step:
+    clear_square = system.clear_square(omega, pieces, k)
+    while not last or step < steps:
+        if step == steps:
+            start, start_rest = sum_exactly(start, start_rest + stretch)
+            ahead_s = system.ahead_s(omega, length, terms, start, state, work)
+            left = (end - start) - start_rest
+            stretch, steps = lay_out(left, per_s, longest_s, ahead_s, state.level)
+            step, done, last = 0, 0.0, stretch == left
+        x = start + (start_rest + (step + done) / steps * stretch)
+        place = Place(length, terms, x, (1.0 - done) / steps * stretch)
+        result = _move(run, place, stalled > MAX_STALLED, clear_square, pieces, k)
+        if not result.error <= run.tolerance.step:
             state.level += 1
             if state.level > MAX_LEVEL:
                 return NO_CONVERGENCE, place.begin, terms
-            half = 1 if f >= 0.5 else 0
-            cell, cells, f = 2 * cell + half, 2 * cells, 2.0 * f - half
+            half = 1 if done >= 0.5 else 0
+            step, steps, done = 2 * step + half, 2 * steps, 2.0 * done - half
             continue
-        worst = max(worst, moved.error)
-        reached = 1.0 if moved.fraction >= 1.0 else f + moved.fraction * (1.0 - f)
-        stalled = stalled + 1 if reached == f else 0
-        turned = moved.fraction * place.size * length * system.pace
+        worst = max(worst, result.error)
+        reached = 1.0 if result.fraction >= 1.0 else done + result.fraction * (1.0 - done)
+        stalled = stalled + 1 if reached == done else 0
+        turned = result.fraction * place.size * length * system.pace
         events = events + 1 if reached < 1.0 and turned < CROWDED else 0
-        cell, f = (cell + 1, 0.0) if reached == 1.0 else (cell, reached)
-        done = last and cell == cells
-        x = end if done else begin + (low + (cell + f) / cells * whole)
-        if moved.event >= AT_EDGE:
-            return _outcome(moved.event), x, terms
-        if moved.event != NO_EVENT and not done:
-            whole *= (cell + f) / cells
-            cells, cell, last = 0, 0, False
+        step, done = (step + 1, 0.0) if reached == 1.0 else (step, reached)
+        at_end = last and step == steps
+        x = end if at_end else start + (start_rest + (step + done) / steps * stretch)
+        if result.event >= AT_EDGE:
+            return _outcome(result.event), x, terms
+        if result.event != NO_EVENT and not at_end:
+            stretch *= (step + done) / steps
+            steps, step, last = 0, 0, False
         if events > MAX_EVENTS:
             return NO_CONVERGENCE, x, terms
     if state.level > 0 and worst < run.tolerance.coarsen:
-        # none of its steps erred by more than doubling them would cost
+        # even steps of twice the length would have kept within the tolerance
         state.level -= 1
     return OK, end, terms
 
@@ -277,9 +297,10 @@ def advance(
         spans: their places in the pieces.
         state: a record of `state_type`.
         work: of `make_work`.
-        rows: of ROW, one a logged span.
+        rows: of ROW, one for each logged span.
 
-    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), the span and the fraction of its piece.
+    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), and the span and the x in its piece where
+    the run ended, unless it is OK.
     """
     run = Run(system, omega, tolerance, state, work)
     written = 0

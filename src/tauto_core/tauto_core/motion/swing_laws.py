@@ -1,6 +1,6 @@
 """The place of a body within a half swing in a fluid, and the sequence of half swings.
 
-A law knows two things of the half swing from rest at a signed arc: its duration with its end, and
+A law gives two things for the half swing from rest at a signed arc: its duration and its end, and
 the body's place at a time within it. On Euler's curve both have closed forms (`machines.descent`,
 `machines.reverse_swing`); on a symmetric one both come from quadrature (`machines.half_swing`).
 Durations and ends are smooth functions of the start, held as Chebyshev series, since a voyage has
@@ -26,6 +26,8 @@ from tauto_core.scene.errors import PropagationError
 LARGEST_DEGREE = 512
 SMALLEST_DEGREE = 8
 TAIL = 2.0**-48
+"""Size of the last three coefficients at which a series counts as complete."""
+
 _NUMBERS = 2**20
 """Numbers held at once to compute places within half swings."""
 
@@ -97,9 +99,9 @@ class EulerLaw:
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
         arc, rate = np.empty_like(start), np.empty_like(start)
-        there, gravity = start > 0.0, self._machine.gravity
-        arc[there], rate[there] = half_swing(self._curve, gravity, start[there], time[there])
-        back = ~there
+        forth, gravity = start > 0.0, self._machine.gravity
+        arc[forth], rate[forth] = half_swing(self._curve, gravity, start[forth], time[forth])
+        back = ~forth
         arc[back], rate[back] = reverse_half_swing(
             self._curve.kappa, self._machine.frequency, -start[back], time[back]
         )

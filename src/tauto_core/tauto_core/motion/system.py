@@ -1,7 +1,7 @@
 """The interface between the driver and a system: a wheel, a lever, a swinging thread, a case.
 
-A system is a NamedTuple of numbers with the methods of `System`. What is known when compiling, as
-that a wheel without escapement feels no impulse, is not in the code that runs.
+A system is a NamedTuple of numbers with the methods of `System`. Branches that are decided when
+compiling cost nothing: a wheel without an escapement has no code for impulses.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.gauss_step import inside
 from tauto_core.motion.lanes import Lanes, lane, least, load, width
 from tauto_core.motion.outside import Outside, Pieces, Place, outside_at
-from tauto_core.motion.turning import Omega, between
-from tauto_core.motion.work import PLANE, Planes, Work
+from tauto_core.motion.work import PLANE, Omega, Planes, Work
 
 NOWHERE = 2.0
 """A fraction beyond any step."""
 
 
 class Mode(NamedTuple):
-    """The signs that are constant between two events.
+    """The signs, 1 or −1, that are constant between two events.
 
     Attributes:
-        side: the side of a kinked cam that is felt.
-        direction: d, of θ̇.
-        pallet: s, the direction of the last impulse, from which the next tooth pushes back.
+        side: sign of the coordinate on that side of a kinked cam whose law is felt.
+        direction: d, the sign of θ̇.
+        pallet: s, the sign of θ̇ at the last impulse; recoil pushes against it.
     """
 
     side: float
@@ -47,13 +47,13 @@ class Instant(NamedTuple):
     """The system at an instant.
 
     Attributes:
-        angle, rate, bend: θ of the wheel in its case, and its first two derivatives.
+        angle, rate, bend: θ of the wheel in its case [rad], θ̇ and θ̈.
         tension: tension of the thread, or a quantity of the same sign.
-        margin: a quantity that is positive within the range of the system.
-        torque: torque of the thread on the wheel, over I.
-        coordinate, speed, acceleration: the quantity that passes zero upwards once a turn of the
-            phase, and its first two derivatives: ϑ of the wheel, s of the lever, u of the swinging
-            thread.
+        margin: a quantity that is positive within the range of the system, and only there.
+        torque: torque of the thread on the wheel, over I [rad/s2].
+        coordinate, speed, acceleration: the quantity whose upward passages of zero are counted as
+            turns of the phase, and its first two time derivatives: ϑ of the wheel, s of the lever,
+            u of the swinging thread.
     """
 
     angle: float
@@ -84,14 +84,14 @@ class Beyond(NamedTuple):
 
 
 class Tolerance(NamedTuple):
-    """The accuracy of steps.
+    """The accuracy of steps; errors are relative to the state.
 
     Attributes:
-        step: error allowed in a step, relative to the state.
-        factor: the error divided by the square of the last coefficient (step_size).
-        settled: accuracy of the stages, relative to the state.
-        near: distance from an event within which the state is carried to it [rad].
-        coarsen: error below which steps double.
+        step: error allowed in a step.
+        factor: that error over the square of the last coefficient (`step_size.error_factor`).
+        settled: error to which the stage equations are iterated.
+        near: phase from an event within which the midpoint rule carries the state to it [rad].
+        coarsen: error of all steps of a span below which the next ones are twice as long.
     """
 
     step: float
@@ -102,13 +102,7 @@ class Tolerance(NamedTuple):
 
 
 def state_type(planes: int) -> np.dtype[Any]:
-    """Return the type of a running state of so many planes.
-
-    `planes` has X and Y of each rotating plane; `beats` passages of θ less those by
-    which it is ahead of the coordinate (passages); `level` how often steps are halved; `newton`
-    steps that took Newton's method; `given` impulses so far; `held` whether friction holds the
-    wheel at `held_angle`; the rest is that of `Mode`.
-    """
+    """Return the type of the record `State` for so many planes."""
     whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
     return np.dtype(
         [
@@ -134,7 +128,20 @@ def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
 
 
 class State(Protocol):
-    """A record of `state_type` in compiled code."""
+    """The running state: a record of `state_type` in compiled code.
+
+    Attributes:
+        planes: X and Y of each rotating plane.
+        held_angle: θ at which friction holds the wheel [rad].
+        side, direction, pallet: as in `Mode`.
+        turns: upward passages of zero of the coordinate since the release.
+        beats: passages of zero of θ, less those by which it is ahead (`passages.ahead`).
+        level: how often steps are halved.
+        newton: steps that took Newton's method.
+        given: impulses so far.
+        armed: whether an impulse is due in this half swing.
+        held: whether friction holds the wheel.
+    """
 
     planes: Planes
     held_angle: float
@@ -153,10 +160,10 @@ class State(Protocol):
 class System(Protocol):
     """A system that moves, as the driver sees it; its methods run in compiled code only.
 
-    What is not abstract is so of a system that derives from this and does not say otherwise: it
-    has no escapement, kink or friction that holds, its thread may go slack, and its place in the
-    case matters. Without an escapement or a kink `drift`, `wheel_angle`, `strike` and `set_off`
-    are not asked for.
+    Methods with a body are defaults for systems that derive from this class: no escapement, kink
+    or friction that holds; a thread that may go slack; and motion in the case that matters. The
+    driver calls `drift`, `wheel_angle` and `strike` where there are an escapement, a kink or drag
+    with a kink, and `set_off` at the release besides.
     """
 
     @property
@@ -166,7 +173,7 @@ class System(Protocol):
 
     @property
     def pace(self) -> float:
-        """Frequency of the swing [rad/s]."""
+        """Frequency of the swing [rad/s], by which the phase between events is measured."""
 
     @property
     def feels_impulse(self) -> bool:
@@ -195,37 +202,37 @@ class System(Protocol):
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether τ matters between two logged instants; known when compiling."""
+        """Whether τ matters within a span, and not at its end alone; known when compiling."""
         return True
 
     def at_nodes(self, place: Place, work: Work) -> None:
         """Fill the system's rows with what the ship does at the nodes of a step."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the rows d1 and d2 from x and y (turning)."""
+        """Fill the rows d1 and d2 from x and y (stages)."""
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step last collocated leaves the range."""
 
     def coordinates(self, work: Work) -> Lanes:
-        """Return what has the coordinate's sign at the nodes of the step last collocated."""
+        """Return a quantity with the sign of `Instant.coordinate`, at the nodes of the step."""
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return the same at an instant."""
+        """Return the same quantity at an instant."""
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
-        """Return the bound for piece k with which `clear` compares the swing."""
+        """Return the bound over piece k with which `clear` compares the square of the swing."""
         return 0.0
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether the swing is clear of the tilt at all nodes of the step (passages)."""
+        """Return whether the swing is clear of the tilt at all nodes (`passages`)."""
         return True
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the system at an instant."""
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
-        """Decide at θ = angle, θ̇ = 0 whether friction holds the wheel, or which way it moves."""
+        """Set the state at θ = angle, θ̇ = 0: held by friction, or the direction it moves in."""
         raise TypeError('nothing happens to this system on its way')
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
@@ -233,7 +240,7 @@ class System(Protocol):
         return True
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
-        """Return the rates of X and ωY of each plane."""
+        """Return the time derivatives of X and ωY of each plane, in the place of X and Y."""
         raise TypeError('nothing happens to this system on its way')
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
@@ -252,7 +259,7 @@ class System(Protocol):
 
 
 class Run(NamedTuple):
-    """What all steps of a run share, as one named tuple, which costs nothing compiled."""
+    """What all steps of a run share; a named tuple costs nothing in compiled code."""
 
     system: System
     omega: Omega
@@ -262,19 +269,19 @@ class Run(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """The step last collocated, in which events are sought on its polynomials."""
+    """The step last collocated, evaluated anywhere within it by its stage polynomials."""
 
     run: Run
     mode: Mode
     place: Place
 
     def planes(self, xi: float) -> tuple[Plane, ...]:
-        """Return X and Y of each plane at a fraction of the step; needs `turning.expand`."""
+        """Return X and Y of each plane at a fraction of the step, after `fill_integrals`."""
         omega, length = self.run.omega, self.place.size * self.place.length
         start, work = self.run.state.planes, self.run.work
         found: tuple[Plane, ...] = ()
         for p in range(len(omega)):
-            x, y = between(omega, p, length, xi, start, work)
+            x, y = inside(omega, p, length, xi, start, work)
             found = (*found, Plane(x, y))
         return found
 
@@ -298,7 +305,7 @@ def mode_of(state: State) -> Mode:
 
 @inlined
 def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
-    """Return X and Y of each plane, without what rounding left over."""
+    """Return X and Y of each plane, rounded to one double each."""
     found: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         found = (*found, Plane(planes[p].x, planes[p].y))
@@ -307,7 +314,7 @@ def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
 
 @compiled
 def first_below(values: Lanes, work: Work) -> float:
-    """Return the first node with a value that is not positive, or NOWHERE."""
+    """Return the first node, as a fraction of the step, with a value <= 0, or NOWHERE."""
     if least(values) > 0.0:
         return NOWHERE
     for i in range(width(values)):

@@ -9,6 +9,7 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import is_due
 from tauto_core.motion.lanes import Lanes, fma, largest, least
 from tauto_core.motion.layout import BEYOND, phase_to
+from tauto_core.motion.lever_arm import Number
 from tauto_core.motion.outside import Outside, Pieces, outside_at
 from tauto_core.motion.system import (
     Beyond,
@@ -19,9 +20,8 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.turning import Omega
-from tauto_core.motion.wells import Number, term
-from tauto_core.motion.work import Work
+from tauto_core.motion.wells import term
+from tauto_core.motion.work import Omega, Work
 
 WELL_WITHIN = 0.05
 """Margin that all nodes must have if a step is surely within the range."""

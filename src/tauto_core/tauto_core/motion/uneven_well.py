@@ -1,7 +1,7 @@
 """Sully's lever on a steady platform: exact at any time, at no cost per swing.
 
-As in `action_angle`, but the well is not even: with V = V(A) cos²W the swing goes from one turning
-point to the other while W goes from 0 to π, and the way back takes as long. dt/dW is one Chebyshev
+As in `action_angle`, but the well is not even. With V = V(A) cos²W a half swing, from one turning
+point to the other, takes W from 0 to π, and the way back takes as long. dt/dW is one Chebyshev
 series, integrated term by term and inverted.
 """
 
@@ -39,7 +39,7 @@ class UnevenWell(ClosedForm):
         )
         with localcontext() as context:
             context.prec = DIGITS
-            # by the quadrature of the period, as whole swings are counted
+            # whole swings are counted by the quadrature of the period, not by the series
             per_ns = 2 / Decimal(machine.period(self._amplitude)) / 10**9
             self._per_ns = two_floats(per_ns)
 

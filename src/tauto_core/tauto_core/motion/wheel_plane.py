@@ -1,103 +1,61 @@
-"""The wheel as a system: the trochlea in one rotating plane.
+"""The wheel as a system of one rotating plane: X is the coordinate of `wells`, ωY its momentum.
 
-Along the angle ϑ, or along the arc where the lever arm is linear and a weight rides along.
+The coordinate is the angle ϑ, or the arc s where the lever arm is linear and a weight moves with
+the thread. The equation of motion stands here twice, since it is asked for at two places. At the
+stages of a step (`_along_the_angle`, `_along_the_arc`) it is written as the small disturbance of
+an oscillator, in which nothing cancels, and by polynomials. At an instant (`_instant`, `_drift`)
+the accelerations and the tension are wanted, too. `test_kernels_wheel_equations` compares both
+with the printed equation.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from tauto_core.curves.levers import ArcLever, Lever, LinearLever
+from tauto_core.curves.levers import ArcLever, Lever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.arc_length import ArcShape
-from tauto_core.motion.lanes import Lanes, fma, lane, largest, least, load, store, width
+from tauto_core.motion.lanes import Lanes, fma, largest, least, load, store
 from tauto_core.motion.layout import BEYOND, phase_to
-from tauto_core.motion.outside import (
-    GRAVITY,
-    LINE_RATE,
-    TILT_RATE,
-    Outside,
-    Pieces,
-    Place,
-    column,
-    columns,
-    nodes_of,
-    outside_at,
-)
+from tauto_core.motion.lever_arm import excess, lever_arm
+from tauto_core.motion.on_arc import on_arc
+from tauto_core.motion.outside import Outside, Pieces, Place, outside_at
 from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.sticking import set_off_or_hold
-from tauto_core.motion.system import (
-    NOWHERE,
-    Beyond,
-    Instant,
-    Mode,
-    Plane,
-    State,
-    first_below,
-)
-from tauto_core.motion.turning import Omega
+from tauto_core.motion.system import Beyond, Instant, Mode, Plane, State
 from tauto_core.motion.wells import (
-    Terms,
+    PerInertia,
+    angle_and_speed,
     angle_at,
-    excess,
-    fold,
+    coordinate_and_momentum,
     kick,
-    lever_arm,
     mass_of,
     pull_of,
-    rate_of,
     resistance,
     ride,
-    shape_at,
+    speed_of,
     term,
-    unfold,
 )
-from tauto_core.motion.work import Planes, Work
-from tauto_core.samples import FloatArray
-
-NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'
-"""Rows of γ̇, γ̈, τ̇ and g_eff at the nodes."""
-
-WELL_WITHIN = 0.97
-"""Share of the range within which all nodes must lie if the whole step surely lies within the
-range.
-"""
-
-ANY_MODE = Mode(1.0, 1.0, 1.0)
-
-
-class Nodes(Protocol):
-    """The rows NODES; those of absent channels are not set."""
-
-    line_rate: FloatArray
-    line_bend: FloatArray
-    tilt_rate: FloatArray
-    gravity: FloatArray
-
-
-class Felt(NamedTuple):
-    """Which channels there are: True or None, so that compiled code knows."""
-
-    line: bool | None
-    tilt: bool | None
-    gravity: bool | None
+from tauto_core.motion.wheel_nodes import Felt, fill_nodes, row_or_zero
+from tauto_core.motion.wheel_range import beyond
+from tauto_core.motion.work import Omega, Planes, Work
 
 
 class Wheel(NamedTuple):
     """The wheel as `system.System`.
 
     Attributes:
-        machine: the terms that act on it.
-        lever: arm of the thread.
-        shape: the shape of the arc, or None where the angle is the coordinate.
-        felt: the channels of the ship's motion that there are.
+        per_inertia: what acts on it.
+        lever: law of the lever arm.
+        shape: the functions of the arc, or None where the angle is the coordinate.
+        felt: the channels of the ship's motion that act.
         impulse, pace: as in `System`.
         range: largest |ϑ| [rad].
         gravity: the acceleration of gravity at rest [m/s2].
     """
 
-    machine: Terms
+    per_inertia: PerInertia
     lever: Lever
     shape: ArcShape | None
     felt: Felt
@@ -109,12 +67,12 @@ class Wheel(NamedTuple):
     @property
     def feels_impulse(self) -> bool:
         """Whether an escapement pushes the wheel."""
-        return self.machine.impulse is not None
+        return self.per_inertia.impulse is not None
 
     @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
-        return self.machine.quadratic is not None or self.machine.coulomb is not None
+        return self.per_inertia.quadratic is not None or self.per_inertia.coulomb is not None
 
     @property
     def kinked(self) -> bool:
@@ -124,26 +82,26 @@ class Wheel(NamedTuple):
     @property
     def sticks(self) -> bool:
         """Whether friction may hold the wheel."""
-        return self.machine.coulomb is not None
+        return self.per_inertia.coulomb is not None
 
     @property
     def has_weight(self) -> bool:
         """Whether a weight keeps the thread taut."""
-        return self.machine.carried is not None or self.machine.weight is not None
+        return self.per_inertia.carried is not None or self.per_inertia.weight is not None
 
     @property
     def feels_drag(self) -> bool:
-        """Whether the motion in the case matters within a step."""
-        return self.machine.viscous is not None or self.turns_abruptly
+        """Whether drag acts, so that θ̇ matters within a step and not ϑ̇ alone."""
+        return self.per_inertia.viscous is not None or self.turns_abruptly
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether the angle in the case matters within a span."""
+        """Whether θ or θ̇ matter within a span."""
         return self.feels_drag or self.feels_impulse
 
     def at_nodes(self, place: Place, work: Work) -> None:
         """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
-        _fill_nodes(self.felt, self.feels_drag, place, work)
+        fill_nodes(self.felt, self.feels_drag, place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the plane."""
@@ -162,22 +120,22 @@ class Wheel(NamedTuple):
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step leaves the cam, or its thread goes slack."""
-        return _beyond(self, mode, omega, work)
+        return beyond(self, mode, omega, work)
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
         """Return the x² + y² above which the swing is surely clear of the tilt, over a piece.
 
-        While |ϑ| is less than the tilt's bound τ, θ may pass zero. If the momentum then exceeds
-        the contribution of the line's motion, ϑ and θ pass zero once each, the same way. With M
-        the moment of inertia at ϑ = τ, x² ≤ M τ² there, and the condition is |y| > (M |τ̇| +
-        |γ̇|)/ω.
+        θ = ϑ + τ may pass zero only while |ϑ| is at most the bound T of |τ|. If the momentum is so
+        large there that ϑ̇ and θ̇ keep its sign, both angles pass zero once each, the same way.
+        With M = (I + mt²)/I at ϑ = T, x² ≤ MT² there (the arc is at most √M times the angle), and
+        |y| > (M|τ̇| + |γ̇|)/ω suffices.
         """
         per = 1.0 / (pieces.length_s[k] * omega[0])
         reach, reach_rate = bounds_of(pieces.tilt, k, per)
         _, line_rate = bounds_of(pieces.line, k, per)
-        mass = mass_of(self.machine.carried, lever_arm(self.lever, 1.0, reach)[0])
-        pushed = mass * reach_rate + line_rate
-        return CLEAR * (mass * reach * reach + pushed * pushed)
+        mass = mass_of(self.per_inertia.carried, lever_arm(self.lever, 1.0, reach).t)
+        momentum = mass * reach_rate + line_rate
+        return CLEAR * (mass * reach * reach + momentum * momentum)
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether x² + y² exceeds that at all nodes."""
@@ -189,7 +147,7 @@ class Wheel(NamedTuple):
         return _instant(self, mode, planes[0].x, omega[0] * planes[0].y, at)
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
-        """Return the rates of the coordinate and of the momentum."""
+        """Return the time derivatives of coordinate and momentum."""
         return _drift(self, mode, at, now)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
@@ -201,21 +159,25 @@ class Wheel(NamedTuple):
         set_off_or_hold(self, omega, angle, at, state)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
-        """Return whether the momentum at the beginning outweighs the line's motion."""
-        line_rate = felt_row(self.felt.line, work.nodes.line_rate)
+        """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
+
+        Then ϑ̇ points away from the kink at the beginning, and passes zero once in a step at most.
+        """
+        line_rate = row_or_zero(self.felt.line, work.nodes.line_rate)
         fastest = largest(0.0 * load(work.x) + line_rate)
         return mode.side * (omega[0] * planes[0].y) > fastest
 
     def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
         """Let an impulse change the momentum."""
-        machine, q = self.machine, now.coordinate
-        if machine.impulse is None:
+        per_inertia, q = self.per_inertia, now.coordinate
+        if per_inertia.impulse is None:
             return
-        t = lever_arm(self.lever, mode.side, q)[0]
+        t = lever_arm(self.lever, mode.side, q).t
         given, d = state.given, mode.direction
-        rate = now.speed + kick(machine.impulse, machine.carried, t, now.rate, d, given)
+        speed = now.speed + kick(per_inertia.impulse, per_inertia.carried, t, now.rate, d, given)
         plane = state.planes[0]
-        plane.y = fold(self, q, rate, at.line.rate, mode.side)[1] / omega[0]
+        _, momentum = coordinate_and_momentum(self, q, speed, at.line.rate, mode.side)
+        plane.y = momentum / omega[0]
         plane.y_rest = 0.0
 
     def ahead_s(
@@ -223,8 +185,9 @@ class Wheel(NamedTuple):
     ) -> float:
         """Return the time to a little after the next expected impulse or kink [s], or inf.
 
-        The swing is assumed to continue about the line, which moves as it does now, at the pace
-        that gravity allows on the way.
+        ϑ is taken to swing on harmonically while γ̇ stays as it is. The impulse is due at
+        θ = angle: τ is first taken from now, then from the time found with that. The frequency is
+        ω√(g_eff/g), with the mean of g_eff between both times.
         """
         ahead, pace = math.inf, omega[0]
         if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
@@ -233,6 +196,7 @@ class Wheel(NamedTuple):
         plane = state.planes[0]
         q, y = angle_at(self, plane.x), plane.y - line.rate / omega[0]
         if self.feels_impulse:
+            # without an impulse due, the next one comes after the turning point
             way = float(state.direction if state.armed else -state.direction)
             ahead = phase_to(way, q, y, self.impulse - way * tilt.value)
             if ahead < math.inf:
@@ -246,145 +210,83 @@ class Wheel(NamedTuple):
         return (ahead + BEYOND) / pace
 
 
-@compiled
-def _fill_nodes(felt: Felt, drag: bool, place: Place, work: Work) -> None:
-    """Fill the rows of the channels there are; τ̇ only if it is felt."""
-    x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
-    if felt.line is not None:
-        rate, bend = columns(LINE_RATE, terms, x, work)
-        store(nodes.line_rate, 0, rate)
-        store(nodes.line_bend, 0, bend)
-    if drag and felt.tilt is not None:
-        store(nodes.tilt_rate, 0, column(TILT_RATE, terms, x, work))
-    if felt.gravity is not None:
-        store(nodes.gravity, 0, column(GRAVITY, terms, x, work))
-
-
-@inlined
-def felt_row(channel: bool | None, row: FloatArray) -> Lanes:
-    """Return a row of the nodes; 0 where its channel is absent."""
-    return 0.0 if channel is None else load(row)
-
-
 @inlined
 def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> None:
-    machine, lever, felt = wheel.machine, wheel.lever, wheel.felt
+    """Fill d₁ = q̇ − w and d₂ = (ẇ + ω²q)/ω of the first equations of `wells`."""
+    per_inertia, lever, felt = wheel.per_inertia, wheel.lever, wheel.felt
     q, w = load(work.x), omega[0] * load(work.y)
-    line_rate = felt_row(felt.line, work.nodes.line_rate)
-    t, t1, lift = lever_arm(lever, mode.side, q)
-    rate = rate_of(machine.carried, t, w, line_rate)
-    v = rate + felt_row(felt.tilt, work.nodes.tilt_rate)
-    pull = pull_of(machine, lift, felt_row(felt.gravity, work.nodes.gravity))
+    line_rate = row_or_zero(felt.line, work.nodes.line_rate)
+    t, t_prime, lift = lever_arm(lever, mode.side, q)
+    speed = speed_of(per_inertia.carried, t, w, line_rate)
+    rate = speed + row_or_zero(felt.tilt, work.nodes.tilt_rate)
+    pull = pull_of(per_inertia, lift, row_or_zero(felt.gravity, work.nodes.gravity))
     per_omega = 1.0 / omega[0]
-    more = excess(lever, q, t, pull, omega[0] * omega[0])
-    more = more + ride(machine.carried, t, t1, rate) - resistance(machine, v, mode)
-    store(work.d1, 0, rate - w)
-    store(work.d2, 0, more * per_omega)
+    pushed = excess(lever, q, t, pull, omega[0] * omega[0])
+    pushed = pushed + ride(per_inertia.carried, t, t_prime, speed)
+    pushed = pushed - resistance(per_inertia, rate, mode)
+    store(work.d1, 0, speed - w)
+    store(work.d2, 0, pushed * per_omega)
 
 
 @inlined
 def _along_the_arc(wheel: Wheel, shape: ArcShape, mode: Mode, omega: Omega, work: Work) -> None:
-    machine, felt = wheel.machine, wheel.felt
+    """Fill d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω, where, with nt = s(b − deficit),
+
+    ṗ + ω²s = s (ω² − b·pull + pull·deficit + ṡγ̇ (dn/ds)/s) − n·resistance.
+    """
+    per_inertia, felt = wheel.per_inertia, wheel.felt
     s, p = load(work.x), omega[0] * load(work.y)
-    n, slope, less, _ = shape_at(shape, s)
-    line_rate = felt_row(felt.line, work.nodes.line_rate)
-    rate = fma(-line_rate, n, p)
-    v = fma(n, rate, felt_row(felt.tilt, work.nodes.tilt_rate))
-    pull = pull_of(machine, 0.0, felt_row(felt.gravity, work.nodes.gravity))
+    n, n_slope, lever_deficit, _ = on_arc(shape, s)
+    line_rate = row_or_zero(felt.line, work.nodes.line_rate)
+    arc_speed = fma(-line_rate, n, p)
+    rate = fma(n, arc_speed, row_or_zero(felt.tilt, work.nodes.tilt_rate))
+    pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
     per_omega = 1.0 / omega[0]
-    square = fma(pull, less, omega[0] * omega[0] - shape.rate * pull)
-    more = s * fma(rate, line_rate * slope, square)
-    more = fma(-n, resistance(machine, v, mode), more)
+    excess_square = fma(pull, lever_deficit, omega[0] * omega[0] - shape.rate * pull)
+    pushed = s * fma(arc_speed, line_rate * n_slope, excess_square)
+    pushed = fma(-n, resistance(per_inertia, rate, mode), pushed)
     store(work.d1, 0, -(line_rate * n))
-    store(work.d2, 0, more * per_omega)
+    store(work.d2, 0, pushed * per_omega)
 
 
 @compiled
 def _instant(wheel: Wheel, mode: Mode, x: float, w: float, at: Outside) -> Instant:
-    machine, tilt = wheel.machine, at.tilt
-    q, rate = unfold(wheel, x, w, at.line.rate, mode.side)
-    t, t1, lift = lever_arm(wheel.lever, mode.side, q)
-    v = rate + tilt.rate
-    pull = pull_of(machine, lift, at.gravity)
-    pushed = at.line.bend + resistance(machine, v, mode) + pull * t
-    bend = -(pushed + ride(machine.carried, t, t1, rate)) / mass_of(machine.carried, t)
-    tension = pull + term(machine.carried, t1 * (rate * rate) + t * bend)
+    """Return the wheel at an instant.
+
+    (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − μtt′ϑ̇²; the tension is F + m d²h/dt², with
+    d²h/dt² = t′ϑ̇² + tϑ̈.
+    """
+    per_inertia, tilt = wheel.per_inertia, at.tilt
+    q, speed = angle_and_speed(wheel, x, w, at.line.rate, mode.side)
+    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
+    mu, rate = per_inertia.carried, speed + tilt.rate
+    pull = pull_of(per_inertia, lift, at.gravity)
+    against = at.line.bend + resistance(per_inertia, rate, mode) + pull * t
+    acceleration = -(against + ride(mu, t, t_prime, speed)) / mass_of(mu, t)
+    tension = pull + term(mu, t_prime * (speed * speed) + t * acceleration)
     margin = wheel.range - abs(q)
     return Instant(
-        q + tilt.value, v, bend + tilt.bend, tension, margin, -tension * t, q, rate, bend
+        angle=q + tilt.value,
+        rate=rate,
+        bend=acceleration + tilt.bend,
+        tension=tension,
+        margin=margin,
+        torque=-tension * t,
+        coordinate=q,
+        speed=speed,
+        acceleration=acceleration,
     )
 
 
 @compiled
 def _drift(wheel: Wheel, mode: Mode, at: Outside, now: Instant) -> tuple[Plane, ...]:
-    machine, rate = wheel.machine, now.speed
-    t, t1, lift = lever_arm(wheel.lever, mode.side, now.coordinate)
-    resisted = pull_of(machine, lift, at.gravity) * t + resistance(machine, now.rate, mode)
+    """Return q̇ and ẇ, or ṡ and ṗ, of the equations of `wells`."""
+    per_inertia, q, speed = wheel.per_inertia, now.coordinate, now.speed
+    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
+    against = pull_of(per_inertia, lift, at.gravity) * t + resistance(per_inertia, now.rate, mode)
     if wheel.shape is None:
-        return (Plane(rate, ride(machine.carried, t, t1, rate) - resisted),)
-    k, q = wheel.shape.k, now.coordinate
+        return (Plane(speed, ride(per_inertia.carried, t, t_prime, speed) - against),)
+    k = wheel.shape.k
     n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
-    bent = -(k * k) * q * (n * n) * (n * n)
-    return (Plane(rate / n, rate / n * at.line.rate * bent - n * resisted),)
-
-
-@compiled
-def _at_nodes_felt(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> tuple[Lanes, Lanes]:
-    """Return q and q̇ at the stages."""
-    line_rate = felt_row(wheel.felt.line, work.nodes.line_rate)
-    if wheel.shape is None:
-        q, w = load(work.x), omega[0] * load(work.y)
-        t = lever_arm(wheel.lever, mode.side, q)[0]
-        return q, rate_of(wheel.machine.carried, t, w, line_rate)
-    n, _, _, angle = shape_at(wheel.shape, load(work.x))
-    return angle, n * (omega[0] * load(work.y) - line_rate * n)
-
-
-@compiled
-def _tension(wheel: Wheel, mode: Mode, q: Lanes, rate: Lanes, work: Work) -> Lanes:
-    """Return the thread's tension over I at the stages."""
-    machine, felt = wheel.machine, wheel.felt
-    mu = machine.carried
-    t, t1, lift = lever_arm(wheel.lever, mode.side, q)
-    v = rate + felt_row(felt.tilt, work.nodes.tilt_rate)
-    pull = pull_of(machine, lift, felt_row(felt.gravity, work.nodes.gravity))
-    pushed = pull * t + resistance(machine, v, mode) + ride(mu, t, t1, rate)
-    bend = -(pushed + felt_row(felt.line, work.nodes.line_bend)) / mass_of(mu, t)
-    # lanes, whatever the terms are
-    return 0.0 * q + (pull + term(mu, t1 * (rate * rate) + t * bend))
-
-
-@compiled
-def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
-    """Return whether rough bounds show that no node is past the edge, and no thread slack."""
-    if not isinstance(wheel.lever, LinearLever):
-        return False
-    # |q| ≤ |x| and M · tension = pull + μ t' q̇² − μ t (γ̈ + resistance), in either coordinate
-    machine, felt, x = wheel.machine, wheel.felt, load(work.x)
-    none = 0.0 * x
-    reach = largest(x)
-    line_rate = largest(none + felt_row(felt.line, work.nodes.line_rate))
-    line_bend = largest(none + felt_row(felt.line, work.nodes.line_bend))
-    tilt_rate = largest(none + felt_row(felt.tilt, work.nodes.tilt_rate))
-    speed = omega[0] * largest(load(work.y)) + line_rate + tilt_rate
-    pull = pull_of(machine, 0.0, felt_row(felt.gravity, work.nodes.gravity))
-    pushed = line_bend + resistance(machine, speed, ANY_MODE)
-    against = term(machine.carried, wheel.lever.rate * reach * pushed)
-    return reach <= wheel.range and least(none + pull) > against
-
-
-@compiled
-def _beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
-    edge = slack = NOWHERE
-    reach = largest(load(work.x))
-    within = reach <= WELL_WITHIN * wheel.range
-    if _surely_within(wheel, omega, work):
-        return Beyond(edge, slack, within, reach)
-    q, rate = _at_nodes_felt(wheel, mode, omega, work)
-    if largest(q) > wheel.range:
-        nodes = load(work.fractions)
-        for i in range(width(q) - 1, -1, -1):
-            edge = lane(nodes, i) if abs(lane(q, i)) > wheel.range else edge
-    if wheel.has_weight:
-        slack = first_below(_tension(wheel, mode, q, rate, work), work)
-    return Beyond(edge, slack, within, reach)
+    n_slope = -(k * k) * q * (n * n) * (n * n)
+    return (Plane(speed / n, speed / n * at.line.rate * n_slope - n * against),)

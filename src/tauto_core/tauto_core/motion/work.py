@@ -1,4 +1,4 @@
-"""What steps are worked out in: a record of a few kB, made once, each number in it by its name."""
+"""The workspace of the steps: one record of named rows, made once, so that no kernel allocates."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ TERMS = 24
 """Most powers of the polynomials that stand for the forcing."""
 
 PLANE = np.dtype([(name, 'f8') for name in ('x', 'x_rest', 'y', 'y_rest')])
-TURN = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])
+ROTATION = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])
 WHOLE_STEP, PART_STEP = 0, 1
+"""Tables of rotations: of steps that are laid out, mostly alike, and of steps of any length."""
 
 
 class PlaneState(Protocol):
-    """X and Y of a rotating plane (turning), and what rounding left over of each."""
+    """X and Y of a rotating plane (stages), and what rounding left over of each."""
 
     x: float
     x_rest: float
@@ -31,8 +32,11 @@ class PlaneState(Protocol):
 
 Planes: TypeAlias = Sequence[PlaneState]
 
+Omega: TypeAlias = tuple[float, ...]
+"""Frequencies of the rotating planes [rad/s]."""
 
-class Turn(Protocol):
+
+class Rotation(Protocol):
     """The rotation of a plane over a step: its length h [s], then cos ωh and sin ωh, twofold."""
 
     h: float
@@ -43,23 +47,24 @@ class Turn(Protocol):
 
 
 class Work(Protocol):
-    """The record in compiled code: rows of as many numbers as there are stages, but for some.
+    """The record in compiled code; a row has a number for each stage, where nothing else is said.
 
     Attributes:
         coefficients: a_ij of stage i in row j (gauss).
-        folded: the same folded, then two rows of room for each plane.
-        expansion: powers of the integral of what is one at a stage, a row of these a stage.
-        quadrature, fractions, tail: weights, nodes, and what makes the last Legendre coefficient.
-        piece: the polynomials of what the ship does, a power of x in each row of eight (outside).
-        u, v, k1, k2, x, y, d1, d2: of turning's equations, a row a plane; k the slopes of u and v,
-            d zero until a system writes it.
+        folded: the same folded (`gauss.Gauss.folded`), then two rows to work in for each plane.
+        expansion: row j: powers of the integral of the polynomial that is 1 at stage j alone.
+        quadrature, fractions, tail: weights and nodes of the quadrature, and the weights of the
+            last Legendre coefficient.
+        piece: the polynomials of the ship's motion, a power of x in each row of eight (`outside`).
+        u, v, k1, k2, x, y, d1, d2: the variables of `stages`, a row for each plane; k1 and k2 are
+            the slopes of u and v, d1 and d2 stay zero unless a system writes them.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
-        cosine, sine: of ωt at the stages, a row a plane, of WHOLE_STEP, then of PART_STEP.
-        slopes: room for Newton's method, a row for each of U and V of each plane.
-        nodes: a record of the system's own rows, of one each.
+        cosine, sine: of ωt at the stages, a row for each plane: of WHOLE_STEP, then of PART_STEP.
+        slopes: slopes in Newton's method, a row for each U, then for each V.
+        nodes: a record of rows of the system's own.
         end: X and Y of each plane at the end of a step.
-        turns: rotations over a step, of each plane, of WHOLE_STEP, then of PART_STEP.
-        matrix, right: what Newton's method solves.
+        rotations: over a step, one for each plane: of WHOLE_STEP, then of PART_STEP.
+        matrix, right: the linear equations of Newton's method.
     """
 
     coefficients: FloatArray
@@ -84,7 +89,7 @@ class Work(Protocol):
     slopes: FloatArray
     nodes: Any
     end: Planes
-    turns: Sequence[Turn]
+    rotations: Sequence[Rotation]
     matrix: FloatArray
     right: FloatArray
 
@@ -109,7 +114,7 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
             *((name, 'f8', (count, stages)) for name, count in rows.items()),
             *([('nodes', own)] if nodes else []),
             ('end', PLANE, (planes,)),
-            ('turns', TURN, (2 * planes,)),
+            ('rotations', ROTATION, (2 * planes,)),
             ('matrix', 'f8', (unknowns * unknowns,)),
             ('right', 'f8', (unknowns,)),
         ]
@@ -123,5 +128,5 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
     work['folded'][: stages // 2 + 1] = constants.folded
     work['quadrature'], work['fractions'] = constants.weights, constants.nodes
     work['tail'] = constants.projection[-1]
-    work['turns']['h'] = np.nan
+    work['rotations']['h'] = np.nan
     return work

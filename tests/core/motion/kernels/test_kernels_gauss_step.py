@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry
+from tauto_core.motion.gauss_step import collocate, copy_planes, finish
 from tauto_core.motion.lanes import filled, load, store
-from tauto_core.motion.turning import SETTLED, Step, collocate, copy_planes, finish
+from tauto_core.motion.stages import SETTLED, Step
 from tauto_core.motion.work import PLANE, WHOLE_STEP, make_work
 
 OMEGA = 1.0, 1.7
