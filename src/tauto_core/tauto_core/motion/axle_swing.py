@@ -50,7 +50,7 @@ class AxleSwing:
         own = modes(e, c, k * k)
         slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
         self._omega = slow, fast
-        self._system = axle.SuspendedCase(e, c, k, own.B, own.B_prime)
+        self._own, self._system = own, axle.SuspendedCase(e, c, k, own.B, own.B_prime)
         stages = WIDE_SIZE if fast * step_s > LONG else SIZE
         self._tolerance = tolerance_of(
             max(tolerance or TOLERANCE, TOLERANCE), axle.ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
@@ -66,10 +66,8 @@ class AxleSwing:
             lift: g + z̈ then [m/s2], > 0.
         """
         tilt = math.atan2(-sway, lift)
-        c, slow, fast = self._system.c, self._system.tilt, self._system.tilt_prime
-        q, other = tilt * (c - fast) / (c * (slow - fast)), tilt * (slow - c) / (c * (slow - fast))
         self._state = np.zeros((), state_type(axle.PLANES))
-        self._state['planes']['x'] = q, other
+        self._state['planes']['x'] = self._own.coordinates_at(tilt, self._system.c)
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
