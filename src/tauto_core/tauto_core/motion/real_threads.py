@@ -163,8 +163,8 @@ class RealThreads(Stepped):
                 planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
-            ratio = system.carried * float(machine.ratio(angle))
-            dragged = (1.0 + system.carried * ratio) / math.hypot(1.0, ratio)
+            ratio = system.root_j * float(machine.ratio(angle))
+            dragged = (1.0 + system.root_j * ratio) / math.hypot(1.0, ratio)
             planes['x'] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
             planes['y'] = dragged * turn / omega[0]
 
