@@ -23,7 +23,7 @@ def integrals(coefficients, law, shape):
 
         def f(s):
             x = shape.begin + s / mpmath.mpf(shape.length_s)
-            drive = law.p * at(u, x) + law.q * at(slopes, x)
+            drive = law.per_value * at(u, x) + law.per_rate * at(slopes, x)
             return mpmath.exp(mpmath.mpc(law.delta, -law.omega) * s) * drive
 
         b = mpmath.quad(f, mpmath.linspace(0, (shape.end - shape.begin) * shape.length_s, 9))
@@ -57,7 +57,7 @@ def test_the_parts_of_a_span_make_the_span():
     law = Law(OMEGA, 0.3, 39.8, 0.6)
     shape = Shape(LENGTH_S, BEGIN, END)
     made = responses(law, (shape, Shape(1.0, 0.0, 1.0)), (), 6)
-    parts, first = made.parts[0], made.first[0]
+    parts, first = made.parts[0], made.first_part[0]
     assert parts == math.ceil(math.hypot(OMEGA, 0.3) * shape.time_s / TURN)
     rows = made.rows[first : first + parts]
     since = shape.time_s / parts * np.arange(parts)

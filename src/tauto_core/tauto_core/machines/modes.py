@@ -52,6 +52,16 @@ class Modes(NamedTuple):
         """φ/s in the slow and the fast mode [rad/m], s = eθ ≠ 0: B/(ce) = −1/B′, and −1/B."""
         return -1.0 / self.B_prime, -1.0 / self.B
 
+    def coordinates_at(self, tilt: float, c: float) -> tuple[float, float]:
+        """Return q and q′ of θ = c (q + q′), φ = Bq + B′q′ where θ = φ = tilt.
+
+        Args:
+            tilt: of link and body [rad].
+            c: depth of the centre of gravity below the end of the link [m].
+        """
+        apart = c * (self.B - self.B_prime)
+        return tilt * (c - self.B_prime) / apart, tilt * (self.B - c) / apart
+
     def squared_frequencies(self, gravity: float) -> tuple[float, float]:
         """Return ω² = g/b of both modes [rad2/s2]; negative if unstable, 0 for a drift."""
         fast = gravity / self.b_prime if self.b_prime else math.inf

@@ -36,12 +36,15 @@ __all__ = [
 
 
 class Propagator(Protocol):
-    """Moves the regulator over spans of forcing, however these are divided into calls."""
+    """Moves the regulator over spans of forcing.
+
+    How the spans are divided into calls does not change the result.
+    """
 
     name: str
 
     def release(self, forcing: Forcing) -> Motion:
-        """Start at rest in the case at the beginning of the first span; return that instant."""
+        """Release at rest in the case where the first span begins; return that instant."""
         ...
 
     def advance(self, forcing: Forcing) -> Motion:
@@ -49,7 +52,7 @@ class Propagator(Protocol):
         ...
 
     def state(self) -> State:
-        """Return all that the next output depends on."""
+        """Return all that the motion from here on depends on."""
         ...
 
     def restore(self, state: State) -> None:
@@ -75,7 +78,7 @@ def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
 
 
 def _stays_linear(machine: Machine) -> bool:
-    """Return whether nothing but an underdamped linear well acts on a platform at rest."""
+    """Return whether the wheel on land is a linear oscillator below critical damping."""
     if not machine.is_linear or machine.escapement is not None:
         return False
     drag = machine.drag
@@ -86,7 +89,7 @@ def _stays_linear(machine: Machine) -> bool:
 
 
 def _swings_freely(machine: Machine | LeverMachine) -> bool:
-    """Return whether the wheel is released away from rest into a swing with a taut thread."""
+    """Return whether a release leads to a swing within range, with a taut thread."""
     try:
         return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
     except (CamRangeError, SlackThreadError):
@@ -130,9 +133,9 @@ def make_propagator(
 
 
 def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
-    """Return how many steps fill a piece of forcing, by its length [s].
+    """Return the function that says how many steps fill a piece of forcing of a length [s].
 
-    It is one where no steps are taken, where they end at events in a swing, or without a
+    It says one where no steps are taken, where they end at events in every swing, or without a
     propagator.
     """
     steps: Callable[[float], int] = getattr(propagator, 'steps_in', lambda _: 1)

@@ -1,12 +1,16 @@
 """The suspended case at any angles, as a system of two rotating planes: those of its modes.
 
-    N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),    δ = φ − θ
-    φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ
+With θ the tilt of the contact's normal, φ that of the case and δ = φ − θ, (C.2) and (C.3) become
+in a bearing that moves (theory E3)
 
-(theory C and E3.) X = q and Y = q̇/ω of the modes, θ = c (q + q′) and φ = Bq + B′q′: the
-disturbance of the planes consists of terms of the third order in the swing, and of the motion of
-the bearing. Of what the driver knows, ÿ is in the place of the neutral line, g + z̈ in that of the
-gravity, N/M in that of the thread's tension.
+    N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
+    φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ.
+
+θ = c (q + q′) and φ = Bq + B′q′ (`machines.modes`); X and Y are q and q̇/ω of each mode. What
+disturbs the planes is then of the third order in the swing, or the motion of the bearing.
+
+The driver's names are those of a wheel. Here its line is ÿ, its gravity g + z̈, the angle θ, the
+coordinate φ, and the tension N/M.
 """
 
 from __future__ import annotations
@@ -27,12 +31,13 @@ NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
 """Rows of ÿ, g + z̈, N/M, θ and δ at the nodes."""
 
 OVER = 3.0
-"""Tilt of the contact, or of the case from it, at which the case counts as turned over [rad]."""
+"""|θ| or |δ| at which the case counts as turned over [rad]."""
 
 ERROR_OF_LAST = 1.0
-"""Error of a step per square of its last coefficient, at most."""
+"""Error of a step over the square of its last Legendre coefficient, at most (`step_size`)."""
 
 Pair: TypeAlias = tuple[Number, Number]
+"""θ and φ, or their rates."""
 
 
 class Nodes(Protocol):
@@ -46,21 +51,21 @@ class Nodes(Protocol):
 
 
 class _Numbers(NamedTuple):
-    """What the equations hold: e, c, k, and B and B′ of the modes."""
+    """The constants of the equations [m]: e, c, k, and B and B′ of the modes."""
 
     e: float
     c: float
     k: float
-    tilt: float
-    tilt_prime: float
+    B: float
+    B_prime: float
 
 
 class SuspendedCase(_Numbers, System):
-    """The case as `system.System`: θ in the place of the wheel's angle, φ of the coordinate."""
+    """The case as `system.System`."""
 
     @property
     def pace(self) -> float:
-        """One: no events crowd."""
+        """One, since there are no events that the driver would measure in swings."""
         return 1.0
 
     def at_nodes(self, place: Place, work: Work) -> None:
@@ -70,24 +75,31 @@ class SuspendedCase(_Numbers, System):
         store(nodes.lift, 0, column(GRAVITY, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the planes, contact force and angles; d1 stays zero."""
-        e, c, k, tilt, tilt_prime = self
+        """Fill what disturbs the planes, and N/M, θ and δ; d1 stays zero.
+
+        The accelerations of the modes are q̈ = (c φ̈ − B′θ̈)/D and q̈′ = (B θ̈ − c φ̈)/D, with
+        D = c (B − B′).
+        """
+        e, c, k, B, B_prime = self
         q, other = load(work.x, 0), load(work.x, 1)
         nodes: Nodes = work.nodes
         rate, other_rate = load(work.y, 0), load(work.y, 1)
-        theta, delta = c * (q + other), fma(other, tilt_prime - c, (tilt - c) * q)
+        theta, delta = c * (q + other), fma(other, B_prime - c, (B - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
         sway, lift = load(nodes.sway), load(nodes.lift)
-        contact, sine, cosine, across, along = _pressed(self, theta, delta, rates, sway, lift)
-        # what waits for the contact force comes last, and is short
-        free = fma(across, c * (rates[1] * rates[1]), -fma(lift, sine, sway * cosine))
-        bend = contact * (across * (-c / (k * k)))
-        turned = fma(along * -c, bend, free)
-        per = 1.0 / (c * (tilt - tilt_prime))
+        contact, sin_theta, cos_theta, sin_delta, cos_delta = _contact(
+            self, theta, delta, rates, sway, lift
+        )
+        # the division in the contact force takes longest, so that little waits for it
+        free = fma(sin_delta, c * (rates[1] * rates[1]), -fma(lift, sin_theta, sway * cos_theta))
+        phi_bend = contact * (sin_delta * (-c / (k * k)))
+        e_theta_bend = fma(cos_delta * -c, phi_bend, free)
+        per = 1.0 / (c * (B - B_prime))
         first, second = per / omega[0], per / omega[1]
-        less, more = fma(bend, c * first, omega[0] * q), fma(bend, -c * second, omega[1] * other)
-        store(work.d2, 0, fma(turned, -tilt_prime * first / e, less))
-        store(work.d2, 1, fma(turned, tilt * second / e, more))
+        slow = fma(phi_bend, c * first, omega[0] * q)
+        fast = fma(phi_bend, -c * second, omega[1] * other)
+        store(work.d2, 0, fma(e_theta_bend, -B_prime * first / e, slow))
+        store(work.d2, 1, fma(e_theta_bend, B * second / e, fast))
         store(nodes.contact, 0, contact)
         store(nodes.theta, 0, theta)
         store(nodes.delta, 0, delta)
@@ -111,27 +123,38 @@ class SuspendedCase(_Numbers, System):
         """Return the case at an instant, without θ̈ and φ̈, for which nobody asks."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
-        contact = _pressed(self, theta, phi - theta, rates, at.line.value, at.gravity)[0]
+        contact = _contact(self, theta, phi - theta, rates, at.line.value, at.gravity)[0]
         margin = OVER - max(abs(theta), abs(phi - theta))
-        return Instant(theta, rates[0], 0.0, contact, margin, 0.0, phi, rates[1], 0.0)
+        return Instant(
+            angle=theta,
+            rate=rates[0],
+            bend=0.0,
+            tension=contact,
+            margin=margin,
+            torque=0.0,
+            coordinate=phi,
+            speed=rates[1],
+            acceleration=0.0,
+        )
 
 
 @inlined
 def _angles(system: SuspendedCase, q: Number, other: Number) -> Pair:
-    """Return θ and φ, or their rates, from those of the modes."""
-    return system.c * (q + other), system.tilt * q + system.tilt_prime * other
+    """Return θ and φ of q and q′, or the rates of these of their rates."""
+    return system.c * (q + other), system.B * q + system.B_prime * other
 
 
 @inlined
-def _pressed(
+def _contact(
     system: SuspendedCase, theta: Number, delta: Number, rates: Pair, sway: Number, lift: Number
 ) -> tuple[Number, Number, Number, Number, Number]:
-    """Return N/M and sin, cos of θ and of δ."""
+    """Return N/M, sin θ, cos θ, sin δ and cos δ."""
     e, c, k = system.e, system.c, system.k
-    sine, versine = sine_versine(theta)
-    across, less = sine_versine(delta)
-    cosine, along = 1.0 - versine, 1.0 - less
-    wide = (c / k) * across
-    turning_rates = fma(c * (rates[1] * rates[1]), along, e * (rates[0] * rates[0]))
-    pressed = fma(lift, cosine, fma(-sway, sine, turning_rates))
-    return pressed / fma(wide, wide, 1.0), sine, cosine, across, along
+    sin_theta, versine_theta = sine_versine(theta)
+    sin_delta, versine_delta = sine_versine(delta)
+    cos_theta, cos_delta = 1.0 - versine_theta, 1.0 - versine_delta
+    eccentric = (c / k) * sin_delta
+    centripetal = fma(c * (rates[1] * rates[1]), cos_delta, e * (rates[0] * rates[0]))
+    pressing = fma(lift, cos_theta, fma(-sway, sin_theta, centripetal))
+    contact = pressing / fma(eccentric, eccentric, 1.0)
+    return contact, sin_theta, cos_theta, sin_delta, cos_delta

@@ -20,11 +20,11 @@ from tauto_core.samples import State
 from tauto_core.scene.errors import PropagationError
 
 LONG = 1.0
-"""Angle that the fast mode turns in a step beyond which sixteen stages cost less than eight."""
+"""Phase of the fast mode in a step [rad] beyond which sixteen stages cost less than eight."""
 
 
 class AxleSwing:
-    """The case under the full equations, a step or more for each part of a piece.
+    """Propagator of the case under the full equations, a step or more for each part of a piece.
 
     Args:
         e: support's radius less the axle's [m], > 0.
@@ -32,9 +32,9 @@ class AxleSwing:
         k: radius of gyration [m], > 0.
         gravity: g [m/s2]; it sets the rotating frame, while the acting force is g + z̈ of the
             pieces.
-        tolerance: error allowed in a step relative to the state, if larger than TOLERANCE.
-        step_s: length of the parts to come [s], which may be long: it decides the number of
-            stages.
+        tolerance: error allowed in a step, relative to the state; at least TOLERANCE.
+        step_s: length of the parts to come [s], which decides the number of stages; 0 where it
+            is not known.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class AxleSwing:
         own = modes(e, c, k * k)
         slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
         self._omega = slow, fast
-        self._system = axle.SuspendedCase(e, c, k, own.B, own.B_prime)
+        self._own, self._system = own, axle.SuspendedCase(e, c, k, own.B, own.B_prime)
         stages = WIDE_SIZE if fast * step_s > LONG else SIZE
         self._tolerance = tolerance_of(
             max(tolerance or TOLERANCE, TOLERANCE), axle.ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
@@ -66,10 +66,8 @@ class AxleSwing:
             lift: g + z̈ then [m/s2], > 0.
         """
         tilt = math.atan2(-sway, lift)
-        c, slow, fast = self._system.c, self._system.tilt, self._system.tilt_prime
-        q, other = tilt * (c - fast) / (c * (slow - fast)), tilt * (slow - c) / (c * (slow - fast))
         self._state = np.zeros((), state_type(axle.PLANES))
-        self._state['planes']['x'] = q, other
+        self._state['planes']['x'] = self._own.coordinates_at(tilt, self._system.c)
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
@@ -78,7 +76,8 @@ class AxleSwing:
         Raises:
             PropagationError: the axle lifts off, the case turns over, or no convergence.
         """
-        # x counts the parts of a piece, so that equal parts have the same length to the last bit
+        # x counts the parts of a piece: equal ones then have equal lengths to the last bit, and
+        # share the tables of their rotations
         piece, parts = bearing.piece, bearing.parts
         passed = (bearing.end_ns - bearing.begin_ns[piece]) * parts[piece]
         end = np.asarray(passed / bearing.length_ns[piece], np.float64)
@@ -108,11 +107,11 @@ class AxleSwing:
         return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
 
     def state(self) -> State:
-        """Return X and Y of both planes, and what the driver knows besides."""
+        """Return the running state of the driver, X and Y of both planes among it."""
         return state_of(self._state)
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         restore_record(self._state, state)
 
 

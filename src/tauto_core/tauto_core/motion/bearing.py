@@ -15,13 +15,13 @@ from tauto_core.samples import FloatArray, IntArray, State
 class BearingMotion:
     """The specific force at the bearing's centre over n consecutive pieces, as polynomials.
 
-    x runs from 0 to 1 over a piece. The motion of the case is wanted at the ends of the equal
-    parts of each piece, rounded to whole nanoseconds.
+    x runs from 0 to 1 over a piece. The motion of the case is computed at the ends of equal parts
+    of each piece, rounded to whole nanoseconds.
 
     Attributes:
         begin_ns: time of each piece's beginning from the start of the run [ns], (n,).
         length_ns: its length [ns], (n,).
-        parts: in how many parts it is divided, ≥ 1, (n,).
+        parts: number of parts that it is divided into, ≥ 1, (n,).
         sway: coefficients of x^j of ÿ, to port [m/s2], (n, m).
         lift: the same of g + z̈, up [m/s2], (n, m).
     """
@@ -34,20 +34,20 @@ class BearingMotion:
 
     @cached_property
     def piece(self) -> IntArray:
-        """Piece of each part, (Σ parts,)."""
+        """Index of the piece that each part belongs to, (Σ parts,)."""
         return np.repeat(np.arange(len(self.parts)), self.parts)
 
     @cached_property
     def end_ns(self) -> IntArray:
         """Time of each part's end from the start of the run [ns], (Σ parts,)."""
         piece = self.piece
-        place = np.arange(1, len(piece) + 1) - (np.cumsum(self.parts) - self.parts)[piece]
+        number = np.arange(1, len(piece) + 1) - (np.cumsum(self.parts) - self.parts)[piece]
         length, parts = self.length_ns[piece], self.parts[piece]
-        return self.begin_ns[piece] + ends_of_parts(length, parts, place)
+        return self.begin_ns[piece] + ends_of_parts(length, parts, number)
 
     @cached_property
     def end(self) -> FloatArray:
-        """Where in its piece each part ends, 0 < x ≤ 1, (Σ parts,)."""
+        """x at which each part ends in its piece, 0 < x ≤ 1, (Σ parts,)."""
         piece = self.piece
         ends: FloatArray = (self.end_ns - self.begin_ns[piece]) / self.length_ns[piece]
         return ends
@@ -61,15 +61,28 @@ class BearingMotion:
         return sway, lift
 
 
-def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, place: IntArray) -> IntArray:
-    """Return where the place-th of equal parts ends, to the nearest nanosecond [ns]."""
-    ends: IntArray = (2 * place * length_ns + parts) // (2 * parts)
+def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: IntArray) -> IntArray:
+    """Return when the number-th of equal parts of a length ends, rounded to nanoseconds [ns].
+
+    Args:
+        length_ns: length of the whole [ns].
+        parts: number of parts.
+        number: of the part, 1 to `parts`; 0 gives the beginning.
+    """
+    ends: IntArray = (2 * number * length_ns + parts) // (2 * parts)
     return ends
 
 
 @dataclass(frozen=True)
 class CaseMotion:
-    """Tilt θ of the contact's normal and φ of the case, and their rates, arrays of shape (n,)."""
+    """The motion of the case at n instants, all (n,).
+
+    Attributes:
+        theta: tilt θ of the contact's normal [rad].
+        phi: tilt φ of the case [rad].
+        theta_rate: θ̇ [rad/s].
+        phi_rate: φ̇ [rad/s].
+    """
 
     theta: FloatArray
     phi: FloatArray
@@ -78,7 +91,7 @@ class CaseMotion:
 
 
 class CaseSwing(Protocol):
-    """Moves the case; batches do not change the result, and it can be resumed."""
+    """Propagator of the case; how the motion is divided into calls does not change the result."""
 
     def release(self, sway: float, lift: float) -> float:
         """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
@@ -90,7 +103,7 @@ class CaseSwing(Protocol):
         ...
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
-        """Return the motion at the ends of the parts of pieces that follow those before."""
+        """Return the motion at the ends of the parts; the pieces follow those of the last call."""
         ...
 
     def state(self) -> State:

@@ -1,4 +1,4 @@
-"""Chebyshev coefficients of a function that is known at Chebyshev's nodes."""
+"""Chebyshev series of functions that are known at the Chebyshev nodes of the first kind."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from tauto_core.samples import FloatArray
 
 
 def nodes(count: int) -> FloatArray:
-    """Return cos(π (k + ½)/n), from nearly 1 to nearly −1, (n,)."""
+    """Return the nodes x_k = cos(π (k + ½)/n), k = 0 … n − 1, which fall from 1 to −1, (n,)."""
     return np.asarray(np.cos(math.pi / count * (np.arange(count) + 0.5)))
 
 
 def coefficients(values: FloatArray) -> FloatArray:
-    """Return the coefficients of the interpolating polynomials, (…, n).
+    """Return the coefficients c_j of the polynomials Σ c_j T_j(x) with given values, (…, n).
 
-    A discrete cosine transform, as the Fourier transform of the values and their mirror image.
+    c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of that for j = 0. This discrete cosine
+    transform is computed as the Fourier transform of the values and their mirror image.
 
     Args:
-        values: the values at `nodes(n)`, (…, n).
+        values: values at `nodes(n)`, (…, n).
     """
     count = values.shape[-1]
     mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
-    turned = np.exp(-0.5j * math.pi / count * np.arange(count))
-    found = (np.fft.rfft(mirrored)[..., :count] * turned).real / count
+    half_a_node = np.exp(-0.5j * math.pi / count * np.arange(count))
+    found = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
     found[..., 0] *= 0.5
     return np.ascontiguousarray(found)

@@ -1,4 +1,4 @@
-"""Motions known in closed form: only the time changes, so there is no state."""
+"""Propagators of motions that are known at any time, so that they have no running state."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tauto_core.samples import IntArray, State
 
 
 class ClosedForm(ABC):
-    """The part of a propagator that follows from the motion as a function of the time."""
+    """A propagator whose motion is a function of the time since the release."""
 
     @abstractmethod
     def motion_at(self, time_ns: IntArray) -> Motion:
@@ -27,7 +27,7 @@ class ClosedForm(ABC):
         return self.motion_at(forcing.end_ns[forcing.logged])
 
     def state(self) -> State:
-        """Return nothing: the motion is known at any time."""
+        """Return the empty state: the motion is known at any time."""
         return {}
 
     def restore(self, state: State) -> None:

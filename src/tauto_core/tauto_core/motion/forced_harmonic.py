@@ -1,11 +1,12 @@
-"""The wheel in a harmonic well on a moving ship, or with viscous drag: the exact step of `linear`.
+"""The wheel in a linear well on a moving ship or with viscous drag: exact steps of `linear`.
 
-Euler's second cam with a force, and any linear lever arm under a constant pull that goes with the
-case, obey with ψ = θ + α_c and viscous drag c₁
+Such are Euler's second cam drawn by a force, a spring's own cam, and any linear lever arm t = t'ϑ
+under a constant pull F whose neutral line is the case's. With α_c the tilt of the case, the
+absolute angle ψ = θ + α_c and viscous drag c₁, (E2.1) becomes
 
-    ψ̈ + 2δψ̇ + ω₀²ψ = ω₀² α_c + 2δ α̇_c,    2δ = c₁/I,    ω₀² = F t'/I,
+    ψ̈ + 2δψ̇ + ω₀²ψ = ω₀²α_c + 2δα̇_c,    2δ = c₁/I,    ω₀² = F t'/I,
 
-that is ż = (iω − δ) z + ω₀² α_c + 2δ α̇_c with z = ψ̇ + δψ + iωψ and ω² = ω₀² − δ².
+that is ż = (iω − δ) z + ω₀²u + 2δu̇ with u = α_c, z = ψ̇ + δψ + iωψ and ω² = ω₀² − δ² > 0.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from tauto_core.machines import Machine
 from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.harmonic import frequency
 from tauto_core.motion.limits import edge_reached, released_beyond
-from tauto_core.motion.linear import Given, Path, Spans, oscillator, propagate
+from tauto_core.motion.linear import Path, Polynomials, Spans, oscillator, propagate
 from tauto_core.motion.linear_passages import OK, WHEEL, Well, count_passages
 from tauto_core.motion.phase import DIGITS, phase_rate, since_start, within_turn
-from tauto_core.motion.responses import Law, Shape, responses, sorted_out
+from tauto_core.motion.responses import U_BEND, Law, Shape, U, responses, sorted_out
 from tauto_core.samples import FloatArray, IntArray, State
 
 NAME = 'forced_harmonic'
@@ -56,9 +57,9 @@ class ForcedHarmonic:
         angle = machine.release_angle
         if not abs(angle) <= machine.cam.range_rad:
             raise released_beyond(machine, angle)
-        # no window of a run's first piece is centred
-        given = _given(forcing)
-        line = Polynomial([0.0] if given is None else given.fitted[0])
+        # the window of a run's first piece lies on one side, so that coefficients determine it
+        u = _polynomials(forcing)
+        line = Polynomial([0.0] if u is None else u.fitted[0])
         x, per_s = forcing.begin[0], 1.0 / forcing.length_s[0]
         tilt, rate, acceleration = (line.deriv(n)(x) * per_s**n for n in range(3))
         psi = angle + tilt
@@ -89,6 +90,7 @@ class ForcedHarmonic:
         return self._motion(angle, rate, acceleration, counts)
 
     def _spans(self, forcing: Forcing) -> Spans:
+        """Return the spans with the constants of their shapes."""
         window, neutral = forcing.window, forcing.neutral
         sampled = np.zeros(len(forcing.end), np.bool_) if window is None else window.first >= 0
         shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
@@ -96,33 +98,34 @@ class ForcedHarmonic:
         width = 2 * len(nodes) if window else 0 if neutral is None else neutral.shape[1]
         shapes = [Shape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
         made = responses(self._law, shapes, nodes, width)
-        return Spans(self._time_ns, forcing.end_ns, shape, made, _given(forcing))
+        return Spans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
 
     def _swing(self, path: Path, which: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return θ, θ̇ and θ̈ at the ends of some spans."""
-        of, (re, im), line = self._well.of, path.z(which), path.span[which, 2:5]
+        of, (re, im), ends = self._well.of, path.z(which), path.span[which]
+        tilt, tilt_rate, tilt_acceleration = ends[:, U : U_BEND + 1].T
         psi = im / of.omega
-        rate = re - of.delta * psi - line[:, 1]
-        return self._with_acceleration(psi - line[:, 0], rate, line[:, 2])
+        rate = re - of.delta * psi - tilt_rate
+        return self._with_acceleration(psi - tilt, rate, tilt_acceleration)
 
     def _with_acceleration(
         self, angle: FloatArray, rate: FloatArray, tilt_acceleration: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return θ, θ̇ and θ̈ from θ, θ̇ and the case's α̈_c."""
+        """Return θ, θ̇ and θ̈ = −α̈_c − 2δθ̇ − ω₀²θ."""
         drag = 2.0 * self._well.of.delta * rate
-        return angle, rate, -tilt_acceleration - drag - self._law.p * angle
+        return angle, rate, -tilt_acceleration - drag - self._law.per_value * angle
 
     def _motion(
         self, angle: FloatArray, rate: FloatArray, acceleration: FloatArray, counts: IntArray
     ) -> Motion:
-        """Return the motion from θ, θ̇, θ̈, turns and beats."""
+        """Return the motion from θ, θ̇, θ̈ and the counts, turns in the first column, then beats."""
         machine = self._machine
         within = within_turn(machine, angle, rate, acceleration)
         half_turns, fraction = since_start(counts[:, 0], within, self._start_angle)
         return Motion(
             angle=angle,
             rate=rate,
-            torque=-machine.inertia * self._law.p * angle,
+            torque=-machine.inertia * self._law.per_value * angle,
             half_turns=half_turns,
             fraction=fraction,
             phase_rate=phase_rate(machine, angle, rate, acceleration),
@@ -130,7 +133,7 @@ class ForcedHarmonic:
         )
 
     def state(self) -> State:
-        """Return Y, angle, rate and counters, the time they belong to and the first phase."""
+        """Return Y, θ, θ̇ and the counts, their time, and the phase within a turn at the start."""
         return {
             'wheel': self._wheel.copy(),
             'time_ns': self._time_ns,
@@ -143,11 +146,11 @@ class ForcedHarmonic:
         self._time_ns, self._start_angle = state['time_ns'], state['start_angle']
 
 
-def _given(forcing: Forcing) -> Given | None:
-    """Return the numbers that determine α_c over each span; None if it does not move."""
+def _polynomials(forcing: Forcing) -> Polynomials | None:
+    """Return α_c over each span; None if it does not move."""
     window, neutral = forcing.window, forcing.neutral
     if window is not None:
-        return Given(window.values, window.rates, window.first, window.fitted)
+        return Polynomials(window.values, window.rates, window.first, window.fitted)
     if neutral is None:
         return None
-    return Given(np.empty(0), np.empty(0), -1 - np.arange(len(neutral)), neutral)
+    return Polynomials(np.empty(0), np.empty(0), -1 - np.arange(len(neutral)), neutral)

@@ -1,8 +1,9 @@
 """The forcing of the machine, as polynomials over short pieces of time.
 
-A piece is the time between two joints (motion samples, neighbours or several apart); x runs from 0
-to 1 over its `length_s`. A span is the part of a piece, from `begin` to `end`, that a propagator
-covers at once; spans follow each other without gaps and end where a sample must be logged.
+A piece is the time between two joints of the polynomials, which are samples of the motion, next to
+each other or several apart; x runs from 0 to 1 over its `length_s`. A span is a part of a piece,
+from x = `begin` to `end`. Spans follow each other without gaps, and one ends wherever the motion
+is to be logged.
 """
 
 from __future__ import annotations
@@ -19,12 +20,15 @@ from tauto_core.samples import FloatArray, IntArray
 class Window:
     """The neutral line as the samples that its polynomials interpolate, for linear propagators.
 
+    A piece is regular if its window, the p samples that its polynomial interpolates, is centred
+    and evenly spaced.
+
     Attributes:
         nodes: x of the p samples of a regular piece's window.
-        values: γ of samples that lie evenly in regular windows [rad], (m,).
-        rates: γ̇ of the same [rad/s], (m,).
-        first: place in these at which the window of a span's piece begins, ≥ 0; of a piece that
-            is not regular −1 less the row of `fitted`; (n,).
+        values: γ at the samples [rad], (m,).
+        rates: γ̇ at the samples [rad/s], (m,).
+        first: of a span of a regular piece, the index of the first sample of its window, ≥ 0; of
+            any other, −1 less its row in `fitted`; (n,).
         fitted: coefficients of x^j over the pieces that are not regular, (k, 2p).
     """
 
@@ -45,13 +49,13 @@ class Forcing:
         end: where in the piece the span ends, (n,).
         end_ns: time of the span's end from the start of the run [ns], (n,).
         logged: whether the state at the span's end is wanted, (n,).
-        neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m), or None
-            where the platform lies still or a window takes its place.
+        neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m); None where
+            the platform lies still, or a window takes its place.
         tilt: the same of the neutral line's tilt in the case, γ − α_c [rad], (n, m'); None where
-            it is zero: the thread goes with the case, or the platform lies still.
+            it is zero, because the line goes with the case or the platform lies still.
         gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
-            feel it.
-        window: the neutral line by samples; None: not asked for.
+            depend on it.
+        window: the neutral line by its samples; None where coefficients are wanted.
     """
 
     length_s: FloatArray
@@ -69,7 +73,7 @@ def check_powers(forcing: Forcing, most: int) -> None:
     """Refuse channels with more powers of x than a propagator takes.
 
     Raises:
-        ValueError: one has more than `most`.
+        ValueError: a channel has more than `most`.
     """
     for name in ('neutral', 'tilt', 'gravity'):
         channel = getattr(forcing, name)
@@ -82,9 +86,9 @@ def check_powers(forcing: Forcing, most: int) -> None:
 
 @dataclass(frozen=True)
 class Motion:
-    """The regulator's motion at logged instants; every array is (n,).
+    """The regulator's motion at n logged instants, all (n,).
 
-    `half_turns` + `fraction` is the oscillator phase in half turns, less its value at the start.
+    `half_turns` + `fraction` is the oscillator phase φ since the start, over π (theory E4).
     """
 
     angle: FloatArray

@@ -1,8 +1,9 @@
-"""The swinging thread in two rotating planes: the modes of small swings.
+"""The swinging thread in two rotating planes: its normal modes of small swings.
 
-ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i Y_i; all that is not linear, and all that the ship
-does, is disturbance. The equations are those of `machines.threads.hanging`, whose accelerated axle
-needs the apparent gravity only: no derivative of the ship's motion but α̇ in the drag.
+The absolute angles of wheel and thread are ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i Y_i,
+i = 1, 2. All that is not linear in (A.3), and all that the ship does, disturbs the planes. The
+accelerated axle enters by the apparent gravity alone (theory E2), so that no derivative of the
+ship's motion is needed but α̇, the rate of the case, for the drag.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bou
 from tauto_core.motion.work import Omega, Work
 from tauto_core.samples import FloatArray
 
-NODES = 'vertical', 'gravity', 'turn'
+NODES = 'vertical', 'gravity', 'alpha_rate'
 """Rows of β, g_eff and α̇ at the nodes."""
 
 Pair: TypeAlias = tuple[Number, Number]
-"""A number of each plane, or of wheel and thread."""
+"""One number for each plane, or one for the wheel and one for the thread."""
 
 
 class Nodes(Protocol):
@@ -44,21 +45,21 @@ class Nodes(Protocol):
 
     vertical: FloatArray
     gravity: FloatArray
-    turn: FloatArray
+    alpha_rate: FloatArray
 
 
 class _Numbers(NamedTuple):
-    """What the equations hold.
+    """The constants of the equations.
 
     Attributes:
-        radius: r [m].
-        length: l₀ [m].
+        radius: r of the involute [m].
+        length: l₀ of the free thread at rest [m].
         least: free thread at the end of the range [m].
         ratio: m r/I [1/m].
-        wheel: E_ψi, of the modes.
-        thread: E_δi.
-        to_first: X₁ of ψ = 1 and of δ = 1.
-        to_second: X₂ of the same.
+        wheel: E_ψ1 and E_ψ2.
+        thread: E_δ1 and E_δ2.
+        to_first: X₁ per ψ and per δ: the first row of the inverse of (E_ψ, E_δ).
+        to_second: X₂ per ψ and per δ.
         on_wheel: what acts on the wheel.
     """
 
@@ -81,12 +82,12 @@ class Hanging(_Numbers, ThreadSystem):
         x, nodes = nodes_of(place, work), work.nodes
         store(nodes.vertical, 0, column(LINE, place.terms, x, work))
         store(nodes.gravity, 0, column(GRAVITY, place.terms, x, work))
-        store(nodes.turn, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+        store(nodes.alpha_rate, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the planes; d1 stays zero."""
-        psi, delta, _, _ = _at_stages(self, mode, omega, work)
-        bends = _modes(self, psi, delta)
+        """Fill what the accelerations add to the rotation of the planes; d1 stays zero."""
+        psi_bend, delta_bend, _, _ = _at_stages(self, mode, omega, work)
+        bends = _modes(self, psi_bend, delta_bend)
         for p in range(len(omega)):
             store(work.d2, p, omega[p] * load(work.x, p) + bends[p] * (1.0 / omega[p]))
 
@@ -106,17 +107,20 @@ class Hanging(_Numbers, ThreadSystem):
         return psi - delta
 
     def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
-        """Return the largest square of the difference of θ and u over piece k."""
+        """Return a bound of α² + (α̇/ω)² over piece k, ω the frequency of the swing."""
         value, rate = case_bounds(pieces, k)
         rate = rate / self.pace
         return value * value + rate * rate
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether u swings wider at all nodes than what parts θ from u: δ − α."""
+        """Return whether u swings wider at all nodes than θ − u = δ − α can be.
+
+        Widths are those in the phase plane, of (u, u̇/ω).
+        """
         (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
         u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
-        swung = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
-        apart = math.sqrt(swung) + math.sqrt(square)
+        inclined = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
+        apart = math.sqrt(inclined) + math.sqrt(square)
         return least(u * u + u_rate * u_rate) > CLEAR * (apart * apart)
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
@@ -124,7 +128,7 @@ class Hanging(_Numbers, ThreadSystem):
         return _instant(self, mode, omega, planes, at)
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
-        """Return the rates of the modes and of their rates."""
+        """Return Ẋ and ωẎ of each mode."""
         psi_rate = now.rate + (at.line.rate - at.tilt.rate)
         psi_bend = now.bend + (at.line.bend - at.tilt.bend)
         rates = _modes(self, psi_rate, psi_rate - now.speed)
@@ -137,13 +141,16 @@ class Hanging(_Numbers, ThreadSystem):
         return psi - (at.line.value - at.tilt.value)
 
     def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
-        """Let an impulse change both rates; the thread stays taut."""
+        """Let an impulse change both rates: the taut thread by −r/l of what the wheel takes.
+
+        The energy goes into ½(I + m r²u²)θ̇².
+        """
         radius, u, planes = self.radius, now.coordinate, state.planes
         mass = 1.0 + self.ratio * radius * u * u
         struck = mode.direction * math.sqrt(now.rate * now.rate + self.on_wheel.energy / mass)
         kick = struck - now.rate
-        swung = -radius / (self.length - 0.5 * radius * u * u) * kick
-        first, second = _modes(self, kick, swung)
+        thread_kick = -radius / (self.length - 0.5 * radius * u * u) * kick
+        first, second = _modes(self, kick, thread_kick)
         planes[0].y += first / omega[0]
         planes[1].y += second / omega[1]
         planes[0].y_rest = planes[1].y_rest = 0.0
@@ -151,7 +158,7 @@ class Hanging(_Numbers, ThreadSystem):
 
 @inlined
 def _angles(system: Hanging, first: Number, second: Number) -> Pair:
-    """Return ψ and δ, or their rates, of the modes."""
+    """Return ψ and δ of the coordinates of the modes, or the rates of these of their rates."""
     wheel, thread = system.wheel, system.thread
     return wheel[0] * first + wheel[1] * second, thread[0] * first + thread[1] * second
 
@@ -174,13 +181,15 @@ def _pushed(
     g: Number,
     drag: Number,
 ) -> tuple[Number, Number, Number, Number]:
-    """Return ψ̈, δ̈, the tension over m and the free thread.
+    """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
     Args:
-        cosine: cosine of δ − β.
-        sine: sine of δ − β.
+        system: the constants.
+        psi, delta: ψ and δ.
+        rates: ψ̇ and δ̇.
+        cosine, sine: of δ − β.
         g: g_eff.
-        drag: on the wheel, and recoil, over I.
+        drag: torques of drag and recoil, reversed, over I.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta
@@ -188,14 +197,14 @@ def _pushed(
     pulled = g * cosine + free * (delta_rate * delta_rate) + radius * (psi_rate * psi_rate)
     mass = 1.0 + (system.ratio * radius) * (u * u)
     psi_bend = -(system.ratio * (u * pulled) + drag) / mass
-    carried = radius * (u * delta_rate) * (2.0 * psi_rate - delta_rate)
-    delta_bend = (carried - g * sine - radius * psi_bend) / free
+    wound = radius * (u * delta_rate) * (2.0 * psi_rate - delta_rate)
+    delta_bend = (wound - g * sine - radius * psi_bend) / free
     return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
 
 
 @inlined
 def _modes(system: Hanging, psi: Number, delta: Number) -> Pair:
-    """Return of ψ and δ, or their rates, what the modes have."""
+    """Return the coordinates of the modes of ψ and δ, or the rates of these of their rates."""
     first, second = system.to_first, system.to_second
     return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
 
@@ -208,7 +217,7 @@ def _at_stages(
     (psi, delta), rates = _stages(system, omega, work)
     nodes: Nodes = work.nodes
     sine, versine = sine_versine(delta - load(nodes.vertical))
-    drag = resistance(system.on_wheel, mode, rates[0] - load(nodes.turn))
+    drag = resistance(system.on_wheel, mode, rates[0] - load(nodes.alpha_rate))
     gravity = load(nodes.gravity)
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
 
@@ -217,6 +226,7 @@ def _at_stages(
 def _instant(
     system: Hanging, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
 ) -> Instant:
+    """Return wheel and thread at an instant: as `_at_stages`, and the torque of the thread."""
     line, tilt = at.line, at.tilt
     psi, delta = _angles(system, planes[0].x, planes[1].x)
     rates = _angles(system, omega[0] * planes[0].y, omega[1] * planes[1].y)
@@ -227,13 +237,13 @@ def _instant(
         system, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
     )
     return Instant(
-        psi - (line.value - tilt.value),
-        rate,
-        psi_bend - (line.bend - tilt.bend),
-        tension,
-        free - system.least,
-        psi_bend + drag,
-        psi - delta,
-        rates[0] - rates[1],
-        psi_bend - delta_bend,
+        angle=psi - (line.value - tilt.value),
+        rate=rate,
+        bend=psi_bend - (line.bend - tilt.bend),
+        tension=tension,
+        margin=free - system.least,
+        torque=psi_bend + drag,
+        coordinate=psi - delta,
+        speed=rates[0] - rates[1],
+        acceleration=psi_bend - delta_bend,
     )

@@ -1,10 +1,12 @@
-"""The ideal cam on a steady platform: harmonic motion in closed form.
+"""The ideal cam on a platform at rest: harmonic motion in closed form.
 
-s = s(A) cos ωt along the arc, with ω² = F t'(0)/I, exact at any time at no cost per swing
-(A §XV–XIX: isochronous with a simple pendulum of length I g/(P r)). Where nothing but the wheel
-has inertia the arc is the angle; with a weight's own cam it is not (theory D). The phase ωt is
-reduced as t · ω/π with ω/π carried to twice the working precision, so that a hundred days later
-only the rounding of the phase is left.
+A wheel released at rest at ϑ = A moves as s = s(A) cos ωt along the arc s = ∫√M dϑ, with M the
+moment of inertia and ω² = F t'(0)/I (A §XV–XIX: isochronous with a simple pendulum of length
+I g/(P r)). Where nothing but the wheel has inertia, s is proportional to ϑ; with the cam corrected
+for a weight it is not (theory D).
+
+t · ω/π is reduced to half turns with ω/π in twice the working precision, so that even after a
+hundred days the phase is exact to its own rounding.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ NAME = 'harmonic'
 
 
 def frequency(machine: Machine) -> Decimal:
-    """Return ω = √(F t'(0)/I) of a well in 50 digits, the machine's numbers exact [1/s]."""
+    """Return ω = √(F t'(0)/I) in `DIGITS` digits; the machine's numbers are exact [rad/s]."""
     with localcontext() as context:
         context.prec = DIGITS
         pull = Decimal(machine.force) + Decimal(machine.pulling_mass) * Decimal(machine.gravity)
@@ -39,7 +41,7 @@ def half_turns_per_ns(omega: Decimal) -> tuple[float, float]:
 
 
 class Harmonic(ClosedForm):
-    """Propagator of an ideal cam at rest; the state is the release angle, which never changes."""
+    """Propagator of an ideal cam on a platform at rest."""
 
     name = NAME
 
@@ -69,7 +71,7 @@ class Harmonic(ClosedForm):
     def _swing(
         self, cosine: FloatArray, sine: FloatArray
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return ϑ, ϑ̇ and I ϑ̈ where the phase has this cosine and sine.
+        """Return ϑ, ϑ̇ and the torque Iϑ̈ where the phase has this cosine and sine.
 
         From ṡ = √M ϑ̇ and s̈ = −ω²s: ϑ̈ = −(ω²s + m t t' ϑ̇²/√M)/√M.
         """

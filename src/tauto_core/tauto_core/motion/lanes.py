@@ -1,13 +1,13 @@
-"""Eight or sixteen doubles as one number: the values at the stages of a step, in kernels.
+"""Lanes: eight or sixteen doubles as one number, such as the values at the stages of a step.
 
 Lanes exist in compiled code only. They add, subtract, multiply, divide and negate, with each other
-and with floats, so that one formula serves a stage vector and a single state. LLVM maps eight of
-them to what the processor has: one AVX-512 register, two of AVX2, four of SSE2 or NEON, or plain
-doubles. Operations are neither reordered nor fused, except by `fma`: the bits are the same
-everywhere.
+and with floats, so that one formula serves all stages of a step as well as one instant. LLVM maps
+eight of them to what the processor has: one register of AVX-512, two of AVX2, four of SSE2 or
+NEON, or plain doubles. Operations are neither reordered nor fused, except by `fma`, so that the
+bits are the same everywhere.
 
-Rows of an array are eight numbers long; those of a field of a record, which its type has in rows,
-are as long as these.
+Arrays and fields of records are read and written by rows. A row of an array is eight numbers long,
+one of a record's field as long as the last dimension of the field's type.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _is_lanes(x: Any) -> bool:
 
 
 def _row(rows: Any) -> int:
-    """Return how long a row is: of an array, behind a pointer, or of what is lanes itself."""
+    """Return the length of a row of an array or a field, or the number of lanes of lanes."""
     kind: Any = getattr(rows, 'kind', None)
     return int(kind.lanes) if _is_lanes(rows) else int(getattr(kind, 'row', SIZE))
 
@@ -55,7 +55,7 @@ def store(out: Emission, array: Any, row: Any, lanes: Any) -> None:
 
 
 def _combined(out: Emission, rows: Any, first: Any, many: tuple[Any, ...]) -> list[Any]:
-    """Sum rows from a first one on with each of the weights given."""
+    """Return Σ_j weights_j · row (first + j) for each of several weights."""
     begin, count = out.int(first), _row(rows)
     sums: list[list[Any]] = [[] for _ in many]
     for j in range(count):
@@ -83,11 +83,12 @@ def combined_both(out: Emission, array: Any, first: Any, weights: Any, others: A
 
 
 def _mirrored(out: Emission, vector: Any) -> Any:
+    """Return the lanes in reverse order."""
     return out.shuffled(vector, vector, range(vector.type.count - 1, -1, -1))
 
 
 def _total_everywhere(out: Emission, vector: Any) -> Any:
-    """Return the sum of the lanes in all of them: the same order everywhere."""
+    """Return the sum of the lanes, in each lane; the order of summation is fixed."""
     count, apart = vector.type.count, 1
     while apart < count:
         other = out.shuffled(vector, vector, [i ^ apart for i in range(count)])
@@ -96,7 +97,7 @@ def _total_everywhere(out: Emission, vector: Any) -> Any:
 
 
 def _folded_sums(out: Emission, rows: Any, first: Any, room: Any, weights: Any) -> Any:
-    """Do for one set of weights what `folded_both` does."""
+    """Return what `folded_both` does, for one set of weights."""
     count = _row(rows)
     half = count // 2
     given = out.lanes(weights)
@@ -129,15 +130,18 @@ def _folded_sums(out: Emission, rows: Any, first: Any, room: Any, weights: Any) 
 def folded_both(
     out: Emission, array: Any, first: Any, room: Any, weights: Any, others: Any
 ) -> Any:
-    """Return `combined` of mirrored rows with two weights, at half the operations.
+    """Return `combined_both` of the matrix of a symmetric rule, at half the operations.
 
-    The matrix of a symmetric rule differs from half its weights by one that changes its sign when
-    rows and columns are mirrored: so it takes sums of mirrored numbers to differences, and these
-    to sums. Its rows here are those of `gauss.Gauss.folded`. What is to be in all lanes is read
-    from memory, which costs nothing beside arithmetic; moving it between lanes would.
+    Half the rule's weights subtracted from each row leave a matrix that changes its sign when the
+    order of its rows and of its columns is reversed. It therefore takes sums of mirrored numbers
+    to differences, and differences to sums, by matrices of half the size. Numbers that all lanes
+    need are read back from memory: loads run beside the arithmetic, moves between lanes would not.
 
     Args:
-        room: two rows from here on are overwritten.
+        array: with the matrix as `gauss.Gauss.folded`.
+        first: row at which it begins.
+        room: row of `array` from which on two are overwritten.
+        weights, others: the numbers that the matrix is multiplied with.
     """
     begin, place = out.int(first), out.int(room)
     return out.group(
@@ -156,13 +160,13 @@ def is_lanes(_out: Emission, x: Any) -> Any:
 
 @intrinsic
 def width(_out: Emission, rows: Any) -> Any:
-    """Return how many numbers a row is long, or how many lanes there are: a constant."""
+    """Return the length of a row, or the number of lanes: known when compiling."""
     return _row(rows)
 
 
 @intrinsic
 def filled(out: Emission, like: Any, x: Any) -> Any:
-    """Return the same number in all lanes: as many as `like`, lanes or rows, has."""
+    """Return the same number in all lanes, as many of them as lanes or rows `like` has."""
     return out.as_lanes(out.spread(out.float(x), _row(like)))
 
 
@@ -210,7 +214,7 @@ def _smaller(out: Emission, a: Any, b: Any) -> Any:
 
 
 def _folded(out: Emission, vector: Any, pair: Callable[[Any, Any], Any]) -> Any:
-    """Fold halves onto each other until one number is left: the same order everywhere."""
+    """Fold halves onto each other until one number is left; the order is fixed."""
     count = vector.type.count
     while count > 1:
         count //= 2
@@ -222,21 +226,21 @@ def _folded(out: Emission, vector: Any, pair: Callable[[Any, Any], Any]) -> Any:
 
 @intrinsic
 def largest(out: Emission, lanes: Any) -> Any:
-    """Return the largest magnitude of the lanes; NaNs may be passed over."""
+    """Return the largest magnitude of the lanes; a NaN may be ignored."""
     size = out.vector_function('fabs', out.lanes(lanes))
     return _folded(out, size, lambda a, b: _larger(out, a, b))
 
 
 @intrinsic
 def negative(out: Emission, lanes: Any) -> Any:
-    """Return which lanes are below zero, a bit each, the first lane in the lowest."""
+    """Return one bit for each lane, set if it is below zero; the first lane's is the lowest."""
     vector = out.lanes(lanes)
     return out.as_int(out.bits(out.b.fcmp_ordered('<', vector, out.zeros(vector))))
 
 
 @intrinsic
 def ones(out: Emission, bits: Any) -> Any:
-    """Return how many bits are set."""
+    """Return the number of bits that are set."""
     return out.as_int(out.b.ctpop(out.int(bits)))
 
 
@@ -249,7 +253,7 @@ def larger(out: Emission, a: Any, b: Any) -> Any:
 
 @intrinsic
 def least(out: Emission, lanes: Any) -> Any:
-    """Return the least of the lanes; NaNs may be passed over."""
+    """Return the least of the lanes; a NaN may be ignored."""
     return _folded(out, out.lanes(lanes), lambda a, b: _smaller(out, a, b))
 
 

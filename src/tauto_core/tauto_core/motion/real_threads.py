@@ -1,7 +1,7 @@
-"""The propagator of Sully's lever and of the thread that swings: collocation from event to event.
+"""The propagator of Sully's lever and of the swinging thread: collocation from event to event.
 
-A ship that lies still is one whose apparent vertical and gravity are constants, so that the
-kernels of each machine are compiled once.
+Where the ship lies still, its apparent vertical and gravity are constant polynomials, so that the
+same kernels serve on land and at sea.
 """
 
 from __future__ import annotations
@@ -31,19 +31,27 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
 MAX_ANGLE = 2.0
-"""Longest step, as the angle it turns [rad]."""
+"""Longest step, as the phase ωh of the fastest plane [rad]."""
 
 COARSEN = 2.0**-17
-"""Share of the tolerance below which steps double, since their error then grows by 2^16."""
+"""Share of the tolerance below which steps double: by that their error grows 2^16 times."""
 
 _SHORTER = 0.94
+"""Factor by which the next shorter step is tried."""
 
 _MOST_TRIAL_STEPS = 4096
-"""Largest number that is used for a thread whose own period is far longer than the wheel's."""
+"""Most steps of a trial, for threads whose own period is far longer than the wheel's."""
 
 
 class Case(NamedTuple):
-    """The case and the apparent vertical at the start: β, τ = β − α_c and their rates."""
+    """The case at the start, by the direction β of the apparent vertical and its tilt τ = β − α_c.
+
+    Attributes:
+        vertical: β [rad].
+        vertical_rate: β̇ [rad/s].
+        tilt: τ [rad].
+        tilt_rate: τ̇ [rad/s].
+    """
 
     vertical: float
     vertical_rate: float
@@ -67,13 +75,14 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
 
 
 def _lever(machine: LeverMachine, settled: float) -> Moved:
+    """Return the lever, in a plane that turns with the free swing from the release angle."""
     try:
         omega = math.tau / machine.period(machine.release_angle)
     except CamRangeError:
         omega = machine.frequency
-    carried = math.sqrt(machine.turned_inertia / machine.inertia)
-    weight = machine.mass * machine.weight_arm / (machine.inertia * carried)
-    system = Lever(lever_shape(machine, settled), carried, weight, _on_wheel(machine, omega))
+    root_j = math.sqrt(machine.turned_inertia / machine.inertia)
+    kappa = machine.mass * machine.weight_arm / (machine.inertia * root_j)
+    system = Lever(lever_shape(machine, settled), root_j, kappa, _on_wheel(machine, omega))
     return Moved(system, (omega,))
 
 
@@ -82,6 +91,7 @@ def _pair(numbers: FloatArray) -> tuple[float, float]:
 
 
 def _hanging(machine: HangingMachine) -> Moved:
+    """Return the swinging thread, in the planes of its modes."""
     slow, fast, slow_share, fast_share = machine.modes
     columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
     columns = columns / np.max(np.abs(columns), axis=0)
@@ -144,35 +154,39 @@ class RealThreads(Stepped):
         return self._motion(row)
 
     def _outside(self, forcing: Forcing) -> Pieces:
-        """Return lengths and channels; constants where the ship lies still."""
+        """Return the pieces; their channels are constants where the ship lies still."""
         if forcing.neutral is not None:
             return super()._outside(forcing)
         still = np.zeros((len(forcing.length_s), 1))
         return Pieces(forcing.length_s, still, still, still + self._machine.gravity)
 
     def _place(self, case: Case) -> None:
-        """Put the wheel at rest in the case at the release angle."""
+        """Put the wheel at rest in the case at the release angle.
+
+        The lever then has ṡ = 0, so that p = Aα̇ (lever_plane).
+        """
         machine, (system, omega) = self._machine, self._model
-        turn, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
+        case_rate, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
         planes[:] = 0.0, 0.0, 0.0, 0.0
         if isinstance(system, Hanging):
             angles = machine.release_angle + case.vertical - case.tilt, case.vertical
             for p, back in enumerate((system.to_first, system.to_second)):
                 planes['x'][p] = back[0] * angles[0] + back[1] * angles[1]
-                rate = back[0] * turn + back[1] * case.vertical_rate
+                rate = back[0] * case_rate + back[1] * case.vertical_rate
                 planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
-            ratio = system.carried * float(machine.ratio(angle))
-            dragged = (1.0 + system.carried * ratio) / math.hypot(1.0, ratio)
+            ratio = system.root_j * float(machine.ratio(angle))
+            a = (1.0 + system.root_j * ratio) / math.hypot(1.0, ratio)
             planes['x'] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
-            planes['y'] = dragged * turn / omega[0]
+            planes['y'] = a * case_rate / omega[0]
 
     def _longest_step(self) -> float:
         """Return the longest step [s] with which no step of a swing on land must be halved."""
         angle, fastest = MAX_ANGLE, max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
-        # without turning points d has no meaning; the pallet is 0, and so is recoil
+        # No turning points are found here, so that the drag may not ask for the direction of the
+        # swing; no impulse comes, so that the pallet stays 0 and recoil with it.
         on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, impulse=math.inf)
         free = self._model._replace(system=self._model.system._replace(on_wheel=on_wheel))
         step = MARGIN * self._tolerance.step
@@ -217,7 +231,7 @@ class RealThreads(Stepped):
         )
 
     def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
-        """Return the angle of (x, −ẋ/ω) within a turn, x = s of the lever, u of the thread."""
+        """Return the phase within a turn, of s of the lever or u of the thread (`phase.polar`)."""
         x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
         return polar(x, speed, acceleration, self._machine.frequency)
 

@@ -1,4 +1,9 @@
-"""Rows that turn the numbers of a polynomial u over a span into b, and into u at its end."""
+"""Constant rows for spans of a linear oscillator that a polynomial u drives.
+
+The integral b of the span (P.1 in docs/theory/propagators.md) and u, u̇, ü at its end are linear in
+the numbers that determine u: its coefficients, or the samples that it interpolates. The product of
+one row with these numbers therefore gives b, u, u̇ and ü, and no polynomial is fitted.
+"""
 
 from __future__ import annotations
 
@@ -10,31 +15,47 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tauto_core.motion.lanes import SIZE
 from tauto_core.samples import FloatArray, IntArray
 
-WIDTH = 8
-"""Numbers in a row of `lanes`."""
+B_RE, B_IM, U, U_RATE, U_BEND = range(5)
+"""Columns of a product: real and imaginary part of b, then u, u̇ and ü at the end of the span."""
 
 TURN = 0.35
-"""Longest part of a turn that is integrated at once [rad]: there the remainder of 24 points is far
-below rounding. It is also the longest part over which a wheel that may pass zero twice is
-followed.
+"""Longest part of a span that is integrated at once, as |iω − δ| times its length [rad].
+
+The exponential is then exact to rounding in a Gauss–Legendre rule of 24 points. The parts are also
+those in which the passages of a wheel that may pass zero twice are counted (`linear_passages`).
 """
 
 _ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
 class Law(NamedTuple):
-    """ż = (iω − δ) z + p u + q u̇, as floats."""
+    """ż = (iω − δ) z + a u + c u̇.
+
+    Attributes:
+        omega: ω [rad/s].
+        delta: δ [1/s].
+        per_value: a, the drive per u.
+        per_rate: c, the drive per u̇.
+    """
 
     omega: float
     delta: float
-    p: float
-    q: float
+    per_value: float
+    per_rate: float
 
 
 class Shape(NamedTuple):
-    """Spans from `begin` to `end` of pieces of a length, with u given by samples or not."""
+    """What spans have in common that can share rows.
+
+    Attributes:
+        length_s: length of the piece of forcing [s].
+        begin: where in the piece the span begins, in x from 0 to 1.
+        end: where it ends.
+        sampled: whether samples determine u; otherwise its coefficients do.
+    """
 
     length_s: float
     begin: float
@@ -50,30 +71,37 @@ class Shape(NamedTuple):
 class Responses(NamedTuple):
     """The constants that spans of n shapes share.
 
-    A row multiplies one of the w numbers that determine u; it holds their factors in the real and
-    imaginary part of b and in u, u̇, ü at the end, side by side, with three zeros behind.
+    w numbers determine u. Row j of a span or part holds the factors of the j-th of them in b, u, u̇
+    and ü, in the columns `B_RE` to `U_BEND`; three zeros fill it up to the width of lanes.
 
     Attributes:
-        rows: of the spans, then those of their parts, (n + m, w, 8).
-        parts: in how many parts at most `TURN` long each shape is divided, (n,).
-        first: where in `rows` these begin, (n,).
-        time_s: length of the span, (n,).
+        rows: those of the spans, then those of all parts, (n + Σ parts, w, 8).
+        parts: number of equal parts, at most `TURN` long, of each shape, (n,).
+        first_part: where in `rows` the parts of a shape begin, (n,).
+        time_s: length of the span [s], (n,).
         decay: e^{−δ·time}, (n,).
-        per_slope: factor that turns rates of samples, or du/dx of coefficients, into u̇, (n,).
+        per_slope: factor that turns the rates of samples, or du/dx, into u̇, (n,).
     """
 
     rows: FloatArray
     parts: IntArray
-    first: IntArray
+    first_part: IntArray
     time_s: FloatArray
     decay: FloatArray
     per_slope: FloatArray
 
 
 def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]]]:
-    """Return the number of the kind of each row of some columns, (n,), and the kinds.
+    """Return the distinct rows of a table, and which of them each row is.
 
-    Most rows are alike; only the others are worth sorting.
+    Most rows of the forcing are alike, so that only those which differ from one in the middle are
+    sorted.
+
+    Args:
+        columns: of the table, each (n,).
+
+    Returns:
+        The index of each row among the distinct ones, (n,), and these.
     """
     usual = [column[len(column) // 2] for column in columns]
     unlike = np.zeros(len(columns[0]), np.bool_)
@@ -96,8 +124,9 @@ def responses(
     Args:
         law: the law of the oscillator and its forcing.
         shapes: n of them.
-        nodes: x of the samples of a window.
-        width: w, how many numbers give u: twice the nodes, or coefficients; 0: u = 0.
+        nodes: x of the samples that u interpolates, with their rates.
+        width: w, how many numbers determine u: twice the number of nodes, or of coefficients; 0
+            where u = 0.
     """
     found = [_rows(law, each, nodes if each.sampled else None, width) for each in shapes]
     parts = np.array([len(each) - 1 for each in found])
@@ -105,7 +134,7 @@ def responses(
     return Responses(
         rows=np.concatenate([each[:1] for each in found] + [each[1:] for each in found]),
         parts=parts,
-        first=len(found) + np.cumsum(parts) - parts,
+        first_part=len(found) + np.cumsum(parts) - parts,
         time_s=time_s,
         decay=np.exp(-law.delta * time_s),
         per_slope=np.array([1.0 if each.sampled else 1.0 / each.length_s for each in shapes]),
@@ -114,10 +143,13 @@ def responses(
 
 @lru_cache(maxsize=1024)
 def _rows(law: Law, shape: Shape, nodes: tuple[float, ...] | None, width: int) -> FloatArray:
-    """Return the row of a span, then those of its parts; no `nodes`: of powers of x."""
+    """Return the rows of a span, then those of its parts, (1 + parts, w, 8).
+
+    Samples at `nodes` determine u, or coefficients where there are none.
+    """
     length_s, begin = shape.length_s, shape.begin
     parts = max(math.ceil(math.hypot(law.omega, law.delta) * shape.time_s / TURN), 1)
-    rows = np.zeros((1 + parts, width, WIDTH))
+    rows = np.zeros((1 + parts, width, SIZE))
     if not width:
         return rows
     edges = begin + (shape.end - begin) * np.arange(parts + 1) / parts
@@ -127,20 +159,20 @@ def _rows(law: Law, shape: Shape, nodes: tuple[float, ...] | None, width: int) -
     pull = law.delta - 1j * law.omega
     weight = 0.5 * _WEIGHTS * long * length_s * np.exp(pull * (x - edges[:-1, None]) * length_s)
     u, slope, _ = _basis(x, length_s, nodes, width)
-    b = np.einsum('mi,mij->mj', weight, law.p * u + law.q * slope)
-    rows[1:, :, 0], rows[1:, :, 1] = b.real, b.imag
-    rows[1:, :, 2], rows[1:, :, 3], rows[1:, :, 4] = _basis(edges[1:], length_s, nodes, width)
-    # each part turned back to the span's beginning
+    b = np.einsum('mi,mij->mj', weight, law.per_value * u + law.per_rate * slope)
+    rows[1:, :, B_RE], rows[1:, :, B_IM] = b.real, b.imag
+    rows[1:, :, U : U_BEND + 1] = np.moveaxis(_basis(edges[1:], length_s, nodes, width), 0, -1)
+    # b of a part counts from the part's beginning, that of the span from the span's
     whole = (np.exp(pull * (edges[:-1] - begin) * length_s)[:, None] * b).sum(axis=0)
     rows[0] = rows[-1]
-    rows[0, :, 0], rows[0, :, 1] = whole.real, whole.imag
+    rows[0, :, B_RE], rows[0, :, B_IM] = whole.real, whole.imag
     return rows
 
 
 def _basis(
     x: FloatArray, length_s: float, nodes: tuple[float, ...] | None, width: int
 ) -> FloatArray:
-    """Return rows that turn the numbers that determine u into u, u̇, ü at x, (3, …, width)."""
+    """Return the factors of the numbers that determine u in u, u̇ and ü at x, (3, …, width)."""
     if nodes is None:
         rows = _powers(x, width)
     else:
@@ -151,7 +183,7 @@ def _basis(
 
 
 def _powers(x: FloatArray, width: int) -> FloatArray:
-    """Return x^j and its first two derivatives, (3, …, width)."""
+    """Return x^j and its first two derivatives in x, (3, …, width)."""
     rows = np.zeros((3, *x.shape, width))
     rows[0] = x[..., None] ** np.arange(width)
     for n in (1, 2):
@@ -160,10 +192,14 @@ def _powers(x: FloatArray, width: int) -> FloatArray:
 
 
 def _cardinals(x: FloatArray, nodes: FloatArray) -> FloatArray:
-    """Return Hermite's cardinal functions, of values, then slopes, and two derivatives.
+    """Return the basis of Hermite interpolation and its first two derivatives in x.
 
-    To the value at a node z belongs (1 − 2 l'(z) (x − z)) l², to the slope (x − z) l², with l
-    Lagrange's polynomial of z. All are kept as their Taylor polynomials about x.
+    The basis function of the value at a node z is (1 − 2 l'(z) (x − z)) l², that of the slope
+    (x − z) l², with l the Lagrange polynomial that is one at z. Each function is computed as its
+    Taylor polynomial of degree 2 about x, which gives the derivatives.
+
+    Returns:
+        The functions of the values, then those of the slopes, (3, …, 2 · nodes).
     """
     own = np.eye(len(nodes))
     apart = nodes[:, None] - nodes + own

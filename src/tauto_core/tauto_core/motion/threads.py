@@ -1,4 +1,4 @@
-"""What the systems of both real threads share: that of the lever and the swinging one."""
+"""What Sully's lever and the swinging thread share as systems of the driver."""
 
 from __future__ import annotations
 
@@ -24,19 +24,20 @@ from tauto_core.motion.wells import term
 from tauto_core.motion.work import Omega, Work
 
 WELL_WITHIN = 0.05
-"""Margin that all nodes must have if a step is surely within the range."""
+"""Margin at all nodes from which on a step counts as within the range between them, too."""
 
 
 class OnWheel(NamedTuple):
-    """What acts on the wheel besides the thread, per inertia, and how it swings.
+    """What acts on the wheel besides the thread, over its moment of inertia I.
 
     Attributes:
-        viscous: c₁/I.
+        viscous: c₁/I [1/s].
         quadratic: c₂/I.
-        energy: twice the impulse's over I.
-        recoil: R/I, or None.
-        impulse, pace: as in `System`.
-        gravity: at rest [m/s2].
+        energy: twice the energy of an impulse over I [1/s2].
+        recoil: R/I of the escapement [1/s2], or None.
+        impulse: angle of the impulse [rad]; infinite without one.
+        pace: frequency of the swing [rad/s].
+        gravity: g at rest [m/s2].
     """
 
     viscous: float
@@ -51,7 +52,7 @@ class OnWheel(NamedTuple):
 class ThreadSystem(System):
     """A wheel on a real thread, as `System`.
 
-    Absent terms are zeros, so that the kernels of all machines are the same.
+    Absent drag is zero, not None, so that machines with and without it share their kernels.
     """
 
     @property
@@ -85,8 +86,8 @@ class ThreadSystem(System):
     ) -> float:
         """Return the time to a little after the next impulse to expect [s], or inf.
 
-        The swing goes on about its centre as that moves with the case now, as fast as gravity lets
-        it on the way.
+        The swing goes on about its centre as that moves with the case now, at a frequency that
+        goes with √g_eff on the way. Only the layout of steps depends on this prediction.
         """
         if not self.feels_impulse:
             return math.inf
@@ -114,7 +115,7 @@ def resistance(on_wheel: OnWheel, mode: Mode, rate: Number) -> Number:
 
 @compiled
 def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> Beyond:
-    """Return whether a step leaves the range, by tension and margin at its nodes."""
+    """Return whether a step leaves the range, from tension, margin and coordinate at its nodes."""
     edge, slack = first_below(margin, work), first_below(tension, work)
     within = least(margin) > WELL_WITHIN and least(tension) > 0.0
     return Beyond(edge, slack, within, largest(coordinate))
@@ -122,7 +123,10 @@ def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> B
 
 @compiled
 def case_bounds(pieces: Pieces, k: int) -> tuple[float, float]:
-    """Return bounds of the case's angle α = β − τ [rad] and of α̇ [rad/s] over piece k."""
+    """Return bounds of the case's angle α = β − τ [rad] and of α̇ [rad/s] over piece k.
+
+    They are the sums of the coefficients' magnitudes, which no polynomial exceeds for 0 ≤ x ≤ 1.
+    """
     vertical, tilt = pieces.line, pieces.tilt
     if vertical is None or tilt is None:
         return 0.0, 0.0

@@ -13,10 +13,10 @@ OMEGA = Decimal('7.0710678118654752440084436210484903928483593768847')
 
 
 @entry
-def at_times(times, turns, fine, cosine, sine):
+def at_times(times, high, low, cosine, sine):
     reduced = np.empty(len(times), np.uint64)
     for i in range(len(times)):
-        reduced[i] = turns_at(times[i], turns, fine)
+        reduced[i] = turns_at(times[i], high, low)
     cosine_sine(reduced, cosine, sine)
 
 
@@ -25,7 +25,7 @@ def test_a_uniform_rotation_keeps_its_phase_for_a_century():
     times = np.random.default_rng(1).integers(0, 36_525 * 86_400 * 10**9, 200)
     of = oscillator(OMEGA)
     cosine, sine = np.empty((2, len(times)))
-    at_times(times, of.turns, of.fine, cosine, sine)
+    at_times(times, of.turns_per_ns, of.turns_per_ns_low, cosine, sine)
     with mpmath.workdps(50):
         angles = [mpmath.mpf(str(OMEGA)) * int(t) / 10**9 for t in times]
         wanted = [[float(f(x)) for x in angles] for f in (mpmath.cos, mpmath.sin)]

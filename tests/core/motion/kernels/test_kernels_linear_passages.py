@@ -1,0 +1,46 @@
+"""The bound by which spans of a linear wheel are calm."""
+
+import math
+
+import numpy as np
+
+from tauto_core.kernels import entry
+from tauto_core.motion.linear import Polynomials
+from tauto_core.motion.linear_passages import BEYOND_SAMPLES, _bound_of_all
+
+OMEGA0, STEP_S, SAMPLES = 6.3, 0.5, 400
+
+
+@entry
+def bound_of_all(omega0, u):
+    return _bound_of_all(omega0, u)
+
+
+def bound(values, rates):
+    return bound_of_all(
+        OMEGA0, Polynomials(values, rates, np.zeros(1, np.int64), np.empty((0, 6)))
+    )
+
+
+def test_a_sea_whose_shortest_wave_has_four_samples_keeps_within_the_bound():
+    """Ehlich and Zeller: 1/cos(π/4) = 1.414 at most, of a wave with peaks between them."""
+    t = STEP_S * np.arange(SAMPLES)
+    between = np.linspace(0.0, t[-1], 40 * SAMPLES)
+    shortest = 2.0 * math.pi / (4.0 * STEP_S)
+    rng = np.random.default_rng(1)
+    seas = [(np.array([1.0]), np.array([shortest]), np.array([math.pi / 4]))]
+    for _ in range(20):
+        seas.append(
+            (rng.uniform(0, 1, 16), rng.uniform(0.1, 1, 16) * shortest, rng.uniform(0, 7, 16))
+        )
+    for amplitude, omega, phase in seas:
+
+        def motion(at, amplitude=amplitude, omega=omega, phase=phase):
+            turned = np.multiply.outer(at, omega) + phase
+            return np.cos(turned) @ amplitude, -np.sin(turned) @ (amplitude * omega)
+
+        found = bound(*motion(t))
+        u, rate = motion(between)
+        assert np.max(np.hypot(u, rate / OMEGA0)) <= found
+    value, rate = motion(t)
+    assert found == BEYOND_SAMPLES * math.hypot(abs(value).max(), abs(rate).max() / OMEGA0)
