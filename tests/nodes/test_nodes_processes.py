@@ -381,6 +381,7 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     assert played.returncode == 0, played.stderr
     assert 'played clock/reading 21' in played.stdout + played.stderr
     assert played.stderr.startswith(f'tauto: {out}: plays when each topic has a subscriber')
+    assert played.stderr.endswith(f'tauto: {out}: played to its end\n')
 
 
 BAG = str(Path(__file__).parents[2] / 'bags' / 'cheek_1min')

@@ -198,7 +198,15 @@ def play(
     for name, value in values.items():
         arguments += ['-p', f'{name}:={json.dumps(value)}']
     say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
+    made: list[Player] = []
+
+    def player() -> Player:
+        made.append(Player(bag=opened, progress=progress))
+        return made[0]
+
     with progress_bar(str(bag)) as progress:
-        code = run((lambda: Player(bag=opened, progress=progress),), arguments)
+        code = run((player,), arguments)
+    if any(each.over for each in made):
+        say(f'{bag}: played to its end')
     if code:
         raise typer.Exit(code)
