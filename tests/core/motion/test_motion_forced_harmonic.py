@@ -11,7 +11,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.forced_harmonic import ForcedHarmonic
-from tauto_core.motion.forcing import Window
+from tauto_core.motion.forcing import Polynomials, Window
 from tauto_core.samples import JOINT_STATES, PHASE, SHIP_IMU, take
 from tauto_core.ship import ShipMotion
 
@@ -50,10 +50,7 @@ def sampled_spans(stride, step_s, cuts):
         np.ones(n, np.bool_),
         window=Window(
             tuple(nodes),
-            line(t),
-            line(t, 1),
-            np.zeros(n, int),
-            np.empty((0, 2 * len(t))),
+            Polynomials(line(t), line(t, 1), np.zeros(n, int), np.empty((0, 2 * len(t)))),
         ),
     )
 

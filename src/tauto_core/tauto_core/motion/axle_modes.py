@@ -17,10 +17,10 @@ import numpy as np
 
 from tauto_core.machines.modes import Modes, exact_lengths, modes
 from tauto_core.motion.bearing import BearingMotion, CaseMotion, ends_of_parts
+from tauto_core.motion.forcing import Polynomials
 from tauto_core.motion.linear import (
     STATE,
     Oscillator,
-    Polynomials,
     Spans,
     oscillator,
     propagate,

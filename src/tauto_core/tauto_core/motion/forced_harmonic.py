@@ -17,10 +17,10 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from tauto_core.machines import Machine
-from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.forcing import Forcing, Motion, Polynomials, no_motion
 from tauto_core.motion.harmonic import frequency
 from tauto_core.motion.limits import edge_reached, released_beyond
-from tauto_core.motion.linear import Path, Polynomials, Spans, oscillator, propagate
+from tauto_core.motion.linear import Path, Spans, oscillator, propagate
 from tauto_core.motion.linear_passages import OK, WHEEL, Well, count_passages
 from tauto_core.motion.phase import DIGITS, phase_rate, since_start, within_turn
 from tauto_core.motion.responses import U_BEND, Law, Shape, U, responses, sorted_out
@@ -92,7 +92,9 @@ class ForcedHarmonic:
     def _spans(self, forcing: Forcing) -> Spans:
         """Return the spans with the constants of their shapes."""
         window, neutral = forcing.window, forcing.neutral
-        sampled = np.zeros(len(forcing.end), np.bool_) if window is None else window.first >= 0
+        sampled = (
+            np.zeros(len(forcing.end), np.bool_) if window is None else window.line.first >= 0
+        )
         shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
         nodes = () if window is None else window.nodes
         width = 2 * len(nodes) if window else 0 if neutral is None else neutral.shape[1]
@@ -150,7 +152,7 @@ def _polynomials(forcing: Forcing) -> Polynomials | None:
     """Return α_c over each span; None if it does not move."""
     window, neutral = forcing.window, forcing.neutral
     if window is not None:
-        return Polynomials(window.values, window.rates, window.first, window.fitted)
+        return window.line
     if neutral is None:
         return None
     return Polynomials(np.empty(0), np.empty(0), -1 - np.arange(len(neutral)), neutral)

@@ -9,6 +9,7 @@ is to be logged.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,27 +17,37 @@ from numpy.typing import NDArray
 from tauto_core.samples import FloatArray, IntArray
 
 
-@dataclass(frozen=True)
-class Window:
-    """The neutral line as the samples that its polynomials interpolate, for linear propagators.
+class Polynomials(NamedTuple):
+    """A polynomial u over each of n spans, by the numbers that determine it.
 
-    A piece is regular if its window, the p samples that its polynomial interpolates, is centred
-    and evenly spaced.
+    Where the piece of a span is regular, the samples of its window do: they are as many for all of
+    these, evenly spaced and centred on the piece, and u has their values and rates.
 
     Attributes:
-        nodes: x of the p samples of a regular piece's window.
-        values: γ at the samples [rad], (m,).
-        rates: γ̇ at the samples [rad/s], (m,).
+        values: u at the samples, (m,).
+        rates: u̇ at the samples [1/s], (m,).
         first: of a span of a regular piece, the index of the first sample of its window, ≥ 0; of
             any other, −1 less its row in `fitted`; (n,).
-        fitted: coefficients of x^j over the pieces that are not regular, (k, 2p).
+        fitted: coefficients of x^j over pieces that are not regular, (k, w).
     """
 
-    nodes: tuple[float, ...]
     values: FloatArray
     rates: FloatArray
     first: IntArray
     fitted: FloatArray
+
+
+@dataclass(frozen=True)
+class Window:
+    """The neutral line as the samples that its polynomials interpolate, for linear propagators.
+
+    Attributes:
+        nodes: x of the p samples of a regular piece's window.
+        line: γ over the spans [rad]; w of `Polynomials` is 2p.
+    """
+
+    nodes: tuple[float, ...]
+    line: Polynomials
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.exact_turns import cosine_sine, turns_at
+from tauto_core.motion.forcing import Polynomials
 from tauto_core.motion.lanes import fma, load, splat, store
 from tauto_core.motion.phase import DIGITS, PI
 from tauto_core.motion.responses import B_IM, B_RE, Responses
@@ -55,23 +56,6 @@ class Oscillator(NamedTuple):
     delta: float
     turns_per_ns: np.uint64
     turns_per_ns_low: np.uint64
-
-
-class Polynomials(NamedTuple):
-    """The polynomial u over each of n spans, by the numbers that determine it.
-
-    Attributes:
-        values: u at the samples, (m,).
-        rates: u̇ at the samples [1/s], (m,).
-        first: of a span whose u interpolates consecutive samples, the index of the first of them,
-            ≥ 0; of any other, −1 less its row in `fitted`; (n,).
-        fitted: coefficients of x^j, (k, w′), w′ ≤ w of `Responses`.
-    """
-
-    values: FloatArray
-    rates: FloatArray
-    first: IntArray
-    fitted: FloatArray
 
 
 class Spans(NamedTuple):

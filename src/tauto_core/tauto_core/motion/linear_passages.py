@@ -17,12 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
+from tauto_core.motion.forcing import Polynomials
 from tauto_core.motion.lanes import SIZE, lane, larger, largest, load, splat
 from tauto_core.motion.linear import (
     STATE,
     Oscillator,
     Path,
-    Polynomials,
     Spans,
     Swing,
     into_frame,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.motion.forcing import Forcing, Window
+from tauto_core.motion.forcing import Forcing, Polynomials, Window
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
@@ -288,7 +288,7 @@ class MotionBuffer:
         )
         if piece is not None:
             first = first[piece]
-        return Window(window_nodes(stride, before), values, rates, first, fitted)
+        return Window(window_nodes(stride, before), Polynomials(values, rates, first, fitted))
 
     def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
         return polynomials(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from tauto_core.kernels import entry
-from tauto_core.motion.linear import Polynomials
+from tauto_core.motion.forcing import Polynomials
 from tauto_core.motion.linear_passages import BEYOND_SAMPLES, _bound_of_all
 
 OMEGA0, STEP_S, SAMPLES = 6.3, 0.5, 400
