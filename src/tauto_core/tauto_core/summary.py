@@ -6,6 +6,7 @@ the same messages, however the stages were run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
@@ -145,8 +146,9 @@ class Summary:
         `rate_error_sigmas` compares the estimated rate with the mean rate of the dial over the
         time in which the filter takes it for one and the same: since the start or, where the state
         has been reopened, since then (`RatedTime`). With covariates the estimated mean of the
-        voyage is compared with the mean rate since the start. It is left out where there is only
-        one instant.
+        voyage is compared with the mean rate since the start. Where the rate of the dial walks at
+        random its departure from that mean is part of the standard deviation. It is left out where
+        there is only one instant.
         """
         last, clock = self._last.get(ESTIMATE), self.clock()
         if last is None:
@@ -158,9 +160,19 @@ class Summary:
         first, end = self._first_reading, self._last_reading
         if first is not None and end is not None and first != end:
             rate, sigma = mean_rate(found)
-            start = None if has_mean_rate(found) else self._rated.start()
-            found['rate_error_sigmas'] = (rate - _rate(start or first, end)) / sigma
+            start = (None if has_mean_rate(found) else self._rated.start()) or first
+            wrong = rate - _rate(start, end)
+            found['rate_error_sigmas'] = wrong / math.hypot(sigma, self._wandered(start, end))
         return found
+
+    def _wandered(self, start: tuple[int, int], end: tuple[int, int]) -> float:
+        """Return the standard deviation of the rate at the end from its mean since [s/day].
+
+        A random walk with the density q departs from its mean over T by √(qT/3).
+        """
+        elapsed_s = (end[0] - start[0]) / NS_PER_S
+        density = self._scene.clock.random_walk_fm_per_s
+        return SECONDS_PER_DAY * math.sqrt(density * elapsed_s / 3.0)
 
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and what the Act of 1714 would have paid.

@@ -19,6 +19,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import load_scene
 from tauto_core.summary import Summary
+from tauto_core.voyage import sail
 
 DAY_NS = int(SECONDS_PER_DAY) * NS_PER_S
 
@@ -63,3 +64,18 @@ def test_a_changed_rate_is_held_against_that_of_the_time_since() -> None:
     drift = _voyage([0, 1, 2, 3, 30, 59])['drift']
     assert drift['rate_s_per_day'] == pytest.approx(-40.0, abs=0.1)
     assert abs(drift['rate_error_sigmas']) < 1.0
+
+
+def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> None:
+    """The mean square over 60 seeds; that of independent errors is within 0.55 of 1 (3 sigma)."""
+    sections = {
+        'duration': 20 * SECONDS_PER_DAY,
+        'log': {'interval': 21_600.0},
+        'clock': {'random_walk_fm': 3.0},
+        'drift': {'observation_interval': SECONDS_PER_DAY},
+    }
+    squares = [
+        sail(load_scene('ideal', seed=seed, **sections))['drift']['rate_error_sigmas'] ** 2
+        for seed in range(60)
+    ]
+    assert 0.3 < np.mean(squares) < 1.55
