@@ -1,4 +1,4 @@
-"""How arguments and results pass between Python and kernels: words of eight bytes, one a number.
+"""The calling convention between Python and kernels: words of eight bytes, one for each number.
 
 The structure of an argument is a tree: the name of a number's kind, None, `Rows` of an array, or a
 `Tuple`. From it a function is made that packs arguments of this structure fast, and detects any

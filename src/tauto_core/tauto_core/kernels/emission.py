@@ -1,4 +1,4 @@
-"""The function of LLVM that is being written, with conversions of its values."""
+"""The function of LLVM that is being written, and how its numbers are converted and stored."""
 
 from __future__ import annotations
 
@@ -47,13 +47,12 @@ class Emission:
         module: LLVM's module with all functions of an entry.
         f: LLVM's function.
         b: writes instructions.
-        widened: (loop, name, place) of variables that a loop makes floats, or drops.
-        depth: depth of branches and loops; code within them may run never, or many times.
-        rooms: the memory that has been allocated.
+        depth: number of branches and loops around; code within them may run never, or many times.
+        rooms: addresses of the memory that has been allocated.
     """
 
-    def __init__(self, module: Any, f: ir.Function, widened: dict[Any, str]) -> None:
-        self.module, self.f, self.widened = module, f, widened
+    def __init__(self, module: Any, f: ir.Function) -> None:
+        self.module, self.f = module, f
         self.b = ir.IRBuilder(f.append_basic_block('start'))
         self.depth = 0
         self.rooms: list[ir.Value] = []

@@ -158,8 +158,7 @@ class Scope:
         y = at_run_time(y)
         if isinstance(y, Value) and y.kind is INT:
             return self.call(power_at_run_time, [self.out.convert(x, FLOAT), y], {})
-        args = [self.out.float(x), self.out.float(y)]
-        return Value(FLOAT, self.out.external('llvm.pow.f64', FLOAT.type, args))
+        raise KernelError(f'kernels know no power {described(y)}, only whole ones')
 
     def on_BoolOp(self, e: Any) -> Any:
         out, b, is_and = self.out, self.out.b, isinstance(e.op, ast.And)

@@ -33,24 +33,20 @@ from tauto_core.kernels.values import (
 )
 
 
-def _float_function(name: str, plain: Callable[..., float]) -> Callable[..., Any]:
+def _float_function(name: str) -> Callable[..., Any]:
     """Return a function of floats, of LLVM or the C library."""
 
     def call(out: Emission, *args: Any) -> Any:
-        if all(is_number(x) for x in args):
-            try:
-                return plain(*args)
-            except (ValueError, OverflowError):
-                pass  # at run time it is an infinity or no number
         return Value(FLOAT, out.external(name, DOUBLE, [out.float(x) for x in args]))
 
     return call
 
 
-def _to_whole(name: str, plain: Callable[..., int]) -> Callable[..., Any]:
+def _to_whole(name: str) -> Callable[..., Any]:
+    """Return a function that rounds a float to a whole number."""
+
     def call(out: Emission, x: Any) -> Any:
-        if is_number(x):
-            return plain(x)
+        x = at_run_time(x)
         if isinstance(x, Value) and x.kind in (INT, UINT):
             return x
         return Value(INT, out.b.fptosi(out.external(name, DOUBLE, [out.float(x)]), WORD))
@@ -58,16 +54,14 @@ def _to_whole(name: str, plain: Callable[..., int]) -> Callable[..., Any]:
     return call
 
 
-def _extreme(sign: str, plain: Callable[..., Any]) -> Callable[..., Any]:
+def _extreme(sign: str) -> Callable[..., Any]:
     """Return min or max: the first of equals, as Python has it."""
 
     def call(out: Emission, *args: Any) -> Any:
         args = tuple(args[0]) if len(args) == 1 else args
-        if all(is_number(x) for x in args):
-            return plain(args)
         given = [at_run_time(x) for x in args]
         if any(not isinstance(x, Value) or x.kind.lanes for x in given):
-            raise KernelError(f'{plain.__name__} of {", ".join(described(x) for x in given)}')
+            raise KernelError(f'min or max of {", ".join(described(x) for x in given)}')
         kept, b = given[0], out.b
         for x in given[1:]:
             if FLOAT in (kept.kind, x.kind):
@@ -97,10 +91,6 @@ def _as(kind: Kind, plain: Callable[[Any], Any]) -> Callable[..., Any]:
     return call
 
 
-def _bool(out: Emission, x: Any) -> Any:
-    return out.truth(x)
-
-
 def _len(_out: Emission, x: Any) -> Any:
     if isinstance(x, Array):
         return Value(INT, x.shape[0])
@@ -121,18 +111,9 @@ def _isinstance(_out: Emission, x: Any, wanted: Any) -> bool:
 
 
 def _isfinite(out: Emission, x: Any) -> Any:
-    if is_number(x):
-        return math.isfinite(x)
     value = out.float(x)
     less = out.b.fsub(value, value)
     return Value(BOOL, out.b.fcmp_ordered('ord', less, less))
-
-
-def _isnan(out: Emission, x: Any) -> Any:
-    if is_number(x):
-        return math.isnan(x)
-    value = out.float(x)
-    return Value(BOOL, out.b.fcmp_unordered('uno', value, value))
 
 
 ALIGNED = 64
@@ -174,18 +155,17 @@ def _empty_like(out: Emission, x: Array) -> Array:
 
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     abs: _abs,
-    bool: _bool,
+    bool: Emission.truth,
     float: _as(FLOAT, float),
     int: _as(INT, int),
     isinstance: _isinstance,
     len: _len,
-    max: _extreme('>', max),
-    min: _extreme('<', min),
-    round: _to_whole('llvm.rint.f64', round),
-    math.ceil: _to_whole('llvm.ceil.f64', math.ceil),
-    math.floor: _to_whole('llvm.floor.f64', math.floor),
+    max: _extreme('>'),
+    min: _extreme('<'),
+    round: _to_whole('llvm.rint.f64'),
+    math.ceil: _to_whole('llvm.ceil.f64'),
+    math.floor: _to_whole('llvm.floor.f64'),
     math.isfinite: _isfinite,
-    math.isnan: _isnan,
     np.empty: _empty,
     np.empty_like: _empty_like,
     np.float64: _as(FLOAT, float),
@@ -193,12 +173,12 @@ FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.uint64: _as(UINT, np.uint64),
 }
 for _name in ('sqrt', 'sin', 'cos', 'exp', 'log', 'copysign'):
-    FUNCTIONS[getattr(math, _name)] = _float_function(f'llvm.{_name}.f64', getattr(math, _name))
+    FUNCTIONS[getattr(math, _name)] = _float_function(f'llvm.{_name}.f64')
 for _name in (
     *('tan', 'asin', 'acos', 'atan', 'atan2', 'hypot', 'expm1', 'log1p'),
     *('sinh', 'cosh', 'tanh', 'asinh', 'acosh', 'atanh'),
 ):
-    FUNCTIONS[getattr(math, _name)] = _float_function(_name, getattr(math, _name))
+    FUNCTIONS[getattr(math, _name)] = _float_function(_name)
 
 
 def place_right_of(values: Any, x: float, side: str) -> int:

@@ -1,20 +1,20 @@
-"""Values of variables where branches meet, or at the head of a loop."""
+"""Phi nodes: the values of variables where branches meet, and in the header of a loop."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from llvmlite import ir
 
 from tauto_core.kernels.emission import Emission
+from tauto_core.kernels.errors import KernelError
 from tauto_core.kernels.values import (
     BOOL,
     FLOAT,
     INT,
     Array,
     Conflict,
-    Fields,
     Group,
     Kind,
     Record,
@@ -23,11 +23,12 @@ from tauto_core.kernels.values import (
     described,
     is_number,
     is_static,
+    leaves,
+    rebuilt,
 )
 
-
-class BeginAnewError(Exception):
-    """A variable of a loop has another kind at its end than at its beginning: start again."""
+BackEdge: TypeAlias = Callable[[Any, ir.Block], None]
+"""Adds the value that a variable has at the end of a round, in the block from which it returns."""
 
 
 def joined(
@@ -47,13 +48,12 @@ def joined(
         columns = zip(*[g.items for g in grouped], strict=True)
         items = [joined(out, column, blocks, after, name) for column in columns]
         return Group(items, grouped[0].instance_class)
-    if all(isinstance(x, Array) and _alike(x, first) for x in values):
-        room = first.room if all(x.room is first.room for x in values) else None
-        data = _phi(out, [x.data for x in values], blocks, after)
-        columns = zip(*[x.shape for x in values], strict=True)
-        return Array(first.kind, data, [_phi(out, c, blocks, after) for c in columns], room)
-    if all(isinstance(x, Record) and x.kind.dtype == first.kind.dtype for x in values):
-        return Record(first.kind, _phi(out, [x.data for x in values], blocks, after))
+    if isinstance(first, (Array, Record)) and all(_alike(x, first) for x in values):
+        columns = zip(*[leaves(x) for x in values], strict=True)
+        one = rebuilt(first, iter([_phi(out, column, blocks, after) for column in columns]))
+        if isinstance(first, Array) and all(x.room is first.room for x in values):
+            one.room = first.room
+        return one
     kind = common_kind(values)
     if kind is None:
         said = ' or '.join(dict.fromkeys(described(x) for x in values))
@@ -91,76 +91,69 @@ def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict
     return together
 
 
-def carried(
-    out: Emission, x: Any, loop: Any, name: str, came: ir.Block, head: ir.Block, place: Any = ()
-) -> tuple[Any, Callable[[Any, ir.Block], None]]:
-    """Return a variable at a loop's head, and a function that adds its value from an end."""
-    key = loop, name, place
-    change = out.widened.get(key)
-    group = _grouped(x)
-    if change == 'dropped' or isinstance(x, Conflict):
-        why = x.why if isinstance(x, Conflict) else f'{name} changes its kind in the loop'
-        return Conflict(why), lambda _x, _block: None
-    if group is not None:
-        pairs = [
-            carried(out, item, loop, name, came, head, (*place, i))
-            for i, item in enumerate(group.items)
-        ]
+class Header:
+    """The header of a loop, with a phi node for each number that the loop carries.
+
+    Its kinds are those before the loop, since the loop's end is not translated yet.
+
+    Attributes:
+        out: the function that is written.
+        loop: the loop's node in the syntax tree.
+        preheader: the block before the loop.
+        block: the header's block.
+    """
+
+    def __init__(self, out: Emission, loop: Any, preheader: ir.Block, block: ir.Block) -> None:
+        self.out, self.loop, self.preheader, self.block = out, loop, preheader, block
+
+    def carried(self, x: Any, name: str) -> tuple[Any, BackEdge]:
+        """Return a variable in the header, and what adds its value at the end of a round.
+
+        Args:
+            x: its value before the loop.
+            name: its name.
+        """
+        group = _grouped(x)
+        if group is not None:
+            return self._group(group, name)
+        if isinstance(x, Value) or is_number(x):
+            return self._number(at_run_time(x), name)
+        why = (
+            f'{name} is {described(x)} before a loop that sets it: loops carry numbers and tuples'
+        )
+        return Conflict(x.why if isinstance(x, Conflict) else why), lambda _x, _block: None
+
+    def _group(self, group: Group, name: str) -> tuple[Any, BackEdge]:
+        pairs = [self.carried(item, name) for item in group]
 
         def from_group(end: Any, block: ir.Block) -> None:
             other = _grouped(end)
             if other is None or not _alike(other, group):
-                _restart(out, key, 'dropped')
-            for (_, tell), item in zip(pairs, other or (), strict=True):
-                tell(item, block)
+                raise _changed(name, group, end)
+            for (_, from_item), item in zip(pairs, other, strict=True):
+                from_item(item, block)
 
         return Group([item for item, _ in pairs], group.instance_class), from_group
-    if isinstance(x, (Array, Record)) or not (is_number(x) or isinstance(x, Value)):
 
-        def from_same(end: Any, _block: ir.Block) -> None:
-            if not _same(end, x):
-                _restart(out, key, 'dropped')
+    def _number(self, x: Value, name: str) -> tuple[Any, BackEdge]:
+        self.out.b.position_at_end(self.block)
+        phi = self.out.b.phi(x.kind.type)
+        phi.add_incoming(x.ir, self.preheader)
 
-        return (x, from_same) if not isinstance(x, Array) else _rows(out, x, key, came, head)
-    x = at_run_time(x)
-    kind = FLOAT if change == 'float' else INT if change == 'int' else x.kind
-    out.b.position_at_end(came)
-    begun = out.convert(x, kind).ir
-    out.b.position_at_end(head)
-    phi = out.b.phi(kind.type)
-    phi.add_incoming(begun, came)
+        def from_number(end: Any, block: ir.Block) -> None:
+            if common_kind([x, end]) is not x.kind:
+                raise _changed(name, x, end)
+            self.out.b.position_at_end(block)
+            phi.add_incoming(self.out.convert(end, x.kind).ir, block)
 
-    def from_number(end: Any, block: ir.Block) -> None:
-        wanted = common_kind([Value(kind, phi), end])
-        if wanted is None:
-            _restart(out, key, 'dropped')
-        elif wanted is not kind:
-            _restart(out, key, 'float' if wanted is FLOAT else 'int')
-        out.b.position_at_end(block)
-        phi.add_incoming(out.convert(end, kind).ir, block)
-
-    return Value(kind, phi), from_number
+        return Value(x.kind, phi), from_number
 
 
-def _rows(out: Emission, x: Array, key: Any, came: ir.Block, head: ir.Block) -> Any:
-    """Return `carried` of an array."""
-    out.b.position_at_end(head)
-    phis = [out.b.phi(value.type) for value in (x.data, *x.shape)]
-    for phi, value in zip(phis, (x.data, *x.shape), strict=True):
-        phi.add_incoming(value, came)
-
-    def from_array(end: Any, block: ir.Block) -> None:
-        if not isinstance(end, Array) or not _alike(end, x):
-            _restart(out, key, 'dropped')
-        for phi, value in zip(phis, (end.data, *end.shape), strict=True):
-            phi.add_incoming(value, block)
-
-    return Array(x.kind, phis[0], phis[1:]), from_array
-
-
-def _restart(out: Emission, key: Any, change: str) -> None:
-    out.widened[key] = change
-    raise BeginAnewError
+def _changed(name: str, x: Any, end: Any) -> KernelError:
+    return KernelError(
+        f'{name} is {described(x)} before the loop and {described(end)} at its end. Give it one '
+        'kind, for example 0.0 in place of 0, or use another name in the loop'
+    )
 
 
 def common_kind(values: Sequence[Any]) -> Kind | None:
@@ -200,13 +193,9 @@ def _grouped(x: Any) -> Group | None:
 
 
 def _alike(x: Any, y: Any) -> bool:
+    """Return whether two tuples, arrays or records differ in their numbers only."""
     if isinstance(x, Group):
         return x.instance_class is y.instance_class and len(x) == len(y)
     if isinstance(x, Array) and isinstance(y, Array):
-        same = x.kind is y.kind or (
-            isinstance(x.kind, Fields)
-            and isinstance(y.kind, Fields)
-            and x.kind.dtype == y.kind.dtype
-        )
-        return same and len(x.shape) == len(y.shape)
-    return False
+        return x.kind is y.kind and len(x.shape) == len(y.shape)
+    return isinstance(x, Record) and isinstance(y, Record) and x.kind is y.kind

@@ -19,7 +19,7 @@ def compiled(function: Function) -> Function:
 
 
 def inlined(function: Function) -> Function:
-    """Mark a function that is translated wherever it is called: short, or in a hot loop."""
+    """Mark a function that is inlined wherever it is called: short, or in a hot loop."""
     IS_INLINED.add(function)
     return function
 

@@ -192,9 +192,8 @@ def compare(out: Emission, op: Any, x: Any, y: Any) -> Any:
     """Return the result of a comparison of two values."""
     if isinstance(op, (ast.Is, ast.IsNot)):
         return (x is y) == isinstance(op, ast.Is)
-    if isinstance(op, (ast.In, ast.NotIn)):
-        within = _within(out, x, y)
-        return within if isinstance(op, ast.In) else unary(out, ast.Not(), within)
+    if type(op) not in _SIGNS:
+        raise KernelError(f'kernels know no {type(op).__name__}. Compare with each item')
     if is_static(x) and is_static(y):
         return STATIC[type(op)](x, y)
     x, y = at_run_time(x), at_run_time(y)
@@ -209,16 +208,3 @@ def compare(out: Emission, op: Any, x: Any, y: Any) -> Any:
             raise KernelError(f'{x.kind} and {y.kind} are compared')
         return Value(BOOL, out.b.icmp_unsigned(sign, x.ir, y.ir))
     return Value(BOOL, out.b.icmp_signed(sign, out.int(x), out.int(y)))
-
-
-def _within(out: Emission, x: Any, items: Any) -> Any:
-    """Return whether a tuple holds a value."""
-    result: Any = False
-    for item in items:
-        same = compare(out, ast.Eq(), x, item)
-        if same is True or result is True:
-            result = True
-        elif same is not False:
-            either = same.ir if result is False else out.b.or_(result.ir, same.ir)
-            result = Value(BOOL, either)
-    return result

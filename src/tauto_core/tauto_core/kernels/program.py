@@ -19,7 +19,6 @@ from tauto_core.kernels.arguments import (
 )
 from tauto_core.kernels.emission import Emission, element
 from tauto_core.kernels.errors import KernelError
-from tauto_core.kernels.joining import BeginAnewError
 from tauto_core.kernels.source import arguments_of, plan_of
 from tauto_core.kernels.translation import Frame
 from tauto_core.kernels.used import Used
@@ -46,33 +45,24 @@ from tauto_core.kernels.values import (
 
 
 class Instance:
-    """A function of LLVM: a kernel for arguments of one structure.
+    """A function of LLVM: a kernel specialised for arguments of one structure.
 
     Attributes:
         f: LLVM's function.
         result: its result, with placeholders for the values of a call.
-        widened: kinds of variables that loops changed.
     """
 
     def __init__(self, program: Program, function: FunctionType, args: list[Any]) -> None:
-        self.widened: dict[Any, str] = {}
         kind = ir.FunctionType(ir.VoidType(), [leaf.type for arg in args for leaf in leaves(arg)])
         program.count += 1
         name = f'{function.__name__.strip("<>")}.{program.count}'
-        while True:
-            self.f = ir.Function(program.module, kind, name)
-            try:
-                self._translate(program, function, args)
-            except BeginAnewError:
-                del program.module.globals[name]
-                program.module.scope._useset.discard(name)
-                continue
-            break
+        self.f = ir.Function(program.module, kind, name)
+        self._translate(program, function, args)
         self.f.linkage = 'internal'
         self.f.attributes.add('nounwind')
 
     def _translate(self, program: Program, function: FunctionType, args: list[Any]) -> None:
-        out = Emission(program.module, self.f, self.widened)
+        out = Emission(program.module, self.f)
         head = out.b.block
         out.b.position_at_end(out.block('body'))
         first = out.b.block
@@ -130,7 +120,7 @@ class Program:
 
     Attributes:
         module: LLVM's.
-        used: the sources from which they are made.
+        used: the sources and constants from which they are made.
         count: functions so far.
         result: layout of what the entry returns: nested lists, names of kinds, None.
     """
@@ -140,7 +130,7 @@ class Program:
         self._instances: dict[Any, Instance] = {}
         self._being_made: list[Any] = []
         kind = ir.FunctionType(INDEX, [WORD.as_pointer(), WORD.as_pointer()])
-        out = Emission(self.module, ir.Function(self.module, kind, name), {})
+        out = Emission(self.module, ir.Function(self.module, kind, name))
         words = count()
         args = [value_of(argument, words, out) for argument in arguments]
         result = at_run_time(self.call(out, function, args, {}))
@@ -231,7 +221,7 @@ def _as_word(out: Emission, value: ir.Value) -> ir.Value:
 def _layout(x: Any) -> Any:
     """Return the layout with which a result is made from words."""
     if isinstance(x, Value):
-        return 'bool' if x.kind is BOOL else x.kind.name
+        return x.kind.name
     if isinstance(x, Group):
         return [_layout(item) for item in x]
     if isinstance(x, Array):

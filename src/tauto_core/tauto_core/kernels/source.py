@@ -12,7 +12,7 @@ from tauto_core.kernels.marks import IS_INLINED
 from tauto_core.kernels.used import contents
 
 SIMPLE = 60
-"""Largest number of nodes of a function without loops that is translated where it is called."""
+"""A function without loops that has fewer nodes in its syntax tree is inlined."""
 
 _LOOPS = (ast.For, ast.While)
 
@@ -46,10 +46,10 @@ def _node_of(code: CodeType) -> Any:
 
 
 class Plan:
-    """A function as it is written.
+    """The source of a function.
 
     Attributes:
-        arguments: their names.
+        arguments: names of its arguments.
         body: statements.
         simple: whether it is short and has no loop.
     """
@@ -77,7 +77,7 @@ def _plan_of(code: CodeType) -> Plan:
 
 
 def plan_of(function: FunctionType) -> Plan:
-    """Return a function as it is written."""
+    """Return the source of a function."""
     return _plan_of(function.__code__)
 
 

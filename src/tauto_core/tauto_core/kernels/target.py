@@ -47,6 +47,8 @@ def versions() -> tuple[str, ...]:
 
 
 def _machine(effort: Effort, triple: str, name: str, features: str) -> Any:
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
     # as PyPI's builds of LLVM for Linux on x86-64 load it; elsewhere as LLVM thinks best
     static = triple.startswith('x86_64') and 'linux' in triple
     return llvm.Target.from_triple(triple).create_target_machine(
@@ -63,8 +65,6 @@ def object_code(
     text: str, processor: tuple[str, str, str], effort: Effort = Effort.OPTIMISED
 ) -> bytes:
     """Return the object code of a program for a processor: triple, name, features."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
     machine = _machine(effort, *processor)
     module = llvm.parse_assembly(text)
     module.triple, module.data_layout = processor[0], str(machine.target_data)
@@ -88,11 +88,8 @@ def object_code(
 
 @cache
 def _engine() -> Any:
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    return llvm.create_mcjit_compiler(
-        llvm.parse_assembly(''), _machine(Effort.OPTIMISED, *processor())
-    )
+    machine = _machine(Effort.OPTIMISED, *processor())
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(''), machine)
 
 
 _KIND = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_char_p, ctypes.c_void_p)

@@ -1,7 +1,9 @@
-"""From the syntax tree of a function to instructions of LLVM, in one pass.
+"""Lowering: from the syntax tree of a function to instructions of LLVM, in one pass.
 
-The values of all variables are known, or what they are: nothing has to be inferred. What is known
-when compiling is worked out with Python's own operators; what is not becomes an instruction.
+Of each variable the value is known, or its kind, so that no types have to be inferred. What is
+known when compiling is worked out with Python's own operators (partial evaluation); all else
+becomes an instruction. The instructions are in SSA form from the beginning: a name stands for the
+value last assigned to it, and where branches meet `joining` adds phi nodes.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from tauto_core.kernels.emission import Emission
 from tauto_core.kernels.errors import KernelError
 from tauto_core.kernels.expressions import Scope
 from tauto_core.kernels.items import fill, place_of
-from tauto_core.kernels.joining import BeginAnewError, carried, joined, meet
+from tauto_core.kernels.joining import BackEdge, Header, joined, meet
 from tauto_core.kernels.source import arguments_of, assigned_in, indexed_by, leaves_early
 from tauto_core.kernels.values import (
     INT,
@@ -30,12 +32,17 @@ from tauto_core.kernels.values import (
 )
 
 UNROLLED, UNROLLED_TO_PICK = 2, 16
-"""Rounds up to which a loop of known length is written out; where its variable picks from tuples,
-so that what is picked is known."""
+"""Most rounds of a loop of known length that is unrolled: any loop, and one whose variable picks
+items of a tuple, which are then known."""
 
 
 class Loop:
-    """Where break and continue go: blocks without an end, and the variables there."""
+    """A loop around a statement.
+
+    Attributes:
+        left: blocks in which a break leaves it, which have no branch yet, and the variables there.
+        next: the same of continue, and of the end of its body.
+    """
 
     def __init__(self) -> None:
         self.left: list[Any] = []
@@ -43,7 +50,7 @@ class Loop:
 
 
 class Frame(Scope):
-    """A function as it is translated: its statements, and whether the place is reached at all."""
+    """The lowering of one function: its statements, and whether the next one can be reached."""
 
     def __init__(self, program: Any, out: Emission, function: FunctionType) -> None:
         super().__init__(program, out, function)
@@ -79,8 +86,6 @@ class Frame(Scope):
                 return
             try:
                 getattr(self, f'do_{type(statement).__name__}', self.unknown)(statement)
-            except BeginAnewError:
-                raise
             except KernelError as error:
                 self._locate(error, statement)
                 raise
@@ -91,8 +96,8 @@ class Frame(Scope):
 
     def _locate(self, error: KernelError, statement: Any) -> None:
         """Add a line to the places of an error, once in each function that it passes."""
-        if getattr(error, 'passed', None) is not self:
-            error.passed = self  # type: ignore[attr-defined]
+        if error.passed is not self:
+            error.passed = self
             code = self.function.__code__
             error.places.append(f'{code.co_filename}:{statement.lineno} in {code.co_qualname}')
 
@@ -186,7 +191,7 @@ class Frame(Scope):
             items = self.eval(call)
             if not isinstance(items, (Group, tuple, range)):
                 raise KernelError(f'kernels do not loop over {described(items)}')
-            self._write_out(s, items)
+            self._unroll(s, items)
             return
         bounds = [self.eval(each) for each in call.args]
         start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
@@ -194,19 +199,19 @@ class Frame(Scope):
             raise KernelError('the step of a range must be known when compiling, and not 0')
         if isinstance(start, int) and isinstance(stop, int):
             rounds = range(start, stop, step)
-            if self._is_written_out(s, len(rounds)):
-                self._write_out(s, rounds)
+            if self._is_unrolled(s, len(rounds)):
+                self._unroll(s, rounds)
                 return
         self._loop(s, (self.out.int(start), self.out.int(stop), step))
 
-    def _is_written_out(self, s: Any, rounds: int) -> bool:
+    def _is_unrolled(self, s: Any, rounds: int) -> bool:
         if leaves_early(s) or rounds > UNROLLED_TO_PICK:
             return False
         known = {**self.function.__globals__, **self.free, **self.variables}
         picked = [known.get(name) for name in indexed_by(s)]
         return rounds <= UNROLLED or any(isinstance(x, (tuple, Group)) for x in picked)
 
-    def _write_out(self, s: Any, items: Any) -> None:
+    def _unroll(self, s: Any, items: Any) -> None:
         """Translate the body of a loop once for each item."""
         if leaves_early(s):
             raise KernelError('break or continue in a loop over what is known when compiling')
@@ -216,29 +221,26 @@ class Frame(Scope):
                 self.run(s.body)
 
     def _loop(self, s: Any, count: Any = None) -> None:
-        """Translate a loop; `count` is what it counts from, to, and by, of `for`."""
+        """Translate a loop that runs; `count` is from where, to where and by what `for` counts."""
         if s.orelse:
             raise KernelError('kernels know no loop with else')
         out, b = self.out, self.out.b
-        came, head, before = b.block, out.block('loop'), self.variables
-        self.variables, tell = dict(before), {}
-        for name in assigned_in(s):
-            if name in before:
-                self.variables[name], tell[name] = carried(out, before[name], s, name, came, head)
-        b.position_at_end(head)
+        preheader, header = b.block, out.block('loop')
+        back_edges = self._carry(Header(out, s, preheader, header))
+        b.position_at_end(header)
         if count is not None:
             i = b.phi(WORD)
-            i.add_incoming(count[0], came)
-        out.go_on([came], head)
-        body, leave = out.block('body'), out.block('leave')
+            i.add_incoming(count[0], preheader)
+        out.go_on([preheader], header)
+        body, after = out.block('body'), out.block('leave')
         if count is None:
             test = at_run_time(out.truth(self.eval(s.test))).ir
         else:
             test = b.icmp_signed('<' if count[2] > 0 else '>', i, count[1])
-        b.cbranch(test, body, leave)
-        at_head, loop = self.variables, Loop()
+        b.cbranch(test, body, after)
+        in_header, loop = self.variables, Loop()
         b.position_at_end(body)
-        self.variables = dict(at_head)
+        self.variables = dict(in_header)
         self.loops.append(loop)
         with out.nested():
             if count is not None:
@@ -249,15 +251,23 @@ class Frame(Scope):
             loop.next.append((b.block, self.variables))
         if loop.next:
             self.variables = meet(out, loop.next)
-            last = b.block
-            for name, come_from in tell.items():
-                come_from(self.variables[name], last)
-            b.position_at_end(last)
+            latch = b.block
+            for name, from_end in back_edges.items():
+                from_end(self.variables[name], latch)
+            b.position_at_end(latch)
             if count is not None:
                 by = ir.Constant(WORD, count[2])
-                i.add_incoming(b.add(i, by, flags=('nsw',)), last)
-            b.branch(head)
-        self._go_on_from([(leave, at_head), *loop.left])
+                i.add_incoming(b.add(i, by, flags=('nsw',)), latch)
+            b.branch(header)
+        self._go_on_from([(after, in_header), *loop.left])
+
+    def _carry(self, header: Header) -> dict[str, BackEdge]:
+        """Give the variables that a loop sets the values that they have in its header."""
+        before, self.variables, back_edges = self.variables, dict(self.variables), {}
+        for name in assigned_in(header.loop):
+            if name in before:
+                self.variables[name], back_edges[name] = header.carried(before[name], name)
+        return back_edges
 
     def do_Break(self, _s: Any) -> None:
         self.loops[-1].left.append((self.out.b.block, self.variables))

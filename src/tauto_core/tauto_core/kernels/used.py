@@ -1,4 +1,4 @@
-"""What compiled code is made from: it holds good as long as all of it is as it was."""
+"""The dependencies of compiled code, which is valid as long as none of them changes."""
 
 from __future__ import annotations
 

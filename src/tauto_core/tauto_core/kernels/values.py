@@ -1,9 +1,9 @@
 """What a variable of a kernel may be while the kernel is compiled.
 
-Known when compiling – static – is any Python object: a number, None, a tuple, a function, a class.
-Known at run time only are `Value`s, numbers or lanes; `Array`s, `Record`s and pointers; a `Group`
-is a tuple of which some items are known at run time only. Groups are never built in memory: their
-numbers travel one by one.
+What is known when compiling is called static, and is any Python object: a number, None, a tuple, a
+function, a class. Known at run time only are `Value`s, which are numbers, lanes or pointers,
+`Array`s and `Record`s. A `Group` is a tuple with items that are known at run time only. It is
+never built in memory: each of its numbers is an SSA value of its own.
 """
 
 from __future__ import annotations
