@@ -357,6 +357,26 @@ def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
     assert not (tmp_path / 'bag').exists()
 
 
+def test_what_the_middleware_logs_does_not_mix_with_the_result(tmp_path: Path) -> None:
+    """Fast DDS writes its log to stdout; here it complains of its profile."""
+    profile = tmp_path / 'profile.xml'
+    profile.write_text(
+        '<dds xmlns="http://www.eprosima.com"><profiles>'
+        '<participant profile_name="odd" is_default_profile="true"><rtps><odd/></rtps>'
+        '</participant></profiles></dds>'
+    )
+    voyage = ('measured', '--duration', '20', '--speed', 'max', '--out', str(tmp_path / 'bag'))
+    done = subprocess.run(
+        tauto('graph', *voyage, '--json'),
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)},
+    )
+    assert 'XMLPARSER' in done.stderr
+    assert json.loads(done.stdout)['topics']['clock/reading']['written'] == 21
+
+
 def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     out = tmp_path / 'bag'
     done = subprocess.run(

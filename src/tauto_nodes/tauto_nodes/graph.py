@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -43,6 +44,7 @@ STALL_S = 600.0
 """Kernels that a machine under heavy load compiles for the first time can take minutes."""
 
 SPIN_S = 0.05
+STDOUT, STDERR = 1, 2
 DOMAIN = 'ROS_DOMAIN_ID'
 
 
@@ -160,6 +162,22 @@ def graph_environment() -> Iterator[dict[str, str]]:
             domain.release()
 
 
+@contextmanager
+def stdout_left_alone() -> Iterator[None]:
+    """Let what C libraries write to stdout go to stderr: Fast DDS logs its troubles there.
+
+    `tauto graph --json` prints one object on stdout, and nothing else.
+    """
+    sys.stdout.flush()
+    kept = os.dup(STDOUT)
+    os.dup2(STDERR, STDOUT)
+    try:
+        yield
+    finally:
+        os.dup2(kept, STDOUT)
+        os.close(kept)
+
+
 class _Watch:
     """Listens to the credits of the graph, for progress and for a standstill."""
 
@@ -219,6 +237,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
     born_s = time.monotonic()
     with (
         noted_signals() as signals,
+        stdout_left_alone(),
         graph_environment() as environment,
         tempfile.TemporaryDirectory(prefix='tauto_', dir=os.environ.get(FOLDER)) as temporary,
     ):
