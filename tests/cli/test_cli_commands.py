@@ -51,6 +51,12 @@ def imported_by(*arguments: str) -> set[str]:
     return set(run.stdout.splitlines()[-1].split())
 
 
+@pytest.mark.parametrize('closed', ['>&-', '2>&-', '<&- >&- 2>&-'])
+def test_streams_that_are_closed_do_no_harm(closed: str) -> None:
+    command = f'{Path(sys.executable).with_name("tauto")} scene check ideal {closed}'
+    assert subprocess.run(['sh', '-c', command], capture_output=True, check=False).returncode == 0
+
+
 @pytest.mark.parametrize('arguments', [('--help',), ('sail', '--help'), ('graph', '--help')])
 def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     slow = SLOW_MODULES if arguments[0] != 'graph' else ('rclpy', 'llvmlite')

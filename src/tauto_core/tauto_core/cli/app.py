@@ -137,8 +137,20 @@ def main() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
     # a scene does not use pydantic plugins, and looking for them reads all installed packages
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
+    _open_closed_streams()
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
     app()
+
+
+def _open_closed_streams() -> None:
+    """Open the null device in the place of streams that were closed (`2>&-`, some daemons).
+
+    Python has None for them, and the next file to be opened would get their number, with all that
+    C libraries print.
+    """
+    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding='utf-8'))  # noqa: SIM115
 
 
 def _tell(words: str, error: BaseException) -> None:
