@@ -119,6 +119,18 @@ def test_a_scene_can_be_loaded_changed_and_sailed() -> None:
     assert 'ideal' in tauto.scenes()
 
 
+def test_numbers_of_numpy_are_numbers() -> None:
+    given = {'seed': np.int64(3), 'duration': np.float32(60.0), 'log.motion': np.bool_(True)}
+    roll = {'amplitude': np.float32(0.5), 'period': np.int16(9)}
+    ship = {'kind': 'components', 'components': [roll]}
+    scene = tauto.load('ideal', ship=ship, **given)
+    plain = {'seed': 3, 'duration': 60.0, 'log.motion': True}
+    ship['components'] = [{'amplitude': 0.5, 'period': 9}]
+    assert scene == tauto.load('ideal', ship=ship, **plain)
+    swept = [tauto.load('ideal', seed=seed).seed for seed in np.arange(2)]
+    assert swept == [0, 1]
+
+
 def test_the_cam_of_a_scene() -> None:
     """Euler's involute: the lever arm is the base radius times the angle (theory A)."""
     found = tauto.cam('measured', points=50)
@@ -191,6 +203,13 @@ def test_clocks_are_compared() -> None:
     ('call', 'words'),
     [
         (lambda: tauto.load('ideal', duration=0.0), r'\(given by duration=\)'),
+        (
+            lambda: tauto.load({'name': 'mine'}),
+            'scene: must be a shipped name or a YAML file, not a dict',
+        ),
+        (lambda: tauto.sail(5.0), 'scene: must be .*, not a float'),
+        (lambda: tauto.compare(['ideal', 'measured']), 'scene: must be .*, not a list'),
+        (lambda: tauto.isochronism('measured', 0.5), r'amplitudes = 0\.5: must be a list'),
         (lambda: tauto.sail('nowhere'), 'no such file or shipped scene'),
         (lambda: tauto.load('ideal', durations=1.0), 'Did you mean `duration`'),
         (lambda: tauto.replay('no_bag'), 'no_bag does not exist'),

@@ -3,6 +3,8 @@
 import os
 import signal
 import socket
+import subprocess
+import sys
 import time
 from functools import partial
 from pathlib import Path
@@ -48,6 +50,20 @@ def test_processes_return_what_this_one_does():
     assert os.getpid() not in {pid for _, pid in beside.values()}
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+
+
+def test_a_script_without_a_guard_is_not_run_again_by_its_processes(tmp_path):
+    script = tmp_path / 'script.py'
+    script.write_text(
+        'from tauto_core.workers import Crew, run_each\n'
+        "print('begins')\n"
+        'ended = run_each(lambda number, tell: number / 2, [1.0, 2.0], Crew(2))\n'
+        'print(sorted(each.result for each in ended))\n'
+    )
+    done = subprocess.run(
+        [sys.executable, script], check=False, capture_output=True, text=True, timeout=100
+    )
+    assert (done.returncode, done.stdout) == (0, 'begins\n[0.5, 1.0]\n'), done.stderr
 
 
 @pytest.mark.parametrize('jobs', [1, 2])

@@ -59,6 +59,7 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
 
     Raises:
         SceneError: all problems of the scene, with key, value and remedy.
+        UsageError: a scene that is none of these.
     """
     with in_words_of_calls():
         if not isinstance(scene, Scene):
@@ -161,6 +162,10 @@ def isochronism(
     """
     from tauto_core.machines import free_swings
 
+    if not isinstance(amplitudes, Iterable):
+        raise UsageError(
+            f'amplitudes = {amplitudes!r}: must be a list of numbers. Write it in [ ]'
+        )
     loaded = load(scene, **overrides)
     with in_words_of_calls(), naming(_origin(scene), loaded.name):
         return free_swings(loaded, amplitudes, loaded.clock.nominal_period)
@@ -259,9 +264,6 @@ def fleet(
     **overrides: object,
 ) -> Fleet:
     """Return the voyages of many ships on one scene, each ship with its own seed.
-
-    In a script with `jobs` above 1 the call must be under `if __name__ == '__main__':`, as in
-    every program that starts Python processes.
 
     Args:
         scene: as for `load`.

@@ -9,12 +9,14 @@ from __future__ import annotations
 import logging
 import platform
 import queue
+import sys
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from tauto_core.scene.errors import TautoError, UsageError
@@ -215,18 +217,35 @@ def _client(crew: Crew) -> Iterator[Client]:
         with _joined(crew.scheduler) as client:
             yield client
         return
-    with dask.config.set(_UNWATCHED):
-        cluster = distributed.LocalCluster(
-            n_workers=crew.jobs,
-            threads_per_worker=1,
-            processes=True,
-            host='127.0.0.1',
-            dashboard_address='127.0.0.1:0',  # None would ask for one fixed port
-            scheduler_kwargs={'dashboard': False},
-            silence_logs=logging.CRITICAL,
-        )
-    with cluster, distributed.Client(cluster, set_as_default=False) as client:
-        yield client
+    with _main_not_run_again():
+        with dask.config.set(_UNWATCHED):
+            cluster = distributed.LocalCluster(
+                n_workers=crew.jobs,
+                threads_per_worker=1,
+                processes=True,
+                host='127.0.0.1',
+                dashboard_address='127.0.0.1:0',  # None would ask for one fixed port
+                scheduler_kwargs={'dashboard': False},
+                silence_logs=logging.CRITICAL,
+            )
+        with cluster, distributed.Client(cluster, set_as_default=False) as client:
+            yield client
+
+
+@contextmanager
+def _main_not_run_again() -> Iterator[None]:
+    """Let processes that start meanwhile begin without the script that is running.
+
+    Python gives a new process the main module by running its file again. That would start a script
+    without `if __name__ == '__main__':` from its beginning in every process, and a script that
+    comes from standard input has no file at all. The runs need nothing from it.
+    """
+    main = sys.modules['__main__']
+    sys.modules['__main__'] = ModuleType('__main__')
+    try:
+        yield
+    finally:
+        sys.modules['__main__'] = main
 
 
 @contextmanager

@@ -12,7 +12,9 @@ from tauto_core.navigation.longitude import ARCMIN_PER_S
 from tauto_core.samples import SECONDS_PER_DAY
 
 PROJECTED_DAYS = (42.0, 81.0)
-"""Six weeks to the West Indies, as the Act required, and H4's passage to Jamaica in 1761."""
+"""Six weeks, about a passage to the West Indies, to which the Act sends the clock; and the days
+that H4 went between its comparisons at Portsmouth and in Jamaica, 1761 to 1762.
+"""
 
 
 def projection(

@@ -10,10 +10,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, cast
 
+import numpy as np
 from pydantic import ValidationError
 
 from tauto_core.scene.data import is_shipped, missing_file
-from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 from tauto_core.scene.explain import NO_KEY, explain
 from tauto_core.scene.kinds import kind_of, kinds_in
 from tauto_core.scene.models import Scene
@@ -57,7 +58,11 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
 
     Raises:
         SceneError: all problems of the scene, with file, key, value and remedy.
+        UsageError: neither a name nor a file.
     """
+    if not isinstance(name_or_path, str | Path):
+        kind = type(name_or_path).__name__
+        raise UsageError(f'scene: must be a shipped name or a YAML file, not a {kind}. Name one')
     file = _scene_file(name_or_path)
     origin = str(name_or_path)
     content = read_mapping(_read(file, origin), origin)
@@ -101,7 +106,8 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
     Args:
         content: mapping of the scene.
         path: keys with dots between them.
-        value: anything that a scene may hold there; it is copied.
+        value: anything that a scene may hold there, numbers and arrays of NumPy included; it is
+            copied.
         origin: where the path comes from, for error messages.
 
     Raises:
@@ -110,13 +116,24 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
     said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
     if all(path.split('.')):
         try:
-            return put_at(content, path, copy.deepcopy(value))
+            return put_at(content, path, _plain(value))
         except KeyError:
             pass
     else:
         said = 'has an empty name'
         remedy = 'Write names with one dot between two, such as ship.rate.'
     raise SceneError(origin, path or "''", ABSENT, said, remedy)
+
+
+def _plain(value: object) -> object:
+    """Return a copy in which numbers and arrays of NumPy are Python's own."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return copy.deepcopy(value)
 
 
 def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
