@@ -218,7 +218,9 @@ class _Watch:
         return report.taken.get(topic, 0) if report else 0
 
     def close(self) -> None:
-        """End the context."""
+        """End the context; nothing of the node stays in the domain."""
+        self._executor.remove_node(self._node)
+        self._executor.shutdown()
         self._node.destroy_node()
         try_shutdown()
 

@@ -89,13 +89,17 @@ def _spin(nodes: Sequence[Member], signals: _Signals) -> None:
     nodes[0].create_timer(CHECK_S, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
     for node in nodes:
         executor.add_node(node)
+    complained = False
     while not stop.done():
         # A bare spin() of the events executor busy-loops; a finite wait does not.
         try:
             executor.spin_until_future_complete(stop, 3600.0)
         except ValueError as error:
-            # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock.
-            nodes[0].get_logger().error(f'a message is left aside: rclpy: {error}')
+            # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock. It is
+            # named once: a log that nobody reads would fill its pipe and hold the node.
+            if not complained:
+                nodes[0].get_logger().error(f'messages are left aside: rclpy: {error}')
+            complained = True
 
 
 def _close(nodes: Sequence[Member]) -> None:
