@@ -223,7 +223,8 @@ def sail(
         if bag is not None:
             bag.describe(bag_metadata(scene))
         for batches in _voyage(source, stages, CHUNK if kept else QUIET_CHUNK):
-            _check_refused(stages.health(), source.produced * scene.step_ns / NS_PER_S)
+            if words := refused_words(stages.health()):
+                raise PropagationError(words, source.produced * scene.step_ns / NS_PER_S)
             summary.feed(batches)
             if watch is not None:
                 watch(batches)
@@ -260,16 +261,19 @@ def _voyage(source: ShipSource, stages: Pipeline, chunk: int) -> Iterator[Batche
     yield stages.finish()
 
 
-def _check_refused(health: Mapping[str, int], time_s: float) -> None:
-    """Refuse to continue if the stages refused samples of the scene's own ship."""
-    refused = {reason: health[reason] for reason in REFUSALS if reason in health}
-    if refused:
-        said = ', '.join(f'{number} {reason}' for reason, number in refused.items())
-        raise PropagationError(
-            f'samples of the ship that cannot be integrated: {said}. Check the size of its '
-            'motion, its height and gravity',
-            time_s,
-        )
+def refused_words(health: Mapping[str, int]) -> str:
+    """Return which samples of the scene's own ship the stages have refused; empty: none.
+
+    Args:
+        health: counters of the stages.
+    """
+    refused = [f'{n} {reason}' for reason in REFUSALS if (n := health.get(reason, 0))]
+    if not refused:
+        return ''
+    return (
+        f'samples of the ship that cannot be integrated: {", ".join(refused)}. Check the size of '
+        'its motion, its height and gravity'
+    )
 
 
 def _kept(scene: Scene, batches: Batches) -> Batches:

@@ -252,6 +252,8 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
             raise GraphError(f'{", ".join(killed)} did not end on SIGTERM and had to be killed')
         if recorded is None or recorded.began_s is None:
             return Outcome(signal=signals.came)
+        if not signals.came:
+            _check_whole(recorded, scene)
         return Outcome(
             recorded.topics,
             signals.came,
@@ -273,6 +275,16 @@ def _check_stall(watch: _Watch) -> None:
             f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
             f'{", ".join(silent)}). A network filter on the loopback interface, another '
             f'{DOMAIN} in the environment or a machine under heavy load can do this'
+        )
+
+
+def _check_whole(recorded: Recorded, scene: Scene) -> None:
+    """Refuse to call a bag whole that lacks readings which were neither sent nor lost."""
+    reading = recorded.topics[s.READING]
+    if (had := reading['received'] + reading['lost']) != scene.log_count:
+        raise GraphError(
+            f'the clock has published {had} readings where the scene has {scene.log_count}; the '
+            'bag holds those. This is a fault of Tauto: please report it with the scene'
         )
 
 

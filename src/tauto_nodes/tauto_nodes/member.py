@@ -72,6 +72,14 @@ class Member(PortNode):
     def at_end(self) -> None:
         """Publish what is still held back, since no more input will come."""
 
+    def lost(self, short: Mapping[str, int]) -> None:
+        """Act on messages that were sent and will not come, by topic: their number.
+
+        Raises:
+            NodesError: what the node would publish from now on is not what the scene says.
+        """
+        raise NodesError(f'messages were lost on the way: {dict(short)}. Start the voyage again')
+
     def tick(self) -> None:
         """Do what is due; called every TICK_S of the steady clock and when credits come."""
 
@@ -275,7 +283,7 @@ class Member(PortNode):
             last_s = max(source.last_s or self._totals_s for source in self.inputs.values())
             if time.monotonic() - max(last_s, self._totals_s) < LOST_AFTER_S:
                 return
-            self.get_logger().error(f'lost on the way: {short}')
+            self.lost(short)
         self.end_input()
 
     def end_input(self) -> None:

@@ -154,6 +154,10 @@ class Recorder(Member):
                 self.note(topic, 'stamps_went_back', words)
         self._newest_ns[topic] = int(stamp_ns[-1])
 
+    def lost(self, short: Mapping[str, int]) -> None:
+        """Say it, and keep what has come: the report and the exit code tell of the loss."""
+        self.get_logger().error(f'lost on the way: {dict(short)}')
+
     def tick(self) -> None:
         """Flush when it is due."""
         now_s = time.monotonic()

@@ -13,8 +13,9 @@ from tauto_core.bags import encode
 from tauto_core.samples import Batches, Samples, Stage, TimeSamples, count, take
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import BagError
+from tauto_core.voyage import refused_words
 from tauto_nodes.diagnostics import Diagnostics
-from tauto_nodes.errors import ParameterError
+from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.member import Member
 from tauto_nodes.parameters import Settings
 from tauto_nodes.qos import port
@@ -69,6 +70,8 @@ class StageNode(Member):
                 batches[topic] = samples
         if batches:
             self._send(self.stage.feed(batches))
+            if self.flow is not None and (words := refused_words(self.stage.health())):
+                raise NodesError(words)
             self._changed = True
         for line in getattr(self.stage, 'news', list)():
             self.get_logger().error(line)

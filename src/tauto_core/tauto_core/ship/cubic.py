@@ -26,7 +26,8 @@ def spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """
     h, n = np.diff(x), len(x)
     chord = np.diff(y) / h
-    below, diagonal, above, right = np.empty((4, n))
+    # Below the first row and above the last there is nothing: zeros, which the solver multiplies.
+    below, diagonal, above, right = np.zeros((4, n))
     below[1:-1], diagonal[1:-1], above[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
     right[1:-1] = 3.0 * (h[1:] * chord[:-1] + h[:-1] * chord[1:])
     first, last = x[2] - x[0], x[-1] - x[-3]
