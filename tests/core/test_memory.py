@@ -10,7 +10,6 @@ import pytest
 import tauto_core as tauto
 
 EMPTY, EMPTY_LIKE = np.empty, np.empty_like
-SCENES = [name for name in tauto.scenes() if not name.startswith('clock_')]
 
 
 def poisoned(array: Any) -> Any:
@@ -22,7 +21,7 @@ def poisoned(array: Any) -> Any:
     return array
 
 
-@pytest.mark.parametrize('scene', SCENES)
+@pytest.mark.parametrize('scene', tauto.scenes())
 def test_a_voyage_is_the_same_whatever_its_memory_held(
     scene: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
