@@ -55,7 +55,7 @@ def ros_domain() -> Iterator[int]:
     os.environ['ROS_DOMAIN_ID'] = str(domain.number)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     # Fast DDS reads its profile once, for the first participant of a process. That of a graph in
-    # this process must not hold for the nodes of later tests.
+    # this process must not hold for the nodes of later tests, which are not on the loopback alone.
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     Node('first').destroy_node()
     rclpy.shutdown()
