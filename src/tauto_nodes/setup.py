@@ -12,7 +12,7 @@ setup(
     description='ROS 2 Jazzy nodes of the sea clock: ship, trochlea, drift, longitude, bags.',
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', 'fastdds.xml']},
+    package_data={PACKAGE: ['py.typed', 'fastdds.xml', 'fastdds_loopback.xml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),

@@ -188,12 +188,10 @@ def test_no_orphans_when_the_supervisor_is_killed(tmp_path: Path) -> None:
     until(lambda: len(nodes_under(process.pid)) == 5)
     nodes = nodes_under(process.pid)
     until(lambda: all(_handles_sigterm(pid) for pid in nodes))
-    left = shared_memory(process.pid)
     process.kill()
     process.wait()
     until(lambda: not any(alive(pid) for pid in nodes))
     assert read_bag(out).warnings == ()
-    remove_unused(left)
 
 
 def shared_memory(pid: int) -> set[str]:
@@ -205,12 +203,10 @@ def shared_memory(pid: int) -> set[str]:
     return {line.split()[5] for line in lines if '/dev/shm/' in line and 'fastrtps' in line}
 
 
-def remove_unused(files: set[str]) -> None:
-    """Remove what a killed process left in shared memory, unless others still use it."""
-    used = [shared_memory(int(p.name)) for p in Path('/proc').iterdir() if p.name.isdigit()]
-    for file in map(Path, files - set().union(*used)):
-        for name in (file.name, f'{file.name}_el', f'sem.{file.name}_mutex'):
-            file.with_name(name).unlink(missing_ok=True)
+def udp_ports() -> set[int]:
+    """Return the ports on which any process of this machine listens."""
+    lines = Path('/proc/net/udp').read_text().splitlines()[1:]
+    return {int(line.split()[1].rpartition(':')[2], 16) for line in lines}
 
 
 def test_a_node_that_dies_is_named_and_each_has_its_enclave(
@@ -230,10 +226,10 @@ def test_a_node_that_dies_is_named_and_each_has_its_enclave(
     until(lambda: {row for row in found() if row[0] != 'onlooker'} == enclaves)
     onlooker.destroy_node()
     victim = node_of(process.pid, 'longitude')
-    left = shared_memory(victim)
+    assert not any(map(shared_memory, (process.pid, *nodes_under(process.pid))))
+    assert 7400 + 250 * int(os.environ['ROS_DOMAIN_ID']) not in udp_ports()  # none by multicast
     os.kill(victim, signal.SIGKILL)
     _, words = process.communicate(timeout=PATIENCE_S)
-    remove_unused(left)
     assert process.returncode == 1
     assert 'node longitude ended by SIGKILL before the voyage did' in words
 
@@ -293,7 +289,7 @@ def test_a_full_disk_is_told_and_what_was_written_can_be_read(
 ) -> None:
     out = tmp_path / 'bag'
     command = tauto('graph', 'measured', '--speed', 'max', '--out', str(out), *compose)
-    limit = 600 * 1024  # of any file written; Fast DDS needs 537 KiB of shared memory for itself
+    limit = 600 * 1024  # of any file written
     done = subprocess.run(
         ['prlimit', f'--fsize={limit}', *command], capture_output=True, text=True, check=False
     )

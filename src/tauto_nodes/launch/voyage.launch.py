@@ -13,7 +13,7 @@ from pathlib import Path
 
 from launch import LaunchDescription
 
-from tauto_nodes.launching import described, fast_dds_profile
+from tauto_nodes.launching import described, graph_middleware
 
 DEFAULTS = {
     'scene': 'measured',
@@ -49,5 +49,5 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
 def generate_launch_description() -> LaunchDescription:
     """Return the graph; the parameter file makes the nodes wait for each other."""
     return described(
-        DEFAULTS, 'voyage.yaml', _parameters, last='recorder', environment=fast_dds_profile()
+        DEFAULTS, 'voyage.yaml', _parameters, last='recorder', environment=graph_middleware()
     )

@@ -24,10 +24,10 @@ from std_msgs.msg import String
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
-from tauto_nodes.domains import claim_domain, enclave_of, local_discovery
+from tauto_nodes.domains import claim_domain, enclave_of
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
-from tauto_nodes.launching import fast_dds_profile
+from tauto_nodes.launching import graph_middleware
 from tauto_nodes.parameter import FOLDER
 from tauto_nodes.qos import CREDIT_QOS
 from tauto_nodes.rclpy_private import RCLError
@@ -141,13 +141,12 @@ def graph_environment() -> Iterator[dict[str, str]]:
     """Set this process' ROS environment and yield it for the children.
 
     Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
-    (`fastdds.xml`), unless the environment says otherwise.
+    (`fastdds_loopback.xml`), unless the environment says otherwise.
     """
     domain = None if os.environ.get(DOMAIN) else claim_domain()
-    given = local_discovery()
+    given = graph_middleware()
     if domain is not None:
         given[DOMAIN] = str(domain.number)
-    given |= fast_dds_profile()
     before = {name: os.environ.get(name) for name in given}
     os.environ.update(given)
     try:

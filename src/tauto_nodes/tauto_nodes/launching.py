@@ -10,12 +10,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from rclpy.utilities import get_rmw_implementation_identifier
+
 from tauto_core.bags import check_folder, is_cut_short
 from tauto_core.readiness import check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError
-from tauto_nodes.domains import enclave_of, local_discovery
+from tauto_nodes.domains import RANGE, enclave_of, local_discovery
 from tauto_nodes.errors import GraphError, ParameterError
 from tauto_nodes.parameters import PARAMETERS
 from tauto_nodes.running import SUPERVISOR
@@ -26,12 +28,27 @@ PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
 """Environment variable: rmw leaves the memory policy to the profile."""
 
+PEERS = 'ROS_STATIC_PEERS'
 
-def fast_dds_profile() -> dict[str, str]:
-    """Return the environment that gives a graph of ours its profile; empty where one is set."""
+
+def graph_middleware() -> dict[str, str]:
+    """Return the environment that keeps a graph of ours on this machine, with our profile.
+
+    Where the environment names a profile, another range of discovery, other peers or another
+    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file.
+    """
+    given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
-        return {}
-    return {PROFILES[1]: str(Path(__file__).with_name('fastdds.xml')), FROM_PROFILE: '1'}
+        return given
+    profile = 'fastdds.xml'
+    if _within_this_machine() and get_rmw_implementation_identifier().startswith('rmw_fastrtps'):
+        profile = 'fastdds_loopback.xml'
+        given = {RANGE: 'SYSTEM_DEFAULT'}
+    return given | {PROFILES[1]: str(Path(__file__).with_name(profile)), FROM_PROFILE: '1'}
+
+
+def _within_this_machine() -> bool:
+    return os.environ.get(RANGE, '') in ('', 'LOCALHOST') and not os.environ.get(PEERS)
 
 
 NEAR = 0.75
