@@ -17,6 +17,12 @@ from tauto_core.voyage import sail
 from tauto_nodes.graph import Plan, run_graph
 
 
+@pytest.fixture(autouse=True)
+def own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each graph takes a free domain, as those of users do."""
+    monkeypatch.delenv('ROS_DOMAIN_ID', raising=False)
+
+
 def assert_equal_bags(one: Path, other: Path) -> None:
     """Same topics, payload for payload, with the same log times; the same said of the sea."""
     told = [
@@ -74,6 +80,23 @@ def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
     assert run_graph(plan, loaded, lambda _: None).lost == 0
     sail(loaded, tmp_path / 'sail')
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+
+
+def middleware_threads() -> set[str]:
+    """Return the threads of this process' DDS participants, by task."""
+    threads = Path('/proc/self/task').iterdir()
+    return {task.name for task in threads if (task / 'comm').read_text().startswith('dds.ev')}
+
+
+@pytest.mark.parametrize('executor', ['events', 'single'])
+def test_a_graph_leaves_nothing_of_its_own_in_the_domain(executor: str, tmp_path: Path) -> None:
+    loaded = load_scene('measured', duration=5.0)
+    before = middleware_threads()
+    plan = Plan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True, executor=executor)
+    seen: set[str] = set()
+    run_graph(plan, loaded, lambda _: seen.update(middleware_threads() - before))
+    assert seen
+    assert middleware_threads() <= before
 
 
 def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> None:

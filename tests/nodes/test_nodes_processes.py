@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -10,19 +11,22 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import IO
 
 import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
+from tauto_nodes import supervisor
 from tauto_nodes.running import executor_named
+from tauto_nodes.supervisor import Child
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 PATIENCE_S = 300.0
@@ -37,10 +41,12 @@ def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
         time.sleep(0.02)
 
 
-def start(module: str, *arguments: str) -> subprocess.Popen[str]:
+def start(
+    module: str, *arguments: str, stdout: int | IO[str] = subprocess.PIPE
+) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, '-m', f'tauto_nodes.{module}', *arguments],
-        stdout=subprocess.PIPE,
+        stdout=stdout,
         stderr=subprocess.STDOUT,
         text=True,
     )
@@ -298,12 +304,21 @@ def test_a_full_disk_is_told_and_what_was_written_can_be_read(
     assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
 
 
-def test_a_clock_before_zero_ends_no_node(ros: Callable[[Sequence[str]], None]) -> None:
+def test_a_clock_before_zero_ends_no_node(
+    ros: Callable[[Sequence[str]], None], tmp_path: Path
+) -> None:
     executors = {'longitude': 'events', 'drift_estimator': 'single'}
-    processes = [
-        start(node, '--ros-args', '-p', 'use_sim_time:=true', '-p', f'executor:={executor}')
-        for node, executor in executors.items()
-    ]
+    logs = {node: tmp_path / f'{node}.log' for node in executors}
+    # The events executor tells of each such time itself, which would fill a pipe.
+    with contextlib.ExitStack() as files:
+        processes = {
+            node: start(
+                node,
+                *('--ros-args', '-p', 'use_sim_time:=true', '-p', f'executor:={executor}'),
+                stdout=files.enter_context(logs[node].open('w')),
+            )
+            for node, executor in executors.items()
+        }
     ros(())
     simulator, executor = Node('simulator'), executor_named('single')
     executor.add_node(simulator)
@@ -315,26 +330,44 @@ def test_a_clock_before_zero_ends_no_node(ros: Callable[[Sequence[str]], None]) 
         if array.header.stamp.sec == 3:
             reported.update(status.name for status in array.status)
 
+    latched = QoSProfile(depth=100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
     simulator.create_subscription(
         Log,
         '/rosout',
         lambda log: complained.add(log.name) if 'negative' in log.msg else None,
-        QoSProfile(depth=100),
+        latched,  # a complaint may come before the subscription is matched
     )
     simulator.create_subscription(DiagnosticArray, '/diagnostics', hear, QoSProfile(depth=10))
     for second, heard in ((-5, complained), (3, reported)):
         deadline_s = time.monotonic() + PATIENCE_S
         while not executors.keys() <= heard:  # others in the domain may be heard, too
-            assert all(process.poll() is None for process in processes)
+            assert all(process.poll() is None for process in processes.values())
             assert time.monotonic() < deadline_s, heard
             clock.publish(Clock(clock=Time(sec=second)))
             executor.spin_once(0.05)
     executor.shutdown()
     simulator.destroy_node()
-    for process in processes:
+    for node, process in processes.items():
         process.send_signal(signal.SIGINT)
-        words, _ = process.communicate(timeout=PATIENCE_S)
-        assert process.returncode == 0, words
+        assert process.wait(timeout=PATIENCE_S) == 0, logs[node].read_text()
+
+
+def test_a_node_that_hangs_says_where_before_it_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = 'import time; from tauto_nodes.running import run; run([lambda: time.sleep(3600)])'
+    log = tmp_path / 'stuck.log'
+    with log.open('wb') as words:
+        process = subprocess.Popen(
+            [sys.executable, '-c', code], stdout=words, stderr=words, start_new_session=True
+        )
+    child = Child('stuck', process, log)
+    until(lambda: _handles_sigterm(process.pid))
+    monkeypatch.setattr(supervisor, 'TERM_S', 0.5)
+    assert supervisor.Supervisor(tmp_path, {}, [child]).stop() == [child]
+    assert process.returncode == -signal.SIGABRT
+    assert 'running.py' in child.said()
+    assert 'in <lambda>' in child.said()
 
 
 def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:

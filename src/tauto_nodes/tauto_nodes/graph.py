@@ -267,9 +267,14 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
             finally:
                 watch.close()
             killed = supervisor.stop()
-        recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
         if killed:
-            raise GraphError(f'{", ".join(killed)} did not end on SIGTERM and had to be killed')
+            hung = ', '.join(child.name for child in killed)
+            raise GraphError(
+                f'{hung} did not end on SIGTERM and had to be killed; `tauto replay {plan.out}` '
+                'tells what the bag holds. This is a fault of Tauto or its middleware: please '
+                'report it with these words:\n' + '\n'.join(child.said() for child in killed)
+            )
+        recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
         if recorded is None or recorded.began_s is None:
             return Outcome(signal=signals.came)
         if not signals.came:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import faulthandler
 import os
 import signal
 import sys
@@ -28,6 +29,7 @@ from tauto_nodes.rclpy_private import RCLError, UnknownROSArgsError
 Maker: TypeAlias = Callable[[], Member]
 
 CHECK_S = 0.02
+COMPLAIN_S = 10.0
 SUPERVISOR = 'TAUTO_SUPERVISOR'
 """Environment variable: the process whose death ends the nodes."""
 
@@ -89,17 +91,16 @@ def _spin(nodes: Sequence[Member], signals: _Signals) -> None:
     nodes[0].create_timer(CHECK_S, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
     for node in nodes:
         executor.add_node(node)
-    complained = False
     while not stop.done():
         # A bare spin() of the events executor busy-loops; a finite wait does not.
         try:
             executor.spin_until_future_complete(stop, 3600.0)
         except ValueError as error:
-            # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock. It is
-            # named once: a log that nobody reads would fill its pipe and hold the node.
-            if not complained:
-                nodes[0].get_logger().error(f'messages are left aside: rclpy: {error}')
-            complained = True
+            # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock. Each
+            # one told would soon fill a pipe that nobody reads, and hold the node.
+            nodes[0].get_logger().error(
+                f'messages are left aside: rclpy: {error}', throttle_duration_sec=COMPLAIN_S
+            )
 
 
 def _close(nodes: Sequence[Member]) -> None:
@@ -137,6 +138,7 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
         args: command line, sys.argv where None.
     """
     signals = _Signals()
+    faulthandler.enable()
     nodes: list[Member] = []
     try:
         die_with_supervisor()

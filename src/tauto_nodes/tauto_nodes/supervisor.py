@@ -19,7 +19,7 @@ from tauto_nodes.running import SUPERVISOR
 TERM_S = 60.0
 KILL_S = 5.0
 POLL_S = 0.02
-TAIL_LINES = 15
+TAIL_LINES = 25
 
 
 @dataclass
@@ -89,17 +89,22 @@ class Supervisor:
         """Return a node's exit code; None while it runs."""
         return next(c.process.poll() for c in self.children if c.name == name)
 
-    def stop(self) -> list[str]:
-        """End all nodes by SIGTERM, after TERM_S by SIGKILL; return those that were killed."""
+    def stop(self) -> list[Child]:
+        """End all nodes by SIGTERM; return those that did not end within TERM_S and were killed.
+
+        Those get SIGABRT first, at which a node writes where each of its threads is (`run`).
+        """
+        self._signal(signal.SIGTERM, TERM_S)
+        late = [child for child in self.children if child.process.poll() is None]
+        self._signal(signal.SIGABRT, KILL_S)
+        self._signal(signal.SIGKILL, KILL_S)
+        return late
+
+    def _signal(self, number: signal.Signals, limit_s: float) -> None:
         for child in self.children:
             if child.process.poll() is None:
-                os.killpg(child.process.pid, signal.SIGTERM)
-        self._wait(TERM_S)
-        late = [child for child in self.children if child.process.poll() is None]
-        for child in late:
-            os.killpg(child.process.pid, signal.SIGKILL)
-        self._wait(KILL_S)
-        return [child.name for child in late]
+                os.killpg(child.process.pid, number)
+        self._wait(limit_s)
 
     def _wait(self, limit_s: float) -> None:
         deadline_s = time.monotonic() + limit_s
