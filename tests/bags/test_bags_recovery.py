@@ -17,6 +17,7 @@ import pytest
 import yaml
 from bags_examples import START_NS, example
 from mcap.reader import make_reader
+from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
@@ -222,6 +223,25 @@ def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> Non
     found = check_bag(bag)
     assert '2 entries of its message indices' in ' '.join(found.damage)
     assert check_bag(recover_bag(bag).path).whole
+
+
+def test_a_chunk_that_ends_within_a_record_is_noticed(tmp_path: Path) -> None:
+    path = tmp_path / 'x.mcap'
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, compression=CompressionType.NONE, enable_crcs=False)
+        writer.start('ros2')
+        schema = writer.register_schema('a_msgs/msg/Depth', 'ros2msg', b'float64 metres\n')
+        depth = writer.register_channel('/depth', 'cdr', schema)
+        for k in range(3):
+            writer.add_message(depth, k, bytes(12), k)
+        writer.finish()
+    assert check_bag(path).whole
+    octets = bytearray(path.read_bytes())
+    length = struct.pack('<BQ', 0x05, 22 + 12)
+    octets[octets.rindex(length) + 1] += 1
+    path.write_bytes(octets)
+    [words, *_] = check_bag(path).damage
+    assert 'the last 43 bytes of the chunk at byte' in words
 
 
 def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from tauto_core.bags import read_bag
 from tauto_core.replaying import summarise_bag
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
+from tauto_nodes.errors import GraphError
 from tauto_nodes.graph import Plan, run_graph
 
 
@@ -97,6 +98,14 @@ def test_a_graph_leaves_nothing_of_its_own_in_the_domain(executor: str, tmp_path
     run_graph(plan, loaded, lambda _: seen.update(middleware_threads() - before))
     assert seen
     assert middleware_threads() <= before
+
+
+def test_a_bag_that_lacks_readings_is_not_called_whole(tmp_path: Path) -> None:
+    # Nodes that sail five seconds of six publish too few, and lose none.
+    plan = Plan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
+    with pytest.raises(GraphError, match='has published 6 readings where the scene has 7'):
+        run_graph(plan, load_scene('measured', duration=6.0), lambda _: None)
+    assert read_bag(tmp_path / 'graph').counts['/clock/reading'] == 6
 
 
 def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> None:

@@ -245,7 +245,9 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         if complete:
             break
         if opcode == _CHUNK:
-            _walk_chunk(file, stream, schemas, at, min(end, size))
+            left = _walk_chunk(file, stream, schemas, at, min(end, size))
+            if left and end <= size:
+                file.warn(f'the last {left} bytes of the chunk at byte {at} are no record')
         elif end <= size and opcode in {_SCHEMA, _CHANNEL}:
             _register(file, schemas, opcode, stream.read(length))
         elif end <= size and opcode == _METADATA:
@@ -269,13 +271,15 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
 
 def _walk_chunk(
     file: McapFile, stream: BinaryIO, schemas: dict[int, Schema], at: int, end: int
-) -> None:
+) -> int:
+    """Add a chunk to the file; return the number of octets after its last whole record."""
     stream.seek(at)
     try:
         octets = chunk_records(stream.read(end - at))
     except ValueError as error:
         file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
-        return
+        return 0
+    last = 0
     stamps: list[int] = []
     channels: set[int] = set()
     for opcode, first, last in records_in(octets):
@@ -290,6 +294,7 @@ def _walk_chunk(
         file.spans.append(
             Span(at, end - at, min(stamps), max(stamps), frozenset(channels), chunk=True)
         )
+    return len(octets) - last
 
 
 def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:

@@ -201,7 +201,8 @@ class Bag:
     def _stored(self, topic: str) -> Iterator[Stored]:
         """Yield the messages of one topic, file after file; refuse another type or encoding."""
         full = self.find(topic)
-        self._check(topic, full)
+        wanted = TOPICS[topic].ros_type if topic in TOPICS else self.topics[full]
+        self.check_type(full, wanted)
         for file in self.files:
             numbers = {
                 number for number, channel in file.channels.items() if channel.topic == full
@@ -212,14 +213,17 @@ class Bag:
                         continue
                     yield from file.messages(span, stream, numbers)
 
-    def _check(self, topic: str, full: str) -> None:
-        types = self._types()[full]
-        wanted = TOPICS[topic].ros_type if topic in TOPICS else types[0]
-        for found in types:
+    def check_type(self, full: str, wanted: str) -> None:
+        """Refuse a topic, given by its full name, that is not all of one type in CDR.
+
+        Raises:
+            BagError: another type than wanted, or another encoding.
+        """
+        for found in self._types()[full]:
             if found != wanted:
                 raise BagError(
                     f'{self.path}: {full} holds {found or "messages without a type"}, but '
-                    f'{topic} must be {wanted}; remap that topic or name another bag'
+                    f'must hold {wanted}; remap that topic or name another bag'
                 )
         for file in self.files:
             for channel in file.channels.values():

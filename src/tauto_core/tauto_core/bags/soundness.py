@@ -8,12 +8,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import numpy as np
+
+from tauto_core.bags.codec import decode_as
 from tauto_core.bags.mcap_file import McapFile, open_mcap
 from tauto_core.bags.reader import Bag, by_number, find_files
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.bags.writer import METADATA
 from tauto_core.samples import SCENE
 from tauto_core.scene.errors import BagError, BagPlaceError
+
+PART = 10_000
+"""Messages of a topic that are held before they are decoded."""
 
 _INDEX = struct.Struct('<BQHI')
 _ENTRY = struct.Struct('<QQ')
@@ -161,7 +167,7 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
             )
         stream.seek(0)
         try:
-            for _ in StreamReader(stream, validate_crcs=True).records:
+            for _ in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
                 pass
         except (McapError, ValueError, struct.error, EOFError) as error:
             if not walked.warnings:
@@ -239,36 +245,66 @@ def _check_metadata(found: Soundness) -> None:
     ]
 
 
+@dataclass
+class _Reading:
+    """A topic while its bag is read: what is not yet decoded, and what was found wrong."""
+
+    ros_type: str
+    payloads: list[bytes] = field(default_factory=list)
+    stamps_ns: list[int] = field(default_factory=list)
+    newest_ns: int = 0
+    steps_back: int = 0
+    fault: str = ''
+
+    def judge(self, topic: str) -> None:
+        """Decode what has been gathered, and count the log times that go back."""
+        stamps_ns = np.array(self.stamps_ns, np.int64)
+        self.steps_back += int(np.sum(np.diff(stamps_ns, prepend=self.newest_ns) < 0))
+        self.newest_ns = self.stamps_ns[-1]
+        if not self.fault and self.ros_type in MESSAGE_TYPES:
+            try:
+                decode_as(self.ros_type, topic, self.payloads, stamps_ns)
+            except BagError as error:
+                self.fault = str(error)
+        self.payloads, self.stamps_ns = [], []
+
+
+def _read_all(file: McapFile, topics: Mapping[str, _Reading]) -> None:
+    """Read each message of a file once, and judge each topic by and by."""
+    with file.path.open('rb') as stream:
+        for span in file.spans:
+            for stamp_ns, channel, payload in file.messages(span, stream, file.channels):
+                topic = file.channels[channel].topic
+                reading = topics[topic]
+                reading.payloads.append(payload)
+                reading.stamps_ns.append(stamp_ns)
+                if len(reading.payloads) == PART:
+                    reading.judge(f'{file.path.parent}: {topic}')
+
+
 def _check_content(found: Soundness) -> None:
     bag = found.bag
-    for topic, ros_type in bag.topics.items():
+    topics = {topic: _Reading(ros_type) for topic, ros_type in bag.topics.items()}
+    for topic, reading in topics.items():
+        if reading.ros_type not in MESSAGE_TYPES:
+            found.notes.append(f'{topic}: {reading.ros_type or "no type"} is not decoded here')
+            continue
         try:
-            if ros_type not in MESSAGE_TYPES:
-                found.notes.append(f'{topic}: {ros_type or "no type"} is not decoded here')
-            else:
-                for _ in bag.parts(topic):
-                    pass
+            bag.check_type(topic, reading.ros_type)
         except BagError as error:
-            found.faults.append(str(error))
+            reading.fault = str(error)
+    for file in bag.files:
+        _read_all(file, topics)
+    for topic, reading in topics.items():
+        if reading.payloads:
+            reading.judge(f'{bag.path}: {topic}')
+    found.faults += [reading.fault for reading in topics.values() if reading.fault]
     found.faults += [
-        f'{bag.path}: {topic}: {times} times a log time lies before the one before it'
-        for topic, times in _steps_back(bag).items()
+        f'{bag.path}: {topic}: {reading.steps_back} times a log time lies before the one before it'
+        for topic, reading in topics.items()
+        if reading.steps_back
     ]
     _check_scene(found)
-
-
-def _steps_back(bag: Bag) -> dict[str, int]:
-    newest_ns: dict[str, int] = {}
-    back: dict[str, int] = {}
-    for file in bag.files:
-        with file.path.open('rb') as stream:
-            for span in file.spans:
-                for message in file.messages(span, stream):
-                    topic = file.channels[message.channel].topic
-                    if message.stamp_ns < newest_ns.get(topic, 0):
-                        back[topic] = back.get(topic, 0) + 1
-                    newest_ns[topic] = message.stamp_ns
-    return back
 
 
 def _check_scene(found: Soundness) -> None:
