@@ -24,7 +24,7 @@ from std_msgs.msg import String
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
-from tauto_nodes.domains import claim_domain, enclave_of
+from tauto_nodes.domains import DOMAIN, claim_domain, enclave_of
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
 from tauto_nodes.launching import graph_middleware
@@ -45,7 +45,6 @@ STALL_S = 600.0
 
 SPIN_S = 0.05
 STDOUT, STDERR = 1, 2
-DOMAIN = 'ROS_DOMAIN_ID'
 
 
 @dataclass(frozen=True)
@@ -143,8 +142,8 @@ def graph_environment() -> Iterator[dict[str, str]]:
     Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
     (`fastdds_loopback.xml`), unless the environment says otherwise.
     """
-    domain = None if os.environ.get(DOMAIN) else claim_domain()
     given = graph_middleware()
+    domain = None if os.environ.get(DOMAIN) else claim_domain()
     if domain is not None:
         given[DOMAIN] = str(domain.number)
     before = {name: os.environ.get(name) for name in given}

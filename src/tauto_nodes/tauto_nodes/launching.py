@@ -17,7 +17,13 @@ from tauto_core.readiness import check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError
-from tauto_nodes.domains import RANGE, enclave_of, local_discovery
+from tauto_nodes.domains import (
+    RANGE,
+    check_discovery,
+    check_loopback,
+    enclave_of,
+    local_discovery,
+)
 from tauto_nodes.errors import GraphError, ParameterError
 from tauto_nodes.parameters import PARAMETERS
 from tauto_nodes.running import SUPERVISOR
@@ -30,20 +36,28 @@ FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
 
 PEERS = 'ROS_STATIC_PEERS'
 
+LOCALHOST_ONLY = 'ROS_LOCALHOST_ONLY'
+"""The older variable for the range; where it is 1, rcl takes no notice of the range."""
+
 
 def graph_middleware() -> dict[str, str]:
     """Return the environment that keeps a graph of ours on this machine, with our profile.
 
     Where the environment names a profile, another range of discovery, other peers or another
     middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file.
+
+    Raises:
+        ParameterError, GraphError: in this environment the nodes could not find each other.
     """
+    check_discovery()
     given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
         return given
     profile = 'fastdds.xml'
     if _within_this_machine() and get_rmw_implementation_identifier().startswith('rmw_fastrtps'):
+        check_loopback()
         profile = 'fastdds_loopback.xml'
-        given = {RANGE: 'SYSTEM_DEFAULT'}
+        given = {RANGE: 'SYSTEM_DEFAULT', LOCALHOST_ONLY: ''}
     return given | {PROFILES[1]: str(Path(__file__).with_name(profile)), FROM_PROFILE: '1'}
 
 

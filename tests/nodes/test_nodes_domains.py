@@ -1,0 +1,79 @@
+"""Environments in which the nodes of a graph could not find each other are refused at once."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tauto_nodes.domains import check_discovery
+from tauto_nodes.errors import ParameterError
+
+ALONE = ['unshare', '--map-root-user', '--net']
+"""Runs a command in a network of its own, whose loopback interface is down."""
+
+GRAPH = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', 'max']
+
+
+REACH, NUMBER = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_DOMAIN_ID'
+
+
+def test_a_graph_whose_nodes_are_kept_apart_says_so_at_once(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [*GRAPH, '--duration', '20', '--out', str(tmp_path / 'bag')],
+        env={**os.environ, REACH: 'OFF'},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300.0,
+    )
+    assert done.returncode == 2, done.stderr
+    assert f'tauto: {REACH} = OFF: the nodes of a graph could not find each other' in done.stderr
+    assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize(
+    ('variable', 'value', 'said'),
+    [
+        (REACH, 'localhost', 'must be one of LOCALHOST, SUBNET, SYSTEM_DEFAULT'),
+        (NUMBER, '233', 'must be a whole number from 0 to 232'),
+        (NUMBER, '-1', 'must be a whole number from 0 to 232'),
+        (NUMBER, 'seven', 'must be a whole number from 0 to 232'),
+    ],
+)
+def test_what_ros_would_misread_is_refused(
+    variable: str, value: str, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(variable, value)
+    with pytest.raises(ParameterError, match=f'{variable} = {value}: {said}'):
+        check_discovery()
+
+
+@pytest.mark.parametrize('number', ['', '0', '100', '232'])
+@pytest.mark.parametrize('reach', ['', 'LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT'])
+def test_what_ros_allows_is_allowed(
+    number: str, reach: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(NUMBER, number)
+    monkeypatch.setenv(REACH, reach)
+    check_discovery()
+
+
+@pytest.mark.skipif(
+    subprocess.run([*ALONE, 'true'], capture_output=True, check=False).returncode != 0,
+    reason='this user may make no network of its own',
+)
+def test_a_graph_without_a_loopback_interface_says_so_at_once(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [*ALONE, *GRAPH, '--duration', '20', '--out', str(tmp_path / 'bag')],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300.0,
+    )
+    assert done.returncode == 1, done.stderr
+    assert 'nothing that is sent to 127.0.0.1 arrives' in done.stderr
+    assert not (tmp_path / 'bag').exists()
