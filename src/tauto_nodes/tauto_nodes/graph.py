@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -34,6 +33,7 @@ from tauto_nodes.rclpy_private import RCLError
 from tauto_nodes.recorder import Recorded
 from tauto_nodes.running import executor_named
 from tauto_nodes.supervisor import Supervisor, noted_signals
+from tauto_nodes.work_folder import work_folder
 
 NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 SILENT_S = 120.0
@@ -239,9 +239,8 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         noted_signals() as signals,
         stdout_left_alone(),
         graph_environment() as environment,
-        tempfile.TemporaryDirectory(prefix='tauto_', dir=os.environ.get(FOLDER)) as temporary,
+        work_folder(os.environ.get(FOLDER)) as folder,
     ):
-        folder = Path(temporary)
         report = folder / 'report.json'
         parameters = folder / 'parameters.yaml'
         if plan.changed:
