@@ -252,6 +252,25 @@ def test_a_voyage_that_is_stopped_keeps_a_readable_bag(
     assert replayed['warnings'] == []  # the bag is whole, metadata included
 
 
+def test_an_interrupt_while_it_starts_ends_without_a_traceback() -> None:
+    program = (
+        'import os, signal, sys\n'
+        'class Interrupt:\n'
+        '    def find_spec(self, name, path=None, target=None):\n'
+        '        if name == "typer":\n'
+        '            os.kill(os.getpid(), signal.SIGINT)\n'
+        'sys.meta_path.insert(0, Interrupt())\n'
+        'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
+        'from tauto_core.cli import main\n'
+        'main()\n'
+    )
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == -signal.SIGINT
+    assert run.stdout == run.stderr == ''
+
+
 def test_output_that_cannot_be_written_is_said() -> None:
     with Path('/dev/full').open('w') as full:
         run = subprocess.run(

@@ -133,7 +133,7 @@ def root(
     """Sully and Euler's sea clock on a rolling ship: how far wrong is it on the chart?"""
 
 
-def main() -> None:
+def run() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
     # a scene does not use pydantic plugins, and looking for them reads all installed packages
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
