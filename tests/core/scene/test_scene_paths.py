@@ -56,8 +56,8 @@ def test_a_scene_with_one_value_changed_is_the_file_with_that_value(tmp_path: Pa
 @pytest.mark.parametrize(
     ('path', 'value', 'key', 'words'),
     [
-        ('ship.sea.peak_period', -1.0, 'ship.sea.peak_period', 'given by --set ship.sea.peak_'),
-        ('ship.sea', {'kind': 'x'}, 'ship.sea.spectrum', r'given by --set ship.sea\)'),
+        ('ship.sea.peak_period', -1.0, 'ship.sea.peak_period', 'ship.sea.peak_period is given'),
+        ('ship.sea', {'kind': 'x'}, 'ship.sea.spectrum', r'\(ship.sea is given, in place'),
         ('ship.sea.peak_perod', 7.0, 'ship.sea.peak_perod', 'Did you mean `peak_period`'),
         ('duration.minutes', 7.0, 'duration.minutes', 'no such key'),
     ],

@@ -366,8 +366,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize('value', [-1.0, 0.5, '600', float('nan')])
-def test_a_refused_override_names_its_option(value: object) -> None:
-    with pytest.raises(SceneError, match=r'given by --duration') as caught:
+def test_a_refused_override_is_not_the_scene_s_own(value: object) -> None:
+    with pytest.raises(SceneError, match=r"duration is given, in place of the scene's") as caught:
         load_scene('measured', duration=value)
     assert caught.value.key == 'duration'
 

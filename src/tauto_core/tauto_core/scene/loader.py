@@ -193,7 +193,7 @@ def checked_scene(
     Args:
         content: content of the file.
         origin: where it comes from, for error messages.
-        given: values in it that options of the command line gave, by path, for errors.
+        given: values in it that replace those of the file, by path, for errors.
 
     Raises:
         SceneError: as for `parse_scene`.
@@ -208,16 +208,15 @@ def checked_scene(
         return Scene.model_validate(content)
     except ValidationError as error:
         found = explain(error, Scene)
-    raise _scene_error(origin, tuple(_name_option(each, given) for each in found)) from None
+    raise _scene_error(origin, tuple(_naming_given(each, given) for each in found)) from None
 
 
-def _name_option(problem: Problem, given: Mapping[str, object]) -> Problem:
+def _naming_given(problem: Problem, given: Mapping[str, object]) -> Problem:
     place = problem.key.replace('[', '.').replace(']', '') + '.'
     path = next((each for each in given if place.startswith(f'{each}.')), None)
     if path is None:
         return problem
-    option = '--duration' if path == 'duration' else f'--set {path}'
-    said = f'{problem.problem} (given by {option})'
+    said = f"{problem.problem} ({path} is given, in place of the scene's)"
     return Problem(problem.key, problem.value, said, problem.remedy)
 
 
