@@ -104,6 +104,39 @@ def test_leaving_early_leaves_no_process_behind():
     pytest.fail(f'process {pid} still runs')
 
 
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_while_processes_start_ends_without_a_traceback(number):
+    """A terminal sends Ctrl-C to all processes of a command, here at the start of the first."""
+    script = (
+        'import os, signal\n'
+        'from distributed import Nanny\n'
+        'from tauto_core.cli.ending import ended_by_sigterm\n'
+        'from tauto_core.workers import Crew, run_each\n'
+        'start = Nanny.start_unsafe\n'
+        'async def interrupted(self):\n'
+        '    Nanny.start_unsafe = start\n'
+        f'    os.{"killpg(0" if number == signal.SIGINT else "kill(os.getpid()"}, {int(number)})\n'
+        '    return await start(self)\n'
+        'Nanny.start_unsafe = interrupted\n'
+        'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
+        'try:\n'
+        '    with ended_by_sigterm():\n'
+        '        list(run_each(lambda number, tell: number, [1, 2], Crew(2)))\n'
+        'except KeyboardInterrupt as error:\n'
+        '    print(type(error).__name__)\n'
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', script],
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        start_new_session=True,
+    )
+    said = 'KeyboardInterrupt' if number == signal.SIGINT else 'Terminated'
+    assert (done.returncode, done.stdout, done.stderr) == (0, f'{said}\n', '')
+
+
 def test_no_process_at_all_is_refused():
     with pytest.raises(UsageError, match='--jobs 0: must be at least 1'):
         Crew(0)

@@ -12,13 +12,14 @@ import queue
 import sys
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
+from tauto_core.interrupts import interrupts_held
 from tauto_core.scene.errors import TautoError, UsageError
 
 if TYPE_CHECKING:
@@ -217,8 +218,9 @@ def _client(crew: Crew) -> Iterator[Client]:
         with _joined(crew.scheduler) as client:
             yield client
         return
-    with _main_not_run_again():
-        with dask.config.set(_UNWATCHED):
+    with _main_not_run_again(), ExitStack() as started:
+        # dask cannot close a cluster whose processes have not all started
+        with interrupts_held(), dask.config.set(_UNWATCHED):
             cluster = distributed.LocalCluster(
                 n_workers=crew.jobs,
                 threads_per_worker=1,
@@ -228,8 +230,10 @@ def _client(crew: Crew) -> Iterator[Client]:
                 scheduler_kwargs={'dashboard': False},
                 silence_logs=logging.CRITICAL,
             )
-        with cluster, distributed.Client(cluster, set_as_default=False) as client:
-            yield client
+            started.enter_context(cluster)
+            client = distributed.Client(cluster, set_as_default=False)
+            started.enter_context(client)
+        yield client
 
 
 @contextmanager
