@@ -121,6 +121,14 @@ def test_the_east_sigma_is_the_seconds_along_the_parallel(latitude):
     assert set(fix.status) == {0}
 
 
+@pytest.mark.parametrize('lost_s', [43_204.0, 86_404.0, 10 * 86_400.0 + 4.0])
+def test_the_error_of_the_longitude_is_within_half_a_turn(lost_s):
+    """A dial shows the time of day: a clock that has lost a day and 4 s is 1′ out, to the east."""
+    errors = errors_of(LongitudeStage(SCENE).feed(topics([1], -lost_s, -lost_s)))
+    expected = (0.25 * lost_s + 10_800.0) % 21_600.0 - 10_800.0
+    assert [errors[name] for name in list(errors)[:4]] == [expected] * 4
+
+
 def test_longitude_wraps_at_the_antimeridian():
     west = LongitudeStage(SCENE).feed(topics([1], 0.0, 40.0, longitude_deg=-179.9))
     assert west[LONGITUDE_FIX].longitude[0] == pytest.approx(179.9 + 1.0 / 30.0, rel=1e-14)

@@ -37,7 +37,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError
-from tauto_core.ship.legs import wrap_degrees
+from tauto_core.ship.legs import wrap, wrap_degrees
 
 ERROR_NAMES = (
     'raw_error_arcmin',
@@ -48,6 +48,8 @@ ERROR_NAMES = (
 )
 ARCMIN_PER_S = 15.0 / 60.0
 """Angle by which the mean sun moves in a second [arc minutes], 15′ in a minute (theory E6)."""
+
+HALF_TURN_ARCMIN = 180.0 * 60.0
 
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
@@ -64,9 +66,10 @@ HELD = 4096
 def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
     """Return the error of the longitude [arc minutes, east positive] for a clock fast by x [s].
 
-    λ = −15″ x: a fast clock puts the ship west of its true meridian (theory E6).
+    λ = −15″ x: a fast clock puts the ship west of its true meridian (theory E6). It lies within
+    [−180°, 180°), since a clock shows the time of day: one that is wrong by a whole day is right.
     """
-    return -ARCMIN_PER_S * clock_error_s
+    return wrap(-ARCMIN_PER_S * clock_error_s, HALF_TURN_ARCMIN)
 
 
 def column(samples: JointSamples, name: str) -> FloatArray:

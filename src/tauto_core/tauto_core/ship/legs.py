@@ -60,11 +60,16 @@ class Leg(Protocol):
 
 def wrap_degrees(longitude: FloatArray) -> FloatArray:
     """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
-    inside = (longitude >= -180.0) & (longitude < 180.0)
-    wrapped = np.mod(longitude + 180.0, 360.0) - 180.0
-    # mod rounds numbers just below 360 up to 360
-    wrapped = np.where(wrapped < 180.0, wrapped, -180.0)
-    return np.where(inside, longitude, wrapped)
+    return wrap(longitude, 180.0)
+
+
+def wrap(angle: FloatArray, half_turn: float) -> FloatArray:
+    """Return angles in [−half a turn, half a turn), in its unit; those within keep their bits."""
+    inside = (angle >= -half_turn) & (angle < half_turn)
+    wrapped = np.mod(angle + half_turn, 2.0 * half_turn) - half_turn
+    # mod rounds numbers just below a turn up to it
+    wrapped = np.where(wrapped < half_turn, wrapped, -half_turn)
+    return np.where(inside, angle, wrapped)
 
 
 @dataclass(frozen=True)
