@@ -1,5 +1,7 @@
 """The smoother against dense conditioning of Gaussians, and its invariants."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -159,3 +161,51 @@ def test_its_errors_are_as_large_as_it_says(states):
     # two-sided at 1e-4: a seeded ensemble, so it passes always or never
     low, high = chi2.ppf(np.array([5e-5, 1 - 5e-5]), runs * states)
     assert low < total < high
+
+
+def regression(times, sigma, prior_x, prior_y, at):
+    """Variances of offset and rate of a clock with a constant rate, in exact fractions.
+
+    The information of n observations of x + y t about x and y, with that of the prior.
+    """
+    weight = 1 / Fraction(sigma) ** 2
+    xx = weight * len(times) + 1 / Fraction(prior_x) ** 2
+    xy = weight * sum(map(Fraction, times))
+    yy = weight * sum(Fraction(t) ** 2 for t in times) + 1 / Fraction(prior_y) ** 2
+    free = xx * yy - xy * xy
+    return float((yy - 2 * at * xy + at * at * xx) / free), float(xx / free)
+
+
+@pytest.mark.parametrize(('sigma', 'rate_sigma'), [(0.5, 1000.0), (0.01, 1000.0), (0.5, 86400.0)])
+def test_the_first_days_are_known_as_well_as_the_last_ones(sigma, rate_sigma):
+    """A rate that is known a million times better in hindsight, against exact fractions.
+
+    C is known to `RIDGE`, 2e-16, times the condition of P⁻ for the second observation, a day after
+    the first: about (rate_sigma/sigma)². The variance of the rate, found over 80 days, takes that
+    80 times.
+    """
+    day, n = 86_400, 81
+    model = ClockModel(sigma, rate_sigma / day, white_fm_s=0.0, random_walk_fm_per_s=0.0)
+    stamps = [k * day * S for k in range(n)]
+    phases = np.random.default_rng(3).normal(0.0, sigma, n)
+    way = filter_phases(Known(0, prior(model)), stamps, phases.tolist(), model)
+    instants = [0, 1, 30_000, 86_399, 86_400, 40 * day + 1, 80 * day]
+    found = smooth(way, model).at(S * np.array(instants))
+    days = [k * day for k in range(n)]
+    wanted = [regression(days, sigma, 10.0 * sigma, model.prior_rate_sigma, t) for t in instants]
+    near = 160.0 * 2.5e-16 * (rate_sigma / sigma) ** 2
+    np.testing.assert_allclose(found.xx, [xx for xx, _ in wanted], rtol=near)
+    np.testing.assert_allclose(found.yy, [yy for _, yy in wanted], rtol=near)
+
+
+@pytest.mark.parametrize('states', [2, 3])
+def test_no_variance_is_negative_at_the_ends_of_the_ranges(states):
+    day = 86_400
+    for sigma, rate_sigma in ((1e-9, 86_400.0), (86_400.0, 1e-9)):
+        model = ClockModel(sigma, rate_sigma / day, states)
+        stamps = [k * day * S for k in range(20)]
+        way = filter_phases(Known(0, prior(model)), stamps, [0.0] * 20, model)
+        found = smooth(way, model).at(S * np.arange(0, 20 * day, 5000))
+        for variance in (found.xx, found.yy, found.dd):
+            assert (variance >= 0.0).all()
+        assert np.isfinite(found.x).all()

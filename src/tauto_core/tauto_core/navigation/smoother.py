@@ -1,15 +1,15 @@
 """The fixed-interval smoother: the drift at each instant, estimated from all observations.
 
-It gives the result of Rauch, Tung and Striebel's smoother in the form of Bryson and Frazier, which
-inverts no covariance (Bierman, Fixed interval smoothing with discrete measurements, Int. J.
-Control 18, 1973). It goes backwards over the observations used, with innovation ν of variance S,
-gain K, H = (1, 0, 0) and transition F, and updates an adjoint λ and its information Λ:
+It is that of Rauch, Tung and Striebel (Maximum likelihood estimates of linear dynamic systems,
+AIAA J. 3, 1965), with each covariance as a sum of squares. Let x and P be the filter's state at an
+instant, F and Q transition and noise from there to the next observation used, x⁻ and P⁻ the
+filter's prediction for it, and x⁺ and P⁺ the smoothed state there. The smoothed state is
 
-    before an observation:  λ ← (I − KH)ᵀ λ − Hᵀ ν/S,   Λ ← (I − KH)ᵀ Λ (I − KH) + Hᵀ H/S
-    over a time τ:          λ ← Fᵀ λ,                   Λ ← Fᵀ Λ F
+    C = P Fᵀ (P⁻)⁻¹,   x̂ = x + C (x⁺ − x⁻),   P̂ = (I − CF) P (I − CF)ᵀ + C (P⁺ + Q) Cᵀ.
 
-The smoothed state at any instant is x̂ − P λ, its covariance P − P Λ P, with the filter's x̂ and P
-at that instant.
+In hindsight the first day's rate is known a million times better than at the time, so that any
+form with a difference, such as P + C (P⁺ − P⁻) Cᵀ, loses all digits there. C minimises
+(I − CF) P (I − CF)ᵀ + C Q Cᵀ, so the rounding of C enters only by its square.
 """
 
 from __future__ import annotations
@@ -20,11 +20,16 @@ import numpy as np
 
 from tauto_core.navigation.dense import covariance, estimate, means
 from tauto_core.navigation.filtering import Filtered
-from tauto_core.navigation.kalman import ClockModel, Estimate, predict, same_fields
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict, reopen, same_fields
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 
 BLOCK = 65_536
-"""Number of instants smoothed at once; each takes nine numbers of memory."""
+"""Number of instants smoothed at once, each of which takes some hundred numbers of memory."""
+
+RIDGE = float(np.finfo(np.float64).eps)
+"""Added to the diagonal of a matrix of correlations, as much as rounding does to it, so that it
+can be inverted where it is singular but for rounding.
+"""
 
 
 @dataclass(frozen=True)
@@ -34,16 +39,18 @@ class Smoother:
     Args:
         way: the run of the filter.
         model: its model.
-        adjoint: λ just before each observation used, (m, n), n = 3 and the coefficients.
-        information: Λ just before each, (m, n, n).
+        expected: the filter's prediction for each observation used, (m,).
+        mean: smoothed mean at each of them, (m, n), n = 3 and the coefficients.
+        spread: smoothed covariance at each, (m, n, n).
         rate_variance: for each state of the run, by how much a reopening at the next observation
             widens the variance of the rate, (m + 1,).
     """
 
     way: Filtered
     model: ClockModel
-    adjoint: FloatArray
-    information: FloatArray
+    expected: Estimate[FloatArray]
+    mean: FloatArray
+    spread: FloatArray
     rate_variance: FloatArray
 
     def at(
@@ -68,31 +75,31 @@ class Smoother:
         return same_fields(self.way.states, (np.concatenate(column) for column in columns))
 
     def _block(self, stamp_ns: IntArray, integrals_s: FloatArray) -> Estimate[FloatArray]:
-        known, passed = self.way.stamp_ns, self.way.integrals_s
-        place = np.searchsorted(known[1:], stamp_ns, 'right')
-        since = (stamp_ns - known[place]) / NS_PER_S
-        gained = tuple((integrals_s - passed[place]).T)
-        known_then = same_fields(self.way.states, (column[place] for column in self.way.states))
+        way, names = self.way, self.model.names
+        place = np.searchsorted(way.stamp_ns[1:], stamp_ns, 'right')
+        since = (stamp_ns - way.stamp_ns[place]) / NS_PER_S
+        gained = tuple((integrals_s - way.integrals_s[place]).T)
+        known = _at(way.states, place)
         # where the next observation reopened the state, the rate may have changed here
-        changed = known_then.yy + self.rate_variance[place]
-        now = predict(known_then._replace(yy=changed), since, self.model, gained)
-        later = place < len(self.adjoint)
-        if not later.any():
+        changed = known._replace(yy=known.yy + self.rate_variance[place])
+        now = predict(changed, since, self.model, gained)
+        later = np.flatnonzero(place < len(self.mean))
+        if not later.size:
             return now
-        ahead = np.minimum(place, len(self.adjoint) - 1)
-        f = _transition(
-            np.where(later, known[ahead + 1] - stamp_ns, 0) / NS_PER_S,
-            np.where(later[:, None], passed[ahead + 1] - integrals_s, 0.0),
+        ahead = place[later]
+        elapsed = (way.stamp_ns[ahead + 1] - stamp_ns[later]) / NS_PER_S
+        f = _transition(elapsed, way.integrals_s[ahead + 1] - integrals_s[later])
+        noise = _noise(way.states, elapsed, self.model)
+        jumped = noise._replace(xx=noise.xx + way.opened_s[ahead] ** 2)
+        expected = _at(self.expected, ahead)
+        mean, p = means(now, names), covariance(now, names)
+        gain, part = _backwards(
+            p[later], f, covariance(jumped, names), covariance(expected, names)
         )
-        p = covariance(now, self.model.names)
-        weight = later.astype(np.float64)[:, None]
-        pulled = p @ np.swapaxes(f, 1, 2)
-        mean = (
-            means(now, self.model.names)
-            - weight * (pulled @ self.adjoint[ahead, :, None])[:, :, 0]
-        )
-        less = pulled @ self.information[ahead] @ np.swapaxes(pulled, 1, 2)
-        return estimate(mean, p - weight[:, :, None] * less, self.model.names)
+        learned = self.mean[ahead] - means(expected, names)
+        mean[later] += (gain @ learned[:, :, None])[:, :, 0]
+        p[later] = part + gain @ self.spread[ahead] @ np.swapaxes(gain, 1, 2)
+        return estimate(mean, p, names)
 
 
 def smooth(way: Filtered, model: ClockModel) -> Smoother:
@@ -103,23 +110,21 @@ def smooth(way: Filtered, model: ClockModel) -> Smoother:
         model: the model of the filter.
     """
     expected, elapsed = way.expected(model), way.elapsed_s()
-    variance = expected.xx + way.sigma_s * way.sigma_s
-    innovation = way.phase_s - expected.x
-    gain = covariance(expected, model.names)[:, 0] / variance[:, None]
-    count, size = gain.shape
-    adjoint, information = np.empty((count, size)), np.empty((count, size, size))
-    between = _transition(elapsed, np.diff(way.integrals_s, axis=0))
-    keep = np.broadcast_to(np.eye(size), (count, size, size)).copy()
-    keep[:, :, 0] -= gain
-    back, known = np.zeros(size), np.zeros((size, size))
-    for k in reversed(range(count)):
-        back, known = keep[k].T @ back, keep[k].T @ known @ keep[k]
-        back[0] -= innovation[k] / variance[k]
-        known[0, 0] += 1.0 / variance[k]
-        adjoint[k], information[k] = back, known
-        back, known = between[k].T @ back, between[k].T @ known @ between[k]
-    rate = way.opened_s / np.where(elapsed > 0.0, elapsed, np.inf)
-    return Smoother(way, model, adjoint, information, np.append(rate * rate, 0.0))
+    since = np.where(elapsed > 0.0, elapsed, np.inf)
+    noise = reopen(_noise(way.states, elapsed, model), way.opened_s, since)
+    f = _transition(elapsed, np.diff(way.integrals_s, axis=0))
+    mean, ahead = means(way.states, model.names), means(expected, model.names)
+    p, q, before = (covariance(each, model.names) for each in (way.states, noise, expected))
+    gain, part = _backwards(p[:-1], f, q, before)
+    for k in reversed(range(1, len(elapsed))):
+        mean[k] += gain[k] @ (mean[k + 1] - ahead[k])
+        p[k] = part[k] + gain[k] @ p[k + 1] @ gain[k].T
+    rate = way.opened_s / since
+    return Smoother(way, model, expected, mean[1:], p[1:], np.append(rate * rate, 0.0))
+
+
+def _at(states: Estimate[FloatArray], place: IntArray) -> Estimate[FloatArray]:
+    return same_fields(states, (column[place] for column in states))
 
 
 def _transition(elapsed_s: FloatArray, gained_s: FloatArray) -> FloatArray:
@@ -130,3 +135,28 @@ def _transition(elapsed_s: FloatArray, gained_s: FloatArray) -> FloatArray:
     f[:, 0, 2] = 0.5 * elapsed_s * elapsed_s
     f[:, 0, 3:] = gained_s
     return f
+
+
+def _noise(
+    like: Estimate[FloatArray], elapsed_s: FloatArray, model: ClockModel
+) -> Estimate[FloatArray]:
+    """Return Q over each time, as the covariance of an estimate, (m,)."""
+    none = same_fields(like, (np.zeros(len(elapsed_s)) for _ in like))
+    return predict(none, elapsed_s, model, (none.x,) * len(model.names))
+
+
+def _backwards(
+    p: FloatArray, f: FloatArray, noise: FloatArray, expected: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return C, and the part (I − CF) P (I − CF)ᵀ + C Q Cᵀ of P̂; each (m, n, n)."""
+    size = expected.shape[1]
+    sigma = np.sqrt(np.diagonal(expected, axis1=1, axis2=2))
+    # a state that is known for certain, as the ageing in a model without it, learns nothing
+    sigma = np.where(sigma > 0.0, sigma, 1.0)[:, :, None]
+    correlation = expected / sigma / np.swapaxes(sigma, 1, 2)
+    inside = np.arange(size)
+    correlation[:, inside, inside] = 1.0 + RIDGE
+    gain = np.swapaxes(np.linalg.solve(correlation, f @ p / sigma) / sigma, 1, 2)
+    keep = np.eye(size) - gain @ f
+    part = keep @ p @ np.swapaxes(keep, 1, 2) + gain @ noise @ np.swapaxes(gain, 1, 2)
+    return gain, part
