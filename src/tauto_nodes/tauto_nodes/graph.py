@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -32,7 +32,7 @@ from tauto_nodes.qos import CREDIT_QOS
 from tauto_nodes.rclpy_private import RCLError
 from tauto_nodes.recorder import Recorded
 from tauto_nodes.running import executor_named
-from tauto_nodes.supervisor import Supervisor, noted_signals
+from tauto_nodes.supervisor import Child, Supervisor, noted_signals
 from tauto_nodes.work_folder import work_folder
 
 NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
@@ -232,7 +232,8 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         progress: called with the fraction that is recorded, from 0 to 1.
 
     Raises:
-        GraphError: a node died, would not end, or the graph stood still for STALL_S.
+        GraphError: a node died or would not end, the graph stood still for STALL_S, or readings
+            are missing from the bag.
     """
     born_s = time.monotonic()
     with (
@@ -242,15 +243,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         work_folder(os.environ.get(FOLDER)) as folder,
     ):
         report = folder / 'report.json'
-        parameters = folder / 'parameters.yaml'
-        if plan.changed:
-            file = folder / 'scene.yaml'
-            file.write_text(scene_yaml(scene), 'utf-8')
-            plan = replace(plan, scene=str(file), duration_s=scene.duration)
-        parameters.write_text(yaml.safe_dump(parameters_of(plan, scene, report)), 'utf-8')
-        arguments = ['--ros-args', '--params-file', str(parameters)]
-        if plan.namespace:
-            arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
+        arguments = _arguments(plan, scene, folder, report)
         names = ('compose',) if plan.compose else NODES
         with Supervisor(folder, environment) as supervisor:
             for name in names:
@@ -266,12 +259,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
                 watch.close()
             killed = supervisor.stop()
         if killed:
-            hung = ', '.join(child.name for child in killed)
-            raise GraphError(
-                f'{hung} did not end on SIGTERM and had to be killed; `tauto replay {plan.out}` '
-                'tells what the bag holds. This is a fault of Tauto or its middleware: please '
-                'report it with these words:\n' + '\n'.join(child.said() for child in killed)
-            )
+            raise _hung(killed, plan.out)
         recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
         if recorded is None or recorded.began_s is None:
             return Outcome(signal=signals.came)
@@ -283,6 +271,30 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
             start_s=recorded.began_s - born_s,
             voyage_s=recorded.closed_s - recorded.began_s,
         )
+
+
+def _arguments(plan: Plan, scene: Scene, folder: Path, report: Path) -> list[str]:
+    """Write the parameters, and the scene where it was changed; return the nodes' arguments."""
+    if plan.changed:
+        file = folder / 'scene.yaml'
+        file.write_text(scene_yaml(scene), 'utf-8')
+        plan = replace(plan, scene=str(file), duration_s=scene.duration)
+    parameters = folder / 'parameters.yaml'
+    parameters.write_text(yaml.safe_dump(parameters_of(plan, scene, report)), 'utf-8')
+    arguments = ['--ros-args', '--params-file', str(parameters)]
+    if plan.namespace:
+        arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
+    return arguments
+
+
+def _hung(killed: Sequence[Child], bag: Path) -> GraphError:
+    """Return the error that names the nodes that did not end, with where they were."""
+    return GraphError(
+        f'{", ".join(child.name for child in killed)} did not end on SIGTERM and had to be '
+        f'killed; `tauto replay {bag}` tells what the bag holds. This is a fault of Tauto or its '
+        'middleware: please report it with these words:\n'
+        + '\n'.join(child.said() for child in killed)
+    )
 
 
 def _check_stall(watch: _Watch) -> None:
