@@ -190,6 +190,13 @@ def test_figures_agree_with_each_other(measured):
     assert raw == pytest.approx(-clock['error_s'] / 4.0, abs=1e-12)
 
 
+@pytest.mark.parametrize('name', ['ideal', 'hanging_thread_at_sea'])
+def test_a_drag_that_no_step_resolves_is_advised_against_on_land(name):
+    still = load_scene(name, ship={'kind': 'still'}, duration=60.0, **{'drag.viscous': 1e20})
+    with pytest.raises(PropagationError, match=r'Reduce the drag, .*; on a moving ship, raise'):
+        sail(still)
+
+
 def test_the_roll_at_the_start_counts_for_the_release():
     """A weight's thread hangs along the apparent vertical: 0.5 rad of roll and 1.2 of release."""
     rolling = {

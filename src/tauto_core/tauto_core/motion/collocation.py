@@ -118,7 +118,8 @@ class Collocation(Stepped):
         return PropagationError(
             f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
             f'{stepping.MAX_LEVEL} of a sample interval (cam angle '
-            f'{self._state["planes"]["x"][0]:.6g} rad). Raise ship.rate, or check drag and cam',
+            f'{self._state["planes"]["x"][0]:.6g} rad). Reduce the drag, or check '
+            'the cam; on a moving ship, raise ship.rate',
             time_s,
         )
 

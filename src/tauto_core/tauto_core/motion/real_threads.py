@@ -215,8 +215,8 @@ class RealThreads(Stepped):
         if code == stepping.NO_CONVERGENCE:
             return PropagationError(
                 f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
-                f'{stepping.MAX_LEVEL} of a sample interval. Raise ship.rate, or check drag and '
-                'the dimensions of wheel and thread',
+                f'{stepping.MAX_LEVEL} of a sample interval. Reduce the drag, or check the '
+                'dimensions of wheel and thread; on a moving ship, raise ship.rate',
                 time_s,
             )
         if isinstance(self._machine, LeverMachine):
