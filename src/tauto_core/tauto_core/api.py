@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from tauto_core.call_values import numbers, path, whole
 from tauto_core.call_words import in_words_of_calls
 from tauto_core.record import Voyage, replay_voyage, sail_voyage
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
@@ -112,7 +113,7 @@ def replay(
     """
     with in_words_of_calls():
         loaded = None if scene is None else load(scene)
-        return replay_voyage(Path(bag), loaded, smooth=smooth, stable=stability)
+        return replay_voyage(path('bag', bag), loaded, smooth=smooth, stable=stability)
 
 
 def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
@@ -162,13 +163,10 @@ def isochronism(
     """
     from tauto_core.machines import free_swings
 
-    if not isinstance(amplitudes, Iterable):
-        raise UsageError(
-            f'amplitudes = {amplitudes!r}: must be a list of numbers. Write it in [ ]'
-        )
+    asked = numbers('amplitudes', amplitudes)
     loaded = load(scene, **overrides)
     with in_words_of_calls(), naming(_origin(scene), loaded.name):
-        return free_swings(loaded, amplitudes, loaded.clock.nominal_period)
+        return free_swings(loaded, asked, loaded.clock.nominal_period)
 
 
 def cam(
@@ -201,8 +199,11 @@ def cam(
             f'{loaded.name}: has no cam with two equal cheeks. Use the command `tauto cam`, which '
             'also draws the cheeks of a lever and a curve in a fluid'
         )
-    if points < 2:
+    count = whole('points', points)
+    if count < 2:
         raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
+    if reach_rad is not None:
+        (reach_rad,) = numbers('reach_rad', [reach_rad])
     with in_words_of_calls(), naming(_origin(scene), loaded.name):
         curve = loaded.trochlea.made_cam(loaded.gravity)
         if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
@@ -211,7 +212,7 @@ def cam(
                 f'{curve.range_rad!r} rad. Give another, or leave it out'
             )
         reach = cam_extent(loaded) if reach_rad is None else reach_rad
-        angle = np.linspace(0.0, reach, points)
+        angle = np.linspace(0.0, reach, count)
         return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
 
 
@@ -247,10 +248,10 @@ def compare(
             clocks,
             ship_of=ship_of,
             duration=duration,
-            rolls_deg=list(roll_deg),
+            rolls_deg=numbers('roll_deg', roll_deg),
             cases=suspension,
         )
-        return comparison.compare(entries, jobs=jobs)
+        return comparison.compare(entries, jobs=whole('jobs', jobs))
 
 
 def fleet(
@@ -290,10 +291,11 @@ def fleet(
         if isinstance(vary, str | Path):
             draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
         else:
-            draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary'), 'vary'
-        plan = fleets.Plan(load(scene, **overrides), _origin(scene), ships, draws, drawn_by)
-        where = None if out is None else Path(out)
-        return fleets.sail_fleet(plan, Crew(jobs, scheduler), where)
+            draws, drawn_by = fleets.as_draws(_draws(vary), 'vary'), 'vary'
+        count = whole('ships', ships)
+        plan = fleets.Plan(load(scene, **overrides), _origin(scene), count, draws, drawn_by)
+        where = None if out is None else path('out', out)
+        return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where)
 
 
 def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None = None) -> Figure:
@@ -311,7 +313,7 @@ def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None
     from tauto_core.pictures import check_picture
 
     with in_words_of_calls(out='file'):
-        check_picture(what, file)
+        check_picture(what, None if file is None else path('file', file))
     return _voyage(source).plot(what, file)
 
 
@@ -328,7 +330,7 @@ def report(source: str | Path | Scene | Voyage, file: str | Path) -> None:
     """
     from tauto_core.reporting import check_report, write_report
 
-    page = Path(file)
+    page = path('file', file)
     with in_words_of_calls(out='file'):
         check_report(page)
         voyage = _voyage(source)
@@ -340,10 +342,16 @@ def _origin(scene: str | Path | Scene) -> str:
     return scene.name if isinstance(scene, Scene) else str(scene)
 
 
+def _draws(vary: object) -> dict[str, Any]:
+    if vary is not None and not isinstance(vary, Mapping):
+        raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
+    return dict(vary or {})
+
+
 def _voyage(source: str | Path | Scene | Voyage) -> Voyage:
     if isinstance(source, Voyage):
         return source
-    if not isinstance(source, Scene) and is_bag(source):
+    if isinstance(source, str | Path) and is_bag(source):
         return replay(source)
     return sail(source)
 
