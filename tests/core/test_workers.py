@@ -137,6 +137,20 @@ def test_an_interrupt_while_processes_start_ends_without_a_traceback(number):
     assert (done.returncode, done.stdout, done.stderr) == (0, f'{said}\n', '')
 
 
+def test_processes_do_not_see_the_interrupt_of_a_terminal():
+    script = (
+        'import signal\n'
+        'from tauto_core.workers import Crew, run_each\n'
+        'def blocked(number, tell):\n'
+        '    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n'
+        'print({each.result for each in run_each(blocked, list(range(4)), Crew(2))})\n'
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', script], check=False, capture_output=True, text=True, timeout=100
+    )
+    assert (done.stdout, done.stderr) == ('{True}\n', '')
+
+
 def test_no_process_at_all_is_refused():
     with pytest.raises(UsageError, match='--jobs 0: must be at least 1'):
         Crew(0)

@@ -16,6 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
@@ -219,6 +220,8 @@ def _client(crew: Crew) -> Iterator[Client]:
             yield client
         return
     with _main_not_run_again(), ExitStack() as started:
+        # the first process to start would start it, and then see SIGINT again
+        resource_tracker.ensure_running()
         # dask cannot close a cluster whose processes have not all started
         with interrupts_held(), dask.config.set(_UNWATCHED):
             cluster = distributed.LocalCluster(
