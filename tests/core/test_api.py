@@ -223,7 +223,7 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.sail('ideal', duration=60.0).plot('error', 'x.jpg'), 'file=x.jpg'),
         (lambda: tauto.report('ideal', 'x.pdf'), 'file=x.pdf: must end in .html'),
         (lambda: tauto.isochronism('measured', []), 'amplitudes: none given'),
-        (lambda: tauto.isochronism('measured', ['a']), "amplitudes: 'a' is not a number"),
+        (lambda: tauto.isochronism('measured', ('a',)), "amplitudes: 'a' is not a number"),
         (lambda: tauto.isochronism('measured', '0.5'), "amplitudes = '0.5': must be a list"),
         (lambda: tauto.cam('measured', points=2.5), r'points = 2\.5: must be a whole number'),
         (lambda: tauto.cam('measured', reach_rad='a'), "reach_rad: 'a' is not a number"),
