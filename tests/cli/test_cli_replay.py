@@ -57,6 +57,7 @@ def test_the_drift_in_hindsight(bag: Path) -> None:
     assert smoothed['rms_s'] < smoothed['at_the_time_rms_s']
     shown = tauto('replay', bag, '--smooth').stdout
     assert 'in hindsight, from 5 observations' in shown
+    assert 'error of the estimate at the time, rms' in shown
 
 
 def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 
 from tauto_core.cli.tables import voyage_table
+from tauto_core.wording import significant
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -34,14 +35,20 @@ def _hindsight(smoothed: Mapping[str, Any]) -> Table:
     )
     table.add_column()
     table.add_column(justify='right')
-    for when, prefix in (('as it was known', 'at_the_time_'), ('in hindsight', '')):
-        table.add_row(f'error left {when}, rms', f'{smoothed[f"{prefix}rms_s"]:.6f} s')
-        table.add_row(f'error left {when}, worst', f'{smoothed[f"{prefix}worst_s"]:.6f} s')
+    for when, prefix in (('at the time', 'at_the_time_'), ('in hindsight', '')):
+        table.add_row(
+            f'error of the estimate {when}, rms', f'{significant(smoothed[f"{prefix}rms_s"])} s'
+        )
+        table.add_row(
+            f'error of the estimate {when}, worst',
+            f'{significant(smoothed[f"{prefix}worst_s"])} s',
+        )
     if count:
         rates, sigmas = smoothed['rate_s_per_day'], smoothed['rate_sigma_s_per_day']
         for name, place in (('least', rates.index(min(rates))), ('most', rates.index(max(rates)))):
             table.add_row(
-                f'rate in hindsight, {name}', f'{rates[place]:+.6f} ± {sigmas[place]:.6f} s/day'
+                f'rate in hindsight, {name}',
+                f'{significant(rates[place], signed=True)} ± {significant(sigmas[place])} s/day',
             )
     return table
 
@@ -49,8 +56,9 @@ def _hindsight(smoothed: Mapping[str, Any]) -> Table:
 def _stability(stability: Mapping[str, Any]) -> Table:
     percent = f'{100.0 * stability["confidence"]:g} %'
     table = Table(
-        title=f'stability from {stability["samples"]:,} readings; behind each deviation the '
-        f'bounds of {percent}\nconfidence, in per cent below and above it',
+        title=f'stability from {stability["samples"]:,} readings, as deviations of the relative '
+        f'frequency\n(1e-5 is 0.864 s/day); behind each the bounds of {percent} confidence,\n'
+        'in per cent below and above it',
         title_justify='left',
         box=box.SIMPLE,
         pad_edge=False,
