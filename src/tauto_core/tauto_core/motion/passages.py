@@ -49,6 +49,11 @@ motion that is sampled finely enough to be interpolated rises no higher between 
 CLEAR = 2.0
 """Factor by which the square of the swing must exceed the bound at which it is just clear."""
 
+NOTHING = 1e-11
+"""Angle [rad] and rate [rad/s] below which a wheel is at rest at zero but for rounding, which the
+interpolated rate of a hung case may have.
+"""
+
 HALVINGS = 40
 """Most bisections in the search for a turning point between two nodes."""
 
@@ -175,7 +180,7 @@ def passages(watch: Watched, length_s: float, before: float, stop: float, work: 
     old = watch.angles(0.0)
     below, behind = old.felt < 0.0, old.angle < 0.0
     # a wheel at rest in the middle leaves it, and does not pass it
-    leaving = old.angle == 0.0 and old.rate == 0.0
+    leaving = abs(old.angle) < NOTHING and abs(old.rate) < NOTHING
     turns, beats = 0, ahead(old.felt, old.felt_rate, old.angle)
     last, fractions = 0.0, load(work.fractions)
     for i in range(width(fractions) + 1):
@@ -193,7 +198,8 @@ def passages(watch: Watched, length_s: float, before: float, stop: float, work: 
         elif (old.rate < 0.0) != behind and (now.rate < 0.0) == behind and not leaving:
             beats += 2 if _returns(watch, True, last, xi, length_s) else 0
         if not ends:
-            below, behind, leaving = now.felt < 0.0, now.angle < 0.0, False
+            below, behind = now.felt < 0.0, now.angle < 0.0
+            leaving = leaving and abs(now.angle) < NOTHING
         old, last = now, xi
     return Found(turns, beats, below, behind)
 

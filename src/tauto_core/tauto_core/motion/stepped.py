@@ -94,7 +94,7 @@ class Stepped(ABC):
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
         """Set the state; return the row at the start and the tension there."""
         row = np.empty(1, stepping.ROW)
-        tension, _ = stepping.release(
+        tension = stepping.release(
             *self._moved(forcing),
             self._release_angle,
             self._outside(forcing),

@@ -199,10 +199,10 @@ def release(
     state: State,
     work: Work,
     row: Row,
-) -> tuple[float, float]:
+) -> float:
     """Set the state: the wheel at rest in the case at θ = angle, at x0 in the first piece.
 
-    Returns the tension and the margin, which must be positive.
+    Returns the tension, which must be positive.
     """
     at = outside_at(set_piece(pieces, 0, True, work)[1], x0, work)
     state.side, state.direction, state.pallet = 1, 1, -1 if angle < 0.0 else 1
@@ -213,7 +213,7 @@ def release(
     _write(run, at, row)
     state.beats, row.beats = -row.beats, 0
     now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
-    return now.tension, now.margin
+    return now.tension
 
 
 @inlined

@@ -86,8 +86,8 @@ class ThreadSystem(System):
     ) -> float:
         """Return the time to a little after the next impulse to expect [s], or inf.
 
-        The swing goes on about its centre as that moves with the case now, at a frequency that
-        goes with √g_eff on the way. Only the layout of steps depends on this prediction.
+        The swing goes on about its centre of now, at a frequency that goes with √g_eff on the way.
+        Only the layout of steps depends on this prediction.
         """
         if not self.feels_impulse:
             return math.inf
@@ -95,13 +95,11 @@ class ThreadSystem(System):
         now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         way = float(state.direction if state.armed else -state.direction)
         pace = self.pace * math.sqrt(at.gravity / self.on_wheel.gravity)
-        centre = now.angle + now.bend / (pace * pace)
-        y = (now.rate + at.tilt.rate) / pace
-        ahead = phase_to(way, now.angle - centre, y, self.impulse - way * centre)
+        shift = now.bend / (pace * pace)
+        centre = now.angle + shift
+        ahead = phase_to(way, -shift, now.rate / pace, self.impulse - way * centre)
         if ahead < math.inf:
             then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
-            moved = centre - (then.tilt.value - at.tilt.value)
-            ahead = phase_to(way, now.angle - centre, y, self.impulse - way * moved)
             pace *= math.sqrt(0.5 * (1.0 + then.gravity / at.gravity))
         return (ahead + BEYOND) / pace
 
