@@ -8,6 +8,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from tauto_nodes.domains import check_discovery
 from tauto_nodes.errors import ParameterError
@@ -60,6 +64,29 @@ def test_what_ros_allows_is_allowed(
     monkeypatch.setenv(NUMBER, number)
     monkeypatch.setenv(REACH, reach)
     check_discovery()
+
+
+def test_a_graph_finds_its_nodes_in_a_crowded_domain(tmp_path: Path) -> None:
+    # By default a participant that is not found by multicast is looked for at 32 ports.
+    crowd = [Context() for _ in range(33)]
+    try:
+        nodes = []
+        for context in crowd:
+            rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+            nodes.append(Node('one_of_many', context=context, start_parameter_services=False))
+        done = subprocess.run(
+            [*GRAPH, '--duration', '20', '--out', str(tmp_path / 'bag')],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=300.0,
+        )
+        assert done.returncode == 0, done.stderr
+        for node in nodes:
+            node.destroy_node()
+    finally:
+        for context in crowd:
+            context.try_shutdown()
 
 
 @pytest.mark.skipif(
