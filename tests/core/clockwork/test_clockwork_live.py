@@ -152,6 +152,18 @@ def test_stamps_that_go_back_for_good_set_the_dial_anew():
     assert DialSetting.of(again.source[-1]) == DialSetting(START_NS - 10**9, number=3)
 
 
+@pytest.mark.parametrize(('moved_s', 'side'), [(60.0, 'after'), (-60.0, 'before')])
+def test_a_dial_that_stands_still_says_so_and_where_the_stamps_lie(moved_s: float, side: str):
+    stage = LiveTrochlea(SCENE)
+    stage.feed({SHIP_IMU: sensor(12.0)})
+    moved = sensor(0.5, first=12.0 + moved_s)
+    stage.feed({SHIP_IMU: moved})
+    assert stage.trouble.startswith('the dial stands still: ')
+    assert stage.trouble.endswith(f' s {side} it')
+    stage.feed({SHIP_IMU: replace(moved, angular_velocity=np.nan * moved.angular_velocity)})
+    assert stage.trouble.startswith('the dial stands still: ')
+
+
 def test_a_swing_that_no_machine_can_have_is_not_read():
     limits = Limits(SCENE)
     limits.feel(sensor(2.0))

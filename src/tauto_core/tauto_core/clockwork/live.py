@@ -71,7 +71,11 @@ class LiveTrochlea:
     def trouble(self) -> str:
         """Why the dial stands still at present; empty if it goes."""
         if ahead_s := self._continuity.holds_s:
-            return f'the motion does not go on from the last good sample ({ahead_s:.6g} s off)'
+            side = 'after' if ahead_s > 0.0 else 'before'
+            return (
+                'the dial stands still: what comes on ship/imu does not continue the last good '
+                f'sample; its stamps lie {abs(ahead_s):.6g} s {side} it'
+            )
         return self._trouble
 
     def news(self) -> list[str]:
@@ -123,7 +127,9 @@ class LiveTrochlea:
             self._limits.feel(part.imu)
             self._believe(self._stage.feed({SHIP_IMU: part.imu}), said)
         refused = REFUSALS[reasons[-1] - 1] if reasons[-1] else ''
-        self._trouble = refused and f'what comes on ship/imu cannot be used ({refused})'
+        self._trouble = (
+            refused and f'the dial stands still: what comes on ship/imu cannot be used ({refused})'
+        )
 
     def _begin(self, origin_ns: int) -> None:
         """Release the wheel again, and account for the time since the last reading."""

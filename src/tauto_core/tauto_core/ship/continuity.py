@@ -78,10 +78,10 @@ class Continuity:
 
     @property
     def holds_s(self) -> float:
-        """Time that the samples set aside cover, or by which they lie ahead [s]; 0 if none are."""
+        """Stamp of the latest sample set aside less that of the last good one [s]; 0: none is."""
         if not self._suspects or self._last is None:
             return 0.0
-        return abs(self._suspects[-1][0].stamp_ns - self._last.stamp_ns) * 1e-9
+        return (self._suspects[-1][0].stamp_ns - self._last.stamp_ns) * 1e-9
 
     def restart(self) -> None:
         """Make the next sample begin a new run, whatever it contains."""
