@@ -154,6 +154,18 @@ def test_bad_arguments_are_refused_before_anything_starts(
         assert 'process started' not in launch.said()
 
 
+@pytest.mark.parametrize('file', ['voyage', 'live'])
+def test_nodes_that_could_not_find_each_other_are_not_started(
+    tmp_path: Path, file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
+    with launched(tmp_path, f'{file}.launch.py') as launch:
+        assert launch.code() != 0
+        assert 'ROS_AUTOMATIC_DISCOVERY_RANGE = OFF: the nodes of a graph' in launch.said()
+        assert 'syntax error' not in launch.said()
+        assert 'process started' not in launch.said()
+
+
 @pytest.mark.parametrize('executor', ['events', 'single'])
 def test_a_voyage_ends_well_with_a_whole_bag(tmp_path: Path, executor: str) -> None:
     flat_out = ('speed:=0.0', 'duration:=120.0', f'executor:={executor}', 'namespace:=clock_a')

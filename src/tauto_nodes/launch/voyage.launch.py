@@ -49,5 +49,5 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
 def generate_launch_description() -> LaunchDescription:
     """Return the graph; the parameter file makes the nodes wait for each other."""
     return described(
-        DEFAULTS, 'voyage.yaml', _parameters, last='recorder', environment=graph_middleware()
+        DEFAULTS, 'voyage.yaml', _parameters, last='recorder', environment=graph_middleware
     )

@@ -23,7 +23,7 @@ from std_msgs.msg import String
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
-from tauto_nodes.domains import DOMAIN, claim_domain, enclave_of
+from tauto_nodes.domains import DOMAIN, check_discovery, claim_domain, enclave_of
 from tauto_nodes.errors import GraphError
 from tauto_nodes.flow import CREDIT_TOPIC, Report
 from tauto_nodes.launching import graph_middleware
@@ -142,6 +142,7 @@ def graph_environment() -> Iterator[dict[str, str]]:
     Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
     (`fastdds_loopback.xml`), unless the environment says otherwise.
     """
+    check_discovery()
     given = graph_middleware()
     domain = None if os.environ.get(DOMAIN) else claim_domain()
     if domain is not None:

@@ -7,7 +7,6 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from rclpy.utilities import get_rmw_implementation_identifier
@@ -47,9 +46,8 @@ def graph_middleware() -> dict[str, str]:
     middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file.
 
     Raises:
-        ParameterError, GraphError: in this environment the nodes could not find each other.
+        GraphError: nothing that they would send each other would arrive.
     """
-    check_discovery()
     given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
         return given
@@ -163,7 +161,7 @@ def described(
     parameters: Callable[[Mapping[str, str]], Mapping[str, Mapping[str, object]]],
     *,
     last: str = '',
-    environment: Mapping[str, str] = MappingProxyType({}),
+    environment: Callable[[], Mapping[str, str]] = local_discovery,
 ) -> Any:
     """Return the launch description of a graph: arguments, their check, nodes, their ends.
 
@@ -176,7 +174,7 @@ def described(
         parameters: called with the arguments, once they have been checked; returns the
             parameters of each node to start, by executable.
         last: the node whose good end is the end of the voyage; empty: there is none.
-        environment: environment of the nodes, besides.
+        environment: called before any node starts; returns variables for their environment.
     """
     from launch import LaunchDescription  # type: ignore[attr-defined]  # our folder, to mypy
     from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
@@ -191,16 +189,19 @@ def described(
         strange = strangers_of(context.argv, known)
         if problems := [*strange, *problems_of(given)]:
             raise ParameterError('; '.join(problems))
-        return [_node(name, own, given, last) for name, own in parameters(given).items()]
+        check_discovery()
+        variables = {SUPERVISOR: str(os.getpid()), **environment()}
+        return [
+            *(SetEnvironmentVariable(name, value) for name, value in variables.items()),
+            *(_node(name, own, given, last) for name, own in parameters(given).items()),
+        ]
 
-    variables = {**local_discovery(), SUPERVISOR: str(os.getpid()), **environment}
     return LaunchDescription(
         [
             *(
                 DeclareLaunchArgument(name, default_value=value, description=ARGUMENTS[name])
                 for name, value in known.items()
             ),
-            *(SetEnvironmentVariable(name, value) for name, value in variables.items()),
             OpaqueFunction(function=nodes),
         ]
     )
