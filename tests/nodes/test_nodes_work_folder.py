@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +11,9 @@ import pytest
 
 from tauto_nodes.errors import GraphError
 from tauto_nodes.work_folder import PREFIX, work_folder
+
+OWN = ['unshare', '--map-root-user', '--mount']
+"""Runs a command that may mount what others do not see."""
 
 HOLD = """
 import sys, time
@@ -45,3 +49,26 @@ def test_a_place_that_cannot_be_written_is_named() -> None:
         work_folder('/proc'),
     ):
         pass
+
+
+@pytest.mark.skipif(
+    subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0,
+    reason='this user may mount nothing',
+)
+def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
+    # Parameters and the first words of a node take both blocks.
+    small = tmp_path / 'small'
+    small.mkdir()
+    voyage = ['graph', 'measured', '--duration', '20', '--speed', 'max']
+    words = [sys.executable, '-m', 'tauto_core', *voyage, '--out', str(tmp_path / 'bag')]
+    done = subprocess.run(
+        [*OWN, 'sh', '-c', f'mount -t tmpfs -o size=8k none {small} && exec "$@"', 'sh', *words],
+        env={**os.environ, 'TMPDIR': str(small)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300.0,
+    )
+    assert done.returncode == 1, done.stderr
+    assert 'report.json: the recorder could not write its report' in done.stderr
+    assert 'Traceback' not in done.stderr

@@ -328,7 +328,13 @@ def _recorded(
     report: Path, supervisor: Supervisor, name: str, *, interrupted: bool
 ) -> Recorded | None:
     """Return the recorder's report; raise if its process ended in any other way than a loss."""
-    said = Recorded(**json.loads(report.read_text('utf-8'))) if report.is_file() else None
+    try:
+        said = Recorded(**json.loads(report.read_text('utf-8'))) if report.is_file() else None
+    except ValueError as error:
+        raise GraphError(
+            f'{report}: the recorder could not write its report; the bag is closed. Make room '
+            'there, or set TMPDIR to another place'
+        ) from error
     if interrupted:
         return said
     lost = said is not None and any(numbers['lost'] for numbers in said.topics.values())
