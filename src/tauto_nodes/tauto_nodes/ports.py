@@ -174,10 +174,17 @@ class PortNode(Node):
         """Create a subscription with its state in `inputs`; return it."""
         message = UInt8MultiArray if self.settings.packed else port.message
         source = self.inputs[port.name] = Input(type_name(message))
+        # Taking this event can deadlock with the next loss (rmw_fastrtps locks event and reader in
+        # opposite orders). Where senders count, nobody needs it.
+        lost = (
+            None
+            if self.settings.credits
+            else lambda info: self._note(self.inputs, port.name, 'lost', info)
+        )
         events = SubscriptionEventCallbacks(
             matched=lambda info: self._note(self.inputs, port.name, 'matched', info),
             incompatible_qos=lambda info: self._note(self.inputs, port.name, 'incompatible', info),
-            message_lost=lambda info: self._note(self.inputs, port.name, 'lost', info),
+            message_lost=lost,
         )
         if self.settings.packed:
             return self.create_subscription(
