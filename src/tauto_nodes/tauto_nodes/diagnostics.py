@@ -124,7 +124,6 @@ class Diagnostics:
         health = member.health()
         level, message = assess(member, now_s, self._risen(now_s, health))
         counts = {f'{topic} received': port.received for topic, port in member.inputs.items()}
-        counts |= {f'{topic} lost': p.lost for topic, p in member.inputs.items() if p.lost}
         counts |= {f'{topic} sent': port.sent for topic, port in member.outputs.items()}
         status = DiagnosticStatus(
             level=level,

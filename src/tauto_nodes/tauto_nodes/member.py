@@ -299,6 +299,7 @@ class Member(PortNode):
         return self.input_over and not self.backlogged
 
     def _tick(self) -> None:
+        self.look_at_links()
         self.tick()
         for topic, output in self.outputs.items():
             if output.queue:

@@ -192,8 +192,8 @@ class Recorder(Member):
     def counts(self) -> dict[str, dict[str, int | None]]:
         """Return the numbers received, written and lost by topic; lost is None if unknown.
 
-        With flow control senders say how many they have sent. Without it, the middleware reports
-        messages that did not arrive, but not of those that a full queue dropped.
+        With flow control senders say how many they have sent. Without it nobody does: what the
+        middleware can tell is not asked for, since that can lock the node (`look_at_links`).
         """
         totals = self.flow.totals if self.flow is not None else {}
         return {
@@ -202,7 +202,7 @@ class Recorder(Member):
                 'written': self._bag.counts.get(topic, 0),
                 'lost': max(totals.get(topic, source.received) - source.received, 0)
                 if self.flow is not None
-                else source.lost or None,
+                else None,
             }
             for topic, source in self.inputs.items()
         }
@@ -211,10 +211,7 @@ class Recorder(Member):
         counts = self.counts()
         for topic, numbers in counts.items():
             lost = numbers['lost']
-            if self.flow is None:
-                lost_words = 'lost unknown' if lost is None else f'lost at least {lost}'
-            else:
-                lost_words = f'lost {lost}'
+            lost_words = 'lost unknown' if lost is None else f'lost {lost}'
             self.get_logger().info(
                 f'{topic}: received {numbers["received"]}, written {numbers["written"]}, '
                 f'{lost_words}'
