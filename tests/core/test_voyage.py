@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 import tracemalloc
 
 import numpy as np
@@ -192,9 +193,18 @@ def test_figures_agree_with_each_other(measured):
 
 @pytest.mark.parametrize('name', ['ideal', 'hanging_thread_at_sea'])
 def test_a_drag_that_no_step_resolves_is_advised_against_on_land(name):
-    still = load_scene(name, ship={'kind': 'still'}, duration=60.0, **{'drag.viscous': 1e20})
+    still = load_scene(name, ship={'kind': 'still'}, duration=60.0, **{'drag.quadratic': 1e20})
     with pytest.raises(PropagationError, match=r'Reduce the drag, .*; on a moving ship, raise'):
         sail(still)
+
+
+@pytest.mark.parametrize('name', ['ideal', 'sully_lever_at_sea', 'hanging_thread_at_sea'])
+def test_a_drag_in_which_the_wheel_creeps_is_refused_with_the_most_that_may_be(name):
+    with pytest.raises(SceneError, match='it creeps') as caught:
+        check_scene(load_scene(name, **{'drag.viscous': 1e3}))
+    assert caught.value.key == 'drag.viscous'
+    most = float(re.search(r'at most (\S+) N m s', caught.value.remedy)[1])
+    check_scene(load_scene(name, **{'drag.viscous': 0.99 * most}))
 
 
 def test_the_roll_at_the_start_counts_for_the_release():

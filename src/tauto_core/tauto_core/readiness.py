@@ -33,6 +33,10 @@ FASTEST_M_S = 25.0
 """Faster than any merchantman or man-of-war: 49 knots."""
 
 
+STRONGEST_DRAG = 1e4
+"""Largest viscous drag, over the critical 2Iω₀: with more, steps of I/c₁ would take minutes."""
+
+
 class Built(NamedTuple):
     """The parts of a scene, built once for its checks and for its run.
 
@@ -54,8 +58,8 @@ def check_scene(scene: Scene) -> Built:
     Raises:
         SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
             range of the wheel, the release and the ship's motion at the start put the cam angle
-            beyond the cam (theory E4), the motion is more abrupt than any propagator resolves, or
-            the voyage cannot be sailed.
+            beyond the cam (theory E4), drag lets the wheel creep, the motion is more abrupt than
+            any propagator resolves, or the voyage cannot be sailed.
         MotionDataError: measured motion that cannot be used.
     """
     if scene.voyage is not None:
@@ -66,6 +70,7 @@ def check_scene(scene: Scene) -> Built:
         _check_swing(scene, machine)
         return Built(machine, ShipMotion(scene))
     _check_escapement(scene, machine.range_rad)
+    _check_drag(scene, machine)
     felt_parts(scene)
     motion = ShipMotion(scene)
     _check_start(scene, machine, motion)
@@ -185,6 +190,21 @@ def _check_escapement(scene: Scene, range_rad: float) -> None:
         scene.escapement.angle,
         f'no swing comes there: the range of the wheel is ±{range_rad:.6g} rad',
         'Let the escapement act nearer to the middle (0), or take a cam with a longer range.',
+    )
+
+
+def _check_drag(scene: Scene, machine: AnyMachine) -> None:
+    """Refuse viscous drag in which the wheel creeps: steps resolve I/c₁, and c₁ may be a slip."""
+    critical = 2.0 * machine.inertia * machine.frequency
+    if scene.drag is None or scene.drag.viscous <= STRONGEST_DRAG * critical:
+        return
+    raise SceneError(
+        scene.name,
+        'drag.viscous',
+        scene.drag.viscous,
+        f'is more than {STRONGEST_DRAG:g} times what keeps a wheel from swinging: it creeps',
+        f'Use at most {STRONGEST_DRAG * critical:.3g} N m s; a wheel swings with less than '
+        f'{critical:.3g} N m s.',
     )
 
 
