@@ -179,7 +179,7 @@ def test_a_bag_is_replaced_only_by_force(tmp_path: Path) -> None:
     ('arguments', 'code', 'said'),
     [
         (('sail', 'no_such_scene'), 2, 'no_such_scene'),
-        (('sail', 'ideal', '--duration', '0'), 2, '--duration'),
+        (('sail', 'ideal', '--duration', '0'), 2, 'duration is given'),
         (('sail', 'ideal', '--force'), 2, '--out'),
         (('replay', 'no_such_bag'), 2, 'no_such_bag'),
         (('cam', 'no_such_scene'), 2, 'no_such_scene'),
