@@ -32,6 +32,9 @@ RECORDED_BYTES = 2000
 ENDS_S = 5.0
 RESULTS = Path(__file__).with_suffix('.json')
 
+SAID_CHARACTERS = 3000
+"""Enough for the stacks of a node that hangs."""
+
 
 def node_of(supervisor: int, node: str) -> int | None:
     """Return the process of a node that a supervisor has started."""
@@ -87,7 +90,7 @@ def freeze(node: str, seconds: float, pace: str) -> dict[str, Any]:
     else:
         row['ended_s_after_thaw'] = 0.0 if ended else round(after_s, 1)
         row['names_the_node'] = node in words
-        row['said'] = words.strip().splitlines()[-1][:200]
+        row['said'] = words.strip()[-SAID_CHARACTERS:]
     return row
 
 
