@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 import rclpy
@@ -13,6 +14,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+import tauto_nodes
 from tauto_nodes.domains import check_discovery
 from tauto_nodes.errors import ParameterError
 
@@ -104,3 +106,13 @@ def test_a_graph_without_a_loopback_interface_says_so_at_once(tmp_path: Path) ->
     assert done.returncode == 1, done.stderr
     assert 'nothing that is sent to 127.0.0.1 arrives' in done.stderr
     assert not (tmp_path / 'bag').exists()
+
+
+@pytest.mark.parametrize('part', ['discovery_config', 'data_writer', 'data_reader'])
+def test_both_profiles_of_fast_dds_agree_but_for_the_transport(part: str) -> None:
+    found = []
+    for name in ('fastdds.xml', 'fastdds_loopback.xml'):
+        tree = ElementTree.parse(Path(tauto_nodes.__file__).with_name(name))
+        [element] = tree.iterfind(f'.//{{*}}{part}')
+        found.append(ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True))
+    assert found[0] == found[1]

@@ -71,14 +71,12 @@ def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
     )
     latched = QoSProfile(depth=5, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
     stranger.create_subscription(TimeReference, READING, lambda _: None, latched)
-    sink = bench.add(
-        recorder(tmp_path / 'bag'),
-        StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW)),
-        TestSource(100, **FLOW),
-    )
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
+    sink = bench.add(recorder(tmp_path / 'bag'), stage, TestSource(100, **FLOW))
     assert other_type.topic_name == f'/{SHIP_IMU}'
     bench.until(lambda: sink.count_subscribers(SHIP_IMU) == 3)
     bench.until(lambda: sink.over, limit_s=60.0)
+    bench.until(lambda: stage.health().get(f'{READING} incompatible_qos') == 1, limit_s=60.0)
     stranger.destroy_node()
     elsewhere.try_shutdown()
     assert sink.counts()[READING] == {'received': 100, 'written': 100, 'lost': 0}

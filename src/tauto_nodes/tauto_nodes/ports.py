@@ -152,7 +152,7 @@ class PortNode(Node):
             port.message,
             port.name,
             port.profile,
-            event_callbacks=None if self.settings.credits else events,
+            event_callbacks=events,
             qos_overriding_options=overriding(self.settings.credits),
         )
         output = Output(publisher, is_latched=port.is_latched)
@@ -193,7 +193,7 @@ class PortNode(Node):
             self.guard(take),
             port.profile,
             raw=True,
-            event_callbacks=None if self.settings.credits else events,
+            event_callbacks=events,
             qos_overriding_options=overriding(self.settings.credits),
         )
         return source.subscription
