@@ -249,6 +249,7 @@ def _check_metadata(found: Soundness) -> None:
 class _Reading:
     """A topic while its bag is read: what is not yet decoded, and what was found wrong."""
 
+    origin: str
     ros_type: str
     payloads: list[bytes] = field(default_factory=list)
     stamps_ns: list[int] = field(default_factory=list)
@@ -256,14 +257,14 @@ class _Reading:
     steps_back: int = 0
     fault: str = ''
 
-    def judge(self, topic: str) -> None:
+    def judge(self) -> None:
         """Decode what has been gathered, and count the log times that go back."""
         stamps_ns = np.array(self.stamps_ns, np.int64)
         self.steps_back += int(np.sum(np.diff(stamps_ns, prepend=self.newest_ns) < 0))
         self.newest_ns = self.stamps_ns[-1]
         if not self.fault and self.ros_type in MESSAGE_TYPES:
             try:
-                decode_as(self.ros_type, topic, self.payloads, stamps_ns)
+                decode_as(self.ros_type, self.origin, self.payloads, stamps_ns)
             except BagError as error:
                 self.fault = str(error)
         self.payloads, self.stamps_ns = [], []
@@ -274,17 +275,18 @@ def _read_all(file: McapFile, topics: Mapping[str, _Reading]) -> None:
     with file.path.open('rb') as stream:
         for span in file.spans:
             for stamp_ns, channel, payload in file.messages(span, stream, file.channels):
-                topic = file.channels[channel].topic
-                reading = topics[topic]
+                reading = topics[file.channels[channel].topic]
                 reading.payloads.append(payload)
                 reading.stamps_ns.append(stamp_ns)
                 if len(reading.payloads) == PART:
-                    reading.judge(f'{file.path.parent}: {topic}')
+                    reading.judge()
 
 
 def _check_content(found: Soundness) -> None:
     bag = found.bag
-    topics = {topic: _Reading(ros_type) for topic, ros_type in bag.topics.items()}
+    topics = {
+        topic: _Reading(f'{bag.path}: {topic}', ros_type) for topic, ros_type in bag.topics.items()
+    }
     for topic, reading in topics.items():
         if reading.ros_type not in MESSAGE_TYPES:
             found.notes.append(f'{topic}: {reading.ros_type or "no type"} is not decoded here')
@@ -295,13 +297,13 @@ def _check_content(found: Soundness) -> None:
             reading.fault = str(error)
     for file in bag.files:
         _read_all(file, topics)
-    for topic, reading in topics.items():
+    for reading in topics.values():
         if reading.payloads:
-            reading.judge(f'{bag.path}: {topic}')
+            reading.judge()
     found.faults += [reading.fault for reading in topics.values() if reading.fault]
     found.faults += [
-        f'{bag.path}: {topic}: {reading.steps_back} times a log time lies before the one before it'
-        for topic, reading in topics.items()
+        f'{reading.origin}: {reading.steps_back} times a log time lies before the one before it'
+        for reading in topics.values()
         if reading.steps_back
     ]
     _check_scene(found)
