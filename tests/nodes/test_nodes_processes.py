@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -228,7 +229,7 @@ def test_a_node_that_dies_is_named_and_each_has_its_enclave(
     ros(())
     onlooker = Node('onlooker')
     found = onlooker.get_node_names_and_namespaces_with_enclaves
-    enclaves = {(name, '/', f'/tauto/{name}') for name in (*NODES, 'supervisor')}
+    enclaves = {(name, '/', f'/tauto/{name}') for name in NODES}
     until(lambda: {row for row in found() if row[0] != 'onlooker'} == enclaves)
     onlooker.destroy_node()
     victim = node_of(process.pid, 'longitude')
@@ -370,6 +371,48 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
     assert 'in <lambda>' in child.said()
 
 
+HELD = """
+import ctypes, sys
+import rclpy.node
+from tauto_nodes import running
+if sys.orig_argv[-1].endswith(('recorder', 'longitude')):  # the last argument is the enclave
+    running.LEAVE_S = 1.0
+    rclpy.node.Node.destroy_node = lambda node: ctypes.PyDLL(None).sleep(3600)
+"""
+"""A middleware that never returns and holds the interpreter's lock, as its deadlocks do."""
+
+
+def test_a_middleware_that_does_not_let_go_takes_nothing_from_a_voyage(tmp_path: Path) -> None:
+    (tmp_path / 'sitecustomize.py').write_text(HELD)
+    out = tmp_path / 'bag'
+    done = subprocess.run(
+        tauto('graph', 'measured', '--duration', '5', '--speed', 'max', '--out', str(out)),
+        env={**os.environ, 'PYTHONPATH': str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE_S,
+    )
+    assert done.returncode == 0, done.stderr
+    assert read_bag(out).counts['/clock/reading'] == 6
+
+
+def test_a_node_that_the_middleware_does_not_let_go_says_where_it_stands(tmp_path: Path) -> None:
+    (tmp_path / 'sitecustomize.py').write_text(HELD)
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'tauto_nodes.longitude', '--ros-args', '-r', '__node:=longitude'],
+        env={**os.environ, 'PYTHONPATH': str(tmp_path)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: _handles_sigterm(process.pid))
+    process.send_signal(signal.SIGTERM)
+    _, words = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 1
+    assert words.startswith('Timeout (0:00:01)!')
+    assert 'in _leave' in words
+
+
 def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
     nowhere = tmp_path / 'keystore'
     secure = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_KEYSTORE': str(nowhere)}
@@ -381,13 +424,13 @@ def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 1
-    assert f"'{nowhere}/enclaves/tauto/supervisor' does not exist" in done.stderr
+    assert re.search(rf"'{nowhere}/enclaves/tauto/\w+' does not exist", done.stderr)
     assert 'Traceback' not in done.stderr
     assert not (tmp_path / 'bag').exists()
 
 
-def test_what_the_middleware_logs_does_not_mix_with_the_result(tmp_path: Path) -> None:
-    """Fast DDS writes its log to stdout; here it complains of its profile."""
+def test_what_the_middleware_complains_of_is_told_beside_the_result(tmp_path: Path) -> None:
+    """Fast DDS writes its log to stdout; here it complains of its profile, in each node."""
     profile = tmp_path / 'profile.xml'
     profile.write_text(
         '<dds xmlns="http://www.eprosima.com"><profiles>'
@@ -402,7 +445,9 @@ def test_what_the_middleware_logs_does_not_mix_with_the_result(tmp_path: Path) -
         check=False,
         env={**os.environ, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)},
     )
-    assert 'XMLPARSER' in done.stderr
+    said = [line for line in done.stderr.splitlines() if 'XMLPARSER' in line]
+    assert f"tauto: the graph said: [XMLPARSER Error] Error parsing '{profile}'" in said[-1]
+    assert len(set(said)) == len(said)
     assert json.loads(done.stdout)['topics']['clock/reading']['written'] == 21
 
 

@@ -56,13 +56,13 @@ def test_a_place_that_cannot_be_written_is_named() -> None:
     reason='this user may mount nothing',
 )
 def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
-    # Parameters and the first words of a node take both blocks.
+    # The parameters take the only block.
     small = tmp_path / 'small'
     small.mkdir()
     voyage = ['graph', 'measured', '--duration', '20', '--speed', 'max']
     words = [sys.executable, '-m', 'tauto_core', *voyage, '--out', str(tmp_path / 'bag')]
     done = subprocess.run(
-        [*OWN, 'sh', '-c', f'mount -t tmpfs -o size=8k none {small} && exec "$@"', 'sh', *words],
+        [*OWN, 'sh', '-c', f'mount -t tmpfs -o size=4k none {small} && exec "$@"', 'sh', *words],
         env={**os.environ, 'TMPDIR': str(small)},
         capture_output=True,
         text=True,

@@ -55,6 +55,8 @@ def _say(outcome: Outcome) -> None:
     for topic, numbers in outcome.counts.items():
         table.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
     print_rich(table, err=True)
+    for line in outcome.complaints:
+        typer.echo(f'tauto: the graph said: {line}', err=True)
 
 
 def graph(

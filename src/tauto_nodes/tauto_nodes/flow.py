@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import struct
+import time
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
 
@@ -106,6 +107,8 @@ class Flow:
         node: its own name.
         graph: names of all nodes of the graph, its own included.
         inputs, outputs: its topics.
+        heard_s: when each node was last heard, by `time.monotonic()` [s].
+        moved_s: when a report last differed from the one before [s].
     """
 
     node: str
@@ -114,11 +117,17 @@ class Flow:
     outputs: tuple[str, ...]
     reports: dict[str, Report] = field(default_factory=dict)
     totals: dict[str, int] = field(default_factory=dict)
+    heard_s: dict[str, float] = field(default_factory=dict)
+    moved_s: float = field(default_factory=time.monotonic)
 
     def hear(self, report: Report) -> None:
         """Take a node's report; those of nodes outside the graph are ignored."""
-        if report.node in self.graph:
-            self.reports[report.node] = report
+        if report.node not in self.graph:
+            return
+        self.heard_s[report.node] = time.monotonic()
+        if self.reports.get(report.node) != report:
+            self.moved_s = self.heard_s[report.node]
+        self.reports[report.node] = report
 
     def hear_end(self, end: End) -> None:
         """Take a node's end marker."""

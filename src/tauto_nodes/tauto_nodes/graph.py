@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,39 +10,28 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import rclpy
 import yaml
-from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
-from rclpy.utilities import try_shutdown
-from std_msgs.msg import String
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
 from tauto_nodes.domains import DOMAIN, check_discovery, claim_domain, enclave_of
 from tauto_nodes.errors import GraphError
-from tauto_nodes.flow import CREDIT_TOPIC, Report
 from tauto_nodes.launching import graph_middleware
 from tauto_nodes.parameter import FOLDER
-from tauto_nodes.qos import CREDIT_QOS
-from tauto_nodes.rclpy_private import RCLError
-from tauto_nodes.recorder import Recorded
-from tauto_nodes.running import executor_named
+from tauto_nodes.recorded import Recorded
 from tauto_nodes.supervisor import Child, Supervisor, noted_signals
 from tauto_nodes.work_folder import work_folder
 
-NODES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
+RECORDER = 'recorder'
+NODES = (RECORDER, 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 SILENT_S = 120.0
 """Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
-OWN_PAUSE_S = 1.0
 STALL_S = 600.0
 """Kernels that a machine under heavy load compiles for the first time can take minutes."""
 
-SPIN_S = 0.05
-STDOUT, STDERR = 1, 2
+LOOK_S = 0.05
 
 
 @dataclass(frozen=True)
@@ -86,12 +73,14 @@ class Outcome:
         signal: number of the signal that ended the voyage early; 0: it went to its end.
         start_s: wall time until the recorder got its first message [s].
         voyage_s: wall time from then to the closed bag [s].
+        complaints: warnings and errors that the nodes and the middleware wrote.
     """
 
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
     signal: int = 0
     start_s: float = 0.0
     voyage_s: float = 0.0
+    complaints: tuple[str, ...] = ()
 
     @property
     def lost(self) -> int:
@@ -161,67 +150,52 @@ def graph_environment() -> Iterator[dict[str, str]]:
             domain.release()
 
 
-@contextmanager
-def stdout_left_alone() -> Iterator[None]:
-    """Let what C libraries write to stdout go to stderr: Fast DDS logs its troubles there.
+@dataclass
+class Watch:
+    """Reads what the recorder says, for progress and for a standstill.
 
-    `tauto graph --json` prints one object on stdout, and nothing else.
+    The supervisor is no node itself: what hangs a node cannot hang what watches it.
     """
-    sys.stdout.flush()
-    kept = os.dup(STDOUT)
-    os.dup2(STDERR, STDOUT)
-    try:
-        yield
-    finally:
-        os.dup2(kept, STDOUT)
-        os.close(kept)
 
+    report: Path
+    said: Recorded | None = None
+    blind_s: float = field(default_factory=time.monotonic)
+    """When nothing could be read last [s]: no node is judged by what came before."""
 
-class _Watch:
-    """Listens to the credits of the graph, for progress and for a standstill."""
-
-    def __init__(self, namespace: str, executor: str) -> None:
-        args = ['--ros-args', *enclave_of('supervisor')]
+    def look(self) -> None:
+        """Wait a moment and read the report."""
+        time.sleep(LOOK_S)
         try:
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            self._node = Node('supervisor', namespace=namespace, start_parameter_services=False)
-        except RCLError as error:
-            try_shutdown()
-            raise GraphError(f'ROS does not start in this environment: {error}') from error
-        self._node.create_subscription(String, CREDIT_TOPIC, self._hear, CREDIT_QOS, raw=True)
-        self._executor = executor_named(executor)
-        self._executor.add_node(self._node)
-        self.reports: dict[str, Report] = {}
-        self.heard_s: dict[str, float] = {}
-        self._spun_s = time.monotonic()
-        self.moved_s = time.monotonic()
-
-    def _hear(self, octets: bytes) -> None:
-        report = Report.from_octets(octets)
-        self.heard_s[report.node] = time.monotonic()
-        if self.reports.get(report.node) != report:
-            self.moved_s = time.monotonic()
-        self.reports[report.node] = report
-
-    def spin(self) -> None:
-        """Listen for a moment, to all reports that come."""
-        stood_s = time.monotonic() - self._spun_s
-        if stood_s > OWN_PAUSE_S:  # this process stood still, and heard nobody meanwhile
-            self.heard_s = {node: at_s + stood_s for node, at_s in self.heard_s.items()}
-        self._executor.spin_until_future_complete(Future(), SPIN_S)
-        self._spun_s = time.monotonic()
+            self.said = Recorded.read(self.report) or self.said
+        except ValueError:  # half written, or there is no room for it
+            self.blind_s = time.monotonic()
 
     def recorded(self, topic: str) -> int:
-        """Return how many messages of a topic the recorder has taken."""
-        report = self.reports.get('recorder')
-        return report.taken.get(topic, 0) if report else 0
+        """Return how many messages of a topic the recorder has."""
+        return int(self.said.topics[topic]['received']) if self.said else 0
 
-    def close(self) -> None:
-        """End the context; nothing of the node stays in the domain."""
-        self._executor.remove_node(self._node)
-        self._executor.shutdown()
-        self._node.destroy_node()
-        try_shutdown()
+    def check(self) -> None:
+        """Raise if the graph stands still.
+
+        Raises:
+            GraphError: names the nodes that are not heard.
+        """
+        now_s = time.monotonic()
+        heard_s = self.said.heard_s if self.said else {}
+        silent = [n for n, at_s in heard_s.items() if now_s - max(at_s, self.blind_s) > SILENT_S]
+        if silent:  # the recorder hears for all
+            frozen = RECORDER if RECORDER in silent else ', '.join(sorted(silent))
+            raise GraphError(
+                f'node {frozen} has not been heard for {SILENT_S:g} s: it hangs or was stopped. '
+                'What was recorded until then is in the bag; start the voyage again'
+            )
+        if now_s - max(self.said.moved_s if self.said else 0.0, self.blind_s) > STALL_S:
+            unheard = sorted(set(NODES) - set(heard_s)) or ['none; all have been heard']
+            raise GraphError(
+                f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
+                f'{", ".join(unheard)}). A network filter on the loopback interface, another '
+                f'{DOMAIN} in the environment or a machine under heavy load can do this'
+            )
 
 
 def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
@@ -239,7 +213,6 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
     born_s = time.monotonic()
     with (
         noted_signals() as signals,
-        stdout_left_alone(),
         graph_environment() as environment,
         work_folder(os.environ.get(FOLDER)) as folder,
     ):
@@ -249,20 +222,17 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         with Supervisor(folder, environment) as supervisor:
             for name in names:
                 supervisor.start(name, [*arguments, *enclave_of(name)])
-            watch = _Watch(plan.namespace, plan.executor)
-            try:
-                while not signals.came and supervisor.exit_code(names[0]) is None:
-                    watch.spin()
-                    progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
-                    supervisor.check(ended=names[:1])
-                    _check_stall(watch)
-            finally:
-                watch.close()
+            watch = Watch(report)
+            while not signals.came and supervisor.exit_code(names[0]) is None:
+                watch.look()
+                progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
+                supervisor.check(ended=names[:1])
+                watch.check()
             killed = supervisor.stop()
         if killed:
             raise _hung(killed, plan.out)
         recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
-        if recorded is None or recorded.began_s is None:
+        if recorded is None or recorded.began_s is None or recorded.closed_s is None:
             return Outcome(signal=signals.came)
         if not signals.came:
             _check_whole(recorded, scene)
@@ -271,6 +241,7 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
             0 if recorded.complete else signals.came,
             start_s=recorded.began_s - born_s,
             voyage_s=recorded.closed_s - recorded.began_s,
+            complaints=supervisor.complaints() if recorded.complete else (),
         )
 
 
@@ -298,22 +269,6 @@ def _hung(killed: Sequence[Child], bag: Path) -> GraphError:
     )
 
 
-def _check_stall(watch: _Watch) -> None:
-    now_s = time.monotonic()
-    if frozen := [node for node, at_s in watch.heard_s.items() if now_s - at_s > SILENT_S]:
-        raise GraphError(
-            f'node {", ".join(sorted(frozen))} has not been heard for {SILENT_S:g} s: it hangs or '
-            'was stopped. What was recorded until then is in the bag; start the voyage again'
-        )
-    if now_s - watch.moved_s > STALL_S:
-        silent = sorted(set(NODES) - set(watch.reports)) or ['none; all have been heard']
-        raise GraphError(
-            f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
-            f'{", ".join(silent)}). A network filter on the loopback interface, another '
-            f'{DOMAIN} in the environment or a machine under heavy load can do this'
-        )
-
-
 def _check_whole(recorded: Recorded, scene: Scene) -> None:
     """Refuse to call a bag whole that lacks readings which were neither sent nor lost."""
     reading = recorded.topics[s.READING]
@@ -327,9 +282,9 @@ def _check_whole(recorded: Recorded, scene: Scene) -> None:
 def _recorded(
     report: Path, supervisor: Supervisor, name: str, *, interrupted: bool
 ) -> Recorded | None:
-    """Return the recorder's report; raise if its process ended in any other way than a loss."""
+    """Return the recorder's report; raise if the bag was not closed, or closed too early."""
     try:
-        said = Recorded(**json.loads(report.read_text('utf-8'))) if report.is_file() else None
+        said = Recorded.read(report)
     except ValueError as error:
         raise GraphError(
             f'{report}: the recorder could not write its report; the bag is closed. Make room '
@@ -337,10 +292,11 @@ def _recorded(
         ) from error
     if interrupted:
         return said
-    lost = said is not None and any(numbers['lost'] for numbers in said.topics.values())
-    if supervisor.exit_code(name) != (1 if lost else 0):
+    if said is None or said.closed_s is None:
         raise supervisor.died(name)
-    if said is not None and not said.complete:
+    if not said.complete:
+        if supervisor.exit_code(name):
+            raise supervisor.died(name)
         raise GraphError(
             f'node {name} was stopped before the voyage was over; the bag holds what was '
             'sailed until then, and says so (cut_short). Start the voyage again'

@@ -215,7 +215,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'report',
             '',
-            'file for the counts per topic, as JSON; empty: the log only',
+            'file for the counts per topic, as JSON, in a graph also under way; empty: log only',
             is_path=True,
         ),
         *_COMMON,

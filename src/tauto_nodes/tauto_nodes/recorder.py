@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,30 +22,15 @@ from tauto_nodes.errors import ParameterError
 from tauto_nodes.member import Member
 from tauto_nodes.parameters import Settings
 from tauto_nodes.qos import port
+from tauto_nodes.recorded import Recorded
 from tauto_nodes.running import main_of
 from tauto_nodes.stage_node import scene_of
 
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
 
-
-@dataclass(frozen=True)
-class Recorded:
-    """What the recorder says of a voyage, as JSON, in the file that `report` names.
-
-    Times are those of `time.monotonic()`, which on Linux is one clock for all processes.
-
-    Args:
-        complete: whether the ends of all topics had come.
-        began_s: when its first message came [s]; None: none came.
-        closed_s: when the bag was closed [s].
-        topics: received, written and lost, by topic.
-    """
-
-    complete: bool
-    began_s: float | None
-    closed_s: float
-    topics: dict[str, Any]
+TELL_S = 0.2
+"""Interval at which a graph is told how far the voyage is [s]."""
 
 
 def topics_of(settings: Settings) -> list[str]:
@@ -91,7 +75,7 @@ class Recorder(Member):
         self._newest_ns: dict[str, int] = {}
         # Without flow control nobody says when a voyage is over: stopping the recorder ends it.
         self._complete = not self.settings.credits
-        self._flushed_s = time.monotonic()
+        self._flushed_s = self._told_s = time.monotonic()
         self._unflushed = False
         self._early: dict[str, list[bytes]] = {}
         self._waits_for_scene = self.settings.credits and s.SCENE in topics
@@ -159,8 +143,15 @@ class Recorder(Member):
         self.get_logger().error(f'lost on the way: {dict(short)}')
 
     def tick(self) -> None:
-        """Flush when it is due."""
+        """Flush and report when it is due."""
+        if self._closed:
+            return
         now_s = time.monotonic()
+        if self.flow is not None and now_s >= self._told_s + TELL_S:
+            self._told_s = now_s
+            # Without room for it the bag goes on; the last report, which counts, must be written.
+            with suppress(OSError):
+                self._report_to_file(closed_s=None)
         if self._unflushed and now_s >= self._flushed_s + self.settings.number('flush_interval'):
             self._bag.flush()
             self._flushed_s, self._unflushed = now_s, False
@@ -222,9 +213,15 @@ class Recorder(Member):
             self.get_logger().warning(
                 'stopped before the end of the voyage; the bag says so (cut_short)'
             )
+        self._report_to_file(closed_s)
+
+    def _report_to_file(self, closed_s: float | None) -> None:
         if self.settings.text('report'):
-            report = Recorded(self._complete, self._began_s, closed_s, counts)
-            Path(self.settings.text('report')).write_text(json.dumps(asdict(report)), 'utf-8')
+            heard_s = self.flow.heard_s if self.flow is not None else {}
+            moved_s = self.flow.moved_s if self.flow is not None else time.monotonic()
+            Recorded(
+                self._complete, self._began_s, closed_s, self.counts(), heard_s, moved_s
+            ).write(Path(self.settings.text('report')))
 
 
 main = main_of(Recorder)

@@ -30,6 +30,9 @@ Maker: TypeAlias = Callable[[], Member]
 
 CHECK_S = 0.02
 COMPLAIN_S = 10.0
+LEAVE_S = 8.0
+"""Time for the middleware to let a process go [s]; `ros2 launch` kills after 10 s."""
+
 SUPERVISOR = 'TAUTO_SUPERVISOR'
 """Environment variable: the process whose death ends the nodes."""
 
@@ -103,24 +106,43 @@ def _spin(nodes: Sequence[Member], signals: _Signals) -> None:
             )
 
 
-def _close(nodes: Sequence[Member]) -> None:
+def _finish(nodes: Sequence[Member]) -> None:
+    """End the nodes' own work: what they hold is written and sent."""
     for node in nodes:
         try:
             node.close()
         except Exception as error:
             node.fail(error)
-    for node in nodes:
         if node.failure is not None and node.diagnostics is not None:
             node.diagnostics.deliver()
+
+
+def _leave(nodes: Sequence[Member]) -> None:
+    """Leave the graph, or end the process with exit code 1 after LEAVE_S, saying where it stood.
+
+    Fast DDS as the wheels have it never returns from the deletion of a participant if a peer is
+    heard to come or go at that moment (its issue 6513): it waits with an invalid time, in a loop
+    that keeps the lock for which the other thread waits. The interpreter's lock is held, too, so
+    that neither a Python thread nor a signal handler could run; this watchdog needs no lock.
+    """
+    faulthandler.dump_traceback_later(LEAVE_S, exit=True)
+    for node in nodes:
         node.destroy_node()
+    try_shutdown()
+    faulthandler.cancel_dump_traceback_later()
 
 
-def _complain(who: str, error: BaseException) -> int:
-    if isinstance(error, TautoError):
-        sys.stderr.write(f'{who}: {error}\n')
-        return error.exit_code
-    traceback.print_exception(error)
-    return 1
+def _exit_code(nodes: Sequence[Member], refusal: Exception | None) -> int:
+    """Return the exit code, after the reason of a failure was written to stderr."""
+    failures = [('tauto_nodes', refusal), *((node.role, node.failure) for node in nodes)]
+    for who, error in failures:
+        if isinstance(error, TautoError):
+            sys.stderr.write(f'{who}: {error}\n')
+            return error.exit_code
+        if error is not None:
+            traceback.print_exception(error)
+            return 1
+    return max(node.exit_code for node in nodes)
 
 
 def _refuse_what_ros_ignores(args: Sequence[str]) -> None:
@@ -140,6 +162,7 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
     signals = _Signals()
     faulthandler.enable()
     nodes: list[Member] = []
+    refusal: Exception | None = None
     try:
         die_with_supervisor()
         os.environ.update(local_discovery())
@@ -152,18 +175,13 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        return _complain(
-            'tauto_nodes', ParameterError(f'command line, parameter file or environment: {error}')
-        )
+        refusal = ParameterError(f'command line, parameter file or environment: {error}')
     except Exception as error:
-        return _complain('tauto_nodes', error)
-    finally:
-        _close(nodes)
-        try_shutdown()
-    for node in nodes:
-        if node.failure is not None:
-            return _complain(node.role, node.failure)
-    return max(node.exit_code for node in nodes)
+        refusal = error
+    _finish(nodes)
+    code = _exit_code(nodes, refusal)
+    _leave(nodes)
+    return code
 
 
 def main_of(*makers: Maker) -> Callable[[], None]:

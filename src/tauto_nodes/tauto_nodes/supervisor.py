@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -21,6 +22,12 @@ KILL_S = 5.0
 POLL_S = 0.02
 TAIL_LINES = 25
 
+_COMPLAINT = re.compile(r'\[(WARN|ERROR|FATAL)\]|\w (Error|Warning)\]')
+"""What marks a line of rclpy's log, and one of Fast DDS's."""
+
+_COLOUR = re.compile(r'\x1b\[[\d;]*m')
+_TIME = re.compile(r'^[-\d]+ [.:\d]+ |\[\d+\.\d+\] ')
+
 
 @dataclass
 class Child:
@@ -32,8 +39,12 @@ class Child:
 
     def said(self) -> str:
         """Return the last lines that it wrote."""
-        lines = self.log.read_text('utf-8', 'replace').strip().splitlines()
-        return '\n'.join(lines[-TAIL_LINES:])
+        return '\n'.join(self.lines()[-TAIL_LINES:])
+
+    def lines(self) -> list[str]:
+        """Return all lines that it wrote, without colours."""
+        words = self.log.read_text('utf-8', 'replace')
+        return _COLOUR.sub('', words).strip().splitlines()
 
 
 @dataclass
@@ -88,6 +99,13 @@ class Supervisor:
     def exit_code(self, name: str) -> int | None:
         """Return a node's exit code; None while it runs."""
         return next(c.process.poll() for c in self.children if c.name == name)
+
+    def complaints(self) -> tuple[str, ...]:
+        """Return the warnings and errors that the nodes and the middleware wrote, each once."""
+        lines = (line for child in self.children for line in child.lines())
+        return tuple(
+            dict.fromkeys(_TIME.sub('', line) for line in lines if _COMPLAINT.search(line))
+        )
 
     def stop(self) -> list[Child]:
         """End all nodes by SIGTERM; return those that did not end within TERM_S and were killed.

@@ -1,0 +1,75 @@
+"""Who runs a graph sees a standstill in what the recorder says, and names who stands still."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tauto_core.samples import READING
+from tauto_nodes.errors import GraphError
+from tauto_nodes.graph import NODES, SILENT_S, STALL_S, Watch
+from tauto_nodes.recorded import Recorded
+
+LONG_AGO_S = -2.0 * STALL_S
+
+
+def report(
+    silent: tuple[str, ...] = (), heard: tuple[str, ...] = NODES, moved_s: float = 0.0
+) -> Recorded:
+    """Return a report in which some nodes have been silent for longer than is allowed."""
+    now_s = time.monotonic()
+    return Recorded(
+        complete=False,
+        began_s=now_s,
+        closed_s=None,
+        topics={READING: {'received': 7, 'written': 7, 'lost': 0}},
+        heard_s={node: now_s - (SILENT_S + 1.0) * (node in silent) for node in heard},
+        moved_s=now_s + moved_s,
+    )
+
+
+def watch_of(file: Path, said: Recorded | None) -> Watch:
+    """Return a watch that began long ago and has read this."""
+    if said is not None:
+        said.write(file)
+    watch = Watch(file, blind_s=time.monotonic() + LONG_AGO_S)
+    watch.look()
+    return watch
+
+
+def test_a_graph_that_moves_is_left_alone(tmp_path: Path) -> None:
+    watch = watch_of(tmp_path / 'report.json', report())
+    watch.check()
+    assert watch.recorded(READING) == 7
+
+
+@pytest.mark.parametrize(
+    ('said', 'words'),
+    [
+        (report(('trochlea', 'longitude')), 'node longitude, trochlea has not been heard for 120'),
+        # the recorder hears for all, so that nobody is heard while it stands still
+        (report(NODES), 'node recorder has not been heard for 120 s'),
+        (report(moved_s=LONG_AGO_S), 'for 600 s (nodes never heard: none; all have been heard)'),
+        (
+            report(heard=('recorder', 'longitude', 'trochlea'), moved_s=LONG_AGO_S),
+            'for 600 s (nodes never heard: drift_estimator, ship_motion)',
+        ),
+        (None, f'(nodes never heard: {", ".join(sorted(NODES))})'),
+    ],
+)
+def test_who_stands_still_is_named(said: Recorded | None, words: str, tmp_path: Path) -> None:
+    with pytest.raises(GraphError, match=re.escape(words)):
+        watch_of(tmp_path / 'report.json', said).check()
+
+
+def test_what_cannot_be_read_accuses_nobody(tmp_path: Path) -> None:
+    file = tmp_path / 'report.json'
+    watch = watch_of(file, replace(report(NODES), moved_s=time.monotonic() + LONG_AGO_S))
+    file.write_text('{"complete": fal')  # half written, or on a full disk
+    watch.look()
+    watch.check()
+    assert watch.recorded(READING) == 7
