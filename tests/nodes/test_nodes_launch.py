@@ -74,7 +74,8 @@ class Launch:
         for words in Path('/proc').glob('[0-9]*/cmdline'):
             try:
                 told = words.with_name('environ').read_bytes().split(b'\0')
-                programs = [w for w in words.read_text().split('\0') if '/lib/tauto_nodes/' in w]
+                said = os.fsdecode(words.read_bytes()).split('\0')
+                programs = [word for word in said if '/lib/tauto_nodes/' in word]
             except OSError:
                 continue
             if programs and self.mark.encode() in told:
