@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from tauto_nodes.graph import Outcome
 
 MAX_SPEED = 1e6
+MOST_COMPLAINTS = 20
 EXECUTORS = ('events', 'single')
 
 
@@ -55,8 +56,10 @@ def _say(outcome: Outcome) -> None:
     for topic, numbers in outcome.counts.items():
         table.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
     print_rich(table, err=True)
-    for line in outcome.complaints:
+    for line in outcome.complaints[:MOST_COMPLAINTS]:
         typer.echo(f'tauto: the graph said: {line}', err=True)
+    if (more := len(outcome.complaints) - MOST_COMPLAINTS) > 0:
+        typer.echo(f'tauto: the graph said {more} things more', err=True)
 
 
 def graph(
