@@ -57,7 +57,10 @@ class Launch:
 
     def __init__(self, log: Path, file: str, *arguments: str) -> None:
         self.log, self.mark = log, f'{MARK}={log}'
-        environment = {**os.environ, MARK: str(log), 'ROS_LOG_DIR': str(log.parent / 'log')}
+        self.temporary = log.parent / 'temporary'
+        self.temporary.mkdir(exist_ok=True)
+        folders = {'ROS_LOG_DIR': str(log.parent / 'log'), 'TMPDIR': str(self.temporary)}
+        environment = {**os.environ, MARK: str(log), **folders}
         with log.open('wb') as words:
             self.process = subprocess.Popen(
                 [sys.executable, '-c', ROS2, 'launch', 'tauto_nodes', file, *arguments],
@@ -90,6 +93,8 @@ class Launch:
         """Return the exit code of the launch once it has ended and left nothing behind."""
         code = self.process.wait(PATIENCE_S)
         until(lambda: not self.nodes())
+        if code >= 0:  # what a killed one leaves goes with the next start
+            assert not list(self.temporary.iterdir())
         return code
 
 

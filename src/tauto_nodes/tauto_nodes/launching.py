@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import atexit
 import difflib
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import yaml
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from tauto_core.bags import check_folder, is_cut_short
@@ -24,8 +27,10 @@ from tauto_nodes.domains import (
     local_discovery,
 )
 from tauto_nodes.errors import GraphError, ParameterError
+from tauto_nodes.parameter import FOLDER
 from tauto_nodes.parameters import PARAMETERS
 from tauto_nodes.running import SUPERVISOR
+from tauto_nodes.work_folder import work_folder
 
 PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 """Environment variables that name a profile of Fast DDS, of 3 and of 2."""
@@ -191,9 +196,11 @@ def described(
             raise ParameterError('; '.join(problems))
         check_discovery()
         variables = {SUPERVISOR: str(os.getpid()), **environment()}
+        own = parameters(given)
+        file = _parameter_file(own, given)
         return [
             *(SetEnvironmentVariable(name, value) for name, value in variables.items()),
-            *(_node(name, own, given, last) for name, own in parameters(given).items()),
+            *(_node(name, file, given, last) for name in own),
         ]
 
     return LaunchDescription(
@@ -207,7 +214,24 @@ def described(
     )
 
 
-def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: str) -> Any:
+def _parameter_file(own: Mapping[str, Mapping[str, object]], given: Mapping[str, str]) -> str:
+    """Write the parameters of all nodes to a file that goes with this process; return its path.
+
+    From a mapping, launch_ros would make a temporary file for each node, and leave it there.
+    """
+    space = f'/{given["namespace"].strip("/")}'.rstrip('/')
+    content = {
+        f'{space}/{name}': {'ros__parameters': {'executor': given['executor'], **values}}
+        for name, values in own.items()
+    }
+    kept = ExitStack()
+    atexit.register(kept.close)
+    file = kept.enter_context(work_folder(os.environ.get(FOLDER))) / 'parameters.yaml'
+    file.write_text(yaml.safe_dump(content), 'utf-8')
+    return str(file)
+
+
+def _node(name: str, file: str, given: Mapping[str, str], last: str) -> Any:
     from launch_ros.actions import Node
 
     imu = given.get('imu', SHIP_IMU)
@@ -216,7 +240,7 @@ def _node(name: str, own: Mapping[str, object], given: Mapping[str, str], last: 
         executable=name,
         name=name,
         namespace=given['namespace'],
-        parameters=[given['params_file'], {'executor': given['executor'], **own}],
+        parameters=[given['params_file'], file],
         ros_arguments=enclave_of(name),
         remappings=[(SHIP_IMU, imu)] if imu != SHIP_IMU else [],
         output='screen',
