@@ -371,6 +371,18 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
     assert 'in <lambda>' in child.said()
 
 
+def test_a_node_without_standard_streams_runs(tmp_path: Path) -> None:
+    """What it logs must not go to a file that got the number of a closed stream."""
+    out = tmp_path / 'bag'
+    words = [sys.executable, '-m', 'tauto_nodes.recorder', '--ros-args', '-p', f'output:={out}']
+    process = subprocess.Popen(['sh', '-c', 'exec "$@" <&- >&- 2>&-', 'sh', *words])
+    until(lambda: list(out.glob('*.mcap')) and _handles_sigterm(process.pid))
+    streams = {os.readlink(f'/proc/{process.pid}/fd/{number}') for number in (0, 1, 2)}
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=PATIENCE_S) == 0
+    assert streams == {os.devnull}
+
+
 HELD = """
 import ctypes, sys
 import rclpy.node

@@ -36,6 +36,7 @@ LEAVE_S = 8.0
 SUPERVISOR = 'TAUTO_SUPERVISOR'
 """Environment variable: the process whose death ends the nodes."""
 
+STDERR = 2
 _PR_SET_PDEATHSIG = 1
 
 
@@ -49,6 +50,19 @@ def die_with_supervisor() -> None:
         raise NodesError(
             f'{SUPERVISOR} = {supervisor}: this process is gone. Start the graph anew'
         )
+
+
+def open_streams() -> None:
+    """Let standard streams that are closed lead nowhere.
+
+    Else a file that is opened later, such as the bag, would get their number and what is logged.
+    """
+    number = os.open(os.devnull, os.O_RDWR)
+    while number <= STDERR:
+        number = os.dup(number)
+    os.close(number)
+    if sys.stderr is None:
+        sys.stderr = open(STDERR, 'w', closefd=False)  # noqa: SIM115
 
 
 def executor_named(name: str) -> Any:
@@ -159,6 +173,7 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
         makers: node classes, all run in this process.
         args: command line, sys.argv where None.
     """
+    open_streams()
     signals = _Signals()
     faulthandler.enable()
     nodes: list[Member] = []
