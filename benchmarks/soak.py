@@ -65,7 +65,7 @@ class Memory:
             for status in Path('/proc').glob('[0-9]*/stat'):
                 try:
                     parent = int(status.read_text().rpartition(')')[2].split()[1])
-                    words = status.with_name('cmdline').read_bytes().decode().split('\0')
+                    words = os.fsdecode(status.with_name('cmdline').read_bytes()).split('\0')
                     pages = int(status.with_name('statm').read_text().split()[1])
                 except (OSError, IndexError):
                     continue
