@@ -92,14 +92,36 @@ def test_the_period_goes_with_the_height_by_the_steepness():
         assert steepness == pytest.approx(0.03, rel=1e-14)
 
 
-def test_a_seed_draws_the_same_weather_however_long_the_scene():
+@pytest.mark.parametrize('days', [10.0, 10.0625, 10.1875])
+def test_a_seed_draws_the_same_weather_however_long_the_scene(days):
+    """The last state is at the end or later, so the sea there is that of a longer scene."""
     long, short, other = (
-        scene_of(OWN, seed=seed, days=days) for seed, days in ((3, 40.0), (3, 10.0), (4, 10.0))
+        scene_of(OWN, seed=seed, days=length) for seed, length in ((3, 40.0), (3, days), (4, days))
     )
     heights = [[state.height for state in states_of(each)] for each in (long, short, other)]
     assert heights[0][: len(heights[1])] == heights[1]
     assert not set(heights[1]) & set(heights[2])
     assert states_of(short)[-1].at_ns >= short.duration_ns
+
+
+def test_a_scene_that_ends_at_sea_has_the_weather_of_the_whole_passage():
+    """Its last change goes on to the next state at sea, not to the port of arrival."""
+    port = {'still': True}
+    whole, part = (scene_of(OWN, days=days, voyage=VOYAGE, port=port) for days in (60.0, 10.0625))
+    states = [states_of(each) for each in (whole, part)]
+    assert [each.height for each in states[1][:-1]] == [
+        each.height for each in states[0][: len(states[1]) - 1]
+    ]
+    assert states[1][-2].at_ns >= part.duration_ns
+
+
+@pytest.mark.parametrize('arrives_at', np.arange(3000.0, 4300.0, 100.0).tolist())
+def test_the_last_change_into_port_is_never_too_quick(arrives_at):
+    """With states ten minutes apart the arrival may come shortly after one."""
+    voyage = {**VOYAGE, 'sails_at': 1000.0, 'arrives_at': arrives_at}
+    scene = scene_of(OWN, days=0.05, voyage=voyage, port={'still': True}, interval=600.0)
+    times = [state.at_ns for state in scene.ship.states(scene)]
+    assert np.min(np.diff(times)) >= 600 * 10**9
 
 
 def test_each_region_has_its_climate_and_the_departure_goes_on():

@@ -108,13 +108,16 @@ class ClimateWeather(WeatherKind):
     def resolved(self, setting: Setting) -> tuple[State, ...]:
         """Return the states that the seed draws."""
         scene = setting.scene
-        begin_ns, end_ns = 0, scene.duration_ns + nanoseconds(self.interval)
+        begin_ns, step_ns = 0, nanoseconds(self.interval)
+        # the state that follows the end too: the sea of a scene does not depend on its duration
+        end_ns = scene.duration_ns + step_ns
+        first = 0
         if self.port is not None:
             passage = setting.passage_for('ship.weather.port', ABSENT)
-            begin_ns, end_ns = passage.sails_ns, min(passage.arrives_ns, end_ns)
-        step_ns = nanoseconds(self.interval)
-        first = begin_ns if self.port is None else begin_ns + step_ns
-        at_sea = list(range(first, end_ns - step_ns // 2, step_ns))
+            begin_ns, first = passage.sails_ns, passage.sails_ns + step_ns
+            last_change_ns = max(step_ns // 2, nanoseconds(LEAST_CHANGE_S))
+            end_ns = min(passage.arrives_ns - last_change_ns, end_ns)
+        at_sea = list(range(first, end_ns, step_ns))
         normal = np.random.Generator(
             np.random.PCG64(np.random.SeedSequence(scene.seed, spawn_key=(_STREAM,)))
         ).standard_normal(len(at_sea))
