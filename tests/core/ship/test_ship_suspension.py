@@ -22,7 +22,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
 from tauto_core.machines.modes import modes
 from tauto_core.readiness import check_scene
-from tauto_core.samples import READING, SHIP_IMU, ImuSamples, join, take
+from tauto_core.samples import JOINT_STATES, READING, SHIP_IMU, ImuSamples, join, take
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion, attitude
@@ -238,8 +238,9 @@ def test_large_and_small_angles_part_with_the_square_of_the_sea():
     apart = []
     for size in (0.3, 0.03):
         found = [
-            in_the_case(scene_of(suspension__large_angles=large), imu)[1]
+            in_the_case(scene, imu)[1][:: felt_parts(scene)]
             for large in (False, True)
+            for scene in [scene_of(suspension__large_angles=large)]
             for imu in [shaken(1.1, size, rate=20.0, seconds=10.0)]
         ]
         apart.append(np.max(np.abs(found[1] - found[0])) / size)
@@ -332,6 +333,81 @@ def test_the_clock_feels_the_case_as_often_as_its_fast_swing_needs():
         suspension__support_radius=3.0, suspension__gyration_radius=0.5, ship__rate=1000.0
     )
     assert felt_parts(slow) == 1
+
+
+def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
+    """The wheel on a case that swings by 1 rad, against DOP853 with case and wheel together.
+
+    A massless weight on Euler's second cam feels only φ and N/M. The case is sampled for it with
+    an error of 1e-11 of its swing; as finely as the fast mode alone needs, it is 4e-8.
+    """
+    e, c, k, height, inertia, rate, mass = 0.3, 0.3, 0.3, 12.9, 1e-4, 0.002, 0.06
+    waves = {'amplitude': 0.195, 'period': 4.32, 'phase': 1.0}
+    hung = {'kind': 'axle', 'support_radius': 0.32, 'axle_radius': 0.02, 'depth': c}
+    scene = load_scene(
+        'ideal',
+        duration=20.0,
+        trochlea={
+            'inertia': inertia,
+            'cam': {'kind': 'hole', 'lever_rate': rate},
+            'thread': {'kind': 'hole', 'distance': 0.3},
+            'power': {'kind': 'weight', 'mass': mass, 'massless': True},
+            'release_angle': 0.6,
+        },
+        ship={'kind': 'components', 'components': [waves], 'rate': 20.0, 'height': height},
+        suspension=hung | {'gyration_radius': k, 'large_angles': True},
+        clock={},
+        log={'interval': 1.0},
+    )
+    frequency = math.tau / waves['period']
+
+    def acceleration(t):
+        turn = frequency * t + waves['phase']
+        rho = waves['amplitude'] * math.cos(turn)
+        rho1 = -waves['amplitude'] * frequency * math.sin(turn)
+        rho2 = -(frequency**2) * rho
+        lateral = -height * (rho2 * math.cos(rho) - rho1**2 * math.sin(rho))
+        return lateral, -height * (rho2 * math.sin(rho) + rho1**2 * math.cos(rho))
+
+    def moved(t, y):
+        theta, phi, theta1, phi1, psi, psi1 = y
+        lateral, upwards = acceleration(t)
+        weight, delta = scene.gravity + upwards, phi - theta
+        contact = weight * math.cos(theta) - lateral * math.sin(theta)
+        contact += e * theta1**2 + c * phi1**2 * math.cos(delta)
+        contact /= 1.0 + (c / k * math.sin(delta)) ** 2
+        phi2 = -contact * c * math.sin(delta) / k**2
+        across = weight * math.sin(theta) + lateral * math.cos(theta)
+        theta2 = -across - c * phi2 * math.cos(delta) + c * phi1**2 * math.sin(delta)
+        torque = -mass * contact * rate * (psi - phi)
+        return theta1, phi1, theta2 / e, phi2, psi1, torque / inertia
+
+    lateral, upwards = acceleration(0.0)
+    tilt = math.atan2(-lateral, scene.gravity + upwards)
+    samples: dict[str, object] = {}
+    sail(scene, watch=lambda batches: samples.update({len(samples): batches}))
+    wheel = join([each[JOINT_STATES] for each in samples.values() if JOINT_STATES in each])
+    times = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9
+    start = [tilt, tilt, 0.0, 0.0, 0.6 + tilt, 0.0]
+    found = solve_ivp(
+        moved, (0.0, 20.0), start, 'DOP853', times, rtol=1e-12, atol=1e-13, max_step=0.05
+    )
+    theta = found.y[4] - found.y[1]
+    assert np.max(np.abs(found.y[1])) > 0.9
+    swing = np.max(np.abs(theta))
+    np.testing.assert_allclose(wheel.position[:, 0], theta, rtol=0, atol=1e-10 * swing)
+
+
+def test_a_rate_too_low_for_wide_swings_is_refused_with_one_that_works():
+    quick = {'suspension__support_radius': 0.07, 'suspension__gyration_radius': 0.05}
+    changes = quick | {'suspension__depth': 0.05, 'suspension__large_angles': True}
+    with pytest.raises(SceneError, match='too low for wide swings') as caught:
+        felt_parts(scene_of(ship__rate=2.0, **changes))
+    assert caught.value.key == 'ship.rate'
+    words = caught.value.remedy.split()
+    least = float(words[words.index('least') + 1])
+    assert 3.0 > least > 2.0
+    assert felt_parts(scene_of(ship__rate=4.0, **changes)) <= 64
 
 
 def test_a_fast_mode_that_cannot_be_sampled_is_refused_before_anything_starts():
