@@ -22,7 +22,16 @@ from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
 from tauto_core.machines.modes import modes
 from tauto_core.readiness import check_scene
-from tauto_core.samples import JOINT_STATES, READING, SHIP_IMU, ImuSamples, join, take
+from tauto_core.samples import (
+    JOINT_STATES,
+    READING,
+    SHIP_IMU,
+    Batches,
+    ImuSamples,
+    JointSamples,
+    join,
+    take,
+)
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion, attitude
@@ -384,9 +393,10 @@ def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
 
     lateral, upwards = acceleration(0.0)
     tilt = math.atan2(-lateral, scene.gravity + upwards)
-    samples: dict[str, object] = {}
-    sail(scene, watch=lambda batches: samples.update({len(samples): batches}))
-    wheel = join([each[JOINT_STATES] for each in samples.values() if JOINT_STATES in each])
+    batches: list[Batches] = []
+    sail(scene, watch=batches.append)
+    found_in = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]
+    wheel = join([each for each in found_in if isinstance(each, JointSamples)])
     times = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9
     start = [tilt, tilt, 0.0, 0.0, 0.6 + tilt, 0.0]
     found = solve_ivp(
