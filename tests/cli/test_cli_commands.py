@@ -51,12 +51,6 @@ def imported_by(*arguments: str) -> set[str]:
     return set(run.stdout.splitlines()[-1].split())
 
 
-@pytest.mark.parametrize('closed', ['>&-', '2>&-', '<&- >&- 2>&-'])
-def test_streams_that_are_closed_do_no_harm(closed: str) -> None:
-    command = f'{Path(sys.executable).with_name("tauto")} scene check ideal {closed}'
-    assert subprocess.run(['sh', '-c', command], capture_output=True, check=False).returncode == 0
-
-
 @pytest.mark.parametrize('arguments', [('--help',), ('sail', '--help'), ('graph', '--help')])
 def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     slow = SLOW_MODULES if arguments[0] != 'graph' else ('rclpy', 'llvmlite')
@@ -269,20 +263,6 @@ def test_an_interrupt_while_it_starts_ends_without_a_traceback() -> None:
     )
     assert run.returncode == -signal.SIGINT
     assert run.stdout == run.stderr == ''
-
-
-def test_output_that_cannot_be_written_is_said() -> None:
-    with Path('/dev/full').open('w') as full:
-        run = subprocess.run(
-            [sys.executable, '-c', 'from tauto_core.cli import main; main()', 'scenes'],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert run.returncode == 1
-    assert run.stderr.startswith('tauto: standard output cannot be written: No space left')
-    assert 'Traceback' not in run.stderr
 
 
 def test_errors_after_loading_name_the_file(tmp_path: Path) -> None:

@@ -73,7 +73,8 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
     check_report(file)
     text = page(voyage, command)
     try:
-        file.write_text(text, encoding='utf-8')
+        # the command may name a file whose name is no text
+        file.write_text(text, encoding='utf-8', errors='xmlcharrefreplace')
     except OSError as error:
         raise ReportError(
             f'{file}: cannot be written: {error.strerror}. Name another file'

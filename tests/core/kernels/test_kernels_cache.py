@@ -140,8 +140,11 @@ def test_the_folder_and_its_files_are_the_users_alone(program):
 def test_what_others_may_write_is_not_run(program):
     program.run()
     store.folder().chmod(0o777)
-    with pytest.warns(KernelCacheWarning, match='others may write there. Set TAUTO_CACHE_DIR'):
+    with pytest.warns(
+        KernelCacheWarning, match='others may write there. Set TAUTO_CACHE_DIR'
+    ) as said:
         assert program.run() == (19.0, 1)
+    assert len(said) == 1
 
 
 def test_a_folder_that_cannot_be_written_is_named_with_its_remedy_once(program, monkeypatch):
@@ -155,6 +158,18 @@ def test_a_folder_that_cannot_be_written_is_named_with_its_remedy_once(program, 
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         assert program.run() == (19.0, 1)
+
+
+def test_a_user_without_a_home_folder_compiles_each_time(program, monkeypatch):
+    def no_home():
+        raise RuntimeError('Could not determine home directory.')
+
+    monkeypatch.delenv('TAUTO_CACHE_DIR')
+    monkeypatch.delenv('XDG_CACHE_HOME', raising=False)
+    monkeypatch.setattr(Path, 'home', no_home)
+    with pytest.warns(KernelCacheWarning, match='no home folder. Set TAUTO_CACHE_DIR'):
+        assert program.run() == (19.0, 1)
+    assert program.run() == (19.0, 1)
 
 
 def test_another_processor_or_version_has_code_of_its_own(program, monkeypatch):

@@ -8,7 +8,6 @@ input.
 
 from __future__ import annotations
 
-import errno
 import gc
 import json
 import os
@@ -37,8 +36,9 @@ from tauto_core.cli import (
 from tauto_core.cli.ending import Terminated, ended_by_sigterm
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.registered import Registered
+from tauto_core.cli.streams import drop_output, prepare_streams
 from tauto_core.cli.terminal import print_rich
-from tauto_core.cli.voice import be_quiet, say
+from tauto_core.cli.voice import be_quiet, say, say_warnings
 from tauto_core.scene.errors import TautoError, UsageError
 
 if TYPE_CHECKING:
@@ -78,13 +78,6 @@ class Commands(TyperGroup):
         except KeyboardInterrupt as error:
             _tell('interrupted', error)
             raise typer.Exit(128 + signal.SIGINT) from None
-        except OSError as error:
-            # typer handles a closed pipe; for other files there are errors with names
-            if error.errno == errno.EPIPE or error.filename is not None:
-                raise
-            _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
-            _drop_output()
-            raise typer.Exit(1) from None
 
 
 def _decimal_comma(words: Sequence[str]) -> str:
@@ -137,31 +130,24 @@ def run() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
     # a scene does not use pydantic plugins, and looking for them reads all installed packages
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
-    _open_closed_streams()
+    prepare_streams()
+    say_warnings()
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
-    app()
-
-
-def _open_closed_streams() -> None:
-    """Open the null device in the place of streams that were closed (`2>&-`, some daemons).
-
-    Python has None for them, and the next file to be opened would get their number, with all that
-    C libraries print.
-    """
-    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, mode, encoding='utf-8'))  # noqa: SIM115
+    try:
+        app()
+    except OSError as error:
+        # typer ends at a closed pipe; errors of other files have their names
+        if error.filename is not None:
+            raise
+        _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
+        drop_output()
+        sys.exit(1)
 
 
 def _tell(words: str, error: BaseException) -> None:
     """Print on stderr what went wrong, with the notes of the error."""
     for line in (words, *getattr(error, '__notes__', ())):
         typer.echo(f'tauto: {line}', err=True)
-
-
-def _drop_output() -> None:
-    """Discard output that stdout refused; otherwise the interpreter fails on it again at exit."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _warn(warnings: Iterable[str], said: Sequence[str] = ()) -> None:

@@ -55,7 +55,8 @@ def new(
     if out is not None:
         _check_file(out)
     asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
-    name = 'new_scene' if out is None else Path(out).stem
+    # the name of a file need not be text, that of a scene is
+    name = 'new_scene' if out is None else Path(out).stem.encode('utf-8', 'replace').decode()
     text = new_scene(name, {key: kind for key, kind in asked.items() if kind is not None})
     if out is None:
         typer.echo(text, nl=False)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from typing import Any
+
 import typer
 
 _state = {'quiet': False}
@@ -21,3 +24,16 @@ def say(words: str) -> None:
     """Print a message on stderr that is useful but not part of the result."""
     if not is_quiet():
         typer.echo(f'tauto: {words}', err=True)
+
+
+def say_warnings() -> None:
+    """Print the package's own Python warnings from now on as messages."""
+    shown = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if category.__module__.startswith('tauto_core.'):
+            say(str(message))
+        else:
+            shown(message, category, *where, **more)
+
+    warnings.showwarning = show

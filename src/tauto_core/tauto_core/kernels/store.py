@@ -19,14 +19,21 @@ _REMEDY = (
     f'Set {VARIABLE} to a folder that only you may write. Until then each run compiles its '
     'kernels anew, which takes seconds.'
 )
+_NOT_PRIVATE = (
+    'compiled kernels are neither kept in {} nor used from there: others may write there'
+)
 _warned: set[str] = set()
 
 
 def folder() -> Path:
-    """Return where compiled kernels are kept."""
+    """Return where compiled kernels are kept.
+
+    Raises:
+        RuntimeError: neither the environment nor the system gives this user a home folder.
+    """
     given = os.environ.get(VARIABLE)
     if given:
-        return Path(given)
+        return Path(given).expanduser()
     home = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
     return Path(home) / 'tauto'
 
@@ -47,27 +54,31 @@ def _is_private(place: Path) -> bool:
 
 def read(name: str) -> tuple[dict[str, Any], bytes] | None:
     """Return what is kept under a name, and its object code; None if there is nothing whole."""
-    place = folder()
     try:
+        place = folder()
         if not _is_private(place):
-            _warn(f'compiled kernels in {place} are not used: others may write there')
+            _warn(_NOT_PRIVATE.format(place))
             return None
         whole = (place / name).read_bytes()
         seal, header, code = whole.split(b'\n', 2)
         if hashlib.sha256(header + b'\n' + code).hexdigest() != seal.decode():
             return None
         return json.loads(header), code
-    except (OSError, ValueError):
+    except (OSError, ValueError, RuntimeError):
         return None
 
 
 def write(name: str, header: dict[str, Any], code: bytes) -> None:
     """Keep object code under a name; two processes at once leave the one's or the other's."""
-    place = folder()
+    try:
+        place = folder()
+    except RuntimeError:
+        _warn('compiled kernels cannot be kept: this user has no home folder')
+        return
     try:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not _is_private(place):
-            _warn(f'compiled kernels are not kept in {place}: others may write there')
+            _warn(_NOT_PRIVATE.format(place))
             return
         body = json.dumps(header).encode() + b'\n' + code
         seal = hashlib.sha256(body).hexdigest().encode()

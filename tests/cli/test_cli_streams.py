@@ -1,0 +1,75 @@
+"""What is printed reaches any terminal: of another encoding, closed or full."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+NO_TEXT = os.fsdecode(b'b\xe4g')
+"""The name of a file that is Latin-1, where names are UTF-8."""
+
+
+def tauto(
+    *arguments: str, encoding: str = 'utf-8', stdout: int = subprocess.PIPE, **others: str
+) -> subprocess.CompletedProcess[bytes]:
+    """Run a command as a terminal of an encoding does, in a strict locale."""
+    return subprocess.run(
+        [sys.executable, '-m', 'tauto_core', *arguments],
+        env={**os.environ, 'PYTHONIOENCODING': f'{encoding}:strict', **others},
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize('closed', ['>&-', '2>&-', '<&- >&- 2>&-'])
+def test_streams_that_are_closed_do_no_harm(closed: str) -> None:
+    command = f'{Path(sys.executable).with_name("tauto")} scene check ideal {closed}'
+    assert subprocess.run(['sh', '-c', command], capture_output=True, check=False).returncode == 0
+
+
+@pytest.mark.parametrize('command', ['scenes', '--help', '--version'])
+def test_output_that_cannot_be_written_is_said(command: str) -> None:
+    with Path('/dev/full').open('w') as full:
+        run = tauto(command, stdout=full.fileno())
+    assert run.returncode == 1
+    assert run.stderr.startswith(b'tauto: standard output cannot be written: No space left')
+    assert b'Traceback' not in run.stderr
+
+
+def test_a_latin_1_terminal_has_the_signs_of_all_figures() -> None:
+    voyage = 'sail', 'measured', '--duration', '20'
+    latin = tauto(*voyage, encoding='latin-1')
+    assert latin.returncode == 0, latin.stderr
+    plain = tauto(*voyage).stdout.decode().replace('−', '-')
+    figures, _, _ = plain.partition('Signs')
+    assert '-' in figures
+    assert '±' in figures
+    assert latin.stdout.decode('latin-1').startswith(figures.replace('σ', 'sigma'))
+
+
+def test_files_whose_names_are_no_text_serve_as_any_other(tmp_path: Path) -> None:
+    scene, bag, page = (str(tmp_path / f'{NO_TEXT}{end}') for end in ('.yaml', '', '.html'))
+    for arguments in (
+        ('scene', 'new', '--ship', 'still', '-o', scene),
+        ('sail', scene, '--duration', '20', '--out', bag),
+        ('bag', 'check', bag),
+        ('replay', bag),
+        ('report', bag, '-o', page),
+    ):
+        run = tauto(*arguments)
+        assert run.returncode == 0, run.stderr
+        assert bag.encode('utf-8', 'surrogateescape') in run.stdout + run.stderr
+    assert 'tauto report' in Path(page).read_text(encoding='utf-8')
+
+
+def test_a_cache_that_cannot_be_kept_is_told_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / 'file').touch()
+    told = tauto('sail', 'measured', '--duration', '10', TAUTO_CACHE_DIR=str(tmp_path / 'file'))
+    assert told.returncode == 0
+    (line,) = told.stderr.decode().splitlines()
+    assert line.startswith('tauto: compiled kernels cannot be kept in ')
