@@ -215,7 +215,7 @@ def test_the_swing_in_which_the_clock_settles_is_foretold(tmp_path: Path) -> Non
     assert swing['free_rate_s_per_day'] < -100.0
     assert swing['rate_s_per_day'] == pytest.approx(swing['free_rate_s_per_day'], abs=2.0)
     text = ' '.join(printed(found, 200))
-    assert f'0.8 rad, rate {swing["rate_s_per_day"]:+.6f} s/day' in text
+    assert f'0.8 rad, rate −{-swing["rate_s_per_day"]:.6f} s/day' in text
     stops = facts(tmp_path, **driven | {'escapement': {'energy': 1e-6, 'angle': 0.5}})
     assert 'the clock stops' in stops['steady_swing']['why']
     assert 'none: the clock stops' in ' '.join(printed(stops, 200))

@@ -180,3 +180,12 @@ def test_absent_sections_give_no_rows() -> None:
     text = said({'scene': 'x', 'clock': {}, 'drift': None})
     assert 'clock\n' not in text
     assert 'drift' not in text
+
+
+@pytest.mark.parametrize('width', [30, 60])
+def test_a_narrow_terminal_cuts_no_figure(width: int) -> None:
+    def figures(printed_width: int) -> list[str]:
+        table, _, _ = said(RESULT, printed_width).partition('Signs')
+        return sorted(word for word in table.split() if word[-1].isdigit())
+
+    assert figures(width) == figures(80)

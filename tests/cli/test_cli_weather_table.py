@@ -36,7 +36,7 @@ def test_a_few_states_have_a_row_each_and_a_calm_has_dashes():
     rows = [[cell.strip() for cell in line.strip('│').split('│')] for line in printed(3)]
     assert rows == [
         ['0.00', '0.00', '–', '–', '–'],
-        ['0.25', '1.10', '8.0', '-16', '1.50'],
+        ['0.25', '1.10', '8.0', '−16', '1.50'],
         ['0.50', '1.20', '8.0', '29', '1.50'],
     ]
 
@@ -44,7 +44,7 @@ def test_a_few_states_have_a_row_each_and_a_calm_has_dashes():
 def test_many_states_share_rows_as_ranges():
     rows = [[cell.strip() for cell in line.strip('│').split('│')] for line in printed(10 * ROWS)]
     assert len(rows) == ROWS
-    assert rows[1] == ['2.50', '2.00 to 2.90', '8.0', '-16 to 29', '1.50']
+    assert rows[1] == ['2.50', '2.00 to 2.90', '8.0', '−16 to 29', '1.50']
 
 
 def test_a_line_says_what_it_is_made_of():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tauto_core.wording import counted, significant, span
+from tauto_core.wording import counted, printed, significant, span
 
 
 @pytest.mark.parametrize(
@@ -32,6 +32,20 @@ def test_a_sign_is_given_where_it_is_asked_for() -> None:
     assert significant(2.0, 2, signed=True) == '+2.0'
     assert significant(-2.0, 2, signed=True) == '−2.0'
     assert significant(0.0, signed=True) == '0'
+
+
+@pytest.mark.parametrize(
+    ('value', 'form', 'said'),
+    [
+        (-1.5, '.2f', '−1.50'),
+        (-4e-10, '+z.9f', '+0.000000000'),
+        (-2e-5, 'g', '−2e-05'),
+    ],
+)
+def test_a_format_has_a_minus_sign_and_none_before_a_zero(
+    value: float, form: str, said: str
+) -> None:
+    assert printed(value, form) == said
 
 
 @pytest.mark.parametrize(

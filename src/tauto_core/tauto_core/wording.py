@@ -29,6 +29,17 @@ def significant(value: float | None, digits: int = 4, *, signed: bool = False) -
     return f'{sign}{float(mantissa + "e" + exponent):,.{max(digits - 1 - power, 0)}f}'
 
 
+def printed(value: float, form: str) -> str:
+    """Return a number in a format of Python, with a minus sign in place of the hyphen.
+
+    Args:
+        value: the number.
+        form: the format without a width, for example `+z.3f`; a z leaves no minus before a zero.
+    """
+    text = f'{value:{form}}'
+    return f'−{text[1:]}' if text.startswith('-') else text
+
+
 def span(seconds: float, digits: int = 4) -> str:
     """Return a duration [s] in its usual unit, with so many digits."""
     units = ((86_400.0, 'day'), (3_600.0, 'hour'), (60.0, 'minute'), (0.0, 'second'))

@@ -127,11 +127,12 @@ def failures(result: Comparison) -> list[str]:
 def comparison_table(result: Comparison) -> Table:
     """Return one line for each clock: rate, spread, error at the end, longitudes, prizes."""
     from rich import box
-    from rich.table import Table
+
+    from tauto_core.cli.whole_table import WholeTable
 
     releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
     judged = any(row.prize_pounds is not None for row in result.rows)
-    table = Table(
+    table = WholeTable(
         title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
         title_justify='left',
         caption=_CAPTION.format(span(result.piece_s), _PRIZE if judged else _TOO_SHORT),
@@ -141,7 +142,7 @@ def comparison_table(result: Comparison) -> Table:
         padding=0,
     )
     rolls = len({row.roll_deg for row in result.rows}) > 1
-    table.add_column('clock', no_wrap=True)
+    table.add_column('clock')
     table.add_column('case', no_wrap=True)
     for name in (*['roll\n°'] * rolls, *COLUMNS, *PRIZES[: 2 * judged]):
         table.add_column(name, justify='right', no_wrap=True)

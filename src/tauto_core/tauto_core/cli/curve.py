@@ -11,6 +11,7 @@ import typer
 from tauto_core.cli.options import SceneName, Settings, given_values
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError, naming
+from tauto_core.wording import printed
 
 if TYPE_CHECKING:
     from tauto_core.curves import Cam, DescentCurve
@@ -305,10 +306,8 @@ def _few_of_fluid(curve: DescentCurve) -> Sequence[FloatArray]:
 
 
 def _print_rows(header: tuple[str, ...], columns: Sequence[FloatArray]) -> None:
-    typer.echo('  '.join(f'{name:>{max(len(name), 12)}}' for name in header))
-    for row in zip(*(column.tolist() for column in columns), strict=True):
-        typer.echo(
-            '  '.join(
-                f'{value:{max(len(name), 12)}.6f}' for name, value in zip(header, row, strict=True)
-            )
-        )
+    widths = [max(len(name), 12) for name in header]
+    figures = zip(*(column.tolist() for column in columns), strict=True)
+    for row in (header, *([printed(value, 'z.6f') for value in row] for row in figures)):
+        cells = zip(row, widths, strict=True)
+        typer.echo('  '.join(f'{cell:>{width}}' for cell, width in cells))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from tauto_core.wording import printed, span
+
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
@@ -27,15 +29,16 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     """Return the facts of a scene as a table, and its weather as another."""
     from rich import box
     from rich.console import Group
-    from rich.table import Table
 
-    table = Table(
+    from tauto_core.cli.whole_table import WholeTable
+
+    table = WholeTable(
         title=f'{facts["scene"]}: can sail',
         title_justify='left',
         show_header=False,
         box=box.SQUARE,
     )
-    table.add_column(no_wrap=True)
+    table.add_column()
     table.add_column(overflow='fold')
     for section in (_scene_rows(facts), _running_rows(facts)):
         for row in section:
@@ -51,7 +54,6 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
 def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     from tauto_core.cli.tables import sea_words
     from tauto_core.cli.weather_table import weather_words
-    from tauto_core.wording import span
 
     kept = 'with' if facts['motion_kept'] else 'without'
     step, interval = facts['motion_step_s'], facts['log_interval_s']
@@ -96,20 +98,20 @@ def _covariate_rows(covariates: dict[str, dict[str, Any]]) -> list[tuple[str, st
 
 def _short(coefficient: float) -> str:
     """Return a coefficient rounded to 1e-4, a fiftieth of the least standard deviation."""
-    return f'{round(coefficient, 4) + 0.0:g}'  # no minus sign before a zero
+    return printed(round(coefficient, 4), 'zg')
 
 
 def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
-    from tauto_core.wording import span
-
     if swing is None:
         return []
     if 'why' in swing:
         return [('steady swing, on land', f'none: {swing["why"]}')]
-    said = f'{swing["amplitude_rad"]:.6g} rad, rate {swing["rate_s_per_day"]:+.6f} s/day'
+    rate = printed(swing['rate_s_per_day'], '+z.6f')
+    said = f'{swing["amplitude_rad"]:.6g} rad, rate {rate} s/day'
     if swing['time_constant_s'] is not None:
+        free = printed(swing['free_rate_s_per_day'], '+z.6f')
         said += (
-            f' ({swing["free_rate_s_per_day"]:+.6f} of free swings as wide); a departure '
+            f' ({free} of free swings as wide); a departure '
             f'falls e-fold in {span(swing["time_constant_s"])}'
         )
     return [('steady swing, on land', said)]
@@ -118,15 +120,15 @@ def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
 def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     if 'curve' in facts:
         low, high = facts['curve_range_m']
-        span = f'{"no end" if low is None else f"{low:.6g} m"} to {high:.6g} m of arc'
+        start = 'no end' if low is None else f'{printed(low, ".6g")} m'
         return [
-            ('curve', f'{facts["curve"]}, {span}'),
-            ('released at', f'{facts["release_arc_m"]:g} m of arc'),
+            ('curve', f'{facts["curve"]}, {start} to {high:.6g} m of arc'),
+            ('released at', f'{printed(facts["release_arc_m"], "g")} m of arc'),
         ]
     edge = facts['cam_range_rad']
     return [
         ('cam', f'{facts["cam"]}, ' + ('at any angle' if edge is None else f'±{edge:.6g} rad')),
-        ('released at', f'{facts["release_angle_rad"]:g} rad in the case'),
+        ('released at', f'{printed(facts["release_angle_rad"], "g")} rad in the case'),
     ]
 
 
@@ -168,8 +170,6 @@ def _departs(hung: dict[str, Any]) -> str:
 def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
     if way is None:
         return []
-    from tauto_core.wording import span
-
     under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
     landfalls = ', '.join(span(time) for time in times)
     return [
@@ -182,8 +182,6 @@ def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
 
 
 def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    from tauto_core.wording import span
-
     expected = facts['expected']
     run = span(expected['run_s'], digits=1)
     rows = [('propagator', f'{facts["propagator"]}: {facts["reason"]}')]
@@ -208,8 +206,6 @@ def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _error_lines(facts: dict[str, Any]) -> list[str]:
     """Return the bound of the simulation's error and its parts, one line each."""
-    from tauto_core.wording import span
-
     expected = facts['expected']
     error, tried = expected['error_s'], expected['tried_s']
     lines = ['not known: the step of ship.rate has no divisor to try a finer one']

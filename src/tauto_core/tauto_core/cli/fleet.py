@@ -20,7 +20,7 @@ from tauto_core.cli.options import (
 )
 from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
-from tauto_core.wording import counted, significant
+from tauto_core.wording import counted, printed, significant
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -121,13 +121,14 @@ def tables(result: Answers) -> list[Table]:
 
 def _table(title: str, *columns: str) -> Table:
     from rich import box
-    from rich.table import Table
 
-    table = Table(title=title, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
+    from tauto_core.cli.whole_table import WholeTable
+
+    table = WholeTable(title=title, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
     first, *others = columns
-    table.add_column(first, no_wrap=True)
+    table.add_column(first)
     for name in others:
-        table.add_column(name, justify='right', no_wrap=True)
+        table.add_column(name, justify='right')
     return table
 
 
@@ -170,7 +171,7 @@ def _influences(result: Answers) -> Table:
 
 
 def _signed(value: float | None) -> str:
-    return '–' if value is None else f'{value:+.2f}'.replace('-', '−')
+    return '–' if value is None else printed(value, '+z.2f')
 
 
 def _percent(share: float) -> str:

@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 
 from tauto_core.cli.tables import voyage_table
+from tauto_core.cli.whole_table import WholeTable
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
@@ -28,13 +29,13 @@ def replay_tables(result: Mapping[str, Any]) -> RenderableType:
 
 def _hindsight(smoothed: Mapping[str, Any]) -> Table:
     count = len(smoothed['stamp_s'])
-    table = Table(
+    table = WholeTable(
         title=f'the drift in hindsight, from {count:,} observations',
         title_justify='left',
         show_header=False,
     )
     table.add_column()
-    table.add_column(justify='right')
+    table.add_column(justify='right', no_wrap=True)
     for when, prefix in (('at the time', 'at_the_time_'), ('in hindsight', '')):
         table.add_row(
             f'error of the estimate {when}, rms', f'{significant(smoothed[f"{prefix}rms_s"])} s'
@@ -55,7 +56,7 @@ def _hindsight(smoothed: Mapping[str, Any]) -> Table:
 
 def _stability(stability: Mapping[str, Any]) -> Table:
     percent = f'{100.0 * stability["confidence"]:g} %'
-    table = Table(
+    table = WholeTable(
         title=f'stability from {stability["samples"]:,} readings, as deviations of the relative '
         f'frequency\n(1e-5 is 0.864 s/day); behind each the bounds of {percent} confidence,\n'
         'in per cent below and above it',

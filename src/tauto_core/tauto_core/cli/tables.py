@@ -12,8 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from tauto_core.answer import answer
+from tauto_core.cli.whole_table import WholeTable
 from tauto_core.result_rows import SIGNS, groups
-from tauto_core.wording import span
+from tauto_core.wording import printed, span
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -33,7 +34,9 @@ def voyage_table(result: Section) -> RenderableType:
     parts: list[RenderableType] = [
         Text(title if seconds is None else f'{title}: {span(seconds)}', style='italic'),
         Text(answer(result), style='bold'),
-        Padding(_grouped(result), (1, 0)),
+        Text(''),
+        _grouped(result),  # a padding around it would cut it
+        Text(''),
         Text(SIGNS),
     ]
     if bag := result.get('bag'):
@@ -42,14 +45,14 @@ def voyage_table(result: Section) -> RenderableType:
 
 
 def _grouped(result: Section) -> Table:
-    table = Table.grid(padding=(0, 2, 0, 0))
-    table.add_column(no_wrap=True)
+    table = WholeTable.grid(padding=(0, 2, 0, 0))
+    table.add_column()
     table.add_column(justify='right', no_wrap=True)
     table.add_column(no_wrap=True)
     for name, rows in groups(result):
         table.add_row(Text(name, style='bold'))
         for label, value, unit in rows:
-            table.add_row(f'  {label}', value, unit)
+            table.add_row(Padding(label, (0, 0, 0, 2)), value, unit)
     return table
 
 
@@ -60,4 +63,4 @@ def sea_words(sea: Section) -> str:
         f'Tp {sea["peak_period_s"]:.3g} s, seed {sea["seed"]}'
     )
     heading, speed = math.degrees(sea['heading_rad']), sea['speed_m_s']
-    return f'{said}; waves {heading:.4g}° off following, speed {speed:g} m/s'
+    return f'{said}; waves {printed(heading, ".4g")}° off following, speed {speed:g} m/s'

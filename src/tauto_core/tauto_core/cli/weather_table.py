@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from tauto_core.wording import printed
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -29,15 +31,16 @@ def weather_words(weather: Mapping[str, Any]) -> str:
 def weather_table(weather: Mapping[str, Any]) -> Table:
     """Return the states as a table; where there are many, several share a row as ranges."""
     from rich import box
-    from rich.table import Table
+
+    from tauto_core.cli.whole_table import WholeTable
 
     states = weather['states']
     together = math.ceil(len(states) / ROWS)
     title = 'weather' if together == 1 else f'weather, {together} states a row'
     caption = 'heading: direction the waves run to, from the bow to port; 0 following'
-    table = Table(title=title, title_justify='left', caption=caption, box=box.SQUARE)
+    table = WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)
     for heading in ('from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'):
-        table.add_column(heading, justify='right', no_wrap=True)
+        table.add_column(heading, justify='right')
     for first in range(0, len(states), together):
         row = states[first : first + together]
         table.add_row(
@@ -62,5 +65,5 @@ def _range(values: Sequence[float | None], decimals: int) -> str:
     known = [value for value in values if value is not None]
     if not known:
         return '–'
-    low, high = f'{min(known):.{decimals}f}', f'{max(known):.{decimals}f}'
+    low, high = (printed(value, f'z.{decimals}f') for value in (min(known), max(known)))
     return low if low == high else f'{low} to {high}'

@@ -10,6 +10,7 @@ import numpy as np
 from tauto_core.machines.regulator import Regulator
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene.errors import UsageError
+from tauto_core.wording import printed
 
 # 150,000 turns; beyond, the rounding of an angle shows in the clock.
 LARGEST_ANGLE = 1e6
@@ -19,7 +20,7 @@ _COLUMNS = {
     'amplitude_m': ('amplitude m', 14, '.6g'),
     'descent_s': ('descent s', 16, '.12f'),
     'period_s': ('period s', 16, '.12f'),
-    'rate_s_per_day': ('rate s/day', 16, '+.9f'),
+    'rate_s_per_day': ('rate s/day', 16, '+z.9f'),
 }
 """Heading, width and format of each column."""
 
@@ -39,12 +40,12 @@ class SwingTable:
         return {each.name: getattr(self, each.name) for each in fields(self)[1:]}
 
     def __str__(self) -> str:
-        printed = []
+        table = []
         for name, column in self.columns().items():
             heading, width, form = _COLUMNS[name]
-            cells = [heading, *(f'{value:{form}}' for value in column.tolist())]
-            printed.append([f'{cell:>{width}}' for cell in cells])
-        lines = ('  '.join(row) for row in zip(*printed, strict=True))
+            cells = [heading, *(printed(value, form) for value in column.tolist())]
+            table.append([f'{cell:>{width}}' for cell in cells])
+        lines = ('  '.join(row) for row in zip(*table, strict=True))
         return '\n'.join([f'nominal period {self.nominal_period_s:.12g} s', *lines])
 
 
