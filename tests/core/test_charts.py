@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 import tauto_core as tauto
 from tauto_core.charts import MOST_POINTS, PICTURES, chart, thinned
 from tauto_core.cli.app import app
+from tauto_core.cli.show import title_of
 
 
 @pytest.fixture(scope='module')
@@ -110,3 +111,21 @@ def test_what_cannot_be_drawn_is_refused(words: tuple[str, ...], said: str) -> N
     run = CliRunner().invoke(app, list(words))
     assert run.exit_code == 2
     assert said in run.stderr
+
+
+@pytest.mark.parametrize(
+    ('source', 'name'),
+    [
+        ('.', 'voyage_1.5'),
+        ('../voyage_1.5', 'voyage_1.5'),
+        ('sea.yaml', 'sea'),
+        ('ideal', 'ideal'),
+    ],
+)
+def test_a_picture_is_called_by_what_it_shows(
+    source: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / 'voyage_1.5'
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    assert title_of(source) == name

@@ -26,14 +26,13 @@ from tauto_core.record import Voyage
 from tauto_core.result_rows import SIGNS, groups
 from tauto_core.samples import FloatArray
 from tauto_core.scene import scene_yaml
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import TautoError, UsageError, install
 from tauto_core.wording import span
 
 if TYPE_CHECKING:
     from bokeh.model import Model
 
 _TOOLS = 'pan,box_zoom,reset,save'
-_REMEDY = 'pip install -e "src/tauto_core[report]"'
 
 
 class ReportError(TautoError):
@@ -55,7 +54,7 @@ def check_report(file: Path) -> None:
         version('bokeh')
     except ModuleNotFoundError:
         raise ReportError(
-            f'`tauto report` needs bokeh, which is not installed. {_REMEDY}'
+            f'`tauto report` needs bokeh, which is not installed. Say {install("report")}'
         ) from None
 
 

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from tauto_core.scene import SceneError, load_scene, parse_scene
-from tauto_core.scene.errors import ABSENT
+from tauto_core.scene.errors import ABSENT, UsageError
 
 
 def good() -> dict[str, Any]:
@@ -351,10 +351,14 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     binary.write_bytes(b'\xff\xfe\x00')
     large = tmp_path / 'large.yaml'
     large.write_bytes(b'#' * 1_000_001)
+    bag = tmp_path / 'bag'
+    bag.mkdir()
+    (bag / 'bag_0.mcap').touch()
     for name, said in (
         (tmp_path / 'none.yaml', 'no such file'),
         (binary / 'within.yaml', 'no such file'),
         (tmp_path, 'is a folder'),
+        (bag, 'is a bag. .* read by: tauto replay'),
         (binary, 'no UTF-8 text'),
         (large, 'larger than'),
         ('a\0b', 'cannot be read'),
@@ -363,6 +367,11 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         with pytest.raises(SceneError, match=said) as caught:
             load_scene(name)
         assert caught.value.file == str(name)
+
+
+def test_an_empty_name_is_refused_as_such() -> None:
+    with pytest.raises(UsageError, match='scene: is empty'):
+        load_scene('')
 
 
 @pytest.mark.parametrize('value', [-1.0, 0.5, '600', float('nan')])

@@ -286,6 +286,11 @@ def find_files(path: Path, notes: list[str]) -> list[Path]:
     if (path / METADATA).exists():
         listed = _listed_files(path / METADATA)
         lost = [file.name for file in listed if not file.exists()]
+        if found and len(lost) == len(listed):
+            raise BagError(
+                f'{path} has other .mcap files than its {METADATA} names ({", ".join(lost)}); '
+                f'give them these names again, or say `tauto bag recover {path}`'
+            )
         notes += [f'{path}: {name}, named by {METADATA}, is missing' for name in lost]
         found = [file for file in listed if file.exists()]
     elif found:

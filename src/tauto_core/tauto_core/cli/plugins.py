@@ -18,7 +18,7 @@ ROS_COMMANDS = {
     'play': 'Play a bag into a ROS 2 graph.',
 }
 REMEDY = (
-    'On x86-64 Linux `make sail` installs it, or pip install -e "src/tauto_nodes[ros]"; on a '
+    "On x86-64 Linux `make sail` installs it, or pip install -e 'src/tauto_nodes[ros]'; on a "
     'machine with ROS 2 Jazzy see the README. `tauto sail` needs no ROS.'
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -44,7 +45,7 @@ def plot(
     """Draw one picture of a bag or a scene."""
     from tauto_core.pictures import check_picture
 
-    file = out or Path(f'{Path(source).stem}_{what}.svg')
+    file = out or Path(f'{title_of(source)}_{what}.svg')
     check_picture(what, file)
     _voyage(source, given_values(settings, duration)).plot(what, file)
     _written(file)
@@ -64,7 +65,7 @@ def report(
     """Write a page of all figures, with the machine as it moves."""
     from tauto_core.reporting import check_report, write_report
 
-    file = out or Path(f'{Path(source).stem}.html')
+    file = out or Path(f'{title_of(source)}.html')
     check_report(file)
     command = (
         shlex.join(['tauto', *sys.argv[1:]]) if len(sys.argv) > 1 else f'tauto report {source}'
@@ -100,6 +101,12 @@ def _voyage(source: str, given: dict[str, Any]) -> Voyage:
     for warning in said:
         say(warning)
     return voyage
+
+
+def title_of(source: str) -> str:
+    """Return a name for what is drawn: that of a folder whole, of a file without its suffix."""
+    place = Path(os.path.abspath(source))  # `.` has no name
+    return place.name if place.is_dir() else place.stem
 
 
 def _written(file: Path) -> None:

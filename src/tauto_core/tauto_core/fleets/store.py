@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from tauto_core.fleets.draws import Normal, OneOf, Uniform
 from tauto_core.fleets.member import FIGURES
 from tauto_core.fleets.plan import Plan
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import TautoError, UsageError, install
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
 from tauto_core.workers import versions
 
@@ -45,8 +45,8 @@ def need_parquet() -> None:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
         raise UsageError(
-            '--out: needs pyarrow, which is not installed. Install it '
-            "(pip install 'tauto_core[fleet]'), or leave out --out"
+            f'--out: needs pyarrow, which is not installed. Say {install("fleet")}, or leave out '
+            '--out'
         ) from None
 
 

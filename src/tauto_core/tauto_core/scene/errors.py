@@ -128,6 +128,11 @@ class UsageError(TautoError):
     exit_code = 2
 
 
+def install(extra: str) -> str:
+    """Return the command that installs an extra of the package, for remedies."""
+    return f"pip install 'tauto_core[{extra}]'"
+
+
 class CamRangeError(TautoError):
     """An angle beyond the range of a cam."""
 

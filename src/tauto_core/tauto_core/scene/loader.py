@@ -34,6 +34,7 @@ _PATHS = (
     ('ship', 'weather', 'path'),
     ('ship', 'roll', 'decay', 'path'),
 )
+_OF_BAGS = 'tauto replay, plot, report, play and bag check'
 _SHIPPED = Path(__file__).parent / 'shipped'
 # A scene is a page of text; a larger file was named by mistake.
 _LARGEST_FILE = 1_000_000
@@ -60,9 +61,13 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
         SceneError: all problems of the scene, with file, key, value and remedy.
         UsageError: neither a name nor a file.
     """
+    if name_or_path == '':
+        raise UsageError('scene: is empty. Give a shipped name or a YAML file')
     if not isinstance(name_or_path, str | Path):
         kind = type(name_or_path).__name__
-        raise UsageError(f'scene: must be a shipped name or a YAML file, not a {kind}. Name one')
+        raise UsageError(
+            f'scene: must be a shipped name or a YAML file, and is of type {kind}. Name one'
+        )
     file = _scene_file(name_or_path)
     origin = str(name_or_path)
     content = read_mapping(_read(file, origin), origin)
@@ -239,6 +244,8 @@ def _read(file: Path, origin: str) -> str:
         problem, remedy = 'there is no such file or shipped scene', _nearest_scene(origin)
     except IsADirectoryError:
         problem, remedy = 'is a folder', 'Name the YAML file in it.'
+        if any(file.glob('*.mcap')):
+            problem, remedy = 'is a bag', f'Name a scene. The bag is read by: {_OF_BAGS}.'
     except (OSError, ValueError) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
         remedy = 'Make it readable, or name another file.'

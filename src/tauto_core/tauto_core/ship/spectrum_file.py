@@ -17,7 +17,7 @@ from pydantic import Field
 
 from tauto_core.scene.csv_columns import read_columns
 from tauto_core.scene.data import data_path, source_name
-from tauto_core.scene.errors import ABSENT, SceneError
+from tauto_core.scene.errors import ABSENT, SceneError, install
 from tauto_core.scene.fields import LONGEST_TEXT, Section, Text
 from tauto_core.ship.sea_sections import ComponentCount
 
@@ -175,7 +175,7 @@ def _read_with_library(asked: SpectrumFile) -> Any:
         import wavespectra
     except ImportError:
         problem = f'format {asked.format} needs the library wavespectra, which is not installed'
-        remedy = "Say pip install 'tauto_core[spectra]', or give the spectrum as a CSV table."
+        remedy = f'Say {install("spectra")}, or give the spectrum as a CSV table.'
         raise SceneError(asked.path, '', None, problem, remedy) from None
     file = data_path(asked.path)
     if asked.format == 'datawell' and '}' not in file.name:
