@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.whole_file import check_place, write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,12 +35,11 @@ def check_plot(path: Path, option: str = '--plot') -> None:
         option: the option that named it.
 
     Raises:
-        UsageError: a suffix other than .svg, .png and .pdf, or a folder that does not exist.
+        UsageError: a suffix other than .svg, .png and .pdf, or see `check_place`.
     """
     if path.suffix not in _NO_DATE:
         raise UsageError(f'{option} {path}: must end in .svg, .png or .pdf. Name another file')
-    if not path.parent.is_dir():
-        raise UsageError(f'{option} {path}: there is no folder {path.parent}. Make it first')
+    check_place(path, option)
 
 
 def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot') -> None:
@@ -56,11 +57,14 @@ def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot')
     import matplotlib as mpl
 
     check_plot(path, option)
+    drawn = BytesIO()
     with mpl.rc_context(_LOOK):
-        figure = draw()
-        try:
-            figure.savefig(path, dpi=DOTS_AN_INCH, metadata=_NO_DATE[path.suffix])
-        except OSError as error:
-            raise FigureError(
-                f'{path}: cannot be written: {error.strerror}. Name another file'
-            ) from None
+        draw().savefig(
+            drawn, format=path.suffix[1:], dpi=DOTS_AN_INCH, metadata=_NO_DATE[path.suffix]
+        )
+    try:
+        write_whole(path, drawn.getvalue())
+    except OSError as error:
+        raise FigureError(
+            f'{path}: cannot be written: {error.strerror}. Name another file'
+        ) from None

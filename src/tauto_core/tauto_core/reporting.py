@@ -27,6 +27,7 @@ from tauto_core.result_rows import SIGNS, groups
 from tauto_core.samples import FloatArray
 from tauto_core.scene import scene_yaml
 from tauto_core.scene.errors import TautoError, UsageError, install
+from tauto_core.whole_file import check_place, write_whole
 from tauto_core.wording import span
 
 if TYPE_CHECKING:
@@ -43,13 +44,12 @@ def check_report(file: Path) -> None:
     """Refuse, before anything runs, a file to which a report cannot be written.
 
     Raises:
-        UsageError: a suffix other than .html, or a folder that does not exist.
+        UsageError: a suffix other than .html, or see `check_place`.
         ReportError: Bokeh is not installed.
     """
     if file.suffix != '.html':
         raise UsageError(f'--out {file}: must end in .html. Name another file')
-    if not file.parent.is_dir():
-        raise UsageError(f'--out {file}: there is no folder {file.parent}. Make it first')
+    check_place(file, '--out')
     try:
         version('bokeh')
     except ModuleNotFoundError:
@@ -73,7 +73,7 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
     text = page(voyage, command)
     try:
         # the command may name a file whose name is no text
-        file.write_text(text, encoding='utf-8', errors='xmlcharrefreplace')
+        write_whole(file, text.encode('utf-8', 'xmlcharrefreplace'))
     except OSError as error:
         raise ReportError(
             f'{file}: cannot be written: {error.strerror}. Name another file'

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tauto_core.scene.errors import TautoError
+from tauto_core.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tauto_core.curves.drawing import Cheeks
@@ -70,7 +72,7 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]
     """Write numbers in full under a header."""
     lines = [','.join(header), *(','.join(map(repr, row)) for row in rows)]
     with _written(path):
-        path.write_text('\n'.join(lines) + '\n', encoding='utf-8')
+        write_whole(path, ('\n'.join(lines) + '\n').encode())
 
 
 def write_svg(path: Path, drawing: Drawing) -> None:
@@ -105,8 +107,11 @@ def write_svg(path: Path, drawing: Drawing) -> None:
     for note in drawing.notes:
         axes.text(note.x, note.y, note.text, fontsize=drawing.text_mm * POINTS_PER_MM)
     # the same scene must give the same file
-    with mpl.rc_context({'svg.hashsalt': drawing.title}), _written(path):
-        figure.savefig(path, format='svg', metadata={'Title': drawing.title, 'Date': None})
+    drawn = BytesIO()
+    with mpl.rc_context({'svg.hashsalt': drawing.title}):
+        figure.savefig(drawn, format='svg', metadata={'Title': drawing.title, 'Date': None})
+    with _written(path):
+        write_whole(path, drawn.getvalue())
 
 
 def _page(drawing: Drawing) -> tuple[float, float, float, float]:
@@ -144,5 +149,7 @@ def write_dxf(path: Path, drawing: Drawing) -> None:
     for note in drawing.notes:
         text = space.add_text(note.text, height=drawing.text_mm, dxfattribs={'layer': note.layer})
         text.set_placement((note.x, note.y))
+    written = StringIO()
+    document.write(written)
     with _written(path):
-        document.saveas(path)
+        write_whole(path, document.encode(written.getvalue()))

@@ -1,0 +1,89 @@
+"""A file is written whole, or what was there before remains."""
+
+from __future__ import annotations
+
+import os
+import resource
+import stat
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tauto_core.cli.cam_files import OutputError, write_rows
+from tauto_core.figure_file import FigureError, write_figure
+from tauto_core.scene.errors import UsageError
+from tauto_core.whole_file import check_place, write_whole
+
+
+@pytest.fixture
+def no_room() -> Iterator[None]:
+    """No file of this process may have more than a kilobyte; Python ignores the signal."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def draw_line(file: Path) -> None:
+    from matplotlib.figure import Figure
+
+    def drawn() -> Figure:
+        figure = Figure()
+        figure.add_subplot().plot([0.0, 1.0])
+        return figure
+
+    write_figure(drawn, file)
+
+
+def write_table(file: Path) -> None:
+    write_rows(file, ('x',), [(float(x),) for x in range(1000)])
+
+
+@pytest.mark.usefixtures('no_room')
+@pytest.mark.parametrize(
+    ('name', 'write'),
+    [('a.svg', draw_line), ('a.png', draw_line), ('a.pdf', draw_line), ('a.csv', write_table)],
+)
+def test_what_was_there_remains_where_there_is_no_room(
+    tmp_path: Path, name: str, write: Callable[[Path], None]
+) -> None:
+    file = tmp_path / name
+    file.write_text('before')
+    with pytest.raises((FigureError, OutputError), match=r'cannot be written: File too large'):
+        write(file)
+    assert file.read_text() == 'before'
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_link_stays_a_link(tmp_path: Path) -> None:
+    (tmp_path / 'link').symlink_to('file')
+    for content in (b'first', b'second'):
+        write_whole(tmp_path / 'link', content)
+        assert (tmp_path / 'file').read_bytes() == content
+    assert (tmp_path / 'link').is_symlink()
+
+
+def test_a_pipe_receives_the_content(tmp_path: Path) -> None:
+    pipe = tmp_path / 'pipe'
+    os.mkfifo(pipe)
+    reading = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_whole(pipe, b'content')
+    assert os.read(reading, 99) == b'content'
+    os.close(reading)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+@pytest.mark.parametrize(('place', 'said'), [('', 'is a folder'), ('no/file', 'is no folder')])
+def test_a_place_for_no_file_is_refused_at_once(tmp_path: Path, place: str, said: str) -> None:
+    with pytest.raises(UsageError, match=f'--out .*{said}'):
+        check_place(tmp_path / place, '--out')
+
+
+def test_a_folder_that_may_not_be_written_is_refused_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # the superuser may write to any folder, so none would do
+    monkeypatch.setattr(os, 'access', lambda place, _mode: place != tmp_path)
+    with pytest.raises(UsageError, match=r'--out .* cannot be written'):
+        check_place(tmp_path / 'file', '--out')
