@@ -265,6 +265,29 @@ def test_an_interrupt_while_it_starts_ends_without_a_traceback() -> None:
     assert run.stdout == run.stderr == ''
 
 
+def test_an_interrupt_that_python_loses_in_a_callback_ends_a_command() -> None:
+    program = (
+        'import os, signal, sys, time, weakref\n'
+        'from tauto_core.cli import main\n'
+        'from tauto_core.cli import facts\n'
+        'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
+        'class Lock:\n    pass\n'
+        'def lose(_):\n    os.kill(os.getpid(), signal.SIGINT)\n'
+        'def summary(name):\n'
+        '    lock = Lock()\n'
+        '    kept = weakref.ref(lock, lose)\n'
+        '    del lock\n'
+        '    time.sleep(60.0)\n'
+        'facts.shipped_summary = summary\n'
+        'sys.argv = ["tauto", "scenes"]\n'
+        'main()\n'
+    )
+    run = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=False
+    )
+    assert (run.returncode, run.stderr) == (128 + signal.SIGINT, 'tauto: interrupted\n')
+
+
 def test_errors_after_loading_name_the_file(tmp_path: Path) -> None:
     scene = tmp_path / 'mine.yaml'
     text = OFF_THE_CAM.replace('weight, mass', 'force, force').replace('3.1', '3.2')

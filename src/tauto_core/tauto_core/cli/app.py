@@ -33,7 +33,7 @@ from tauto_core.cli import (
     plugins,
     show,
 )
-from tauto_core.cli.ending import Terminated, ended_by_sigterm
+from tauto_core.cli.ending import Terminated, ended_by_sigterm, send_lost_again
 from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.registered import Registered
 from tauto_core.cli.streams import drop_output, prepare_streams
@@ -132,6 +132,7 @@ def run() -> None:
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     prepare_streams()
     say_warnings()
+    send_lost_again()
     gc.set_threshold(100_000)  # imports make much and leave nothing to collect
     try:
         app()
