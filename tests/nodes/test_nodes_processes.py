@@ -383,6 +383,20 @@ def test_a_node_without_standard_streams_runs(tmp_path: Path) -> None:
     assert streams == {os.devnull}
 
 
+def test_a_log_folder_that_cannot_be_made_is_told_with_the_remedy() -> None:
+    home = {name: value for name, value in os.environ.items() if not name.startswith('ROS_LOG')}
+    done = subprocess.run(
+        [sys.executable, '-m', 'tauto_nodes.longitude'],
+        env={**home, 'HOME': '/proc/nowhere'},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "log directory '/proc/nowhere/.ros/log'" in done.stderr
+    assert done.stderr.endswith('Set ROS_LOG_DIR to a folder that can be written\n')
+
+
 HELD = """
 import ctypes, sys
 import rclpy.node

@@ -20,6 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args, try_shutdown
 
+from tauto_core.cli.streams import open_closed_streams
 from tauto_core.scene.errors import TautoError
 from tauto_nodes.domains import local_discovery
 from tauto_nodes.errors import NodesError, ParameterError
@@ -36,7 +37,9 @@ LEAVE_S = 8.0
 SUPERVISOR = 'TAUTO_SUPERVISOR'
 """Environment variable: the process whose death ends the nodes."""
 
-STDERR = 2
+_LOG_FOLDER = 'log directory'
+"""What rcl says of it if it cannot be made, as where the home folder cannot be written."""
+
 _PR_SET_PDEATHSIG = 1
 
 
@@ -50,19 +53,6 @@ def die_with_supervisor() -> None:
         raise NodesError(
             f'{SUPERVISOR} = {supervisor}: this process is gone. Start the graph anew'
         )
-
-
-def open_streams() -> None:
-    """Let standard streams that are closed lead nowhere.
-
-    Else a file that is opened later, such as the bag, would get their number and what is logged.
-    """
-    number = os.open(os.devnull, os.O_RDWR)
-    while number <= STDERR:
-        number = os.dup(number)
-    os.close(number)
-    if sys.stderr is None:
-        sys.stderr = open(STDERR, 'w', closefd=False)  # noqa: SIM115
 
 
 def executor_named(name: str) -> Any:
@@ -173,7 +163,7 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
         makers: node classes, all run in this process.
         args: command line, sys.argv where None.
     """
-    open_streams()
+    open_closed_streams()
     signals = _Signals()
     faulthandler.enable()
     nodes: list[Member] = []
@@ -190,7 +180,8 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        refusal = ParameterError(f'command line, parameter file or environment: {error}')
+        remedy = '. Set ROS_LOG_DIR to a folder that can be written' * (_LOG_FOLDER in str(error))
+        refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')
     except Exception as error:
         refusal = error
     _finish(nodes)

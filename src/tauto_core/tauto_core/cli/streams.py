@@ -15,7 +15,7 @@ _HANDLER = 'tauto_plain'
 
 def prepare_streams() -> None:
     """Let any text be printed, on any terminal."""
-    _open_closed_streams()
+    open_closed_streams()
     codecs.register_error(_HANDLER, _plain)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -27,7 +27,7 @@ def drop_output() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _open_closed_streams() -> None:
+def open_closed_streams() -> None:
     """Open the null device in the place of streams that were closed (`2>&-`, some daemons).
 
     Python has None for them, and the next file to be opened would get their number, with all that
