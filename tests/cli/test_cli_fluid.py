@@ -82,7 +82,7 @@ def test_check_names_curve_range_and_what_runs() -> None:
     assert 'added mass' in facts['left_out']
     assert facts['expected']['steps_a_swing'] is None
     low, high = facts['curve_range_m']
-    assert f'{low:.6g} m to {high:.6g} m of arc' in run('scene', 'check', OIL)
+    assert f'−{-low:.6g} m to {high:.6g} m of arc' in run('scene', 'check', OIL)
 
 
 def test_sail_reports_metres_and_its_bag_replays_to_the_same(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import typer
 from tauto_core.cli.options import SceneName, Settings, given_values
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError, naming
-from tauto_core.wording import printed
 
 if TYPE_CHECKING:
     from tauto_core.curves import Cam, DescentCurve
@@ -308,6 +307,7 @@ def _few_of_fluid(curve: DescentCurve) -> Sequence[FloatArray]:
 def _print_rows(header: tuple[str, ...], columns: Sequence[FloatArray]) -> None:
     widths = [max(len(name), 12) for name in header]
     figures = zip(*(column.tolist() for column in columns), strict=True)
-    for row in (header, *([printed(value, 'z.6f') for value in row] for row in figures)):
+    # Figures for other programs: a hyphen is the minus that they read.
+    for row in (header, *([f'{value:z.6f}' for value in row] for row in figures)):
         cells = zip(row, widths, strict=True)
         typer.echo('  '.join(f'{cell:>{width}}' for cell, width in cells))
