@@ -217,7 +217,9 @@ def test_a_voyage_that_is_stopped_keeps_a_readable_bag(
     if replaces:
         voyage.sail(load_scene('ideal', duration=60.0), bag)
     program = (
-        'import os, sys\n'
+        'import os, signal, sys\n'
+        # a shell that starts the tests in the background lets them ignore SIGINT
+        'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
         'from tauto_core import voyage\n'
         'from tauto_core.cli import main\n'
         'feed = voyage.Pipeline.feed\n'
