@@ -10,8 +10,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
@@ -19,6 +17,7 @@ from tauto_nodes.domains import DOMAIN, check_discovery, claim_domain, enclave_o
 from tauto_nodes.errors import GraphError
 from tauto_nodes.launching import graph_middleware
 from tauto_nodes.parameter import FOLDER
+from tauto_nodes.parameter_files import write_parameters
 from tauto_nodes.recorded import Recorded
 from tauto_nodes.supervisor import Child, Supervisor, noted_signals
 from tauto_nodes.work_folder import work_folder
@@ -88,8 +87,8 @@ class Outcome:
         return sum(numbers['lost'] for numbers in self.counts.values())
 
 
-def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, Any]:
-    """Return the content of the parameter file for all nodes."""
+def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, dict[str, Any]]:
+    """Return the parameters of all nodes, by name."""
     file = Path(plan.scene)
     voyage = {
         'scene': str(file.resolve()) if file.is_file() else plan.scene,
@@ -108,17 +107,13 @@ def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, Any]:
             'report': str(report),
         },
     }
-    prefix = f'/{plan.namespace.strip("/")}'.rstrip('/')
-    # No object comes twice: the parser of ROS takes no YAML aliases.
     return {
-        f'{prefix}/{node}': {
-            'ros__parameters': {
-                **own[node],
-                'executor': plan.executor,
-                'flow_control': 'credits',
-                'packed': plan.packed and plan.speed == 0.0,
-                'graph': list(NODES),
-            }
+        node: {
+            **own[node],
+            'executor': plan.executor,
+            'flow_control': 'credits',
+            'packed': plan.packed and plan.speed == 0.0,
+            'graph': list(NODES),
         }
         for node in NODES
     }
@@ -251,8 +246,7 @@ def _arguments(plan: Plan, scene: Scene, folder: Path, report: Path) -> list[str
         file = folder / 'scene.yaml'
         file.write_text(scene_yaml(scene), 'utf-8')
         plan = replace(plan, scene=str(file), duration_s=scene.duration)
-    parameters = folder / 'parameters.yaml'
-    parameters.write_text(yaml.safe_dump(parameters_of(plan, scene, report)), 'utf-8')
+    parameters = write_parameters(folder, plan.namespace, parameters_of(plan, scene, report))
     arguments = ['--ros-args', '--params-file', str(parameters)]
     if plan.namespace:
         arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']

@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import yaml
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from tauto_core.bags import check_folder, is_cut_short
@@ -28,6 +27,7 @@ from tauto_nodes.domains import (
 )
 from tauto_nodes.errors import GraphError, ParameterError
 from tauto_nodes.parameter import FOLDER
+from tauto_nodes.parameter_files import write_parameters
 from tauto_nodes.parameters import PARAMETERS
 from tauto_nodes.running import SUPERVISOR
 from tauto_nodes.work_folder import work_folder
@@ -219,16 +219,11 @@ def _parameter_file(own: Mapping[str, Mapping[str, object]], given: Mapping[str,
 
     From a mapping, launch_ros would make a temporary file for each node, and leave it there.
     """
-    space = f'/{given["namespace"].strip("/")}'.rstrip('/')
-    content = {
-        f'{space}/{name}': {'ros__parameters': {'executor': given['executor'], **values}}
-        for name, values in own.items()
-    }
     kept = ExitStack()
     atexit.register(kept.close)
-    file = kept.enter_context(work_folder(os.environ.get(FOLDER))) / 'parameters.yaml'
-    file.write_text(yaml.safe_dump(content), 'utf-8')
-    return str(file)
+    folder = kept.enter_context(work_folder(os.environ.get(FOLDER)))
+    whole = {name: {'executor': given['executor'], **values} for name, values in own.items()}
+    return str(write_parameters(folder, given['namespace'], whole))
 
 
 def _node(name: str, file: str, given: Mapping[str, str], last: str) -> Any:

@@ -1,4 +1,4 @@
-"""Which parameters come from the section of a parameter file that all nodes share."""
+"""Parameter files: that of a graph is written, and what all nodes share in others is found."""
 
 from __future__ import annotations
 
@@ -12,6 +12,24 @@ import yaml
 
 _SHARED = '/**'
 _FILE = '--params-file'
+
+
+def write_parameters(
+    folder: Path, namespace: str, own: Mapping[str, Mapping[str, object]]
+) -> Path:
+    """Write a file with the parameters of a graph's nodes; return its path.
+
+    Args:
+        folder: where to write it.
+        namespace: namespace of the graph; empty: the root.
+        own: parameters of each node, by its name.
+    """
+    space = f'/{namespace.strip("/")}'.rstrip('/')
+    # No object comes twice: the parser of ROS takes no YAML aliases.
+    content = {f'{space}/{node}': {'ros__parameters': {**held}} for node, held in own.items()}
+    file = folder / 'parameters.yaml'
+    file.write_text(yaml.safe_dump(content), 'utf-8')
+    return file
 
 
 def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:

@@ -180,7 +180,8 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        remedy = '. Set ROS_LOG_DIR to a folder that can be written' * (_LOG_FOLDER in str(error))
+        unwritable = _LOG_FOLDER in str(error)
+        remedy = '. Set ROS_LOG_DIR to a folder that can be written' if unwritable else ''
         refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')
     except Exception as error:
         refusal = error
