@@ -47,7 +47,7 @@ def euler(
         width = max(get_terminal_size().columns, _NARROWEST)
         for claim in claims:
             typer.echo('\n'.join(claim_lines(claim, width)))
-        typer.echo(summary(claims))
+        typer.echo('\n'.join(wrap(summary(claims), width)))
     wrong = [claim for claim in claims if claim.verdict != claim.expected]
     for claim in wrong:
         typer.echo(
@@ -66,15 +66,16 @@ def _object(claim: Claim) -> dict[str, Any]:
         'paper': claim.paper,
         'paragraph': claim.paragraph,
         'claim': claim.claim,
-        'printed': claim.printed,
-        'printed_value': _finite(claim.printed_value),
+        'stands': claim.stands or None,
+        'value': _finite(claim.value),
         'computed': claim.computed,
         'difference': _finite(claim.difference),
         'tolerance': claim.tolerance,
         'verdict': claim.verdict,
         'expected': claim.expected,
-        'corrected': claim.corrected or None,
-        'corrected_value': claim.corrected_value,
+        'must': claim.must or None,
+        'must_value': claim.must_value,
+        'adds': claim.adds or None,
         'because': claim.because or None,
     }
 
@@ -84,17 +85,18 @@ def _finite(value: float) -> float | None:
 
 
 def claim_lines(claim: Claim, width: int) -> list[str]:
-    """Return a claim in lines: its words and verdict, the print, and why it fails."""
+    """Return a claim in lines: words and verdict, the formula as it stands, and its fault."""
     head = f'{claim.paper} §{claim.paragraph}'
     lines = wrap(f'{head:<12} {claim.verdict:<9} {claim.claim}', width, subsequent_indent=_INDENT)
-    said = f'printed: {claim.printed}'
-    if math.isfinite(claim.printed_value):
-        said += f' = {claim.printed_value:.9g}'
-    said += f'; computed: {claim.computed:.9g}'
+    value = f' = {claim.value:.9g}' if math.isfinite(claim.value) else ''
+    said = [f'as it stands: {claim.stands}{value}'] if claim.stands else []
+    if claim.must:
+        said.append(f'as it must be: {claim.must}')
+    if claim.adds:
+        said.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
+    said.append(f'computed: {claim.computed:.9g}')
     if math.isfinite(claim.difference):
-        said += f'; off by {claim.difference:.1e}'
-    lines += wrap(said, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
-    because = claim.because
-    if claim.corrected:
-        because = f'read {claim.corrected}' + (f': {because}' if because else '')
-    return lines + wrap(because, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
+        said.append(f'off by {claim.difference:.1e}')
+    for words in ('; '.join(said), claim.because):
+        lines += wrap(words, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    return lines

@@ -1,37 +1,38 @@
 """The claims of paper C, 'De motu penduli circa axem cylindricum' (Acta 1780 II).
 
-Printed formulas are evaluated as they stand; the paper's 2g is G here. Computed values come from
-`axle_truth` and from quadrature.
+Formulas are evaluated as they stand in the text; its 2g is G here, its e is a − b until §11.
+Computed values come from `axle_truth` and from quadrature.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
+from scipy.integrate import quad
 
 from tauto_core.euler import axle_truth as truth
-from tauto_core.euler.axle_truth import PHI, SPEED, SPIN, THETA, TIME, C, E, G, K, TrueModes
+from tauto_core.euler.axle_truth import PHI, SPEED, SPIN, THETA, TIME, C, E, G, K
 from tauto_core.euler.claim import Claim
 from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
     AxleState,
-    amplitudes_from_rest,
     forces,
     plane_period,
     small_motion,
 )
-from tauto_core.machines.modes import modes
 
 EXACT = 1e-12
 CLOSE = 1e-9
 """Tolerance of values from an integrated motion."""
 
+_claim = partial(Claim, 'C')
+
 
 def claims() -> list[Claim]:
     """Return every claim of the paper, in its order."""
     return [
-        *_geometry(),
         *_equations(),
         *_first_solution(),
         *_second_solution(),
@@ -45,46 +46,57 @@ def claims() -> list[Claim]:
     ]
 
 
-def _geometry() -> list[Claim]:
-    centre = E * np.exp(1j * THETA) + C * np.exp(1j * PHI)
-    return [
-        Claim(
-            'C', '5', 'tilt of the body, from the position of its centre of gravity',
-            'cos θ = (x − e cos θ)/c',
-            math.cos(THETA), (float(centre.real) - E * math.cos(THETA)) / C, EXACT,
-            'cos Φ = (x − e cos θ)/c', math.cos(PHI),
-            'the angle of the body is Φ; θ is that of the contact', 'misprint',
-        ),
-    ]  # fmt: skip
+def _lengths(e: float, c: float, k: float, power: int = 4) -> tuple[float, float]:
+    """Return b and b′ by §42; `power` is the exponent of k under the root."""
+    total = k * k + c * c + c * e
+    root = math.sqrt(k**power + 2.0 * c * k * k * (c - e) + (c * (c + e)) ** 2)
+    return (total + root) / (2.0 * c), (total - root) / (2.0 * c)
+
+
+def _pushed() -> tuple[float, float]:
+    """Return α and α′ of a push from equilibrium by the two formulas of §32."""
+    b, b_prime = _lengths(E, C, K)
+    f = (K * K + C * C - C * E) / (2.0 * C)
+    root = math.sqrt(f * f + C * E)
+    slow = SPIN * b_prime / (2.0 * E * root) - SPEED * (f - root) / (2.0 * C * E * root)
+    fast = -SPIN * b / (2.0 * E * root) + SPEED * (f + root) / (2.0 * C * E * root)
+    return slow / math.sqrt(G / b), fast / math.sqrt(G / b_prime)
 
 
 def _equations() -> list[Claim]:
-    printed, true = truth.by_euler(), truth.by_lagrange()
+    centre = E * np.exp(1j * THETA) + C * np.exp(1j * PHI)
+    euler, true = truth.by_euler(), truth.by_lagrange()
     theta, phi = 4e-8, -7e-8
-    body = AxlePendulum(1.0 / E, C, K, G)
-    tiny = forces(body, AxleState(E * theta, phi, 0.0, 0.0))
+    tiny = forces(AxlePendulum(1.0 / E, C, K, G), AxleState(E * theta, phi, 0.0, 0.0))
     bend, turn = float(tiny.tilt_acceleration), float(tiny.arc_acceleration) / E
     return [
-        Claim(
-            'C', '8-10', 'the equations of motion are exact at any angles: θ̈ far from rest',
-            'ẍ sin θ − ÿ cos θ = 2g sin θ', float(printed[0]), float(true[0]), EXACT,
+        _claim(
+            '5', 'tilt of the body, from the position of its centre of gravity',
+            'cos. θ = (x − (a − b) cos. θ)/c',
+            math.cos(THETA), (float(centre.real) - E * math.cos(THETA)) / C, EXACT,
+            'cos. Φ = (x − (a − b) cos. θ)/c', math.cos(PHI),
+            'the angle of the body is Φ; θ is that of the contact', 'corrected',
         ),
-        Claim(
-            'C', '8-10', 'and φ̈',
-            'c sin(Φ−θ)(ẍ cos θ + ÿ sin θ) = k²Φ̈ + 2gc cos θ sin(Φ−θ)',
-            float(printed[1]), float(true[1]), EXACT,
+        _claim(
+            '8-10', 'the equations of motion are exact at any angles: θ̈ far from rest',
+            'ddx sin. θ − ddy cos. θ = 2gdt² sin. θ', float(euler[0]), float(true[0]), EXACT,
         ),
-        Claim(
-            'C', '11', "the centre of gravity's height under the bearing's centre, x",
-            'x = e cos θ + c cos Φ', E * math.cos(THETA) + C * math.cos(PHI),
-            float((E * np.exp(1j * THETA) + C * np.exp(1j * PHI)).real), EXACT,
+        _claim(
+            '8-10', 'and Φ̈',
+            'c sin. (Φ − θ)(ddx cos. θ + ddy sin. θ) = kkddΦ + 2gcdt² cos. θ sin. (Φ − θ)',
+            float(euler[1]), float(true[1]), EXACT,
         ),
-        Claim(
-            'C', '12-13', 'small swings: θ̈', 'e θ̈ + c Φ̈ = −2gθ',
+        _claim(
+            '11', "the centre of gravity's depth under the centre of the support",
+            'x = e cos. θ + c cos. Φ', E * math.cos(THETA) + C * math.cos(PHI),
+            float(centre.real), EXACT,
+        ),
+        _claim(
+            '12-13', 'small swings: θ̈', '(eddθ + cddΦ)/dt² = −2gθ',
             (-G * theta - C * bend) / E, turn, EXACT,
         ),
-        Claim(
-            'C', '12-13', 'small swings: Φ̈', 'k² Φ̈ = −2gc(Φ − θ)',
+        _claim(
+            '12-13', 'small swings: Φ̈', 'kkddΦ/dt² = −2gc(Φ − θ)',
             -G * C * (phi - theta) / K**2, bend, EXACT,
         ),
     ]  # fmt: skip
@@ -96,54 +108,71 @@ def _first_solution() -> list[Claim]:
     root = math.sqrt(f * f + K * K)
     own, tied = K * K + C * f, E * K * K
     a, b, d = 0.5, 0.7, 1.3
-    z = ((a - b * C) * THETA + b * C * PHI) / d
-    lost_c = 'c is missing before the root: a length is added to an area'
-    return [
-        Claim(
-            'C', '15', 'θ from Dz = (A − Bc)θ + BcΦ', 'θ = Dz/A − BcΦ/(Bc)',
-            d * z / a - PHI, THETA, EXACT,
-            'θ = Dz/(A − Bc) − BcΦ/(A − Bc)', (d * z - b * C * PHI) / (a - b * C),
-            'the divisor A − Bc is split in two', 'misprint',
-        ),
-        Claim(
-            'C', '17-21', 'length of the slow mode, first solution',
-            'b = ekk/(kk + cf − √(ff + kk)), 2f = c + e − kk/c',
-            tied / (own - root), true.b, EXACT,
-            'b = ekk/(kk + cf − c√(ff + kk))', tied / (own - C * root), lost_c, 'misprint',
-        ),
-        Claim(
-            'C', '17-21', 'length of the fast mode, first solution',
-            'b′ = ekk/(kk + cf + √(ff + kk))', tied / (own + root), true.b_prime, EXACT,
-            'b′ = ekk/(kk + cf + c√(ff + kk))', tied / (own + C * root), lost_c, 'misprint',
-        ),
-        _sum_of_modes(f, root, true),
-        _time_of_a_swing(true),
-    ]  # fmt: skip
-
-
-def _sum_of_modes(f: float, root: float, true: TrueModes) -> Claim:
-    """§19: z and z′ are the modes' shares of the state, over −A and −A′ = −f ∓ √(ff + kk)."""
-    whole = 0.0
-    for a, other in ((f + root, true.B), (f - root, true.B_prime)):
-        # (1, −c/other) leaves out the mode in which φ : θ = other : c
-        whole += -(THETA - C * PHI / other) / a
-    return Claim(
-        'C', '19', 'the sum of both solutions',
-        'θ + Φ(ef + kk)/(ef) = (kk/2f)(z + z′)',
-        THETA + PHI * (E * f + K * K) / (E * f), K * K / (2.0 * f) * whole, EXACT,
-        'θ + Φ(cf + kk)/(ef) = (kk/2f)(z + z′)', THETA + PHI * (C * f + K * K) / (E * f),
-        'e for c; the right side is garbled in print as well', 'misprint',
-    )  # fmt: skip
-
-
-def _time_of_a_swing(true: TrueModes) -> Claim:
+    shifted = ((a - b * C) * THETA + b * C * PHI) / d
+    z = (E * THETA * (f + root) + (own + C * root) * PHI) / tied
+    z_prime = (E * THETA * (f - root) + (own - C * root) * PHI) / tied
+    lost_c = 'a length is added to an area; §16 has the c before the root'
     quarter = 0.5 * truth.half_period(true.B)
-    return Claim(
-        'C', '20', 'time from the middle to the end of a swing, dt = √(b/2g) dz/√(αα − zz)',
-        'g dz²/b = dz²/(αα − zz)', 0.5 * math.pi * math.sqrt(true.b / (0.5 * G)), quarter, CLOSE,
-        '2g dt²/b = dz²/(αα − zz)', 0.5 * math.pi * math.sqrt(true.b / G),
-        'the 2 of 2g is lost, and dz² stands for dt²', 'misprint',
-    )  # fmt: skip
+    rising = float(quad(lambda x: 1.0 / math.sqrt(1.0 - x * x), 0.0, 0.5, epsrel=1e-13)[0])
+    return [
+        _claim(
+            '15', 'θ from Dz = (A − Bc)θ + BcΦ', 'θ = Dz/A − BcΦ/Bc',
+            d * shifted / a - PHI, THETA, EXACT,
+            'θ = Dz/(A − Bc) − BcΦ/(A − Bc)', (d * shifted - b * C * PHI) / (a - b * C),
+            'the divisor A − Bc is torn in two', 'corrected',
+        ),
+        _claim(
+            '17-20', 'length of the slow mode, first solution, 2f = c + e − kk/c',
+            'b = ekk/(kk + cf − √(ff + kk))',
+            tied / (own - root), true.b, EXACT,
+            'b = ekk/(kk + cf − c√(ff + kk))', tied / (own - C * root), lost_c, 'corrected',
+        ),
+        _claim(
+            '18-21', 'length of the fast mode, first solution',
+            'b′ = ekk/(kk + cf + √(ff + kk))', tied / (own + root), true.b_prime, EXACT,
+            'b′ = ekk/(kk + cf + c√(ff + kk))', tied / (own + C * root), lost_c, 'corrected',
+        ),
+        _claim(
+            '19', 'the sum of both solutions, as an equation for θ',
+            'θ + Φ(ef + kk)/ef = (cΦ/f)(kk/z′)(z + z′)',
+            C * PHI / f * K * K / z_prime * (z + z_prime) - PHI * (E * f + K * K) / (E * f),
+            THETA, EXACT,
+            'θ + Φ(cf + kk)/ef = (kk/2f)(z + z′)',
+            K * K / (2.0 * f) * (z + z_prime) - PHI * (C * f + K * K) / (E * f),
+            'e for c, and a garbled factor', 'corrected',
+        ),
+        _claim(
+            '19', 'their difference, likewise', 'θ + cΦ/e = kk(z − z′)/2√(ff + kk)',
+            K * K * (z - z_prime) / (2.0 * root) - C * PHI / E, THETA, EXACT,
+        ),
+        _claim(
+            '19', 'the body from both solutions',
+            'Φ = (ez(√(ff + kk) − f) + ez′(f + √(ff + kk)))/2√(ff + kk)',
+            (E * z * (root - f) + E * z_prime * (f + root)) / (2.0 * root), PHI, EXACT,
+        ),
+        _claim(
+            '19', 'the contact from both solutions',
+            'θ = z(kk + cf − c√(ff + kk))/2√(ff + kk) − z′(kk + cf + c√(ff + kk))/2√(ff + kk)',
+            (z * (own - C * root) - z_prime * (own + C * root)) / (2.0 * root), THETA, EXACT,
+        ),
+        _claim(
+            '20', 'element of time, here from the middle to the end of a swing',
+            'gdz²/b = dz²/(αα − zz)', 0.5 * math.pi * math.sqrt(true.b / (0.5 * G)), quarter,
+            CLOSE, '2gdt²/b = dz²/(αα − zz)', 0.5 * math.pi * math.sqrt(true.b / G),
+            'the 2 of 2g is lost, and dz² stands for dt²', 'corrected',
+        ),
+        _claim(
+            '20', 'its integral, here up to z = α/2 with α = 1', 't√(2g/b) = α sin. z/α',
+            math.sin(0.5), rising, EXACT, 't√(2g/b) = arc. sin. z/α', math.asin(0.5),
+            'the sine is taken of t√(2g/b), as in the next line', 'corrected',
+        ),
+        _claim(
+            '21', 'frequency of the fast mode', 'z′ = α′ sin. (t√(2g′/b′) + δ′)',
+            math.nan, math.pi / truth.half_period(true.B_prime), CLOSE,
+            'z′ = α′ sin. (t√(2g/b′) + δ′)', math.sqrt(G / true.b_prime),
+            'there is one gravity', 'corrected',
+        ),
+    ]  # fmt: skip
 
 
 def _second_solution() -> list[Claim]:
@@ -152,30 +181,34 @@ def _second_solution() -> list[Claim]:
     root = math.sqrt(f * f + C * E)
     theta, phi = 4e-8, -7e-8
     tiny = forces(AxlePendulum(1.0 / E, C, K, G), AxleState(E * theta, phi, 0.0, 0.0))
-    bend = float(tiny.tilt_acceleration)
-    right = G * (C * theta - C * phi) / K**2
+    bend, turn = float(tiny.tilt_acceleration), float(tiny.arc_acceleration) / E
     return [
-        Claim(
-            'C', '22-23', 'angular acceleration of the body', 'kk Φ̈/g = −cΦ + cθ',
-            0.5 * right, bend, EXACT, 'kk Φ̈/2g = −cΦ + cθ', right,
-            'the 2 of 2g is lost', 'misprint',
+        _claim(
+            '23', 'angular acceleration of the contact', '(eddθ + cddΦ)/gdt² = −θ',
+            (-0.5 * G * theta - C * bend) / E, turn, EXACT,
+            '(eddθ + cddΦ)/2gdt² = −θ', (-G * theta - C * bend) / E,
+            'the 2 of 2g is lost; §13 has it', 'corrected',
         ),
-        Claim(
-            'C', '22-23', 'angular acceleration of the body', 'kk Φ̈/2g = −cΦ + eθ',
-            G * (E * theta - C * phi) / K**2, bend, EXACT, 'kk Φ̈/2g = −cΦ + cθ', right,
-            'e for c', 'misprint',
+        _claim(
+            '23', 'angular acceleration of the body', 'kkddΦ/gdt² = −cΦ + eθ',
+            0.5 * G * (E * theta - C * phi) / K**2, bend, EXACT,
+            'kkddΦ/2gdt² = −cΦ + cθ', G * (C * theta - C * phi) / K**2,
+            'e for c, and the 2 of 2g is lost; §13 has both', 'corrected',
         ),
-        Claim(
-            'C', '24-28', 'tilt of the body in the slow mode', 'B = f + √(ff + ce)',
-            f + root, true.B, EXACT,
+        _claim(
+            '27', 'tilt of the body in the slow mode, f = (kk + cc − ce)/2c',
+            'B = f + √(ff + ce)', f + root, true.B, EXACT,
         ),
-        Claim(
-            'C', '24-28', 'tilt of the body in the fast mode', 'B′ = f − √(ff + ce)',
+        _claim(
+            '27', 'tilt of the body in the fast mode', 'B′ = f − √(ff + ce)',
             f - root, true.B_prime, EXACT,
         ),
-        Claim('C', '26-28', 'length of the slow mode', 'b = e + B', E + f + root, true.b, EXACT),
-        Claim(
-            'C', '26-28', 'length of the fast mode', 'b′ = e + B′',
+        _claim(
+            '28', 'length of the slow mode', 'b = e + f + √(ff + ce)',
+            E + f + root, true.b, EXACT,
+        ),
+        _claim(
+            '28', 'length of the fast mode', 'b′ = e + f − √(ff + ce)',
             E + f - root, true.b_prime, EXACT,
         ),
     ]  # fmt: skip
@@ -183,42 +216,42 @@ def _second_solution() -> list[Claim]:
 
 def _from_rest() -> list[Claim]:
     true = truth.true_modes(E, C, K)
-    body = AxlePendulum(1.0 / E, C, K, G)
-    alpha, other = amplitudes_from_rest(body, SPEED, SPIN)
+    alpha, other = _pushed()
     slow, fast = math.sqrt(G / true.b), math.sqrt(G / true.b_prime)
-    pushed = truth.pushed_amplitudes()
+    parts = truth.pushed_amplitudes()
     theta = C * (alpha * math.sin(slow * TIME) + other * math.sin(fast * TIME))
     phi = alpha * true.B * math.sin(slow * TIME) + other * true.B_prime * math.sin(fast * TIME)
     after = truth.pushed_motion(TIME)
     return [
-        Claim(
-            'C', '29', 'the contact after half a second, from equilibrium',
-            'θ = Σ αc sin(t√(2g/b) + δ)', theta, float(after[0]), CLOSE,
+        _claim(
+            '30', 'the contact half a second after a push from equilibrium',
+            'θ = αc sin. t√(2g/b) + α′c sin. t√(2g/b′)', theta, float(after[0]), CLOSE,
         ),
-        Claim(
-            'C', '29', 'the body after half a second, from equilibrium',
-            'Φ = Σ αB sin(t√(2g/b) + δ)', phi, float(after[1]), CLOSE,
+        _claim(
+            '30', 'the body half a second after it',
+            'Φ = α(f + √(ff + ce)) sin. t√(2g/b) + α′(f − √(ff + ce)) sin. t√(2g/b′)',
+            phi, float(after[1]), CLOSE,
         ),
-        Claim(
-            'C', '30-32', 'amplitude of the slow mode',
-            'α√(2g/b) = νb′/(2e√(ff + ce)) − nB′/(2ce√(ff + ce))',
-            alpha, float(pushed[0]), EXACT,
-        ),
-        Claim(
-            'C', '30-32', 'amplitude of the fast mode',
-            'α′√(2g/b′) = −νb/(2e√(ff + ce)) + nB/(2ce√(ff + ce))',
-            other, float(pushed[1]), EXACT,
-        ),
-        Claim(
-            'C', '30-32', 'velocity of the centre of gravity', 'n = αc√(2gb) + α′c√(2gb′)',
+        _claim(
+            '31', 'velocity of the centre of gravity', 'n = αc√2gb + α′c√2gb′',
             C * (alpha * math.sqrt(G * true.b) + other * math.sqrt(G * true.b_prime)),
             SPEED, EXACT,
         ),
-        Claim(
-            'C', '32', 'angular velocity of the body', 'v = −R√(…)',
+        _claim(
+            '32', 'angular velocity of the body', 'ν = −R√(2g/b) + α′B′√(2g/b′)',
             math.nan, SPIN, EXACT,
             'ν = αB√(2g/b) + α′B′√(2g/b′)', alpha * true.B * slow + other * true.B_prime * fast,
-            'the formula is garbled', 'misprint',
+            'R for αB; the next line has αB', 'corrected',
+        ),
+        _claim(
+            '32', 'the push, divided between the modes: slow',
+            'α√(2g/b) = νb′/2e√(ff + ce) − nB′/2ce√(ff + ce)',
+            alpha * slow, float(parts[0]) * slow, EXACT,
+        ),
+        _claim(
+            '32', 'the push, divided between the modes: fast',
+            'α′√(2g/b′) = −νb/2e√(ff + ce) + nB/2ce√(ff + ce)',
+            other * fast, float(parts[1]) * fast, EXACT,
         ),
     ]  # fmt: skip
 
@@ -230,21 +263,18 @@ def _regular() -> list[Claim]:
     start = np.array([1e-3, 1e-3 * slow * E, 0.0, 0.0])
     point, simple = truth.true_modes(E, C, 0.0), np.linalg.eigvals(np.array([[0.0, C], [0.0, C]]))
     return [
-        Claim(
-            'C', '33-35', 'a motion in one mode stays in that mode: φ after half a period',
-            'Φ : θ = B : c always', -float(start[1]),
-            float(truth.linear_motion(E, start, time)[1]), CLOSE,
+        _claim(
+            '33-35', 'a motion in one mode stays in that mode: Φ after half a period',
+            '', -float(start[1]), float(truth.linear_motion(E, start, time)[1]), CLOSE,
+            adds='Φ : θ = B : c always',
         ),
-        Claim('C', '36', 'a body without extent, k = 0', 'b = c + e', C + E, point.b, EXACT),
-        Claim(
-            'C', '36', 'then f', 'f = c/2 = e', 0.5 * C,
+        _claim('36', 'a simple pendulum, k = e = 0', 'b = c', C, float(np.max(simple)), EXACT),
+        _claim(
+            '36', 'f of a body without extent, k = 0', 'f = c/2 = e', 0.5 * C,
             0.5 * (point.B + point.B_prime), EXACT,
-            'f = (c − e)/2', 0.5 * (C - E), 'the minus is printed as =', 'misprint',
+            'f = (c − e)/2', 0.5 * (C - E), 'the minus has become =', 'corrected',
         ),
-        Claim(
-            'C', '36', 'a simple pendulum, k = e = 0', 'b = c', C,
-            float(np.max(simple)), EXACT,
-        ),
+        _claim('36', 'and its length', 'b = c + e', C + E, point.b, EXACT),
     ]  # fmt: skip
 
 
@@ -254,144 +284,149 @@ def _plane() -> list[Claim]:
     swing = truth.on_a_plane(body, 1.0, 0.4)
     drift = small_motion(body, AxleState(0.0, 0.0, 0.2, 0.0), 3.0)
     return [
-        Claim(
-            'C', '37', 'on a plane, e → ∞: b′ = (ekk/2c) : f with f = e/2', 'ekkk/2c',
-            K**3 / C, fast, EXACT, 'ekk/2c', K**2 / C, 'one k too many', 'misprint',
+        _claim(
+            '37', 'on a plane, e → ∞: the term of k in ff, over f = e/2, is the length of the '
+                  'fast mode', 'ekkk/2c',
+            K**3 / C, fast, EXACT, 'ekk/2c', K**2 / C, 'one k too many', 'corrected',
         ),
-        Claim(
-            'C', '37-38', 'on a nearly flat support, e = 10 km', 'b = e + c',
-            1e4 + C, far.b, 1e-8,
+        _claim('37', 'on a nearly flat support, e = 10 km', 'b = c + e', 1e4 + C, far.b, 1e-8),
+        _claim(
+            '37', 'on a plane a push moves the axle on without swinging: s = eθ after 3 s', '',
+            0.6, float(np.asarray(drift.arc)), EXACT, adds='s = nt, Φ = 0',
         ),
-        Claim(
-            'C', '37-38', 'and the fast mode, to first order in c/e', 'b′ = (kk/c)(1 − c/e)',
+        _claim('38', 'length of the fast mode on a plane', 'b = kk/c', K * K / C, fast, EXACT),
+        _claim(
+            '38', 'the same on a nearly flat support, to first order in c/e', '',
             K * K / C * (1.0 - C / 1e4), far.b_prime, 1e-8,
+            expected='added', adds='b′ = (kk/c)(1 − c/e)', euler=False,
         ),
-        Claim(
-            'C', '38', 'on a plane the axle moves opposite to the body, at any angle',
-            's = −c sin Φ', -C * (math.sin(swing[1]) - math.sin(1.0)), float(swing[0]), CLOSE,
-        ),
-        Claim(
-            'C', '39', 'the paragraph between 38 and 40', '§29', math.nan, 39.0, 0.0,
-            '§39', 39.0, 'a 2 for a 3', 'misprint',
-        ),
-        Claim(
-            'C', '39-40', 'after a push the body moves on steadily, without swinging: s after 3 s',
-            's = nt, Φ = 0', 0.6, float(np.asarray(drift.arc)), EXACT,
+        _claim(
+            '38-40', 'on a plane the centre of gravity stays in the vertical: the path of the '
+                     'axle, at any angle', '',
+            -C * (math.sin(swing[1]) - math.sin(1.0)), float(swing[0]), CLOSE,
+            adds='s = −c sin Φ',
         ),
     ]  # fmt: skip
 
 
 def _periods() -> list[Claim]:
     true = truth.true_modes(E, C, K)
-    total = K * K + C * C + C * E
-    root = math.sqrt(K**4 + 2.0 * C * K * K * (C - E) + (C * (C + E)) ** 2)
+    b, b_prime = _lengths(E, C, K)
     return [
-        Claim(
-            'C', '41', 'an oscillation (half a period) of the slow mode', 'π√(b/2g)',
-            math.pi * math.sqrt(true.b / G), truth.half_period(true.B), CLOSE,
+        _claim(
+            '41', 'an oscillation (half a period) of the slow mode', 't = π√(b/2g)',
+            math.pi * math.sqrt(b / G), truth.half_period(true.B), CLOSE,
         ),
-        Claim(
-            'C', '41', 'an oscillation of the fast mode', 'π√(b′/2g)',
-            math.pi * math.sqrt(true.b_prime / G), truth.half_period(true.B_prime), CLOSE,
+        _claim(
+            '41', 'an oscillation of the fast mode', 't = π√(b′/2g)',
+            math.pi * math.sqrt(b_prime / G), truth.half_period(true.B_prime), CLOSE,
         ),
-        Claim(
-            'C', '42', 'both lengths without f: the slow mode',
-            'b = (kk + cc + ce + √(k⁴ + 2ckk(c − e) + cc(c + e)²))/2c',
-            (total + root) / (2.0 * C), true.b, EXACT,
+        _claim(
+            '42', 'both lengths without f: the slow mode',
+            'b = (kk + cc + ce)/2c + (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)',
+            b, true.b, EXACT,
         ),
-        Claim(
-            'C', '42', 'the fast mode', 'b′ = (kk + cc + ce − √(…))/2c',
-            (total - root) / (2.0 * C), true.b_prime, EXACT,
+        _claim(
+            '42', 'the fast mode',
+            'b′ = (kk + cc + ce)/2c − (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)',
+            b_prime, true.b_prime, EXACT,
         ),
     ]  # fmt: skip
 
 
 def _any_motion() -> list[Claim]:
     start = np.array([0.02, -0.03, 0.1, 0.2])
-    body = AxlePendulum(1.0 / E, C, K, G)
-    found = small_motion(body, AxleState(E * start[0], start[1], E * start[2], start[3]), TIME)
-    true, after = truth.true_modes(E, C, K), truth.linear_motion(E, start, TIME)
-    alpha, other = amplitudes_from_rest(body, SPEED, SPIN)
-    pushed = float(truth.pushed_motion(TIME)[0])
-    waves = [
-        size * math.sin(TIME * math.sqrt(G / length))
-        for size, length in ((alpha, true.b), (other, true.b_prime))
-    ]
+    after = truth.linear_motion(E, start, TIME)
+    lengths = np.array(_lengths(E, C, K))
+    shapes = np.stack([[C, C], lengths - E])
+    rates = np.sqrt(G / lengths)
+    places, speeds = np.linalg.solve(shapes, start[:2]), np.linalg.solve(shapes, start[2:])
+    swung = places * np.cos(rates * TIME) + speeds / rates * np.sin(rates * TIME)
+    pushed = np.array(_pushed())
+    path = E * C * float(np.sum(pushed * np.sin(rates * TIME)))
     return [
-        Claim(
-            'C', '43', 'any small motion is the sum of both modes: Φ after half a second',
-            'Φ = Σ αB sin(t√(2g/b) + δ)', float(np.asarray(found.tilt)), float(after[1]), CLOSE,
+        _claim(
+            '43', 'any small motion is the sum of both modes: Φ after half a second',
+            'Φ = α(b − e) sin. (t√(2g/b) + δ) + α′(b′ − e) sin. (t√(2g/b′) + δ′)',
+            float(shapes[1] @ swung), float(after[1]), CLOSE,
         ),
-        Claim(
-            'C', '44', 'path of the axle, s = eθ, from equilibrium',
-            's = ae′c sin … + a′ec sin …', math.nan, E * pushed, CLOSE,
-            's = αec sin t√(2g/b) + α′ec sin t√(2g/b′)', E * C * sum(waves),
-            'the primes are misplaced', 'misprint',
+        _claim(
+            '44', 'path of the axle, s = eθ, after a push from equilibrium',
+            's = βc sin. t√(2g/b) + β′c sin. t√(2g/b′), β = ae′, β′ = a′e',
+            math.nan, E * float(truth.pushed_motion(TIME)[0]), CLOSE,
+            's = βc sin. t√(2g/b) + β′c sin. t√(2g/b′), β = αe, β′ = α′e', path,
+            'a for α, and a misplaced prime', 'corrected',
         ),
     ]  # fmt: skip
 
 
 def _convex() -> list[Claim]:
     i = 0.5
-    true, own = truth.true_modes(-i, C, K), modes(-i, C, K * K)
-    rate, ratio = math.sqrt(-G / own.b_prime), own.B_prime / C
+    true = truth.true_modes(-i, C, K)
+    as_stands, right = _lengths(-i, C, K, 2), _lengths(-i, C, K)
+    fourth = 'k² under the root is no area squared; §42 has k⁴'
+    rate, ratio = math.sqrt(-G / right[1]), (right[1] + i) / C
     after = truth.linear_motion(-i, np.array([0.0, 0.0, 1e-3 * rate, 1e-3 * rate * ratio]), TIME)
     return [
-        Claim(
-            'C', '45', 'the letter of the depth of the centre of gravity', 'cg = e',
-            math.nan, C, 0.0, 'cg = c', C, 'e for c', 'misprint',
+        _claim(
+            '45', 'on a convex support of radius i, −i for e: the mode that swings',
+            'b = (kk + cc − ci)/2c + (1/2c)√(k² + 2ckk(c + i) + cc(c − i)²)',
+            as_stands[0], max(true.b, true.b_prime), EXACT,
+            'b = (kk + cc − ci)/2c + (1/2c)√(k⁴ + 2ckk(c + i) + cc(c − i)²)', right[0],
+            fourth, 'corrected',
         ),
-        Claim(
-            'C', '45', 'on a convex support of radius i, e becomes −i: the mode that swings',
-            'b', own.b, max(true.b, true.b_prime), EXACT,
+        _claim(
+            '45', 'the other, which is negative',
+            'b′ = (kk + cc − ci)/2c − (1/2c)√(k² + 2ckk(c + i) + cc(c − i)²)',
+            as_stands[1], min(true.b, true.b_prime), EXACT,
+            'b′ = (kk + cc − ci)/2c − (1/2c)√(k⁴ + 2ckk(c + i) + cc(c − i)²)', right[1],
+            fourth, 'corrected',
         ),
-        Claim(
-            'C', '46', 'the other length is negative, which "is to be feared"', 'b′', own.b_prime,
-            min(true.b, true.b_prime), EXACT,
+        _claim(
+            '47', 'with a negative length the body falls from its support, which is to be feared '
+                  'where this is convex: a thousand random bodies all have one', '',
+            1.0, truth.part_that_falls(), 0.0, adds='bb′ = −ikk/c < 0: it is certain',
         ),
-        Claim(
-            'C', '46', 'the unstable mode, half a second after a push',
-            'α′c sin t√(2g/b′)', math.nan, float(after[0]), CLOSE,
-            'α′c sinh t√(2g/−b′)', 1e-3 * math.sinh(rate * TIME),
-            'the root is imaginary, and its sine a sinh', 'misprint',
-        ),
-        Claim(
-            'C', '47', 'it is certain: share of a thousand random bodies on convex supports that '
-                       'are unstable',
-            'b b′ = −ikk/c < 0', 1.0, truth.part_that_falls(), 0.0,
+        _claim(
+            '47', 'how it falls: s/i half a second after a push', '',
+            1e-3 * math.sinh(rate * TIME), float(after[0]), CLOSE,
+            expected='added', adds='α′c sinh t√(−2g/b′)', euler=False,
         ),
     ]  # fmt: skip
 
 
 def _cradle() -> list[Claim]:
     e, c, k = 1.2, 0.25, 0.4
-    true, own = truth.true_modes(e, c, k), modes(e, c, k * k)
-    high, above = modes(e, -c, k * k), np.linalg.eigvals(np.array([[e, -c], [e, -c - k * k / c]]))
-    slow, fast = own.tilt_per_arc
+    true = truth.true_modes(e, c, k)
+    above = np.linalg.eigvals(np.array([[e, -c], [e, -c - k * k / c]]))
+    as_stands, right = _lengths(e, c, k, 2), _lengths(e, c, k)
+    fourth = 'k² under the root is no area squared, and h stands for b; §42 has k⁴'
     return [
-        Claim(
-            'C', '48', 'a cradle, C the centre of its rockers: the slow mode', 'b',
-            own.b, true.b, EXACT,
+        _claim(
+            '49', 'a cradle with its centre of gravity above C, the centre of its rockers, does '
+                  'not rock: one of its lengths is negative', '',
+            min(_lengths(e, -c, k)), float(np.min(above)), EXACT, adds='§42 with −c for c',
         ),
-        Claim(
-            'C', '49', 'with the centre of gravity above C it is unstable: the negative length',
-            'b < 0', high.b, float(np.min(above)), EXACT,
+        _claim(
+            '53', 'a cradle: the slow mode',
+            'h = (kk + cc + ce)/2c + (1/2c)√(k² + 2ckk(c − e) + cc(c + e)²)',
+            as_stands[0], true.b, EXACT,
+            'b = (kk + cc + ce)/2c + (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)', right[0],
+            fourth, 'corrected',
         ),
-        Claim('C', '50-51', 'the fast mode', 'b′', own.b_prime, true.b_prime, EXACT),
-        Claim(
-            'C', '51', 'tilt over path of the cradle, slow mode', 'Φ/s = B/ce',
-            slow, true.B / (c * e), EXACT,
+        _claim(
+            '53', 'the fast mode',
+            'h′ = (kk + cc + ce)/2c − (1/2c)√(k² + 2ckk(c − e) + cc(c + e)²)',
+            as_stands[1], true.b_prime, EXACT,
+            'b′ = (kk + cc + ce)/2c − (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)', right[1],
+            fourth, 'corrected',
         ),
-        Claim(
-            'C', '51', 'tilt over path of the cradle, fast mode', 'Φ/s = B′/ce',
-            fast, true.B_prime / (c * e), EXACT,
+        _claim(
+            '53', 'tilt over path of the cradle, slow mode', 'Φ : s = β(b − e)/e : βc',
+            (right[0] - e) / (e * c), true.B / (c * e), EXACT,
         ),
-        Claim(
-            'C', '52', 'the letter of the depth', 'e′', math.nan, c, 0.0, 'c', c,
-            'e′ for c', 'misprint',
-        ),
-        Claim(
-            'C', '53', 'the letters of both lengths: b + b′', 'h, h′', math.nan,
-            true.b + true.b_prime, EXACT, 'b, b′', own.b + own.b_prime, 'h for b', 'misprint',
+        _claim(
+            '53', 'tilt over path of the cradle, fast mode', 'Φ : s = β′(b′ − e)/e : β′c',
+            (right[1] - e) / (e * c), true.B_prime / (c * e), EXACT,
         ),
     ]  # fmt: skip

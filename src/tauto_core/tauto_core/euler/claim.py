@@ -1,7 +1,8 @@
 """A claim of one of the papers, and how it is judged.
 
-The printed formula is evaluated as it stands and compared with a value computed independently: by
-quadrature, by integrating the motion, or by another closed form.
+The formula is evaluated as it stands in the text that we have, a transcription by machine, and
+compared with a value computed independently: by quadrature, by integrating the motion, or by
+another closed form.
 """
 
 from __future__ import annotations
@@ -11,53 +12,60 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 Paper: TypeAlias = Literal['A', 'B', 'C']
-Verdict: TypeAlias = Literal['holds', 'misprint', 'fails']
+Verdict: TypeAlias = Literal['holds', 'corrected', 'fails', 'added']
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim, the value of what is printed, and a value computed independently.
+    """A claim, its formula as it stands and as it must be, and a value computed independently.
 
     Attributes:
         paper: A: E6, the trochlea; B: E13, the fluid; C: the axle.
         paragraph: Euler's, in his numerals: 'XIX', '26-27'.
         claim: what is claimed, in a line of words.
-        printed: the formula or number as printed.
-        printed_value: its value for the example; NaN where it cannot be evaluated.
+        stands: the formula or number as it stands in the text, letter by letter; empty where the
+            text says it in words, or not at all.
+        value: the value for the example of `stands`, or of `adds` where that is empty; NaN where
+            it cannot be evaluated.
         computed: the same quantity, computed independently of it.
         tolerance: largest difference of the two if the claim holds, relative to `computed`,
             absolute where that is 0.
-        corrected: the formula as it should read; empty where the print is right.
-        corrected_value: its value; None where there is no correction.
-        because: why it fails, or how the misprint is recognised; empty where it holds.
+        must: the formula as it must be; empty where it is right as it stands.
+        must_value: its value; None where there is no correction.
+        because: why it fails, or how the fault is recognised; empty where it holds.
         expected: the verdict that the tests require.
+        adds: what Tauto adds: the formula for a claim in words, or a figure that makes one
+            testable.
+        euler: false for a claim that is not in the paper.
     """
 
     paper: Paper
     paragraph: str
     claim: str
-    printed: str
-    printed_value: float
+    stands: str
+    value: float
     computed: float
     tolerance: float
-    corrected: str = ''
-    corrected_value: float | None = None
+    must: str = ''
+    must_value: float | None = None
     because: str = ''
     expected: Verdict = 'holds'
+    adds: str = ''
+    euler: bool = True
 
     @property
     def difference(self) -> float:
-        """Difference of the printed value, relative to `computed`, absolute where that is 0."""
-        return _difference(self.printed_value, self.computed)
+        """Difference of `value`, relative to `computed`, absolute where that is 0."""
+        return _difference(self.value, self.computed)
 
     @property
     def verdict(self) -> Verdict:
-        """`holds` if the print agrees, `misprint` if only its correction does, else `fails`."""
+        """`holds` as it stands, `corrected` if only as it must be, `added` if not Euler's."""
         if self.difference <= self.tolerance:
-            return 'holds'
-        corrected = self.corrected_value
-        if corrected is not None and _difference(corrected, self.computed) <= self.tolerance:
-            return 'misprint'
+            return 'holds' if self.euler else 'added'
+        must = self.must_value
+        if must is not None and _difference(must, self.computed) <= self.tolerance:
+            return 'corrected'
         return 'fails'
 
 

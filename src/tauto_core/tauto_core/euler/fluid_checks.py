@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from tauto_core.euler.claim import Claim
 from tauto_core.samples import FloatArray
 
 # The fluid has a tenth of the density of the globe; m is not 1, so that its powers matter.
@@ -33,23 +31,6 @@ BETA = GAMMA * GLOBE * F
 NOTHING = math.nan
 CLOSE, FAIR = 1e-10, 1e-8
 """Tolerances; quadratures and motions are accurate to 1e-12, differences of them to 1e-10."""
-
-holds = partial(Claim, 'B')
-
-
-def misprint(
-    paragraph: str,
-    claim: str,
-    printed: tuple[str, float],
-    computed: float,
-    corrected: tuple[str, float],
-    because: str,
-    tolerance: float = CLOSE,
-) -> Claim:
-    """Return a claim of paper B that holds only with its correction."""
-    return Claim(
-        'B', paragraph, claim, *printed, computed, tolerance, *corrected, because, 'misprint'
-    )
 
 
 def slope(s: float, kappa: float = GLOBE, length: float = F) -> float:

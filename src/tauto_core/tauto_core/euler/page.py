@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import wrap
 
 from tauto_core.euler.claim import Claim, Paper
 from tauto_core.euler.figures import plates, write_plates
@@ -19,27 +20,33 @@ TITLES: dict[Paper, str] = {
     'B': 'B. The fluid: *Curva tautochrona in fluido resistentiam faciente secundum quadrata '
     'celeritatum* (1729, E13)',
     'C': 'C. The axle: *De motu penduli circa axem cylindricum, fulcro datae figurae incumbentem, '
-    'mobilis* (1780)',
+    'mobilis* (Acta for 1780, part II)',
 }
 ROUNDING = 1e-9
 """Above this a difference is printed in digits, below it only as a bound."""
 
 _HEAD = """# Euler's papers, claim by claim
 
-Written by `tauto euler --page docs`; do not edit. For each claim of a paper the column *printed*
-has the formula or number as it stands in the text, and after the arrow its value for an example.
-The column *computed* has the same quantity, found independently of that formula: by quadrature,
-by integrating the motion, or by another closed form. *Off by* is their difference, relative to
-the computed value, or absolute where that is 0.
+Written by `tauto euler --page docs`; do not edit. The text that we have of each paper is a
+transcription by machine. *As it stands* is the formula or number of that text, letter by letter,
+and after the arrow its value for an example; it is empty where the text makes the claim in words.
+*As it must be* is the formula that agrees with what is computed. *Tauto adds* a formula to a claim
+in words, or a figure that makes one testable; its value then follows its arrow. The column
+*computed* has the same quantity, found independently of these formulas: by quadrature, by
+integrating the motion, or by another closed form. *Off by* is the difference of value and computed
+value, relative to the latter, or absolute where that is 0.
 
-A claim *holds* if the two agree. It is a *misprint* if only its correction agrees; some of these
-may be errors of the transcription, since no scans were compared. It *fails* if the claim itself
-is wrong. Examples are in SI units unless a claim says otherwise. Euler writes xx for x², and in
-paper B l for the natural logarithm and c for its base.
+A claim *holds* if the two agree. It is *corrected* if only the formula as it must be agrees: the
+fault may be Euler's, the printer's or the transcription's. It *fails* if the claim itself is
+wrong. *Added* is what the paper does not claim. Examples are in SI units unless a claim says
+otherwise. Euler writes xx for x², and in paper B l for the natural logarithm and c for its base.
 
-{summary}.
+{summary}
 """
-_COLUMNS = '| § | claim | printed | computed | off by | verdict |\n|---|---|---|---|---|---|'
+_COLUMNS = (
+    '| § | claim | as it stands | as it must be | Tauto adds | computed | off by | verdict |\n'
+    '|---|---|---|---|---|---|---|---|'
+)
 
 
 class PageError(TautoError):
@@ -69,7 +76,7 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
 
 def page(claims: Sequence[Claim]) -> str:
     """Return the page as Markdown: a section a paper, its figures, then its claims."""
-    parts = [_HEAD.format(summary=summary(claims))]
+    parts = [_HEAD.format(summary='\n'.join(wrap(summary(claims) + '.', 99)))]
     for paper, title in TITLES.items():
         own = [claim for claim in claims if claim.paper == paper]
         parts.append(f'## {title}\n')
@@ -82,20 +89,17 @@ def page(claims: Sequence[Claim]) -> str:
 
 
 def _row(claim: Claim) -> str:
-    printed = claim.printed
-    if math.isfinite(claim.printed_value):
-        printed += f' → {_number(claim.printed_value)}'
-    verdict = claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**'
-    because = claim.because
-    if claim.corrected:
-        because = f'read {claim.corrected}' + (f': {because}' if because else '')
+    value = f' → {_number(claim.value)}' if math.isfinite(claim.value) else ''
     cells = (
         claim.paragraph,
         _safe(claim.claim),
-        _safe(printed),
+        _safe(claim.stands + value if claim.stands else ''),
+        _safe(claim.must),
+        _safe(claim.adds if claim.stands else claim.adds + value),
         _number(claim.computed),
         _off_by(claim),
-        verdict + (f': {_safe(because)}' if because else ''),
+        (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
+        + (f': {_safe(claim.because)}' if claim.because else ''),
     )
     return f'| {" | ".join(cells)} |'
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from tauto_core.euler import axle_1780, fluid_1729, trochlea_1727
@@ -14,7 +15,11 @@ def all_claims() -> list[Claim]:
 
 
 def summary(claims: Sequence[Claim]) -> str:
-    """Return how many claims there are, and of each verdict, in words."""
-    found = [claim.verdict for claim in claims]
-    hold, misprinted, fail = (found.count(name) for name in ('holds', 'misprint', 'fails'))
-    return f'{len(claims)} claims: {hold} hold, {misprinted} are misprinted, {fail} do not hold'
+    """Return how many claims there are and of each verdict, and what that does not say."""
+    count = Counter(claim.verdict for claim in claims)
+    return (
+        f'{len(claims)} claims: {count["holds"]} hold as they stand, {count["corrected"]} once '
+        f'corrected, {count["fails"]} do not hold; {count["added"]} are additions of Tauto and '
+        'hold. The text is a transcription by machine: which of its faults are in the print, only '
+        'scans can tell, and none were compared'
+    )
