@@ -10,8 +10,10 @@ this repository, such as a git worktree of an earlier commit. Its rows are given
 `times` is the ratio of its rate, and of its CPU time per message, to ours.
 
 `messages_per_s` counts the messages that the recorder wrote; each ship/imu also goes to the
-trochlea. `cpu_us` is the CPU time of all nodes per message, without start-up. `ours` is the share
-of our code and its libraries in the nodes' CPU time while they spin; the rest is rclpy and DDS.
+trochlea. Where they are packed, one ROS message carries many of them: `ros_messages_per_s` counts
+what all nodes published, a pack as one. `cpu_us` is the CPU time of all nodes per message, without
+start-up. `ours` is the share of our code and its libraries in the nodes' CPU time while they spin;
+the rest is rclpy and DDS.
 `latency` is the time from the stamp of a message of a 100 Hz sensor, sent by one process, to its
 receipt by another one through rclpy, and to the receipt of the reading that it leads to, for which
 the clock also needs later samples. Results: benchmarks/graph_throughput.json.
@@ -175,15 +177,16 @@ def better(best: Row | None, row: Row) -> Row:
     return {**fast, 'cpu_us': least_us, 'lost': best['lost'] + row['lost']}
 
 
-def share_of_ours(tree: Path | None, options: Row, duration_s: float) -> float:
-    """Return the share of our code in the CPU time of the nodes while they spin."""
+def sampled(tree: Path | None, options: Row, duration_s: float) -> tuple[float, int]:
+    """Return the share of our code in the CPU time of spinning nodes, and what they published."""
     with tempfile.TemporaryDirectory(prefix='tauto_samples_') as folder:
         environment = environment_of(tree, Path(folder))
         ask(environment, '--sail', json.dumps(options), '--duration', str(duration_s))
         counts: Counter[str] = Counter()
         for file in Path(folder).glob('*.json'):
             counts.update(json.loads(file.read_text('utf-8')))
-    return round(counts['ours'] / counts.total(), 2)
+    published = counts.pop('published')
+    return round(counts['ours'] / counts.total(), 2), published
 
 
 def percentiles_ms(waits_ns: list[int]) -> dict[str, float]:
@@ -292,8 +295,10 @@ def run(asked: argparse.Namespace) -> Row:
                 best[case] = better(best.get(case), row)
     rows = []
     for (build, variant), row in best.items():
-        ours = share_of_ours(builds[build], VARIANTS[variant], asked.duration)
-        rows.append({'build': build, 'variant': variant, **row, 'ours': ours})
+        ours, published = sampled(builds[build], VARIANTS[variant], asked.duration)
+        each = {'ros_messages': published, 'ours': ours}
+        each['ros_messages_per_s'] = round(published / row['voyage_s'])
+        rows.append({'build': build, 'variant': variant, **row, **each})
         print(json.dumps(rows[-1]), flush=True)
     waits = {build: ask(environment_of(tree), '--latency') for build, tree in builds.items()}
     print(json.dumps(waits))

@@ -24,6 +24,7 @@ LABELS = {
     'tauto': 'Tauto',
     'heyoka': 'heyoka (Taylor), plain',
     'heyoka_tuned': 'heyoka, best formulation',
+    'heyoka_batch': 'heyoka, a ship of eight',
     'dop853': 'SciPy DOP853',
     'dop853_compiled': 'DOP853 (numba)',
     'lsoda': 'SciPy LSODA',
@@ -39,6 +40,7 @@ _STYLES = {
     'tauto': ('#c1121f', 'o'),
     'heyoka': ('#6a8fc7', 's'),
     'heyoka_tuned': ('#003f88', 's'),
+    'heyoka_batch': ('#00a6d6', 's'),
     'dop853': ('#8fcfab', '^'),
     'dop853_compiled': ('#2a9d5c', '^'),
     'lsoda': ('#7fb800', 'v'),
@@ -50,7 +52,7 @@ _STYLES = {
     'yoshida6': ('#8d8d8d', 'h'),
     'yoshida8': ('#5c5c5c', 'p'),
 }
-FRONTS = ('tauto', 'heyoka_tuned')
+FRONTS = ('tauto', 'heyoka_tuned', 'heyoka_batch')
 """Programs whose settings are of two kinds, and so do not form a curve."""
 _DASHED_LABEL = 'dashed: Adams, implicit, compensated, sum of waves'
 _DASHED = ('Adams', 'implicit', 'compensated', 'waves')

@@ -15,9 +15,13 @@ UNIT_ROUNDING = 2.0**-53
 
 FAMILIES: Mapping[str, tuple[str, ...]] = {
     'heyoka': ('heyoka', 'heyoka_tuned'),
+    'heyoka, 8 ships': ('heyoka_batch',),
     'dop853': ('dop853', 'dop853_compiled'),
 }
-"""The programs with which a method is compared, the plain formulation first; the best counts."""
+"""The programs with which a method is compared, the plain formulation first; the best counts.
+
+Rows of eight ships hold the time of one of them; Tauto sails them one after the other.
+"""
 
 BenchRow = Mapping[str, Any]
 

@@ -23,13 +23,13 @@ END = '<!-- end of what was made -->'
 
 _HEAD = (
     '| problem | error of Tauto, s/day | µs a swing | heyoka at its best takes | plain heyoka '
-    '| DOP853 at its best | first run, s: Tauto, heyoka |'
+    '| heyoka, a ship of eight at once | DOP853 at its best | first run, s: Tauto, heyoka |'
 )
 
 
 def block(result: Mapping[str, Any]) -> str:
     """Return the lines between the marks: a row a problem, and what the whole took."""
-    lines = [_HEAD, '|---|---|---|---|---|---|---|']
+    lines = [_HEAD, '|---|---|---|---|---|---|---|---|']
     for problem in problems():
         row = best(result['rows'], problem.key)
         if row is not None:
@@ -46,13 +46,16 @@ def block(result: Mapping[str, Any]) -> str:
 def _line(title: str, row: BenchRow, result: Mapping[str, Any]) -> str:
     key, rows = row['problem'], result['rows']
     plain = ratio(row, rows, FAMILIES['heyoka'][:1], targets()[key].error_s_per_day)
-    heyoka, dop853 = (best_ratio(rows, key, names) for names in FAMILIES.values())
+    heyoka, batch, dop853 = (best_ratio(rows, key, names) for names in FAMILIES.values())
     cells = [
         f'{key}, {title} ({row["setting"]})',
         f'{row["error_s_per_day"]:.1g}',
         f'{row["us_per_oscillation"]:.2g}',
         _best(row, heyoka, rows),
         _times(plain),
+        _times(batch)
+        if any(each['program'] == 'heyoka_batch' for each in rows if each['problem'] == key)
+        else '–',
         _times(dop853),
         _first(row, result),
     ]

@@ -196,11 +196,11 @@ def _back_to_passage(
     """Put the state where theta passes zero in the last step; return the time from its start."""
     theta = tc[0] + tc[lean] / scale
     now = _root(theta, end)
-    for i in range(len(state)):
-        total = 0.0
-        for k in range(tc.shape[1] - 1, -1, -1):
-            total = total * now + tc[i, k]
-        state[i] = total
+    state[:] = 0.0
+    # all states of a power together: sums of one state wait for each other
+    for k in range(tc.shape[1] - 1, -1, -1):
+        for i in range(len(state)):
+            state[i] = state[i] * now + tc[i, k]
     return now
 
 
@@ -238,3 +238,73 @@ def _root(theta: FloatArray, end: float) -> float:
         if change <= 4e-16 * end:
             break
     return now
+
+
+@njit(cache=True, nogil=True)
+def advance_batch(
+    step: int,
+    state: FloatArray,
+    chains: FloatArray,
+    length: float,
+    duration: float,
+    sides: FloatArray,
+    tc: FloatArray,
+    kick: tuple[float, float, float, float],
+) -> None:
+    """Advance the states of several ships in place over pieces, each at its own pace.
+
+    A ship takes the polynomials of its next piece as soon as it is there, while the others are
+    still on their way; those that are through wait with steps of length 0.
+
+    Args:
+        step: address of heyoka's step, of a batch.
+        state: shape (states, ships), a ship's as in `advance_pieces`.
+        chains: at the start of each piece, shape (pieces, chains, ships).
+        length: of a piece [s].
+        duration: no further than this [s].
+        sides: sign of theta, a ship; 0 without impulses; changed in place.
+        tc: a step's Taylor coefficients, shape (states, order + 1, ships).
+        kick: as of `advance_pieces`.
+    """
+    states, ships = state.shape
+    pieces = len(chains)
+    nothing, now, h = np.zeros(1), np.zeros(ships), np.zeros(ships)
+    at = np.zeros(ships, np.int64)
+    goal = np.empty(ships)
+    one = np.empty(states)
+    asked = tc.ctypes.data if sides[0] != 0.0 else 0
+    lean = 2 + LEAN * ((states - 2) // 3)
+    state[2:] = chains[0]
+    goal[:] = min(length, duration)
+    under_way = ships
+    while under_way:
+        for lane in range(ships):
+            h[lane] = goal[lane] - now[lane] if at[lane] < pieces else 0.0
+        call_step(
+            step,
+            state.ctypes.data,
+            nothing.ctypes.data,
+            now.ctypes.data,
+            h.ctypes.data,
+            asked,
+        )
+        for lane in range(ships):
+            if at[lane] == pieces:
+                continue
+            side = sides[lane]
+            left = goal[lane] - now[lane]
+            if side == 0.0 or (state[0, lane] + state[lean, lane] / kick[2]) * side > 0.0:
+                now[lane] = goal[lane] if h[lane] == left else now[lane] + h[lane]
+            else:
+                now[lane] += _back_to_passage(one, tc[:, :, lane], lean, h[lane], kick[2])
+                _give_impulse(one, lean, kick)
+                state[:, lane] = one
+                sides[lane] = -side
+            if now[lane] >= goal[lane]:
+                at[lane] += 1
+                if at[lane] < pieces:
+                    state[2:, lane] = chains[at[lane], :, lane]
+                    now[lane] = 0.0
+                    goal[lane] = min(length, duration - at[lane] * length)
+                else:
+                    under_way -= 1

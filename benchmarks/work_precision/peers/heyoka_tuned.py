@@ -16,13 +16,13 @@ On land b runs in a time tau with dt = (1 + eps x^2) dtau, in which its equation
 
 and f in its momenta, whose steps are longer. The integrator still has to solve the equation of
 motion itself. The forced swing of a piece in closed form, or the superposition of several pieces
-side by side (heyoka's batches, of no use in a single nonlinear run), would not be its work.
+side by side, would not be its work. Several ships side by side are in `heyoka_batch`.
 """
 
 from __future__ import annotations
 
 import time
-from importlib.metadata import version
+from importlib.metadata import files, version
 from typing import Any
 
 import numpy as np
@@ -89,10 +89,7 @@ class HeyokaTuned:
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return tolerances; none for a, whose best formulation is the plain one."""
-        if problem.key in _PIECES:
-            pieces = _PIECES[problem.key].items()
-            return tuple(f'{each} {piece}' for piece, some in pieces for each in some)
-        return _ELSEWHERE.get(problem.key, ())
+        return settings_at_sea(problem.key) or _ELSEWHERE.get(problem.key, ())
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
         """Solve the problem.
@@ -115,15 +112,25 @@ class HeyokaTuned:
         return Outcome(duration_s, float(angle), float(rate), run_s, ready - began)
 
 
-def _run_of(problem: Problem, setting: str) -> _Pieces | _Stretched | _Momenta:
-    tolerance, *piece = setting.split()
-    if isinstance(problem, CaseProblem):
-        return _Momenta(problem.numbers, float(tolerance))
-    if problem.numbers.sea is None:
-        return _Stretched(problem, float(tolerance))
-    return _Pieces(
-        problem.numbers, problem.numbers.sea, float(tolerance), float(piece[0]), int(piece[2])
+def settings_at_sea(key: str) -> tuple[str, ...]:
+    """Return tolerances with the length of a piece and its points; none on land."""
+    return tuple(
+        f'{each} {piece}' for piece, some in _PIECES.get(key, {}).items() for each in some
     )
+
+
+def piece_of(setting: str) -> tuple[float, float, int]:
+    """Return tolerance, length of a piece [s] and number of points of a setting at sea."""
+    tolerance, length_s, _, points, _ = setting.split()
+    return float(tolerance), float(length_s), int(points)
+
+
+def _run_of(problem: Problem, setting: str) -> _Pieces | _Stretched | _Momenta:
+    if isinstance(problem, CaseProblem):
+        return _Momenta(problem.numbers, float(setting))
+    if problem.numbers.sea is None:
+        return _Stretched(problem, float(setting))
+    return _Pieces(problem.numbers, problem.numbers.sea, *piece_of(setting))
 
 
 class _Pieces:
@@ -138,8 +145,8 @@ class _Pieces:
         self._numbers, self._advance = numbers, advance_pieces
         self._pieces = SeaPieces(numbers, sea, length_s, points, SCALE)
         chains = self._pieces.channels * points
-        self._state = np.concatenate([_start(numbers), np.zeros(chains)])
-        integrator = _integrator(numbers, self._pieces, tolerance)
+        self._state = np.concatenate([start_of(numbers), np.zeros(chains)])
+        integrator = integrator_of(numbers, self._pieces, tolerance)
         self._engine, self._step = compiled_step(integrator)
         self._taylor = np.zeros((2 + chains, integrator.order + 1))
         self._side = 1.0 if numbers.impulse_energy else 0.0
@@ -170,15 +177,23 @@ class _Pieces:
         return self._state[0] - at.roll, self._state[1] - at.roll_rate
 
 
-def _start(numbers: Numbers) -> tuple[Any, Any]:
+def start_of(numbers: Numbers) -> tuple[Any, Any]:
+    """Return x and u, or psi and psi', of the wheel released at rest in its case."""
     if numbers.mass:
         return start(numbers)
     at = vertical(numbers, 0.0)
     return numbers.release_angle + at.roll, at.roll_rate
 
 
-def _integrator(numbers: Numbers, pieces: Any, tolerance: float) -> Any:
-    """Return an integrator with the state (x, u), or (psi, psi'), and the chains."""
+def integrator_of(numbers: Numbers, pieces: Any, tolerance: float, ships: int = 1) -> Any:
+    """Return an integrator with the state (x, u), or (psi, psi'), and the chains.
+
+    Args:
+        numbers: of the problem.
+        pieces: the polynomials of the sea.
+        tolerance: of heyoka.
+        ships: more than one: the integrator of a batch, a ship a lane.
+    """
     hy, n = library(NAME, 'heyoka', 'heyoka'), pieces.points
     per_half, back, inertia = 2.0 / pieces.length_s, 1.0 / SCALE, numbers.inertia
     x, u = hy.make_vars('x', 'u')
@@ -199,11 +214,14 @@ def _integrator(numbers: Numbers, pieces: Any, tolerance: float) -> Any:
     else:
         pull = numbers.force * numbers.lever_rate / inertia
         wheel_equations = [(x, u), (u, pull * back * chains[0][0] - pull * x)]
+    states = 2 + n * pieces.channels
+    if ships > 1:
+        start = np.zeros((states, ships))
+        return hy.taylor_adaptive_batch(
+            wheel_equations + turning, start, tol=tolerance, fast_math=True
+        )
     return hy.taylor_adaptive(
-        wheel_equations + turning,
-        np.zeros(2 + n * pieces.channels),
-        tol=tolerance,
-        fast_math=True,
+        wheel_equations + turning, np.zeros(states), tol=tolerance, fast_math=True
     )
 
 
@@ -217,6 +235,10 @@ def compiled_step(integrator: Any) -> tuple[Any, int]:
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
+    # a batch takes its powers from the vector library that heyoka's wheel brings
+    for file in files('heyoka') or ():
+        if file.name.startswith('libsleef'):
+            llvm.load_library_permanently(str(file.locate()))
     machine = llvm.Target.from_default_triple().create_target_machine()
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(''), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(integrator.llvm_state.object_code))

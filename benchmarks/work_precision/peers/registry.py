@@ -25,6 +25,7 @@ PEERS: dict[str, Callable[[], Peer]] = {
     'tauto': _member('tauto', 'Tauto'),
     'heyoka': _member('heyoka_plain', 'Heyoka'),
     'heyoka_tuned': _member('heyoka_tuned', 'HeyokaTuned'),
+    'heyoka_batch': _member('heyoka_batch', 'HeyokaBatch'),
     'dop853': _member('scipy_ivp', 'SciPy', 'DOP853'),
     'dop853_compiled': _member('dop853', 'CompiledDop853'),
     'lsoda': _member('scipy_ivp', 'SciPy', 'LSODA'),
