@@ -20,11 +20,12 @@ from tauto_core.fleets import Answers, Fleet, Plan, sail_fleet
 from tauto_core.fleets.answers import distances
 from tauto_core.navigation.prize import AWARDS
 from tauto_core.scene import Scene, load_scene
+from tauto_core.scene.errors import ABSENT
 from tauto_core.workers import Crew
 
 DAY_S = 86_400.0
 IN_PORT_S, AT_SEA_S = 3.0 * DAY_S, 12.0 * DAY_S
-WEIGHT, FORCE = 'portsmouth_jamaica', 'second_cam_at_sea'
+WEIGHT, FORCE = 'portsmouth_jamaica', 'clock_second_cam_force'
 EQUATION: dict[str, Any] = {'covariates': ['heave', 'roll']}
 LUNARS: dict[str, Any] = {'lunars': {'interval': DAY_S, 'sigma': 60.0}, 'clouds': 0.4}
 
@@ -60,6 +61,7 @@ def scene_of(fleet: str, part: float = 1.0) -> Scene:
         machine,
         duration=60.0 + 60.0 * round(part * arrives_at / 60.0),
         ship={**ship, 'rate': 5.0},
+        **({'suspension': ABSENT} if machine == FORCE else {}),
         voyage={
             'departure': [50.79, -1.11],
             'waypoints': [[48.5, -6.0]],

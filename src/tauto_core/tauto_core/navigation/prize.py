@@ -1,4 +1,4 @@
-"""The verdict of the Longitude Act of 1714 (12 Anne c. 15)."""
+"""The verdict of the Longitude Act of 1714 (13 Ann. c. 14)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cheek in the form of a circular arc, which was in use before Euler (theory A)."""
+"""The cheek in the form of a circular arc, an assumption for the cheeks before Euler (theory A)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ from tauto_core.scene.fields import Positive
 
 @dataclass(frozen=True)
 class CircularArc(Cam):
-    """The cheek before Euler: half a circle, vertical at its root, d below the axle.
+    """An assumed cheek before Euler: half a circle, vertical at its root, d below the axle.
+
+    Euler says that the shape was found by repeated trial, and names none (E6, I).
 
     t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread (theory A). The circle's centre
     is (∓R, d). The range is half a turn; there the thread has gone round the half disc and
@@ -94,7 +96,7 @@ class CircularArc(Cam):
 
 
 class CircularArcCam(CamKind):
-    """Cheek of a circular arc, the cam before Euler (theory A)."""
+    """Cheek of a circular arc, assumed for the clocks before Euler (theory A)."""
 
     threads = ('vertical',)
     rank = 3
