@@ -1,4 +1,4 @@
-"""The cheek in the form of a circular arc, an assumption for the cheeks before Euler (theory A)."""
+"""A cheek in the form of a circular arc, an assumption for those before Euler (theory A)."""
 
 from __future__ import annotations
 
