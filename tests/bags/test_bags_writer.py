@@ -8,6 +8,7 @@ import sys
 import textwrap
 import tracemalloc
 from collections import defaultdict
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter, encode, offered_qos, read_bag
+from tauto_core.bags import TOPICS, BagWriter, encode, mcap_out, offered_qos, read_bag
 from tauto_core.scene.errors import BagError
 
 
@@ -375,3 +376,21 @@ def test_log_times_merge_topics_by_stamp(tmp_path: Path) -> None:
             message.stamp_ns for span in file.spans for message in file.messages(span, stream)
         ]
     assert stored == sorted(np.concatenate([slow.stamp_ns, fast.stamp_ns]).tolist())
+
+
+class Forgetful(BytesIO):
+    """A file that loses what was written to it."""
+
+    def read(self, *_: Any) -> bytes:
+        return b''
+
+
+def test_an_index_that_is_lost_ends_the_writing_with_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mcap_out.tempfile, 'TemporaryFile', lambda **_: Forgetful())
+    with pytest.raises(BagError, match=r'bytes of its index are lost'):
+        write(tmp_path / 'voyage', all_batches())
+    assert read_bag(tmp_path / 'voyage').counts == {
+        f'/{name}': 1 if name == s.SCENE else 40 for name in TOPICS
+    }

@@ -9,6 +9,7 @@ not grow with the voyage. Records other than messages and their index are writte
 
 from __future__ import annotations
 
+import errno
 import os
 import struct
 import tempfile
@@ -309,6 +310,8 @@ class McapOut:
         left = self._stored.index_end
         while left:
             piece = self._index.read(min(left, _PIECE_BYTES))
+            if not piece:
+                raise OSError(errno.EIO, f'the last {left} bytes of its index are lost')
             left -= len(piece)
             yield piece
 
