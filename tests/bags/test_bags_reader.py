@@ -79,10 +79,23 @@ def test_a_whole_bag(voyage: Path, bare: bool) -> None:
 
 def test_parts_are_the_whole(voyage: Path) -> None:
     bag = read_bag(voyage)
-    parts = list(bag.parts(s.SHIP_IMU, 7))
+    parts = [part for _, part in bag.parts([s.SHIP_IMU], 7)]
     assert [s.count(part) for part in parts] == [7, 7, 7, 7, 7, 5]
     joined = s.join([part for part in parts if isinstance(part, s.ImuSamples)])
     assert_same(joined, bag.samples(s.SHIP_IMU))
+
+
+def test_topics_read_together_are_those_read_alone(voyage: Path) -> None:
+    bag = read_bag(voyage)
+    together = bag.batches(list(TOPICS))
+    assert set(together) == set(TOPICS)
+    for name, samples in together.items():
+        assert_same(samples, bag.samples(name))
+
+
+def test_a_topic_without_messages_is_an_empty_batch(tmp_path: Path) -> None:
+    bag = read_bag(foreign(tmp_path / 'x.mcap', {'/ship/imu': ('sensor_msgs/msg/Imu', 'cdr', [])}))
+    assert s.count(bag.batches([s.SHIP_IMU])[s.SHIP_IMU]) == 0
 
 
 def test_messages_come_in_the_order_of_their_log_times(tmp_path: Path) -> None:
@@ -409,3 +422,29 @@ def test_two_frames_on_a_topic_are_refused_with_the_bag(tmp_path: Path) -> None:
     bag = read_bag(foreign(path, {'/ship/imu': ('sensor_msgs/msg/Imu', 'cdr', payloads)}))
     with pytest.raises(BagError, match=r'x\.mcap: /ship/imu: header\.frame_id is'):
         bag.samples(s.SHIP_IMU)
+
+
+NONE = np.empty((1, 0))
+
+
+def test_topics_of_several_sources_are_refused_however_far_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They may lie in different parts, which are decoded one by one."""
+    parts = Bag.parts
+    monkeypatch.setattr(Bag, 'parts', lambda bag, topics: parts(bag, topics, 2))
+    frames = [imu(2), replace(imu(1), frame_id='mast')]
+    joints = [example(s.JointSamples, 2), replace(example(s.JointSamples, 1), velocity=NONE)]
+    names = replace(example(s.JointSamples, 1), name=('wheel', 'cam'))
+    cases = [
+        ('sensor_msgs/msg/Imu', s.SHIP_IMU, frames, r"frame_id is 'clock_mount' .* and 'mast'"),
+        ('sensor_msgs/msg/JointState', s.PHASE, joints, 'velocity is 2 numbers long .* and 0'),
+        ('sensor_msgs/msg/JointState', s.PHASE, [joints[0], names], r"name is .*'cam'\) in"),
+    ]
+    for number, (kind, topic, batches, problem) in enumerate(cases):
+        payloads = [payload for batch in batches for payload in encode(topic, batch)]
+        bag = read_bag(
+            foreign(tmp_path / f'{number}.mcap', {f'/{topic}': (kind, 'cdr', payloads)})
+        )
+        with pytest.raises(BagError, match=problem):
+            bag.samples(topic)

@@ -121,12 +121,12 @@ def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: i
 
 def test_a_recovered_bag_replays(tmp_path: Path) -> None:
     made = recover_bag(killed(tmp_path / 'torn', SIZE * 2 // 3))
-    result = replaying.replay(made.path)
-    assert result['scene'] == replaying.replay(GOLDEN)['scene']
+    result = replaying.replay(read_bag(made.path))
+    assert result['scene'] == replaying.replay(read_bag(GOLDEN))['scene']
     with Reader(made.path) as reader:
         span_s = reader.duration * 1e-9
     assert 60 < span_s < 100, 'of 120 s'
-    assert result['drift'] != replaying.replay(GOLDEN)['drift']
+    assert result['drift'] != replaying.replay(read_bag(GOLDEN))['drift']
 
 
 FULL = """
@@ -149,7 +149,7 @@ def test_a_bag_that_filled_the_disk_replays_and_is_recovered(tmp_path: Path) -> 
         check=False,
     )
     assert 'bag_0.mcap cannot be written' in done.stderr
-    assert replaying.replay(tmp_path / 'bag')['scene'] == 'measured'
+    assert replaying.replay(read_bag(tmp_path / 'bag'))['scene'] == 'measured'
     found = check_bag(tmp_path / 'bag')
     assert not found.whole
     assert (found.faults, found.notes) == ([], []), 'the scene is the first message'

@@ -6,7 +6,9 @@ import inspect
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +16,11 @@ from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core import voyage as core
-from tauto_core.bags import read_bag
+from tauto_core.bags import mcap_file, read_bag, reader
+from tauto_core.bags.codec import decode_as
+from tauto_core.bags.mcap_records import chunk_records
 from tauto_core.cli.app import app
+from tauto_core.samples import Samples
 
 BAGS = Path(__file__).parents[2] / 'bags'
 ARRAYS = [
@@ -100,6 +105,43 @@ def test_a_bag_replays_to_the_same_voyage(sailed: tauto.Voyage, tmp_path: Path) 
     with pytest.raises(tauto.TautoError, match='force= to replace'):
         sailed.write(tmp_path / 'bag')
     sailed.write(tmp_path / 'bag', force=True)
+
+
+@pytest.mark.parametrize(
+    'use',
+    [
+        tauto.replay,
+        lambda bag: tauto.plot(bag, 'error'),
+        lambda bag: tauto.report(bag, bag.with_suffix('.html')),
+        lambda bag: CliRunner().invoke(app, ['replay', str(bag)], catch_exceptions=False),
+    ],
+    ids=['replay', 'plot', 'report', 'command'],
+)
+def test_each_chunk_of_a_bag_is_decompressed_once_and_its_scene_decoded_once(
+    sailed: tauto.Voyage,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    use: Callable[[Path], object],
+) -> None:
+    sailed.write(tmp_path / 'bag')
+    [file] = read_bag(tmp_path / 'bag').files
+    read: list[bytes] = []
+    decoded: list[str] = []
+
+    def records(chunk: bytes) -> bytes:
+        read.append(chunk)
+        return chunk_records(chunk)
+
+    def decode(ros_type: str, *args: Any) -> Samples:
+        decoded.append(ros_type)
+        return decode_as(ros_type, *args)
+
+    monkeypatch.setattr(mcap_file, 'chunk_records', records)
+    monkeypatch.setattr(reader, 'decode_as', decode)
+    use(tmp_path / 'bag')
+    assert len(set(read)) == len(file.spans) > 5
+    assert len(read) == len(set(read))
+    assert decoded.count('std_msgs/msg/String') == 1
 
 
 def test_what_a_voyage_writes_is_what_sail_writes(sailed: tauto.Voyage, tmp_path: Path) -> None:

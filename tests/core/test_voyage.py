@@ -40,7 +40,7 @@ def test_bag_and_replay_give_the_figures_of_the_run(measured):
     _, report, out = measured
     again = summarise_bag(out)
     assert {k: v for k, v in report.items() if k != 'wall_s'} == again
-    figures = replay(out)
+    figures = replay(read_bag(out))
     for part in ('clock', 'drift', 'longitude', 'duration_s'):
         assert figures[part] == report[part]
 
@@ -48,7 +48,9 @@ def test_bag_and_replay_give_the_figures_of_the_run(measured):
 def test_a_bag_that_was_cut_short_has_its_own_length(measured):
     scene, _, out = measured
     bag = read_bag(out)
-    length_s = replay(out, scene=scene.model_copy(update={'duration': 240.0}))['duration_s']
+    length_s = replay(read_bag(out), scene=scene.model_copy(update={'duration': 240.0}))[
+        'duration_s'
+    ]
     assert length_s == (bag.end_ns - bag.start_ns) / 1e9
     assert 120.0 < length_s < 121.0  # with the motion beyond the end
 
@@ -165,7 +167,7 @@ def test_the_landfall_is_judged_before_the_clock_is_checked(tmp_path):
     # the check at 610 s shows in the estimate
     assert report['drift']['offset_sigma_s'] < 0.9 * ended['drift']['offset_sigma_s']
     assert summarise_bag(tmp_path / 'bag')['longitude'] == landfall
-    assert replay(tmp_path / 'bag')['longitude'] == landfall
+    assert replay(read_bag(tmp_path / 'bag'))['longitude'] == landfall
 
 
 def test_the_ideal_clock_on_land_keeps_true_time():
@@ -265,10 +267,10 @@ def test_a_replay_says_what_it_does_without(measured, tmp_path):
     bag = read_bag(out)
     with BagWriter(tmp_path / 'bare') as writer:
         writer.write({topic: bag.samples(topic) for topic in (SCENE, READING)})
-    observed, fixed = replay(tmp_path / 'bare')['warnings']
+    observed, fixed = replay(read_bag(tmp_path / 'bare'))['warnings']
     assert 'no topic clock/observation' in observed
     assert 'no topic ship/fix' in fixed
-    assert replay(out)['warnings'] == []
+    assert replay(read_bag(out))['warnings'] == []
 
 
 def test_a_bag_without_scene_needs_one(measured, tmp_path):
@@ -277,13 +279,13 @@ def test_a_bag_without_scene_needs_one(measured, tmp_path):
     with BagWriter(tmp_path / 'bare') as writer:
         writer.write({READING: bag.samples(READING)})
     with pytest.raises(BagError, match='--scene'):
-        replay(tmp_path / 'bare')
-    figures = replay(tmp_path / 'bare', scene=scene)
+        replay(read_bag(tmp_path / 'bare'))
+    figures = replay(read_bag(tmp_path / 'bare'), scene=scene)
     assert figures['clock'] == report['clock']
     with BagWriter(tmp_path / 'empty') as writer:
         writer.write({SHIP_FIX: bag.samples(SHIP_FIX)})
     with pytest.raises(BagError, match='clock/reading'):
-        replay(tmp_path / 'empty', scene=scene)
+        replay(read_bag(tmp_path / 'empty'), scene=scene)
 
 
 def test_pipeline_reports_the_counters_of_its_stages():
@@ -334,7 +336,7 @@ def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
     scene = load_scene('involute_weight_at_sea', duration=120.0, drift=drift, log=log)
     report = sail(scene, tmp_path / 'thin')
     assert SHIP_IMU not in read_bag(tmp_path / 'thin')
-    told = replay(tmp_path / 'thin', smooth=True)
+    told = replay(read_bag(tmp_path / 'thin'), smooth=True)
     assert told['drift'] == report['drift']
     assert not told['warnings']
     # the last observation is at the end, where hindsight knows no more
@@ -348,12 +350,12 @@ def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
     bag = read_bag(tmp_path / 'full')
     with BagWriter(tmp_path / 'bare') as writer:
         writer.write({t: bag.samples(t) for t in (SCENE, READING, SHIP_IMU, OBSERVATION)})
-    again = replay(tmp_path / 'bare')['drift']
+    again = replay(read_bag(tmp_path / 'bare'))['drift']
     assert again['heave_integral_s'] == pytest.approx(
         report['drift']['heave_integral_s'], rel=1e-9
     )
     with BagWriter(tmp_path / 'blind') as writer:
         writer.write({t: bag.samples(t) for t in (SCENE, READING, OBSERVATION)})
-    blind = replay(tmp_path / 'blind')
+    blind = replay(read_bag(tmp_path / 'blind'))
     assert blind['drift']['heave_integral_s'] == 0.0
     assert any('no topic ship/imu' in words for words in blind['warnings'])

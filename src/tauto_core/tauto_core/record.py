@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 Kind = TypeVar('Kind', bound=Samples)
 
 _NONE = np.empty(0)
-_STATED = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
-"""Topics that a replay does not compute again."""
+_STATED = (SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
+"""Topics, besides the scene, that a replay does not compute again."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -322,7 +322,8 @@ def replay_voyage(
     """Return the voyage in a bag, with drift and longitude estimated anew.
 
     Args:
-        path, scene, smooth, stable: as for `replaying.replay`.
+        path: rosbag2 folder or MCAP file.
+        scene, smooth, stable: as for `replaying.replay`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -330,10 +331,10 @@ def replay_voyage(
         SceneError: the bag's scene cannot be read.
     """
     bag = read_bag(path)
+    sailed = replaying.bag_scene(bag, scene)
     gathered = _Gathered(motion=True)
-    result = replaying.replay(path, scene=scene, smooth=smooth, stable=stable, watch=gathered.take)
-    found = gathered.joined()
-    for topic in _STATED:
-        if topic in bag and topic not in found:
-            found[topic] = bag.samples(topic)
-    return Voyage(replaying.bag_scene(bag, scene), result, found)
+    result = replaying.replay(
+        bag, scene=sailed, smooth=smooth, stable=stable, topics=_STATED, watch=gathered.take
+    )
+    told = {} if bag.scenes is None else {SCENE: bag.scenes}
+    return Voyage(sailed, result, {**told, **gathered.joined()})

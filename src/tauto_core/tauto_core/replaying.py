@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -59,11 +59,10 @@ def summarise_bag(path: Path) -> dict[str, Any]:
     bag = read_bag(path)
     scene = bag_scene(bag)
     summary = Summary(scene)
-    said = (JOINT_STATES, PHASE, READING, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
-    for topic in (OBSERVATION, *said):
-        if topic in bag:
-            for part in bag.parts(topic):
-                summary.feed({topic: part})
+    said = (JOINT_STATES, PHASE, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
+    for topics in ((OBSERVATION, READING), said):  # the summary needs these two first
+        for topic, part in bag.parts([topic for topic in topics if topic in bag]):
+            summary.feed({topic: part})
     return {**report(scene, summary), 'bag': str(path)}
 
 
@@ -82,36 +81,36 @@ def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
     ]
 
 
-def _recorded_motion(bag: Bag, scene: Scene) -> RecordedIntegrals | None:
+def _recorded_motion(recorded: Batches, scene: Scene) -> RecordedIntegrals | None:
     """Return the integrals of a scene's covariates from a bag; None if it has none.
 
     They are exact even where the motion itself is logged thinly.
     """
-    covariates = scene.drift.covariates
-    if not covariates or ESTIMATE not in bag:
+    covariates, estimate = scene.drift.covariates, recorded.get(ESTIMATE)
+    if not covariates or not isinstance(estimate, JointSamples):
         return None
-    estimate = cast(JointSamples, bag.samples(ESTIMATE))
     named = set(integral_names(covariates)) <= set(estimate.name)
     return RecordedIntegrals(estimate, covariates) if named else None
 
 
 def replay(
-    path: Path,
+    bag: Bag,
     *,
     scene: Scene | None = None,
     smooth: bool = False,
     stable: bool = False,
+    topics: Collection[str] = (),
     watch: Callable[[Batches], None] | None = None,
 ) -> dict[str, Any]:
     """Estimate drift and longitude again from a bag's readings and observations alone.
 
     Args:
-        path: rosbag2 folder or MCAP file with `clock/reading`, `clock/observation` and, for
-            distances, `ship/fix`.
+        bag: a bag with `clock/reading`, `clock/observation` and, for distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
         smooth: also estimate the drift from all observations in hindsight (`hindsight`).
         stable: also estimate the stability of the clock (`stability_of`).
-        watch: called with all samples that were read or computed on any topic.
+        topics: topics that are not computed again, for `watch` as far as the bag has them.
+        watch: called with the samples of `topics`, and with all others that were read or computed.
 
     Returns:
         `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
@@ -120,23 +119,26 @@ def replay(
         `stability`.
 
     Raises:
-        BagError: not a bag, no readings, or no scene.
+        BagError: no readings, or no scene.
         EstimationError: readings whose stability cannot be estimated.
     """
-    bag = read_bag(path)
     found = bag_scene(bag, scene)
-    expect_fix = SHIP_FIX in bag
-    motion = _recorded_motion(bag, found)
+    wanted = [READING, OBSERVATION, SHIP_FIX, *topics]
+    if found.drift.covariates:
+        wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)
+    recorded = bag.batches([topic for topic in wanted if topic == READING or topic in bag])
+    motion = _recorded_motion(recorded, found)
     drift = DriftStage(found, expect_schedule=False, motion=motion)
-    stages = Pipeline([drift, LongitudeStage(found, expect_fix=expect_fix)])
+    stages = Pipeline([drift, LongitudeStage(found, expect_fix=SHIP_FIX in bag)])
+    inputs = [topic for topic in dict.fromkeys((*drift.inputs, SHIP_FIX)) if topic in bag]
+    if SHIP_IMU in inputs and SHIP_IMU not in recorded:  # estimates without the integrals
+        recorded |= bag.batches([SHIP_IMU])
     summary = Summary(found)
-    recorded = {
-        topic: bag.samples(topic)
-        for topic in dict.fromkeys((*drift.inputs, SHIP_FIX))
-        if topic == READING or topic in bag
-    }
-    said = stages.feed(recorded)
+    said = stages.feed({topic: recorded[topic] for topic in inputs})
     held = stages.finish()
+    if watch is not None:
+        others = [topic for topic in topics if topic in recorded and topic not in said]
+        watch({topic: recorded[topic] for topic in others})
     for batches in (said, held):
         summary.feed(batches)
         if watch is not None:
@@ -149,7 +151,7 @@ def replay(
     return {
         'scene': found.name,
         'answer': answer(figures),
-        'bag': str(path),
+        'bag': str(bag.path),
         **sea_of(found),
         **figures,
         **(_smoothed(merged([said, held]), found) if smooth else {}),

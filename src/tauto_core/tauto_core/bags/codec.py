@@ -28,7 +28,7 @@ from tauto_core.bags.layout import (
     template,
 )
 from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, Field, MessageType
-from tauto_core.samples import NS_PER_S, IntArray, JointSamples, Samples, count
+from tauto_core.samples import NS_PER_S, IntArray, JointSamples, Samples, count, join
 from tauto_core.scene.errors import BagError
 
 _MOST_LAYOUTS = 32
@@ -103,6 +103,23 @@ def decode_as(
     if isinstance(samples, JointSamples):
         _check_joints(origin, samples)
     return samples
+
+
+def joined(ros_type: str, origin: str, parts: Sequence[Samples]) -> Samples:
+    """Return batches that `decode_as` made of one topic, in their order, as one.
+
+    Raises:
+        BagError: several frames or sets of joint names, as in `decode`.
+    """
+    for field in MESSAGE_TYPES[ros_type].fields:
+        first, *others = [getattr(part, field.sample) for part in parts]
+        for other in others:
+            if field.shared and other != first:
+                raise _mixed(origin, field, repr(first), repr(other))
+            if not field.shared and other.shape[1:] != first.shape[1:]:
+                raise _mixed(origin, field, *_lengths(first, other))
+    whole: Samples = join(parts)  # type: ignore[type-var]
+    return whole
 
 
 def header_stamp_ns(payload: bytes) -> int:
@@ -205,7 +222,7 @@ class _Collection:
             if field.shared:
                 found = layout.texts[name]
                 if self.values.setdefault(name, found) != found:
-                    raise self._mixed(field, repr(self.values[name]), repr(found))
+                    raise _mixed(self.origin, field, repr(self.values[name]), repr(found))
             elif field.kind == 'string':
                 texts = self.values.setdefault(name, np.empty(self.n, object))
                 texts[where] = layout.texts[name]
@@ -221,16 +238,19 @@ class _Collection:
             whole = np.empty((self.n, *part.shape[1:]), part.dtype.newbyteorder('='))
             self.values[field.sample] = whole
         if whole.shape[1:] != part.shape[1:]:
-            raise self._mixed(
-                field, f'{whole.shape[1]} numbers long', f'{part.shape[1]} numbers long'
-            )
+            raise _mixed(self.origin, field, *_lengths(whole, part))
         whole[where] = part
 
-    def _mixed(self, field: Field, first: str, second: str) -> BagError:
-        return BagError(
-            f'{self.origin}: {field.message} is {first} in one message and {second} in another; '
-            'a topic must have one source: record or remap them apart'
-        )
+
+def _lengths(first: NDArray[Any], second: NDArray[Any]) -> tuple[str, str]:
+    return f'{first.shape[1]} numbers long', f'{second.shape[1]} numbers long'
+
+
+def _mixed(origin: str, field: Field, first: str, second: str) -> BagError:
+    return BagError(
+        f'{origin}: {field.message} is {first} in one message and {second} in another; a topic '
+        'must have one source: record or remap them apart'
+    )
 
 
 def _numbers(field: Field, layout: Layout) -> NDArray[Any]:

@@ -90,6 +90,10 @@ class McapFile:
     indexed: bool = False
     ended: bool = True
     description: str = ''
+    _held: tuple[int, bytes] = field(default=(-1, b''), repr=False, compare=False)
+    """Offset and records of the span that was read last: the chunk with the scene, with which the
+    messages of the voyage begin, is decompressed once for both.
+    """
 
     def messages(
         self, span: Span, stream: BinaryIO, channels: Collection[int] | None = None
@@ -124,13 +128,18 @@ class McapFile:
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
         """Return the records of a span; none of a damaged chunk, with a warning."""
+        offset, octets = self._held
+        if offset == span.offset:
+            return octets
         stream.seek(span.offset)
         try:
             octets = stream.read(span.length)
-            return chunk_records(octets) if span.chunk else octets
+            octets = chunk_records(octets) if span.chunk else octets
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
-            return b''
+            octets = b''
+        self._held = span.offset, octets
+        return octets
 
     def warn(self, what: str) -> None:
         """Note damage once."""

@@ -6,17 +6,18 @@ import heapq
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from tauto_core.bags.codec import decode_as
+from tauto_core.bags.codec import decode_as, joined
 from tauto_core.bags.mcap_file import Channel, McapFile, open_mcap
 from tauto_core.bags.mcap_records import Stored
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
 from tauto_core.bags.writer import METADATA
-from tauto_core.samples import SCENE, IntArray, Samples, TextSamples
+from tauto_core.samples import SCENE, Batches, IntArray, Samples, TextSamples
 from tauto_core.scene.errors import BagError, BagPlaceError
 
 PART = 100_000
@@ -79,16 +80,19 @@ class Bag:
         """
         return self.notes + tuple(warning for file in self.files for warning in file.warnings)
 
-    @property
-    def scene(self) -> str | None:
-        """The text of the `scene` topic, its last message; `None` where the bag has none."""
+    @cached_property
+    def scenes(self) -> TextSamples | None:
+        """The messages of the `scene` topic, read once; `None` where the bag has none."""
         matches = self._matches(SCENE)
         if not matches or (len(matches) == 1 and self.topics[matches[0]] != STRING.name):
             return None
         samples = self.samples(SCENE)
-        if not isinstance(samples, TextSamples) or not len(samples.data):
-            return None
-        return str(samples.data[-1])
+        return samples if isinstance(samples, TextSamples) and len(samples.data) else None
+
+    @property
+    def scene(self) -> str | None:
+        """The text of the `scene` topic, its last message; `None` where the bag has none."""
+        return None if self.scenes is None else str(self.scenes.data[-1])
 
     def __contains__(self, topic: str) -> bool:
         """Whether the bag has the topic."""
@@ -101,25 +105,41 @@ class Bag:
             BagError: no such topic, several that match, another message type than in the table, a
                 type that is not in the table, payloads that do not decode.
         """
-        stamps, payloads = self.payloads(topic)
-        return self._decode(topic, payloads, stamps)
+        return self.batches([topic])[topic]
 
-    def parts(self, topic: str, size: int = PART) -> Iterator[Samples]:
-        """Yield a topic as batches of at most `size` samples, for bags larger than the memory.
+    def batches(self, topics: Collection[str]) -> Batches:
+        """Return all messages of several topics, one batch a topic, in one pass over the files.
 
         Raises:
             BagError: as `samples`.
         """
-        stamps: list[int] = []
-        payloads: list[bytes] = []
-        for stored in self._stored(topic):
+        read: dict[str, list[Samples]] = {topic: [] for topic in topics}
+        for topic, part in self.parts(topics):
+            read[topic].append(part)
+        return {
+            topic: self._joined(topic, parts or [self._decode(topic, [], [])])
+            for topic, parts in read.items()
+        }
+
+    def parts(self, topics: Collection[str], size: int = PART) -> Iterator[tuple[str, Samples]]:
+        """Yield topics as batches of at most `size` samples, for bags larger than the memory.
+
+        The batches of one topic come in the order of the recording.
+
+        Raises:
+            BagError: as `samples`.
+        """
+        waiting: dict[str, tuple[list[int], list[bytes]]] = {topic: ([], []) for topic in topics}
+        for topic, stored in self._stored(topics):
+            stamps, payloads = waiting[topic]
             stamps.append(stored.stamp_ns)
             payloads.append(stored.payload)
             if len(stamps) == size:
-                yield self._decode(topic, payloads, np.array(stamps, np.int64))
-                stamps, payloads = [], []
-        if stamps:
-            yield self._decode(topic, payloads, np.array(stamps, np.int64))
+                waiting[topic] = [], []
+                yield topic, self._decode(topic, payloads, stamps)
+        for topic, (stamps, payloads) in waiting.items():
+            if stamps:
+                yield topic, self._decode(topic, payloads, stamps)
 
     def payloads(self, topic: str) -> tuple[IntArray, list[bytes]]:
         """Return log times and CDR payloads of a topic, in the order of the recording.
@@ -127,7 +147,7 @@ class Bag:
         Raises:
             BagError: no such topic, several that match, another message type than in the table.
         """
-        stored = list(self._stored(topic))
+        stored = [message for _, message in self._stored([topic])]
         stamps = np.array([message.stamp_ns for message in stored], np.int64)
         return stamps, [message.payload for message in stored]
 
@@ -198,20 +218,24 @@ class Bag:
                     known.append(channel.ros_type)
         return types
 
-    def _stored(self, topic: str) -> Iterator[Stored]:
-        """Yield the messages of one topic, file after file; refuse another type or encoding."""
-        full = self.find(topic)
-        wanted = TOPICS[topic].ros_type if topic in TOPICS else self.topics[full]
-        self.check_type(full, wanted)
+    def _stored(self, topics: Collection[str]) -> Iterator[tuple[str, Stored]]:
+        """Yield messages with their topics, file after file; refuse another type or encoding."""
+        wanted = {self.find(topic): topic for topic in topics}
+        for full, topic in wanted.items():
+            ros_type = TOPICS[topic].ros_type if topic in TOPICS else self.topics[full]
+            self.check_type(full, ros_type)
         for file in self.files:
-            numbers = {
-                number for number, channel in file.channels.items() if channel.topic == full
+            topic_of = {
+                number: wanted[channel.topic]
+                for number, channel in file.channels.items()
+                if channel.topic in wanted
             }
             with file.path.open('rb') as stream:
                 for span in file.spans:
-                    if span.channels is not None and not span.channels & numbers:
+                    if span.channels is not None and span.channels.isdisjoint(topic_of):
                         continue
-                    yield from file.messages(span, stream, numbers)
+                    for stored in file.messages(span, stream, topic_of):
+                        yield topic_of[stored.channel], stored
 
     def check_type(self, full: str, wanted: str) -> None:
         """Refuse a topic, given by its full name, that is not all of one type in CDR.
@@ -233,7 +257,11 @@ class Bag:
                         "messages are 'cdr'; record it with ROS 2"
                     )
 
-    def _decode(self, topic: str, payloads: list[bytes], stamps: IntArray) -> Samples:
+    def _joined(self, topic: str, parts: list[Samples]) -> Samples:
+        full = self.find(topic)
+        return joined(self.topics[full], f'{self.path}: {full}', parts)
+
+    def _decode(self, topic: str, payloads: list[bytes], stamps: list[int]) -> Samples:
         full = self.find(topic)
         ros_type = self.topics[full]
         if ros_type not in MESSAGE_TYPES:
@@ -241,7 +269,8 @@ class Bag:
                 f'{self.path}: {full} holds {ros_type or "messages without a type"}; what can be '
                 f'decoded is {", ".join(MESSAGE_TYPES)}'
             )
-        return decode_as(ros_type, f'{self.path}: {full}', payloads, stamps)
+        origin = f'{self.path}: {full}'
+        return decode_as(ros_type, origin, payloads, np.array(stamps, np.int64))
 
 
 def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:

@@ -236,6 +236,7 @@ def replay(
 ) -> None:
     """Estimate drift and longitude again, from a bag alone."""
     from tauto_core import replaying
+    from tauto_core.bags import read_bag
     from tauto_core.cli import stability_figure
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.replay_tables import replay_tables
@@ -248,7 +249,7 @@ def replay(
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     with progress_bar(f'replay {bag}'):
-        result = replaying.replay(bag, scene=loaded, smooth=smooth, stable=stability)
+        result = replaying.replay(read_bag(bag), scene=loaded, smooth=smooth, stable=stability)
     _warn(result['warnings'])
     if plot is not None:
         stability_figure.draw(result['stability'], result['scene'], plot)
