@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -12,13 +13,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
 from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core import voyage as core
-from tauto_core.bags import mcap_file, read_bag, reader
+from tauto_core.bags import check_bag, mcap_file, read_bag, reader
 from tauto_core.bags.codec import decode_as
 from tauto_core.bags.mcap_records import chunk_records
+from tauto_core.cli import stability_figure
 from tauto_core.cli.app import app
 from tauto_core.samples import Samples
 
@@ -96,6 +100,7 @@ def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Vo
 def test_a_bag_replays_to_the_same_voyage(sailed: tauto.Voyage, tmp_path: Path) -> None:
     sailed.write(tmp_path / 'bag')
     again = tauto.replay(tmp_path / 'bag')
+    assert again.result['damage'] == []
     assert len(ARRAYS) > 15
     for name in ARRAYS:
         # times of the observations count from the first reading, which the bag holds too
@@ -142,6 +147,57 @@ def test_each_chunk_of_a_bag_is_decompressed_once_and_its_scene_decoded_once(
     assert len(set(read)) == len(file.spans) > 5
     assert len(read) == len(set(read))
     assert decoded.count('std_msgs/msg/String') == 1
+
+
+@pytest.fixture(scope='module')
+def torn(sailed: tauto.Voyage, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A bag as a killed recorder leaves it: half of the file, no metadata."""
+    folder = tmp_path_factory.mktemp('torn') / 'bag'
+    sailed.write(folder)
+    file = folder / 'bag_0.mcap'
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    (folder / 'metadata.yaml').unlink()
+    return folder
+
+
+def test_the_answer_of_a_torn_bag_says_so(torn: Path) -> None:
+    found = tauto.replay(torn)
+    assert len(found.result['damage']) == 2
+    assert 'cut at byte' in found.result['damage'][1]
+    assert found.result['warnings'][:2] == found.result['damage']
+    assert found.answer.startswith('The bag is not whole. After ')
+    printed = CliRunner().invoke(app, ['--quiet', 'replay', str(torn)]).stdout
+    assert 'The bag is not whole.' in printed
+
+
+def test_the_pictures_of_a_torn_bag_say_so(torn: Path, tmp_path: Path) -> None:
+    figures = [tauto.plot(torn, what) for what in ('error', 'machine')]
+    drawn: list[Figure] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stability_figure, 'write_figure', lambda draw, _: drawn.append(draw()))
+        words = ['replay', str(torn), '--stability', '--plot', str(tmp_path / 'x.svg')]
+        assert CliRunner().invoke(app, words).exit_code == 0
+    for figure in (*figures, *drawn):
+        texts = [each.get_text() for each in figure.findobj(Text)]
+        [notice] = [' '.join(text.split()) for text in texts if 'not whole' in text]
+        assert re.search(r'The bag is not whole: .* cut at byte \d+', notice)
+
+
+def test_the_page_of_a_torn_bag_says_so(torn: Path, sailed: tauto.Voyage, tmp_path: Path) -> None:
+    banner = re.compile('<p class="damage" role="alert">The bag is not whole: .*cut at byte')
+    pages = [tmp_path / 'torn.html', tmp_path / 'sailed.html']
+    for source, page in zip((torn, sailed), pages, strict=True):
+        tauto.report(source, page)
+    assert [bool(banner.search(page.read_text())) for page in pages] == [True, False]
+    assert 'role="alert"' not in pages[1].read_text()
+
+
+def test_a_torn_bag_written_again_does_not_become_whole(torn: Path, tmp_path: Path) -> None:
+    tauto.replay(torn).write(tmp_path / 'bag')
+    assert check_bag(tmp_path / 'bag').cut_short
+    again = tauto.replay(tmp_path / 'bag')
+    assert again.answer.startswith('The bag is not whole. ')
+    assert 'its recording ended before the voyage did' in again.result['damage'][0]
 
 
 def test_what_a_voyage_writes_is_what_sail_writes(sailed: tauto.Voyage, tmp_path: Path) -> None:

@@ -13,11 +13,28 @@ _LEAST_NMI = 1e-3
 
 
 def answer(result: Mapping[str, Any]) -> str:
-    """Return the answer as a sentence.
+    """Return the answer as a sentence; of a bag that is not whole, after one that says so.
 
     Args:
         result: what `voyage.sail` and `replaying.replay` return, without the sentence.
     """
+    return f'The bag is not whole. {_answer(result)}' if result.get('damage') else _answer(result)
+
+
+def not_whole(result: Mapping[str, Any]) -> str:
+    """Return what is wrong with the bag of a result; empty where nothing is.
+
+    Args:
+        result: as for `answer`.
+    """
+    damage = result.get('damage')
+    if not damage:
+        return ''
+    more = f'; and {len(damage) - 2} more' if len(damage) > 2 else ''
+    return f'The bag is not whole: {"; ".join(damage[:2])}{more}'
+
+
+def _answer(result: Mapping[str, Any]) -> str:
     longitude = result.get('longitude') or {}
     stopped_s = (result.get('trochlea') or {}).get('stopped_s')
     if stopped_s is not None:

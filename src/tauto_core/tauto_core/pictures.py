@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tauto_core.answer import not_whole
 from tauto_core.chart import Chart, Line
 from tauto_core.charts import PICTURES, chart
 from tauto_core.figure_file import check_plot, write_figure
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
 """The palette of Okabe and Ito, safe for the colour-blind; its grey suits white and black."""
+_TITLE_CHARACTERS = 64
 _DASHES = {'blue': '-', 'orange': '--', 'green': '-', 'grey': '-'}
 
 
@@ -48,7 +51,8 @@ def picture(voyage: Voyage, what: str, file: str | Path | None = None) -> Figure
         FigureError: the file cannot be written.
     """
     check_picture(what, file)
-    figure = draw(chart(voyage, what), voyage.scene.name)
+    name = '\n'.join([*wrap(not_whole(voyage.result), _TITLE_CHARACTERS), voyage.scene.name])
+    figure = draw(chart(voyage, what), name)
     if file is not None:
         write_figure(lambda: figure, Path(file), '--out')
     return figure

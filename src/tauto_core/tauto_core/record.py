@@ -12,6 +12,7 @@ import numpy as np
 
 from tauto_core import replaying, voyage
 from tauto_core.bags import BagWriter, check_folder, read_bag
+from tauto_core.bags.writer import CUT_SHORT
 from tauto_core.call_words import in_words_of_calls
 from tauto_core.navigation.estimates import MEAN_RATE_NAMES
 from tauto_core.samples import (
@@ -245,6 +246,8 @@ class Voyage:
             check_folder(folder, force=force)
         with BagWriter(folder, force=force) as writer:
             writer.describe(bag_metadata(self.scene))
+            if self.result.get('damage'):
+                writer.describe(CUT_SHORT)
             kept = dict(self.samples)
             kept.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
             writer.write(kept)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from tauto_core.answer import answer
-from tauto_core.bags import Bag, read_bag
+from tauto_core.bags import Bag, is_cut_short, read_bag
 from tauto_core.navigation import DriftStage, LongitudeStage, drift_warnings
 from tauto_core.navigation.drift import merged
 from tauto_core.navigation.regressors import RecordedIntegrals, integral_names
@@ -81,6 +81,12 @@ def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
     ]
 
 
+def _damage(bag: Bag) -> list[str]:
+    """Return what is damaged or missing in a bag that was read; nothing of a whole one."""
+    ended = 'it says cut_short: its recording ended before the voyage did'
+    return [*bag.warnings, *([f'{bag.path}: {ended}'] if is_cut_short(bag.path) else [])]
+
+
 def _recorded_motion(recorded: Batches, scene: Scene) -> RecordedIntegrals | None:
     """Return the integrals of a scene's covariates from a bag; None if it has none.
 
@@ -115,8 +121,8 @@ def replay(
     Returns:
         `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
         `longitude`, `duration_s` (the scene's, if it was sailed to its end; otherwise the bag's),
-        and the bag's `start_s`, message `counts` and `warnings`; where asked for, `smoothed` and
-        `stability`.
+        and the bag's `start_s`, message `counts`, `damage` and `warnings`, which begin with it;
+        where asked for, `smoothed` and `stability`.
 
     Raises:
         BagError: no readings, or no scene.
@@ -148,9 +154,10 @@ def replay(
         'drift': summary.drift(),
         'longitude': summary.longitude(),
     }
+    damage = _damage(bag)
     return {
         'scene': found.name,
-        'answer': answer(figures),
+        'answer': answer({**figures, 'damage': damage}),
         'bag': str(bag.path),
         **sea_of(found),
         **figures,
@@ -159,8 +166,9 @@ def replay(
         'start_s': (bag.start_ns or 0) / NS_PER_S,
         'duration_s': _length_s(bag, found, cast(TimeSamples, recorded[READING])),
         'counts': bag.counts,
+        'damage': damage,
         'warnings': [
-            *bag.warnings,
+            *damage,
             *_missing(bag, drift.inputs),
             *drift_warnings(stages.health(), found),
         ],

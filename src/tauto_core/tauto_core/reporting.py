@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tauto_core.animation import animation
+from tauto_core.answer import not_whole
 from tauto_core.chart import Chart, Line
 from tauto_core.charts import PICTURES, chart
 from tauto_core.pictures import COLOURS
@@ -103,6 +104,7 @@ def page(voyage: Voyage, command: str) -> str:
     return template.substitute(
         title=escape(voyage.scene.name),
         length='' if seconds is None else escape(f': {span(seconds)}'),
+        damage=_damage(voyage),
         answer=escape(voyage.answer),
         signs=escape(SIGNS),
         figures=_figures(voyage),
@@ -113,6 +115,12 @@ def page(voyage: Voyage, command: str) -> str:
         scene=escape(scene_yaml(voyage.scene)),
         made=_made(command),
     )
+
+
+def _damage(voyage: Voyage) -> str:
+    """Return the banner of a voyage from a bag that is not whole."""
+    words = not_whole(voyage.result)
+    return f'<p class="damage" role="alert">{escape(words)}</p>' if words else ''
 
 
 def _charts(voyage: Voyage) -> tuple[dict[str, Chart], list[str]]:

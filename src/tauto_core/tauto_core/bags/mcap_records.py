@@ -100,7 +100,7 @@ def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
 def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[Stored]:
     """Yield the whole messages among records, of some channels.
 
-    A bag is read once for each topic that is wanted, so skipping must be cheap.
+    A chunk has messages of all topics, few of which may be wanted, so skipping must be cheap.
     """
     at, size, skipped = 0, len(octets), RECORD.size + MESSAGE_HEAD.size
     head_of = _MESSAGE_RECORD.unpack_from

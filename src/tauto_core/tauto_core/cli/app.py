@@ -16,6 +16,7 @@ import signal
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -236,6 +237,7 @@ def replay(
 ) -> None:
     """Estimate drift and longitude again, from a bag alone."""
     from tauto_core import replaying
+    from tauto_core.answer import not_whole
     from tauto_core.bags import read_bag
     from tauto_core.cli import stability_figure
     from tauto_core.cli.progress import progress_bar
@@ -252,7 +254,8 @@ def replay(
         result = replaying.replay(read_bag(bag), scene=loaded, smooth=smooth, stable=stability)
     _warn(result['warnings'])
     if plot is not None:
-        stability_figure.draw(result['stability'], result['scene'], plot)
+        title = '\n'.join([*wrap(not_whole(result), 100), result['scene']])
+        stability_figure.draw(result['stability'], title, plot)
         say(f'wrote {plot}')
     _show(result, None if as_json else replay_tables(result))
 
