@@ -21,7 +21,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from importlib.metadata import version
 from pathlib import Path
 
 RESULTS = Path(__file__).with_suffix('.json')
@@ -68,7 +67,7 @@ def main() -> None:
     compileall.compile_dir(str(Path(tauto_core.__file__).parent), quiet=1)
     parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
     parser.add_argument('scenes', nargs='*', metavar='SCENE')
-    parser.add_argument('--build', default=version('tauto_core'))
+    parser.add_argument('--build', default=tauto_core.__version__)
     parser.add_argument('--repeats', type=int, default=3)
     given = parser.parse_args()
     results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {'builds': {}}

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tauto_core.version import BASE, code
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -58,7 +60,9 @@ def test_the_installed_wheel_sails_by_itself(wheels: dict[str, Path], tmp_path: 
     )
     assert str(tmp_path) in said.splitlines()[0]
     assert 'Voyage of ideal' in said
-    assert 'tauto 0' in run(tmp_path / 'env/bin/tauto', '--version')
+    # no git there, but the same code as in this tree
+    assert run(tmp_path / 'env/bin/tauto', '--version') == f'tauto {BASE} (code {code()})\n'
+    assert all(f'-{BASE}-' in wheel.name for wheel in wheels.values())
 
 
 def test_the_extras_are_those_that_the_readme_names() -> None:

@@ -1,5 +1,7 @@
 """Build script: colcon reads it, pip reads it through setuptools."""
 
+import runpy
+
 from setuptools import find_packages, setup
 
 PACKAGE = 'tauto_core'
@@ -42,7 +44,7 @@ ROS = ['tauto_nodes[ros]']
 
 setup(
     name=PACKAGE,
-    version='0.2.0',
+    version=runpy.run_path(f'{PACKAGE}/version.py')['BASE'],
     description="Sully and Euler's sea clock on a rolling ship: curves, motion, drift, longitude.",
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),

@@ -8,7 +8,7 @@ PACKAGE = 'tauto_nodes'
 
 setup(
     name=PACKAGE,
-    version='0.2.0',
+    version='0.3.0.dev0',
     description='ROS 2 Jazzy nodes of the sea clock: ship, trochlea, drift, longitude, bags.',
     license='Apache-2.0',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),

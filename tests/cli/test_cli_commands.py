@@ -331,9 +331,9 @@ def test_measured_motion_that_cannot_be_used_exits_2(tmp_path: Path) -> None:
 
 
 def test_the_version_and_the_short_help() -> None:
-    from importlib.metadata import version
+    from tauto_core.version import code, version
 
-    assert tauto('--version').stdout == f'tauto {version("tauto_core")}\n'
+    assert tauto('--version').stdout == f'tauto {version()} (code {code()})\n'
     for words in (('-h',), ('sail', '-h'), ('scene', 'check', '-h')):
         assert tauto(*words).stdout.startswith('Usage: ')
 

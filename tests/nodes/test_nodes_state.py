@@ -19,6 +19,7 @@ from tauto_core.clockwork import DialSetting, LiveTrochlea
 from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import READING, SHIP_IMU, TimeSamples, take
 from tauto_core.scene import load_scene
+from tauto_core.version import code
 from tauto_nodes.errors import ParameterError
 from tauto_nodes.qos import port
 from tauto_nodes.state_file import StateFile
@@ -70,6 +71,7 @@ def test_a_state_that_does_not_fit_is_refused(tmp_path: Path) -> None:
     for wrong, said in (
         (whole.replace(b'"a", 1', b'"a", 2'), 'is damaged'),
         (whole.replace(b'"version": 1', b'"version": 0'), 'another version'),
+        (whole.replace(code().encode(), b'0123'), rf'another code \(0123 in place of {code()}\)'),
         (whole[: len(whole) // 2], 'cannot be read|no state file|is damaged'),
         (b'', 'cannot be read'),
     ):

@@ -12,10 +12,10 @@ import math
 import time
 from contextlib import nullcontext
 from dataclasses import replace
-from importlib.metadata import version
 
 import numpy as np
 
+import tauto_core
 from benchmarks.work_precision.equations.sea import stretches
 from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.problems import CaseProblem, HungCase, Problem, WheelProblem
@@ -52,7 +52,7 @@ class Tauto:
 
     def version(self) -> str:
         """Return the version of tauto_core."""
-        return version('tauto_core')
+        return tauto_core.__version__
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return 'RATE Hz TOLERANCE', coarse to fine, or what needs neither."""

@@ -57,9 +57,9 @@ _HOMES = {'TautoError': 'scene.errors', 'Voyage': 'record'}
 def __getattr__(name: str) -> Any:
     """Return a public name from the module that defines it."""
     if name == '__version__':
-        from importlib.metadata import version
+        from tauto_core.version import version
 
-        return version('tauto_core')
+        return version()
     if name not in __all__:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     found = getattr(import_module(f'{__name__}.{_HOMES.get(name, "api")}'), name)

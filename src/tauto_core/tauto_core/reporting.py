@@ -28,6 +28,8 @@ from tauto_core.result_rows import SIGNS, groups
 from tauto_core.samples import FloatArray
 from tauto_core.scene import scene_yaml
 from tauto_core.scene.errors import TautoError, UsageError, install
+from tauto_core.version import code
+from tauto_core.version import version as tauto_version
 from tauto_core.whole_file import check_place, write_whole
 from tauto_core.wording import span
 
@@ -213,8 +215,9 @@ def _note(words: str) -> str:
 
 
 def _made(command: str) -> str:
-    programs = ('tauto_core', 'numpy', 'scipy', 'llvmlite', 'bokeh')
+    programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
     said = [
+        f'tauto_core {tauto_version()} (code {code()})',
         f'Python {platform.python_version()}',
         *(f'{name} {version(name)}' for name in programs),
     ]

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from tauto_core.interrupts import interrupts_held
 from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.version import identity
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -37,8 +38,8 @@ REACHED_WITHIN_S = 10.0
 _TELL_S = 0.2
 """Interval at which a process reports its progress."""
 
-_ALIKE = ('tauto_core', 'numpy', 'scipy', 'llvmlite', 'pydantic')
-"""Packages on whose versions results may depend."""
+_ALIKE = ('numpy', 'scipy', 'llvmlite', 'pydantic')
+"""Libraries on whose versions results may depend."""
 
 _TOPIC = 'tauto-share'
 
@@ -274,8 +275,12 @@ def _joined(address: str) -> Iterator[Client]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions on which results may depend."""
-    return {'python': platform.python_version(), **{name: version(name) for name in _ALIKE}}
+    """Return the versions on which results may depend; of this package the code itself."""
+    return {
+        'python': platform.python_version(),
+        'tauto_core': identity(),
+        **{name: version(name) for name in _ALIKE},
+    }
 
 
 def _check_alike(client: Client, address: str) -> None:

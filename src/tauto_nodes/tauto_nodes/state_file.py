@@ -19,6 +19,7 @@ import numpy as np
 from tauto_core import samples as s
 from tauto_core.samples import State
 from tauto_core.scene import Scene, scene_yaml
+from tauto_core.version import code
 from tauto_nodes.errors import ParameterError
 
 VERSION = 1
@@ -45,6 +46,7 @@ class StateFile:
         self._head = {
             'format': FORMAT,
             'version': VERSION,
+            'code': code(),
             'node': node,
             'scene': hashlib.sha256(scene_yaml(scene).encode()).hexdigest(),
         }
@@ -60,7 +62,7 @@ class StateFile:
         """Return the state; None where there is no file.
 
         Raises:
-            ParameterError: a file that is damaged, or of another version, node or scene.
+            ParameterError: a file that is damaged, or of another version, code, node or scene.
         """
         try:
             head, body = self.path.read_bytes().split(b'\n', 1)
@@ -73,8 +75,9 @@ class StateFile:
         except ValueError as error:
             raise self._refused('is no state file') from error
         for name, value in self._head.items():
-            if not isinstance(said, dict) or said.get(name) != value:
-                raise self._refused(f'is of another {name}')
+            found = said.get(name) if isinstance(said, dict) else None
+            if found != value:
+                raise self._refused(f'is of another {name} ({found} in place of {value})')
         if said.get('sha256') != hashlib.sha256(body).hexdigest():
             raise self._refused('is damaged')
         state: State = _opened(json.loads(body))

@@ -19,6 +19,7 @@ from tauto_core.bags.mcap_out import CHUNK_BYTES, DeclaredTopic, McapOut, refuse
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.samples import Batches, count
 from tauto_core.scene.errors import BagError, BagPlaceError
+from tauto_core.version import identity
 
 METADATA = 'metadata.yaml'
 CUT_SHORT = {'cut_short': True}
@@ -92,7 +93,7 @@ class BagWriter:
         self._replaces = folder.exists()
         self._channels: dict[str, int] = {}
         self._declared: dict[str, DeclaredTopic] = {}
-        self._custom: dict[str, str] = {}
+        self._custom = {'tauto_core': identity()}
         self.counts: dict[str, int] = {}
         """Messages written, by relative topic, in the order of their first message."""
         self.path = self._sibling('.partial') if self._replaces else self._folder
@@ -117,7 +118,7 @@ class BagWriter:
             ) from error
         self._file = McapOut(
             self.path / f'{self._folder.name}_0.mcap',
-            f'tauto_core {_version()}',
+            f'tauto_core {identity()}',
             chunk_bytes=self._chunk_bytes,
             compression=self._compression,
         )
@@ -308,9 +309,3 @@ def definition_of(ros_type: str) -> tuple[str, str]:
     store = get_typestore(Stores.ROS2_JAZZY)
     text, _ = store.generate_msgdef(ros_type, ros_version=2)
     return text, store.hash_rihs01(ros_type)
-
-
-def _version() -> str:
-    from importlib.metadata import version
-
-    return version('tauto_core')

@@ -103,9 +103,9 @@ commands.add_typer(bag.commands, name='bag')
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
+        from tauto_core.version import code, version
 
-        typer.echo(f'tauto {version("tauto_core")}')
+        typer.echo(f'tauto {version()} (code {code()})')
         raise typer.Exit
 
 

@@ -1,0 +1,72 @@
+"""What this code is called: its version, and a hash that tells it from any other code.
+
+Versions and commits name code for people. Whether two machines give the same bits, the hash
+decides: it also knows a change that was never committed, and needs no git.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+from functools import cache
+from pathlib import Path
+
+BASE = '0.3.0.dev0'
+"""The release, or with `.dev0` the one to come. setup.py reads it here; what cannot, a test holds
+equal.
+"""
+
+_PACKAGE = Path(__file__).resolve().parent
+
+
+@cache
+def version() -> str:
+    """Return the base and, in a git checkout that is not at its tag `v<base>`, the commit.
+
+    For example `0.3.0.dev0+g17e64160a2b1`, and `.dirty` behind it where tracked files differ.
+    """
+    root = _PACKAGE.parents[2]
+    if not (root / '.git').exists():
+        return BASE
+    tag = f'v{BASE}'
+    words = ('describe', '--tags', '--always', '--dirty', '--abbrev=12', '--match', tag)
+    # a hook of another repository has its own in GIT_DIR
+    others = {name: value for name, value in os.environ.items() if not name.startswith('GIT_')}
+    try:
+        done = subprocess.run(
+            ('git', '-C', str(root), *words),
+            capture_output=True,
+            text=True,
+            check=True,
+            env=others | {'GIT_OPTIONAL_LOCKS': '0'},
+        )
+    except (OSError, subprocess.CalledProcessError):
+        return BASE
+    said = done.stdout.strip()
+    commit = said.removesuffix('-dirty').removeprefix(tag).rpartition('-')[2].removeprefix('g')
+    parts = [f'g{commit}'] if commit else []
+    parts += ['dirty'] if said.endswith('-dirty') else []
+    return '+'.join([BASE, '.'.join(parts)]) if parts else BASE
+
+
+@cache
+def code(package: Path = _PACKAGE) -> str:
+    """Return twelve digits of a hash of all files of this package, whatever they are for.
+
+    Args:
+        package: folder of the package.
+    """
+    found = hashlib.sha256()
+    for file in sorted(package.rglob('*')):
+        name = file.relative_to(package).as_posix()
+        hidden = '__pycache__' in file.parts or file.name.startswith('.')
+        if file.is_file() and not hidden:
+            content = file.read_bytes()
+            found.update(f'{name}\0{len(content)}\0'.encode() + content)
+    return found.hexdigest()[:12]
+
+
+def identity() -> str:
+    """Return base and hash: equal where the same scene gives the same bits."""
+    return f'{BASE} (code {code()})'
