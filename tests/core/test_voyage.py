@@ -65,6 +65,8 @@ def test_the_estimate_is_held_against_dial_and_mean_rate(measured):
     assert drift['rate_s_per_day'] - drift['rate_error_sigmas'] * drift[
         'rate_sigma_s_per_day'
     ] == (pytest.approx(clock['error_s'] * 86_400.0 / 120.0, rel=1e-9))
+    assert drift['rate_compared_s_per_day'] == clock['rate_s_per_day']
+    assert drift['rate_compared_from_s'] == 0.0
 
 
 def test_without_readings_or_with_one_there_is_no_truth_to_hold_the_rate_against(measured):

@@ -147,8 +147,9 @@ class Summary:
         time in which the filter takes it for one and the same: since the start or, where the state
         has been reopened, since then (`RatedTime`). With covariates the estimated mean of the
         voyage is compared with the mean rate since the start. Where the rate of the dial walks at
-        random its departure from that mean is part of the standard deviation. It is left out where
-        there is only one instant.
+        random its departure from that mean is part of the standard deviation.
+        `rate_compared_s_per_day` is the mean, and `rate_compared_from_s` when it begins, from the
+        first reading. All three are left out where there is only one instant.
         """
         last, clock = self._last.get(ESTIMATE), self.clock()
         if last is None:
@@ -161,8 +162,11 @@ class Summary:
         if first is not None and end is not None and first != end:
             rate, sigma = mean_rate(found)
             start = (None if has_mean_rate(found) else self._rated.start()) or first
-            wrong = rate - _rate(start, end)
+            true = _rate(start, end)
+            wrong = rate - true
             found['rate_error_sigmas'] = wrong / math.hypot(sigma, self._wandered(start, end))
+            found['rate_compared_from_s'] = (start[0] - first[0]) / NS_PER_S
+            found['rate_compared_s_per_day'] = true
         return found
 
     def _wandered(self, start: tuple[int, int], end: tuple[int, int]) -> float:

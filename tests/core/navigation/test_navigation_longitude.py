@@ -280,6 +280,7 @@ def test_tally_keeps_the_last_and_the_worst():
         'unchecked_days': 2.0 / 86_400.0,
         'required_rate_s_per_day': None,
         'landfalls': [],
+        'worst_since_s': 0.0,
         'worst_error_nmi': 50.0,
         'worst_at_s': 1.0,
         'worst_prize_pounds': None,
@@ -352,6 +353,7 @@ def test_the_worst_moment_is_at_sea():
     found = fed_in_chunks(said, marks, 1000)
     assert found['worst_error_nmi'] == found['worst_raw_error_nmi'] == 95.0
     assert found['worst_at_s'] == found['worst_raw_at_s'] == 9.5 * 86_400
+    assert found['worst_since_s'] == 2.0 * 86_400
     # at sea from 2 days on, at that instant already
     ended = take(said[LONGITUDE_ERROR], slice(0, 5)), take(said[LONGITUDE_FIX], slice(0, 5))
     short = dict(zip((LONGITUDE_ERROR, LONGITUDE_FIX), ended, strict=True))
@@ -363,7 +365,8 @@ def test_the_worst_moment_is_at_sea():
     tally = LongitudeTally()
     tally.observe(observed(*marks))
     tally.feed(said[LONGITUDE_ERROR])
-    assert tally.result()['worst_at_s'] == 9.5 * 86_400
+    found = tally.result()
+    assert found['worst_at_s'] == found['worst_since_s'] == 9.5 * 86_400
 
 
 def test_a_landfall_nothing_is_known_of_beforehand_is_not_judged():

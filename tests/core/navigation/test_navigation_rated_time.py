@@ -64,6 +64,8 @@ def test_a_changed_rate_is_held_against_that_of_the_time_since() -> None:
     drift = _voyage([0, 1, 2, 3, 30, 59])['drift']
     assert drift['rate_s_per_day'] == pytest.approx(-40.0, abs=0.1)
     assert abs(drift['rate_error_sigmas']) < 1.0
+    assert drift['rate_compared_s_per_day'] == pytest.approx(-40.0, rel=1e-9)
+    assert drift['rate_compared_from_s'] == 30 * SECONDS_PER_DAY
 
 
 def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> None:

@@ -119,8 +119,8 @@ class LongitudeTally:
 
         Keys: those of each of the `landfalls`, at the last of them, or at the last sample where
         there is none; `landfalls`, a list; `worst_error_nmi` (magnitude), `worst_at_s`,
-        `worst_prize_pounds` of the corrected clock since the last observation in port, and
-        `worst_raw_…` of the dial.
+        `worst_prize_pounds` of the corrected clock, and `worst_raw_…` of the dial, since
+        `worst_since_s`, the last observation in port; 0 where there is none.
 
         A landfall has `at_s`; `latitude_deg`, None where unknown; `ERROR_NAMES`; `unchecked_days`
         since the observation before it, or since the dial was set at the first reading;
@@ -147,6 +147,7 @@ class LongitudeTally:
         return {
             **judged,
             'landfalls': landfalls,
+            'worst_since_s': self._time_s(min(max(self._in_port_ns, self._first_ns), stamp)),
             'worst_error_nmi': corrected.distance_nmi,
             'worst_at_s': self._time_s(corrected.stamp_ns),
             'worst_prize_pounds': prize_pounds(corrected.distance_nmi) if tried else None,
