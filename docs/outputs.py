@@ -18,7 +18,7 @@ from typing import Any
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.wording import significant
+from tauto_core.wording import figure
 
 README = Path(__file__).parents[1] / 'README.md'
 RATE = Path(__file__).parent / 'theory' / 'rate.md'
@@ -105,10 +105,10 @@ def _stdout(command: str, *arguments: str) -> str:
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         CLOCKS[row['clock']],
-        significant(row['rate_s_per_day'], 4, signed=True),
-        significant(abs(row['raw_error_nmi'])),
+        figure(row['rate_s_per_day'], 's/day', signed=True),
+        figure(abs(row['raw_error_nmi']), 'nmi'),
         _pounds(row['raw_prize_pounds']),
-        significant(abs(row['error_nmi'])),
+        figure(abs(row['error_nmi']), 'nmi'),
         _pounds(row['prize_pounds']),
     )
 

@@ -82,6 +82,15 @@ def test_isochronism_table_has_a_row_for_each_amplitude() -> None:
     assert [float(line.split()[0]) for line in lines[2:]] == [0.5, 1.0]
 
 
+def test_isochronism_ends_at_the_nanosecond_and_json_has_all_digits() -> None:
+    asked = ('isochronism', 'cheek_before_euler', '--amplitudes', '0.2')
+    nominal, _, row = run(*asked).splitlines()
+    assert nominal == 'nominal period 0.999827348 s'
+    assert row.split() == ['0.2', '1.198159930', '−14,301.876']
+    (found,) = json.loads(run(*asked, '--json'))['rows']
+    assert found['period_s'] == pytest.approx(1.198159929531, abs=1e-12)
+
+
 def test_a_thread_that_never_touches_the_cheeks_is_refused(tmp_path: Path) -> None:
     """R = r θ for the involute of 5 mm: 1.5 mm of radius at 0.3 rad, 25 mm beyond the release."""
     file = tmp_path / 'cam.svg'

@@ -46,7 +46,7 @@ def test_the_printed_rows_end_at_the_cusp() -> None:
     header, *rows = run('cam', OIL).splitlines()
     assert header.split() == ['arc_mm', 'slope', 'x_mm', 'y_mm', 'radius_of_curvature_mm']
     arc, slope, _, _, radius = (float(word) for word in rows[-1].split())
-    assert arc == pytest.approx(1e3 * curve().descent_cusp, abs=1e-6)
+    assert arc == pytest.approx(1e3 * curve().descent_cusp, abs=1e-4)
     assert (slope, radius) == (1.0, 0.0)
 
 
@@ -82,7 +82,7 @@ def test_check_names_curve_range_and_what_runs() -> None:
     assert 'added mass' in facts['left_out']
     assert facts['expected']['steps_a_swing'] is None
     low, high = facts['curve_range_m']
-    assert f'−{-low:.6g} m to {high:.6g} m of arc' in run('scene', 'check', OIL)
+    assert f'−{-low:.4g} m to {high:.4g} m of arc' in run('scene', 'check', OIL)
 
 
 def test_sail_reports_metres_and_its_bag_replays_to_the_same(tmp_path: Path) -> None:

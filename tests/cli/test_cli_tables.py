@@ -60,27 +60,27 @@ def rows(result: dict[str, Any]) -> dict[tuple[str, str], list[str]]:
 
 def test_the_sentence_comes_first_and_names_the_sides() -> None:
     assert answer(RESULT) == (
-        'After 81.02 days unchecked the dial puts the ship 1.213 nmi east of where she is; '
-        'rated and corrected, 0.02378 nmi west.'
+        'After 81 days unchecked the dial puts the ship 1.21 nmi east of where she is; '
+        'rated and corrected, 0.024 ± 0.095 nmi west.'
     )
     title, first, *_ = said(RESULT, width=200).splitlines()
-    assert title == 'h4: 81.02 days'
+    assert title == 'h4: 81 days'
     assert first == answer(RESULT)
 
 
 def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
-    same = {**RESULT['longitude'], 'error_nmi': 1234.0}
-    assert answer({'longitude': same}).endswith('rated and corrected, 1,234 nmi.')
+    same = {**RESULT['longitude'], 'error_nmi': 1234.0, 'sigma_nmi': 97.0}
+    assert answer({'longitude': same}).endswith('rated and corrected, 1,234 ± 97 nmi.')
     none = {**RESULT['longitude'], 'raw_error_nmi': -0.0, 'error_nmi': 1e-9}
-    assert 'puts the ship within 0.001 nmi of where she is' in answer({'longitude': none})
-    assert answer({'longitude': none}).endswith('rated and corrected, within 0.001 nmi.')
+    assert 'puts the ship within 0.01 nmi of where she is' in answer({'longitude': none})
+    assert answer({'longitude': none}).endswith('rated and corrected, 0.000 ± 0.095 nmi.')
 
 
 @pytest.mark.parametrize(
     ('changes', 'words'),
     [
         ({'unchecked_days': 5.0, 'at_s': 864_000.0}, 'After 10 days, the last 5 days unchecked,'),
-        ({'unchecked_days': 0.0}, 'After 81.02 days, checked to the end, the dial'),
+        ({'unchecked_days': 0.0}, 'After 81 days, checked to the end, the dial'),
         ({'unchecked_days': 0.0, 'at_s': 0.0}, 'At the start the dial'),
     ],
 )
@@ -98,27 +98,56 @@ def test_what_tells_no_longitude_says_so() -> None:
 
 def test_figures_are_signed_and_have_their_units_apart() -> None:
     found = rows(RESULT)
-    assert found['clock', 'error of the dial'] == ['−5.100', 's']
-    assert found['longitude, error', 'by the dial'] == ['+1.213', 'nmi']
-    assert found['longitude, error', 'corrected'] == ['−0.02378 ± 0.0951', 'nmi']
+    assert found['clock', 'error of the dial'] == ['−5.10', 's']
+    assert found['longitude, error', 'by the dial'] == ['+1.21', 'nmi']
+    assert found['longitude, error', 'corrected'] == ['−0.024 ± 0.095', 'nmi']
     drift = 'drift, estimated ± its standard deviation'
-    assert found[drift, 'offset'] == ['−5.000 ± 0.400', 's']
-    assert found[drift, 'rate'] == ['+0.2500 ± 0.0100', 's/day']
+    assert found[drift, 'offset'] == ['−5.00 ± 0.40', 's']
+    assert found[drift, 'rate'] == ['+0.250 ± 0.010', 's/day']
     assert not any(label.startswith('error of') for group, label in found if group == drift)
     assert said(RESULT).count('Signs: ') == 1
 
 
-def test_the_estimate_is_held_against_the_truth_and_the_rate_is_named() -> None:
-    """With covariates there are two rates, and it is that of the voyage that has a truth."""
-    wrong = {'offset_error_sigmas': 0.25, 'rate_error_sigmas': -31.29}
-    found = rows({**RESULT, 'drift': {**RESULT['drift'], **wrong}})
+def test_the_estimate_is_held_against_the_truth_that_its_row_names() -> None:
+    """The rate against the mean of the run; of the time since the filter was reopened, which is
+    then shown, since the reader sees no other figure of it; with covariates of the voyage.
+    """
     drift = 'drift, estimated ± its standard deviation'
-    assert found[drift, 'error of the offset'] == ['+0.250', 'σ']
-    assert found[drift, 'error of the rate'] == ['−31.3', 'σ']
+    wrong = {
+        'offset_error_sigmas': 0.25,
+        'rate_error_sigmas': -31.29,
+        'rate_compared_from_s': 0.0,
+        'rate_compared_s_per_day': 0.5629,
+    }
+    found = rows({**RESULT, 'drift': {**RESULT['drift'], **wrong}})
+    assert found[drift, 'error of the offset'] == ['+0.25', 'σ']
+    assert found[drift, 'error of the rate, mean of the run'] == ['−31', 'σ']
+    assert not any(label.startswith('rate of the dial') for _, label in found)
+    reopened = {**wrong, 'rate_compared_from_s': 36.2 * 86_400.0}
+    found = rows({**RESULT, 'drift': {**RESULT['drift'], **reopened}})
+    assert found[drift, 'rate of the dial, mean after 36.2 days'] == ['+0.563', 's/day']
+    assert found[drift, 'error of the rate, mean after 36.2 days'] == ['−31', 'σ']
     mean = {'mean_rate_s_per_day': 1.0, 'mean_rate_sigma_s_per_day': 0.1}
-    found = rows({**RESULT, 'drift': {**RESULT['drift'], **wrong, **mean}})
-    assert found[drift, 'error of the rate, mean of the voyage'] == ['−31.3', 'σ']
-    assert (drift, 'error of the rate') not in found
+    found = rows({**RESULT, 'drift': {**RESULT['drift'], **reopened, **mean}})
+    assert found[drift, 'error of the rate, mean of the voyage'] == ['−31', 'σ']
+    assert not any(label.startswith('rate of the dial') for _, label in found)
+
+
+def test_the_worst_error_names_the_time_in_which_it_is_the_worst() -> None:
+    """The clock is rated until she leaves port, and was further off before."""
+    worst = {
+        'worst_since_s': 300.0,
+        'worst_error_nmi': 0.1209,
+        'worst_at_s': 324.0,
+        'worst_raw_error_nmi': 0.0992,
+        'worst_raw_at_s': 592.0,
+    }
+    group = 'longitude, error'
+    found = rows({'longitude': {**RESULT['longitude'], **worst}})
+    assert found[group, 'worst after 5 minutes, corrected, at 5.4 minutes'] == ['0.12', 'nmi']
+    assert found[group, 'worst after 5 minutes, by the dial, at 9.87 minutes'] == ['0.10', 'nmi']
+    found = rows({'longitude': {**RESULT['longitude'], **worst, 'worst_since_s': 0.0}})
+    assert (group, 'worst of the run, corrected, at 5.4 minutes') in found
 
 
 def test_a_trial_is_paid_at_each_landfall() -> None:
@@ -151,13 +180,14 @@ def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
     }
     text = said({'longitude': short})
     assert '£' not in text
+    assert 'none: unchecked for less than six weeks' in text
     found = rows({'longitude': short})
     verdict = 'verdict of the Act of 1714'
-    assert found[verdict, 'projected to 42 days unchecked, corrected'] == ['−12.30 ± 97.1', 'nmi']
+    assert found[verdict, 'projected to 42 days unchecked, corrected'] == ['−12 ± 97', 'nmi']
     by_the_dial = 'projected to 42 days unchecked, by the dial'
-    assert found[verdict, by_the_dial] == ['+468.4 ± 323', 'nmi']
+    assert found[verdict, by_the_dial] == ['+470 ± 320', 'nmi']
     short['projection'][0]['raw_sigma_nmi'] = None
-    assert rows({'longitude': short})[verdict, by_the_dial] == ['+468.4', 'nmi']
+    assert rows({'longitude': short})[verdict, by_the_dial] == ['+468', 'nmi']
 
 
 def test_no_row_wraps_at_80_columns_and_the_place_of_the_bag_never_does() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tauto_core.wording import counted, printed, significant, span
+from tauto_core.wording import counted, figure, printed, significant, span, to_sigma, with_sigma
 
 
 @pytest.mark.parametrize(
@@ -13,19 +13,81 @@ from tauto_core.wording import counted, printed, significant, span
         (0.0, '0'),
         (-0.0, '0'),
         (None, '–'),
-        (1.0, '1.000'),
-        (-48.119572, '−48.12'),
-        (0.0774512, '0.07745'),
-        (999.96, '1,000'),
-        (1219.4, '1,219'),
-        (123_456.0, '123,500'),
+        (1.0, '1.00'),
+        (-48.119572, '−48.1'),
+        (0.0774512, '0.0775'),
+        (999.6, '1,000'),
+        (1219.4, '1,220'),
+        (123_456.0, '123,000'),
         (1.25e7, '1.25e7'),
-        (7.125e-6, '7.125e-6'),
+        (7.125e-6, '7.13e-6'),
         (float('inf'), 'inf'),
     ],
 )
-def test_four_digits_are_enough(value: float | None, said: str) -> None:
+def test_three_digits_are_enough(value: float | None, said: str) -> None:
     assert significant(value) == said
+
+
+@pytest.mark.parametrize(
+    ('value', 'unit', 'said'),
+    [
+        (None, 'nmi', '–'),
+        (0.0, 'nmi', '0'),
+        (0.006526, 'nmi', '<0.01'),
+        (-0.006526, 'nmi', '<0.01'),
+        (0.0774512, 'nmi', '0.08'),
+        (-0.404, 'nmi', '−0.40'),
+        (1.2126, 'nmi', '1.21'),
+        (9.996, 'nmi', '10.00'),
+        (30.04, 'nmi', '30.0'),
+        (1016.269, 'nmi', '1,016'),
+        (3.346e-4, 's/day', '<0.001'),
+        (-0.013491, 's/day', '−0.013'),
+        (-48.119572, 's/day', '−48.1'),
+        (-56_000.720113, 's/day', '−56,001'),
+        (-0.334163695, 's', '−0.334'),
+        (-4272.58285654, 's', '−4,272.6'),
+        (2e9, 's', '2e9'),
+        (float('inf'), 's', 'inf'),
+    ],
+)
+def test_a_figure_is_no_finer_than_a_clock_is_steady(
+    value: float | None, unit: str, said: str
+) -> None:
+    assert figure(value, unit) == said
+
+
+@pytest.mark.parametrize(
+    ('value', 'sigma', 'said'),
+    [
+        (468.428, 323.1, '+470 ± 320'),
+        (-12.3486, 169.3, '−10 ± 170'),
+        (-319.267, 1035.03, '−300 ± 1,000'),
+        (-31.7907, 0.012873, '−31.791 ± 0.013'),
+        (-0.0751592, 0.209912, '−0.08 ± 0.21'),
+        (-0.004, 0.209912, '0.00 ± 0.21'),
+        (3.0, 320.0, '0 ± 320'),
+        (12.0, 0.0996, '+12.00 ± 0.10'),
+        (12.0, 9.96, '+12 ± 10'),
+        (2.675, 0.11, '+2.67 ± 0.11'),
+        (3.34612e-4, 2.14e-8, '+3.34612e-4 ± 2.1e-8'),
+        (1e-12, 2.14e-8, '0 ± 2.1e-8'),
+        (1.5e9, 2.5e8, '+1.50e9 ± 2.5e8'),
+        (12.3456, None, '+12.3'),
+        (12.3456, 0.0, '+12.3'),
+        (float('inf'), 1.0, 'inf ± 1.0'),
+        (1.0, float('inf'), '+1.0 ± inf'),
+    ],
+)
+def test_a_value_ends_where_its_standard_deviation_does(
+    value: float, sigma: float | None, said: str
+) -> None:
+    assert with_sigma(value, sigma) == said
+
+
+def test_another_figure_can_be_held_against_an_estimate() -> None:
+    assert to_sigma(-31.80204, 0.012873) == '−31.802'
+    assert with_sigma(31.80204, 0.012873, signed=False) == '31.802 ± 0.013'
 
 
 def test_a_sign_is_given_where_it_is_asked_for() -> None:
@@ -56,6 +118,8 @@ def test_a_format_has_a_minus_sign_and_none_before_a_zero(
         (600.0, '10 minutes'),
         (86_400.0, '24 hours'),
         (8_207_940.0, '95 days'),
+        (592.0, '9.87 minutes'),
+        (5_083_920.0, '58.8 days'),
     ],
 )
 def test_span_uses_the_unit_a_reader_would(seconds: float, said: str) -> None:

@@ -6,10 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tauto_core.samples import SECONDS_PER_DAY
-from tauto_core.wording import significant, span
-
-_LEAST_NMI = 1e-3
-"""Two metres; a shorter distance is stated only as being below this."""
+from tauto_core.wording import figure, least, span, with_sigma
 
 
 def answer(result: Mapping[str, Any]) -> str:
@@ -45,9 +42,10 @@ def _answer(result: Mapping[str, Any]) -> str:
     raw_nmi = longitude.get('raw_error_nmi')
     if raw_nmi is None:
         return 'The longitude is not known: no reading of the clock could be compared.'
-    raw, corrected = _place(raw_nmi), longitude.get('error_nmi')
-    then = '' if corrected is None else f'; rated and corrected, {_shorter(corrected, raw_nmi)}'
-    return f'{_after(longitude)} the dial puts the ship {raw} of where she is{then}.'
+    return (
+        f'{_after(longitude)} the dial puts the ship {_place(raw_nmi)} of where she is; rated and '
+        f'corrected, {_corrected(longitude)}.'
+    )
 
 
 def _after(longitude: Mapping[str, Any]) -> str:
@@ -63,13 +61,21 @@ def _after(longitude: Mapping[str, Any]) -> str:
 
 def _place(east_nmi: float) -> str:
     """Return a distance with its direction."""
-    if abs(east_nmi) < _LEAST_NMI:
-        return f'within {_LEAST_NMI:g} nmi'
-    return f'{significant(abs(east_nmi))} nmi {"east" if east_nmi > 0.0 else "west"}'
+    if abs(east_nmi) < least('nmi'):
+        return f'within {least("nmi"):g} nmi'
+    return f'{figure(abs(east_nmi), "nmi")} nmi {_side(east_nmi)}'
 
 
-def _shorter(east_nmi: float, raw_nmi: float) -> str:
-    """Return a distance, with its direction only where that differs from the one just named."""
-    said = _place(east_nmi)
-    same = east_nmi * raw_nmi > 0.0 and min(abs(east_nmi), abs(raw_nmi)) >= _LEAST_NMI
-    return said.rpartition(' ')[0] if same else said
+def _corrected(longitude: Mapping[str, Any]) -> str:
+    """Return the distance of the corrected longitude and its standard deviation; its direction
+    only where that differs from the dial's.
+    """
+    east_nmi, raw_nmi = longitude['error_nmi'], longitude['raw_error_nmi']
+    said = f'{with_sigma(abs(east_nmi), longitude["sigma_nmi"], signed=False)} nmi'
+    same = east_nmi * raw_nmi > 0.0 and abs(raw_nmi) >= least('nmi')
+    nowhere = not float(said.split(maxsplit=1)[0].replace(',', ''))
+    return said if same or nowhere else f'{said} {_side(east_nmi)}'
+
+
+def _side(east_nmi: float) -> str:
+    return 'east' if east_nmi > 0.0 else 'west'

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
-from tauto_core.wording import significant, span
+from tauto_core.wording import figure, significant, span, to_sigma, with_sigma
 
 Section: TypeAlias = Mapping[str, Any]
 Row: TypeAlias = tuple[str, str, str]
@@ -17,7 +17,8 @@ SIGNS = (
     'are standard deviations. Those of estimated and corrected figures are as the navigator knows '
     'them, who sees the observations alone; that of the dial is from the scatter of its rate in '
     'ten parts of the run. An error in σ is the estimate less the truth, over the standard '
-    'deviation; the true rate is the mean rate of the dial.'
+    'deviation; the truth is the error of the dial, and its mean rate over the time that the row '
+    'names.'
 )
 
 
@@ -41,20 +42,20 @@ def _weather_rows(weather: Section) -> list[Row]:
 def _sea_rows(sea: Section) -> list[Row]:
     return [
         ('spectrum', str(sea['spectrum']), ''),
-        ('significant wave height', significant(sea['significant_wave_height_m'], 3), 'm'),
-        ('peak period', significant(sea['peak_period_s'], 3), 's'),
-        ('waves run, off the bow', significant(math.degrees(sea['heading_rad']), 3), '°'),
-        ('speed of the ship', significant(sea['speed_m_s'], 3), 'm/s'),
+        ('significant wave height', significant(sea['significant_wave_height_m']), 'm'),
+        ('peak period', significant(sea['peak_period_s']), 's'),
+        ('waves run, off the bow', significant(math.degrees(sea['heading_rad'])), '°'),
+        ('speed of the ship', significant(sea['speed_m_s']), 'm/s'),
         ('seed', str(sea['seed']), ''),
     ]
 
 
 def _regulator_rows(trochlea: Section) -> list[Row]:
-    rows = [('period of small swings', significant(trochlea['period_s']), 's')]
+    rows = [('period of small swings', significant(trochlea['period_s'], 4), 's')]
     if 'amplitude_rad' in trochlea:
         rows.append(('amplitude at the end', significant(trochlea['amplitude_rad']), 'rad'))
     if trochlea.get('stopped_s') is not None:
-        rows.append(('stopped after', significant(trochlea['stopped_s']), 's'))
+        rows.append(('stopped after', figure(trochlea['stopped_s'], 's'), 's'))
     return rows
 
 
@@ -63,8 +64,8 @@ _COEFFICIENT = '_coefficient'
 
 def _clock_rows(clock: Section) -> list[Row]:
     return [
-        ('error of the dial', significant(clock['error_s'], signed=True), 's'),
-        ('rate', significant(clock['rate_s_per_day'], signed=True), 's/day'),
+        ('error of the dial', figure(clock['error_s'], 's', signed=True), 's'),
+        ('rate', figure(clock['rate_s_per_day'], 's/day', signed=True), 's/day'),
     ]
 
 
@@ -87,44 +88,64 @@ def _drift_rows(drift: Section) -> list[Row]:
         for key in drift
         if key.endswith(_COEFFICIENT)
     ]
-    of_rate = 'rate, mean of the voyage' if 'mean_rate_s_per_day' in drift else 'rate'
-    wrong = {
-        'offset': drift.get('offset_error_sigmas'),
-        of_rate: drift.get('rate_error_sigmas'),
-    }
-    rows += [
-        (f'error of the {name}', significant(value, 3, signed=True), 'σ')
-        for name, value in wrong.items()
-        if value is not None
-    ]
+    if 'offset_error_sigmas' in drift:
+        rows.append(_sigmas('error of the offset', drift['offset_error_sigmas']))
+    if 'rate_error_sigmas' in drift:
+        rows += _rate_error_rows(drift)
     return rows
+
+
+def _rate_error_rows(drift: Section) -> list[Row]:
+    """Return the error of the estimated rate, and with which mean rate of the dial it compares."""
+    if 'mean_rate_s_per_day' in drift:
+        return [_sigmas('error of the rate, mean of the voyage', drift['rate_error_sigmas'])]
+    since_s = drift['rate_compared_from_s']
+    if since_s == 0.0:
+        return [_sigmas('error of the rate, mean of the run', drift['rate_error_sigmas'])]
+    # The rate of the clock's group is the mean of the whole run, so that this one must be shown.
+    since = f'after {span(since_s)}'
+    true = to_sigma(drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day'], signed=True)
+    return [
+        (f'rate of the dial, mean {since}', true, 's/day'),
+        _sigmas(f'error of the rate, mean {since}', drift['rate_error_sigmas']),
+    ]
+
+
+def _sigmas(label: str, error: float) -> Row:
+    return label, significant(error, 2, signed=True), 'σ'
 
 
 def _longitude_rows(longitude: Section) -> list[Row]:
     return [
-        ('by the dial', significant(longitude['raw_error_nmi'], signed=True), 'nmi'),
+        ('by the dial', figure(longitude['raw_error_nmi'], 'nmi', signed=True), 'nmi'),
         ('corrected', _with_sigma(longitude, 'error_nmi', 'sigma_nmi'), 'nmi'),
         *_worst_rows(longitude),
     ]
 
 
 def _worst_rows(longitude: Section) -> list[Row]:
-    """Return the largest errors on the way."""
+    """Return the largest errors since she left port, before which the clock was being rated."""
+    if 'worst_since_s' not in longitude:
+        return []
+    since_s = longitude['worst_since_s']
+    since = 'of the run' if since_s == 0.0 else f'after {span(since_s)}'
     return [
         (
-            f'worst, {clock}, after {span(longitude[f"worst_{prefix}at_s"])}',
-            significant(longitude[f'worst_{prefix}error_nmi']),
+            f'worst {since}, {clock}, at {span(longitude[f"worst_{prefix}at_s"])}',
+            figure(longitude[f'worst_{prefix}error_nmi'], 'nmi'),
             'nmi',
         )
         for clock, prefix in (('by the dial', 'raw_'), ('corrected', ''))
-        if f'worst_{prefix}at_s' in longitude
     ]
 
 
 def _verdict_rows(longitude: Section) -> list[Row]:
-    """Return what the Act of 1714 pays; for a shorter voyage the projected errors."""
+    """Return what the Act of 1714 pays; for a shorter voyage that it pays nothing, and the
+    projected errors.
+    """
     if longitude.get('prize_pounds') is None:
-        return _projection_rows(longitude.get('projection') or [])
+        none = ('none: unchecked for less than six weeks', '', '')
+        return [none, *_projection_rows(longitude.get('projection') or [])]
     where = 'landfall' if longitude['landfalls'] else 'the end'
     rows = []
     for landfall in (longitude['landfalls'] or [longitude])[:-1]:
@@ -156,8 +177,7 @@ def _count_rows(counts: Section) -> list[Row]:
 
 
 def _with_sigma(section: Section, value: str, sigma: str) -> str:
-    said = significant(section[value], signed=True)
-    return said if section[sigma] is None else f'{said} ± {significant(section[sigma], 3)}'
+    return with_sigma(section[value], section[sigma])
 
 
 _GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (

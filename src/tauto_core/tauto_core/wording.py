@@ -3,9 +3,89 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
+
+PLACES = {'nmi': (-2, 0), 's': (-3, -1), 's/day': (-3, 0)}
+"""Powers of ten of the finest and the coarsest last place in which `figure` prints, by unit.
+
+The finest are twenty metres, a thousandth of a second, and that a day, than which no marine
+chronometer is steadier. What is computed beyond is the accuracy of the simulation, not that of a
+clock; `--json` has it. An observation is good to half a second, so that the coarsest lets a reader
+hold the dial against an estimate.
+"""
 
 
-def significant(value: float | None, digits: int = 4, *, signed: bool = False) -> str:
+def least(unit: str) -> float:
+    """Return what a `figure` of a unit cannot show less of."""
+    return float(f'1e{PLACES[unit][0]}')
+
+
+def figure(value: float | None, unit: str, *, signed: bool = False) -> str:
+    """Return a figure of a clock or a longitude whose uncertainty is not known; a dash for None.
+
+    It has three digits, less those finer and more as far as the coarsest of PLACES for its unit.
+
+    Args:
+        value: the figure, in the unit.
+        unit: one of PLACES.
+        signed: whether a positive number has a sign too.
+    """
+    if value is None:
+        return '–'
+    if value == 0.0 or not math.isfinite(value) or abs(value) >= _WIDEST:
+        return significant(value, signed=signed)
+    if abs(value) < least(unit):
+        return f'<{least(unit):g}'
+    finest, coarsest = PLACES[unit]
+    place = math.floor(math.log10(abs(value))) - 2
+    return _to_place(value, min(max(place, finest), coarsest), signed=signed)
+
+
+def with_sigma(value: float, sigma: float | None, *, signed: bool = True) -> str:
+    """Return a value ± its standard deviation; without a deviation as `significant` does.
+
+    Args:
+        value: the value.
+        sigma: its standard deviation, in the same unit; None where it is not known.
+        signed: whether a positive value has a sign too.
+    """
+    if not sigma:
+        return significant(value, signed=signed)
+    return f'{to_sigma(value, sigma, signed=signed)} ± {to_sigma(sigma, sigma)}'
+
+
+def to_sigma(value: float, sigma: float, *, signed: bool = False) -> str:
+    """Return a value down to the second significant digit of a standard deviation.
+
+    Two digits of a standard deviation are as many as are ever known of it, and the digits of the
+    value behind them are noise (JCGM 100:2008, 7.2.6).
+
+    Args:
+        value: the value; the standard deviation itself gets its two digits.
+        sigma: the standard deviation, > 0, in the same unit.
+        signed: whether a positive value has a sign too.
+    """
+    if not (math.isfinite(value) and math.isfinite(sigma)):
+        return significant(value, 2, signed=signed)
+    return _to_place(value, int(f'{sigma:.1e}'.split('e')[1]) - 1, signed=signed)
+
+
+def _to_place(value: float, place: int, *, signed: bool = False) -> str:
+    """Return a number rounded to a power of ten; with an exponent where it would be long."""
+    size = round(Decimal(abs(value)).scaleb(-place)) * Decimal(10) ** place
+    sign = '' if not size else '−' if value < 0.0 else '+' if signed else ''
+    if size >= _WIDEST or place < _FINEST_PLACE:
+        digits = max(size.adjusted() - place, 0) if size else 0
+        mantissa, exponent = f'{size:.{digits}e}'.split('e')
+        return f'{sign}{mantissa}e{int(exponent)}' if size else '0'
+    return f'{sign}{size:,.{max(-place, 0)}f}'
+
+
+_WIDEST, _FINEST_PLACE = 1e7, -6
+"""Numbers from here on, and those with decimals beyond, have a power of ten."""
+
+
+def significant(value: float | None, digits: int = 3, *, signed: bool = False) -> str:
     """Return a number with so many significant digits and grouped thousands; a dash for None.
 
     Numbers below 0.001 in size, and those of seven digits and more, have a power of ten.
@@ -40,7 +120,7 @@ def printed(value: float, form: str) -> str:
     return f'−{text[1:]}' if text.startswith('-') else text
 
 
-def span(seconds: float, digits: int = 4) -> str:
+def span(seconds: float, digits: int = 3) -> str:
     """Return a duration [s] in its usual unit, with so many digits."""
     units = ((86_400.0, 'day'), (3_600.0, 'hour'), (60.0, 'minute'), (0.0, 'second'))
     size, unit = next(each for each in units if seconds >= 2.0 * each[0])

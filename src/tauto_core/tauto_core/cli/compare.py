@@ -13,7 +13,7 @@ from tauto_core.cli.options import AsJson, Duration, Plots
 from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
-from tauto_core.wording import significant, span
+from tauto_core.wording import figure, significant, span
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -147,7 +147,7 @@ def comparison_table(result: Comparison) -> Table:
     for name in (*['roll\n°'] * rolls, *COLUMNS, *PRIZES[: 2 * judged]):
         table.add_column(name, justify='right', no_wrap=True)
     for row in result.rows:
-        roll = [_number(row.roll_deg, 3)] * rolls
+        roll = [significant(row.roll_deg)] * rolls
         name = row.clock.removeprefix('clock_').replace('_', ' ')
         table.add_row(name, _case(row), *roll, *_figures(row), *_prizes(row)[: 2 * judged])
     return table
@@ -159,18 +159,14 @@ def _case(row: Row) -> str:
 
 def _figures(row: Row) -> list[str]:
     return [
-        'stopped' if row.stopped else _number(row.rate_s_per_day, signed=True),
-        _number(row.rate_spread_s_per_day, 3),
-        _number(row.error_s, signed=True),
-        _number(row.raw_error_nmi, signed=True),
-        _number(row.error_nmi, signed=True),
+        'stopped' if row.stopped else figure(row.rate_s_per_day, 's/day', signed=True),
+        figure(row.rate_spread_s_per_day, 's/day'),
+        figure(row.error_s, 's', signed=True),
+        figure(row.raw_error_nmi, 'nmi', signed=True),
+        figure(row.error_nmi, 'nmi', signed=True),
     ]
 
 
 def _prizes(row: Row) -> list[str]:
     both = (row.raw_prize_pounds, row.prize_pounds)
     return ['–' if pounds is None else f'{pounds:,}' for pounds in both]
-
-
-def _number(value: float | None, digits: int = 4, *, signed: bool = False) -> str:
-    return significant(value, digits, signed=signed)

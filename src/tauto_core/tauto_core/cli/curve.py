@@ -307,7 +307,8 @@ def _few_of_fluid(curve: DescentCurve) -> Sequence[FloatArray]:
 def _print_rows(header: tuple[str, ...], columns: Sequence[FloatArray]) -> None:
     widths = [max(len(name), 12) for name in header]
     figures = zip(*(column.tolist() for column in columns), strict=True)
-    # Figures for other programs: a hyphen is the minus that they read.
-    for row in (header, *([f'{value:z.6f}' for value in row] for row in figures)):
+    # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for other
+    # programs: a hyphen is the minus that they read.
+    for row in (header, *([f'{value:z.4f}' for value in row] for row in figures)):
         cells = zip(row, widths, strict=True)
         typer.echo('  '.join(f'{cell:>{width}}' for cell, width in cells))

@@ -181,15 +181,16 @@ _DISC = (('weight', 'n'), ('radius', 'm'))
 def _print(
     facts: dict[str, float], length: str, metres: float, weight: str, newtons: float
 ) -> None:
+    # Six digits: a micrometre in a metre, and 0.05 s/day of the period; --json has all.
     units = {'_m': (length, metres), '_n': (weight, newtons)}
     names = {'_s': 's', '_kg_m2': 'kg m2', '_m_s2': 'm/s2'}
     for key, value in facts.items():
         for ending, unit in names.items():
             if key.endswith(ending):
-                typer.echo(f'{key.removesuffix(ending).replace("_", " "):14} {value:.9g} {unit}')
+                typer.echo(f'{key.removesuffix(ending).replace("_", " "):14} {value:.6g} {unit}')
                 break
         else:
             ending = key[-2:]
             unit, size = units[ending]
             name = key.removesuffix(ending).replace('_', ' ')
-            typer.echo(f'{name:14} {value / size:.9g} {unit}')
+            typer.echo(f'{name:14} {value / size:.6g} {unit}')

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from tauto_core.wording import printed, span
+from tauto_core.wording import figure, printed, significant, span
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -106,13 +106,14 @@ def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
         return []
     if 'why' in swing:
         return [('steady swing, on land', f'none: {swing["why"]}')]
-    rate = printed(swing['rate_s_per_day'], '+z.6f')
-    said = f'{swing["amplitude_rad"]:.6g} rad, rate {rate} s/day'
+    rate = figure(swing['rate_s_per_day'], 's/day', signed=True)
+    said = f'{swing["amplitude_rad"]:.4g} rad, rate {rate} s/day'
     if swing['time_constant_s'] is not None:
-        free = printed(swing['free_rate_s_per_day'], '+z.6f')
+        # next to the rate of a free swing as wide this would be lost in its last digits
+        kept_up = swing['rate_s_per_day'] - swing['free_rate_s_per_day']
         said += (
-            f' ({free} of free swings as wide); a departure '
-            f'falls e-fold in {span(swing["time_constant_s"])}'
+            f' ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
+            f'departure falls e-fold in {span(swing["time_constant_s"])}'
         )
     return [('steady swing, on land', said)]
 
@@ -120,14 +121,14 @@ def _swing_row(swing: dict[str, Any] | None) -> list[tuple[str, str]]:
 def _regulator_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
     if 'curve' in facts:
         low, high = facts['curve_range_m']
-        start = 'no end' if low is None else f'{printed(low, ".6g")} m'
+        start = 'no end' if low is None else f'{printed(low, ".4g")} m'
         return [
-            ('curve', f'{facts["curve"]}, {start} to {high:.6g} m of arc'),
+            ('curve', f'{facts["curve"]}, {start} to {high:.4g} m of arc'),
             ('released at', f'{printed(facts["release_arc_m"], "g")} m of arc'),
         ]
     edge = facts['cam_range_rad']
     return [
-        ('cam', f'{facts["cam"]}, ' + ('at any angle' if edge is None else f'±{edge:.6g} rad')),
+        ('cam', f'{facts["cam"]}, ' + ('at any angle' if edge is None else f'±{edge:.4g} rad')),
         ('released at', f'{printed(facts["release_angle_rad"], "g")} rad in the case'),
     ]
 
@@ -140,7 +141,7 @@ def _suspension_row(hung: dict[str, Any] | None) -> list[tuple[str, str]]:
     return [
         (
             'suspension',
-            f'{hung["kind"]}, {angles}: the case swings in {slow:.6g} s and {fast:.6g} s, '
+            f'{hung["kind"]}, {angles}: the case swings in {slow:.4g} s and {fast:.4g} s, '
             f'sampled every {hung["step_s"]:g} s' + _departs(hung),
         )
     ]
@@ -154,7 +155,7 @@ def _thread_row(hanging: dict[str, Any] | None) -> list[tuple[str, str]]:
     fair = f'much longer than {low:.3g} m (wheel){until}'
     if hanging['swings_in_s'] is None:
         return [('thread', f'ideal, as is fair of one {fair}')]
-    own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.6g} s'
+    own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
     return [('thread', f'{own}{_departs(hanging)}; to take it for ideal it should be {fair}')]
 
 
@@ -172,11 +173,12 @@ def _voyage_row(way: dict[str, Any] | None) -> list[tuple[str, str]]:
         return []
     under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
     landfalls = ', '.join(span(time) for time in times)
+    speed = significant(way['speed_m_s'])
     return [
         (
             'voyage',
             f'{way["track"]} of {way["length_m"] / 1852.0:,.1f} nmi in {span(under_way)}, '
-            f'{way["speed_m_s"]:.4g} m/s, landfall{"s" * (len(times) > 1)} after {landfalls}',
+            f'{speed} m/s, landfall{"s" * (len(times) > 1)} after {landfalls}',
         )
     ]
 

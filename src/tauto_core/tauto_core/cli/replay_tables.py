@@ -11,7 +11,7 @@ from rich.table import Table
 
 from tauto_core.cli.tables import voyage_table
 from tauto_core.cli.whole_table import WholeTable
-from tauto_core.wording import significant
+from tauto_core.wording import figure, with_sigma
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -37,19 +37,15 @@ def _hindsight(smoothed: Mapping[str, Any]) -> Table:
     table.add_column()
     table.add_column(justify='right', no_wrap=True)
     for when, prefix in (('at the time', 'at_the_time_'), ('in hindsight', '')):
-        table.add_row(
-            f'error of the estimate {when}, rms', f'{significant(smoothed[f"{prefix}rms_s"])} s'
-        )
-        table.add_row(
-            f'error of the estimate {when}, worst',
-            f'{significant(smoothed[f"{prefix}worst_s"])} s',
-        )
+        for which in ('rms', 'worst'):
+            error = figure(smoothed[f'{prefix}{which}_s'], 's')
+            table.add_row(f'error of the estimate {when}, {which}', f'{error} s')
     if count:
         rates, sigmas = smoothed['rate_s_per_day'], smoothed['rate_sigma_s_per_day']
         for name, place in (('least', rates.index(min(rates))), ('most', rates.index(max(rates)))):
             table.add_row(
                 f'rate in hindsight, {name}',
-                f'{significant(rates[place], signed=True)} ± {significant(sigmas[place])} s/day',
+                f'{with_sigma(rates[place], sigmas[place])} s/day',
             )
     return table
 

@@ -18,6 +18,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.summary import Summary
 from tauto_core.voyage_cost import step_ns
+from tauto_core.wording import span
 from tauto_core.workers import Crew, only_results, run_each
 
 Progress: TypeAlias = Callable[[float], None]
@@ -135,7 +136,7 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
     clock, longitude = report.get('clock', {}), report.get('longitude', {})
     went_s = report.get('trochlea', {}).get('stopped_s')
     if went_s is not None:
-        stopped = Stop(went_s, f'at t = {went_s:.9f} s: the swing has become too small')
+        stopped = Stop(went_s, f'after {span(went_s)}: the swing has become too small')
     return Row(
         clock=scene.name,
         scene=entry.origin,

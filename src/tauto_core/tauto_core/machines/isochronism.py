@@ -15,12 +15,16 @@ from tauto_core.wording import printed
 # 150,000 turns; beyond, the rounding of an angle shows in the clock.
 LARGEST_ANGLE = 1e6
 
+# Periods are computed to 1e-12, but a table ends where a reader can do nothing with more: the rate
+# at a thousandth of a second a day, than which no marine chronometer is steadier, and the period
+# at the nanosecond, a tenth of that in a day and the last digit of a stamp. `--json` has all.
+PERIOD = '.9f'
 _COLUMNS = {
     'amplitude_rad': ('amplitude rad', 14, '.6g'),
     'amplitude_m': ('amplitude m', 14, '.6g'),
-    'descent_s': ('descent s', 16, '.12f'),
-    'period_s': ('period s', 16, '.12f'),
-    'rate_s_per_day': ('rate s/day', 16, '+z.9f'),
+    'descent_s': ('descent s', 13, PERIOD),
+    'period_s': ('period s', 13, PERIOD),
+    'rate_s_per_day': ('rate s/day', 13, '+z,.3f'),
 }
 """Heading, width and format of each column."""
 
@@ -46,7 +50,7 @@ class SwingTable:
             cells = [heading, *(printed(value, form) for value in column.tolist())]
             table.append([f'{cell:>{width}}' for cell in cells])
         lines = ('  '.join(row) for row in zip(*table, strict=True))
-        return '\n'.join([f'nominal period {self.nominal_period_s:.12g} s', *lines])
+        return '\n'.join([f'nominal period {self.nominal_period_s:{PERIOD}} s', *lines])
 
 
 @dataclass(frozen=True, eq=False)

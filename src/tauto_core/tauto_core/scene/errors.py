@@ -160,7 +160,7 @@ class PropagationError(TautoError):
 
     def __init__(self, what: str, time_s: float) -> None:
         self.time_s = time_s
-        super().__init__(f'at t = {time_s:.9f} s: {what}')
+        super().__init__(f'at t = {time_s:.3f} s: {what}')
 
 
 class EstimationError(TautoError):
