@@ -174,7 +174,6 @@ def whole(fleet: Plan) -> dict[str, Any]:
     used = [
         resource.getrusage(whose) for whose in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
     ]
-    first = found.answers.within['corrected'][0]
     return {
         'ships': fleet.ships,
         'failed': sum(found.answers.failures.values()),
@@ -182,7 +181,6 @@ def whole(fleet: Plan) -> dict[str, Any]:
         'processor_s': sum(each.ru_utime + each.ru_stime for each in used),
         'processor_s_in_ships': sum(row['run_s'] for row in found.rows),
         'mean_load': sum(load) / len(load),
-        'within_30_nmi': [first.share, first.low, first.high],
     }
 
 

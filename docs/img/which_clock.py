@@ -16,8 +16,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tauto_core.figure_file import write_figure
-from tauto_core.fleets import Answers, Fleet, Plan, sail_fleet
-from tauto_core.fleets.answers import distances
+from tauto_core.fleets import Fleet, Plan, sail_fleet
+from tauto_core.fleets.answers import distances, shares_within
 from tauto_core.navigation.prize import AWARDS
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
@@ -98,12 +98,11 @@ def table(fleets: dict[str, Fleet]) -> str:
         '|---|---|---|---|---|---|---|',
     ]
     for fleet, clock, name, _ in LINES:
-        found: Answers = fleets[fleet].answers
         shares = ' | '.join(
             f'{100 * each.share:.0f} % ({100 * each.low:.0f}–{100 * each.high:.0f})'
-            for each in found.within[clock]
+            for each in shares_within(fleets[fleet].rows, clock)
         )
-        quantiles = found.quantiles_nmi[clock]
+        quantiles = fleets[fleet].answers.quantiles_nmi[clock]
         half = '–' if quantiles is None else f'{quantiles[2]:.3g} nmi'
         rows.append(f'| {name} | {shares} | {half} | {_stated(fleets[fleet], clock)} |')
     return '\n'.join(rows)

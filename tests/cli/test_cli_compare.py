@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 from tauto_core.cli.app import app
 from tauto_core.cli.compare import comparison_table, failures
 from tauto_core.comparison import Comparison, Row, Stop, draw
+from tauto_core.comparison.figure import side_by_side
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
 CHEAP = ('compare', 'second_cam_at_sea', '--duration', '600', '--jobs', '1')
@@ -133,6 +134,15 @@ def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
         first, second = (file.read_bytes() for file in files)
         assert first == second
         assert first.lstrip().startswith(b'<?xml')
+
+
+def test_the_figure_shows_what_the_act_allows_only_where_it_judges() -> None:
+    unpaid = {'raw_prize_pounds': None, 'prize_pounds': None}
+    for some, bands in ((row('a', False, 5.0), 1), (row('a', False, 5.0, **unpaid), 0)):
+        figure = side_by_side(Comparison(172_800.0, 1800.0, 1.0, [some]))
+        assert len(figure.axes[0].patches) == bands
+        named = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert ('within 30 miles at the equator' in named) == bool(bands)
 
 
 @pytest.mark.parametrize(

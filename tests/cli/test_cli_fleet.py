@@ -6,6 +6,9 @@ import pytest
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
+from tauto_core.cli.fleet import answer, tables
+from tauto_core.fleets import Answers
+from tauto_core.fleets.answers import Within
 
 SCENE = 'second_cam_at_sea'
 VARY = """\
@@ -21,6 +24,51 @@ def vary(tmp_path):
     return path
 
 
+def answers(**changes):
+    figures = {
+        'ships': 20,
+        'failures': {},
+        'unchecked_days': (81.0, 81.0),
+        'within': {
+            clock: [Within(limit, 18, 0.9, 0.699, 0.972) for limit in (30.0, 40.0, 60.0)]
+            for clock in ('raw', 'corrected')
+        },
+        'quantiles_nmi': {
+            'raw': [1e-3, 2e-3, 3e-3, 0.5, 1.25],
+            'corrected': [1.0, 5.0, 10.2, 20.0, 31.23],
+        },
+        'influences': [],
+    }
+    return Answers(**(figures | changes))
+
+
+def test_a_long_voyage_is_judged_and_a_short_one_is_not():
+    judged = answers()
+    assert answer(judged).startswith('Of 20 ships 90 % (69.9 % to 97.2 % with 95 % confidence)')
+    assert tables(judged)[0].title == 'ships within'
+    short = answers(within=None, unchecked_days=(0.25, 12.0))
+    assert answer(short) == (
+        'Of 20 ships, 6 hours to 12 days unchecked, half are within 10.2 nautical miles by the '
+        'rated clock and 95 % within 31.2; by the dial alone within 0.01 and 1.25. '
+        'That is no verdict: the Act of 1714 asks for six weeks.'
+    )
+    assert not any('within' in table.title for table in tables(short)[1:])
+    assert len(tables(short)) == len(tables(judged)) - 1
+    lost = answers(within=None, unchecked_days=(0.0, 0.0), failures={'slack': 2})
+    assert answer(lost).startswith('Of the 18 of 20 ships that arrived, checked to the end, half')
+
+
+def test_a_fleet_of_which_no_ship_arrived_is_not_judged():
+    none = answers(
+        within=None,
+        unchecked_days=None,
+        failures={'slack': 20},
+        quantiles_nmi={'raw': None, 'corrected': None},
+    )
+    assert answer(none) == 'None of 20 ships arrived.'
+    assert len(tables(none)) == 1
+
+
 def fleet(*words):
     return CliRunner().invoke(app, ['fleet', SCENE, '--duration', '60', '--jobs', '1', *words])
 
@@ -29,7 +77,7 @@ def test_the_answer_comes_first_and_no_row_wraps(vary, tmp_path):
     out = tmp_path / 'rows'
     said = fleet('--ships', '12', '--vary', str(vary), '--out', str(out))
     assert said.exit_code == 0, said.stderr
-    assert said.stdout.startswith('Of 12 ships 100 % (75.8 % to 100 % with 95 % confidence)')
+    assert said.stdout.startswith('Of 12 ships, 60 seconds unchecked, half are within 0.')
     assert all(len(line) <= 80 for line in said.stdout.splitlines())
     assert 'clock.nominal_period' in said.stdout
     assert 'ships.parquet' in said.stderr
@@ -40,7 +88,9 @@ def test_json_has_the_same_numbers(vary):
     said = fleet('--ships', '10', '--vary', str(vary), '--json')
     found = json.loads(said.stdout)
     assert found['ships'] == 10
-    assert [each['limit_nmi'] for each in found['within']['corrected']] == [30.0, 40.0, 60.0]
+    assert found['within'] is None  # a minute is no trial
+    assert found['unchecked_days'] == [60.0 / 86_400.0] * 2
+    assert len(found['quantiles_nmi']['corrected']) == 5
     # the dial's period decides how far it is off after a minute
     ranks = {each['key']: each['raw'] for each in found['influences']}
     assert set(ranks) == {'clock.nominal_period', 'trochlea.cam.lever_rate'}

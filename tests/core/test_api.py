@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -70,9 +71,8 @@ def test_a_fleet_is_that_of_the_command(tmp_path: Path) -> None:
     found = tauto.fleet('second_cam_at_sea', ships=3, vary=vary, jobs=1, duration=60.0)
     words = ['fleet', 'second_cam_at_sea', '--ships', '3', '--vary', str(file)]
     printed = CliRunner().invoke(app, [*words, '--jobs', '1', '--duration', '60', '--json'])
-    assert json.loads(printed.stdout)['within'] == json.loads(
-        json.dumps({k: [vars(each) for each in v] for k, v in found.answers.within.items()})
-    )
+    of_scene = {'scene': 'second_cam_at_sea'}
+    assert json.loads(printed.stdout) == of_scene | json.loads(json.dumps(asdict(found.answers)))
     assert all(0.9 <= row[key] <= 1.1 for row in found.rows)
     with pytest.raises(tauto.TautoError, match=r'^ships=0: must lie between'):
         tauto.fleet('second_cam_at_sea', ships=0)

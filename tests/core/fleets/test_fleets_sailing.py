@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,6 +17,7 @@ import pytest
 
 from tauto_core import voyage, workers
 from tauto_core.fleets import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
+from tauto_core.fleets.figure import figure_of
 from tauto_core.fleets.member import FIGURES, sail_ship
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, UsageError
@@ -238,6 +240,7 @@ def row(number, error, **values):
         'ship': number,
         'raw_error_nmi': 2.0 * error,
         'error_nmi': error,
+        'unchecked_days': 42.0,
         'failure': None,
     } | values
 
@@ -253,6 +256,32 @@ def test_shares_have_wilsons_interval():
     assert (found.limit_nmi, found.ships, found.share) == (30.0, k, p)
     assert found.low == pytest.approx(middle - half, rel=1e-12)
     assert found.high == pytest.approx(middle + half, rel=1e-12)
+
+
+def test_a_voyage_that_the_act_does_not_judge_is_not_judged():
+    rows = [row(k, float(k)) for k in range(3)]
+    found = answers(plan(vary={}), rows)
+    assert found.within is not None
+    assert found.unchecked_days == (42.0, 42.0)
+    found = answers(plan(vary={}), [*rows, row(3, 1.0, unchecked_days=41.99)])
+    assert found.within is None
+    assert found.unchecked_days == (41.99, 42.0)
+    assert found.quantiles_nmi['corrected'] is not None
+    found = answers(plan(vary={}), [row(0, 0.0, unchecked_days=None, failure='lost')])
+    assert (found.within, found.unchecked_days) == (None, None)
+
+
+def test_the_picture_of_a_fleet_shows_prizes_only_where_it_is_judged(alone):
+    def said(fleet):
+        axes = figure_of(fleet).axes[0]
+        return axes.get_title(loc='left'), [text.get_text() for text in axes.texts]
+
+    assert said(alone) == ('second_cam_at_sea: 6 ships, 2 minutes unchecked', [])
+    rows = [row | {'unchecked_days': 81.0} for row in alone.rows]
+    long = replace(alone, rows=rows, answers=answers(alone.plan, rows))
+    title, prizes = said(long)
+    assert title == 'second_cam_at_sea: 6 ships'
+    assert prizes == ['30 nmi: £20,000', '40 nmi: £15,000', '60 nmi: £10,000']
 
 
 def test_quantiles_and_influences_are_of_those_that_arrived():

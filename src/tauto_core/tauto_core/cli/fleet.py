@@ -20,12 +20,13 @@ from tauto_core.cli.options import (
 )
 from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
-from tauto_core.wording import counted, printed, significant
+from tauto_core.wording import counted, figure, printed
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from tauto_core.fleets import Answers, Fleet
+    from tauto_core.fleets.answers import Within
 
 _CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
 
@@ -94,13 +95,37 @@ def _as_object(result: Fleet) -> dict[str, object]:
 
 
 def answer(result: Answers) -> str:
-    """Return in a sentence how often the longitude was found within the Act's first limit."""
+    """Return in a sentence how often the longitude was found within the Act's first limit; of a
+    voyage that the Act does not judge, how large the errors are.
+    """
+    if result.within is None:
+        return _errors_alone(result)
     rated, dial = (result.within[name][0] for name in ('corrected', 'raw'))
     return (
         f'Of {counted(result.ships, "ship")} {_percent(rated.share)} ({_percent(rated.low)} to '
         f'{_percent(rated.high)} with 95 % confidence) found their longitude within '
         f'{rated.limit_nmi:g} nautical miles by the rated clock, {_percent(dial.share)} by the '
         'dial alone.'
+    )
+
+
+def _errors_alone(result: Answers) -> str:
+    """Return medians and 95 % quantiles of the errors in a sentence."""
+    from tauto_core.fleets.answers import QUANTILES
+
+    rated, dial = (result.quantiles_nmi[name] for name in ('corrected', 'raw'))
+    if rated is None or dial is None:
+        return f'None of {counted(result.ships, "ship")} arrived.'
+    lost, ships = sum(result.failures.values()), counted(result.ships, 'ship')
+    who = f'the {result.ships - lost} of {ships} that arrived' if lost else ships
+    (half, most), (half_dial, most_dial) = (
+        [figure(sizes[QUANTILES.index(share)], 'nmi').lstrip('<') for share in (0.5, 0.95)]
+        for sizes in (rated, dial)
+    )
+    return (
+        f'Of {who}, {result.unchecked()}, half are within {half} nautical miles by the rated '
+        f'clock and 95 % within {most}; by the dial alone within {half_dial} and {most_dial}. '
+        'That is no verdict: the Act of 1714 asks for six weeks.'
     )
 
 
@@ -114,8 +139,11 @@ def _print(result: Fleet) -> None:
 
 
 def tables(result: Answers) -> list[Table]:
-    """Return shares within the Act's limits, quantiles of the error, and influences."""
-    found = [_shares(result), _quantiles(result)]
+    """Return quantiles of the error, influences, and of a long voyage shares within the Act's
+    limits.
+    """
+    found = [] if result.within is None else [_shares(result.within)]
+    found.append(_quantiles(result))
     return found + [_influences(result)] * bool(result.influences)
 
 
@@ -132,15 +160,15 @@ def _table(title: str, *columns: str) -> Table:
     return table
 
 
-def _shares(result: Answers) -> Table:
-    limits = (f'{each.limit_nmi:g} nmi' for each in result.within['raw'])
+def _shares(within: dict[str, list[Within]]) -> Table:
+    limits = (f'{each.limit_nmi:g} nmi' for each in within['raw'])
     table = _table('ships within', 'clock', *limits)
     for clock, said in _CLOCKS.items():
         table.add_row(
             said,
             *(
                 f'{_percent(each.share)} ({_percent(each.low)}–{_percent(each.high)})'
-                for each in result.within[clock]
+                for each in within[clock]
             ),
         )
     return table
@@ -156,7 +184,7 @@ def _quantiles(result: Answers) -> Table:
     )
     for clock, said in _CLOCKS.items():
         sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)
-        table.add_row(said, *(significant(size, 3) for size in sizes))
+        table.add_row(said, *(figure(size, 'nmi') for size in sizes))
     return table
 
 

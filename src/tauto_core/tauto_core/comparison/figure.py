@@ -34,8 +34,8 @@ _STYLES: dict[bool, dict[str, Any]] = {
 def draw(result: Comparison, path: Path) -> None:
     """Draw a comparison to an SVG or PNG file; replaces the file.
 
-    Errors against time where all clocks sail in one sea; where the roll differs, rates against
-    the roll.
+    Errors against time where all clocks sail in one sea, with the error that the Act of 1714
+    allows where it judges the voyage; where the roll differs, rates against the roll.
 
     Args:
         result: what `compare` returns.
@@ -55,6 +55,7 @@ def side_by_side(result: Comparison) -> Figure:
     from matplotlib.patches import Patch
 
     clocks = list(dict.fromkeys(row.clock for row in result.rows))
+    judged = any(row.prize_pounds is not None for row in result.rows)
     by_roll = len({row.roll_deg for row in result.rows}) > 1
     columns = min(4, len(clocks))
     lines = math.ceil(len(clocks) / columns)
@@ -63,6 +64,8 @@ def side_by_side(result: Comparison) -> Figure:
     for axes, clock in zip(grid.ravel(), clocks, strict=False):
         rows = [row for row in result.rows if row.clock == clock]
         (_rates if by_roll else _errors)(axes, rows)
+        if judged and not by_roll:
+            axes.axhspan(-NEEDED_S, NEEDED_S, color=_BAND, zorder=0, linewidth=0.0)
         axes.set_title(clock.removeprefix('clock_').replace('_', ' '), fontsize=9.0, loc='left')
         axes.axhline(0.0, color='#888888', linewidth=0.6, zorder=1)
         axes.grid(color='#e4e4e4', linewidth=0.5)
@@ -76,14 +79,13 @@ def side_by_side(result: Comparison) -> Figure:
     figure.supxlabel('significant roll [degrees]' if by_roll else 'days', fontsize=9.0)
     shown = sorted({row.suspended for row in result.rows})
     handles: list[Line2D | Patch] = [Line2D([], [], **_STYLES[hung]) for hung in shown]
-    if not by_roll:
+    if judged and not by_roll:
         handles.append(Patch(color=_BAND, label='within 30 miles at the equator'))
     figure.legend(handles=handles, loc='outside upper right', frameon=False, ncols=3)
     return figure
 
 
 def _errors(axes: Axes, rows: Sequence[Row]) -> None:
-    axes.axhspan(-NEEDED_S, NEEDED_S, color=_BAND, zorder=0, linewidth=0.0)
     for row in rows:
         style = _STYLES[row.suspended]
         axes.plot([time / SECONDS_PER_DAY for time in row.time_s], row.trace_s, **style)

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from tauto_core.fleets.plan import Plan
-from tauto_core.navigation.prize import AWARDS
-from tauto_core.samples import FloatArray
+from tauto_core.navigation.prize import AWARDS, LEAST_UNCHECKED_DAYS
+from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.wording import span
 
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -75,7 +76,11 @@ class Answers:
     Attributes:
         ships: number of ships that sailed.
         failures: reasons for which voyages ended early, with their numbers.
-        within: for each clock (`ERRORS`), one entry for each limit.
+        unchecked_days: the least and the most time for which a clock had not been checked when
+            its longitude was judged; None if no ship arrived.
+        within: for each clock (`ERRORS`), one entry for each limit of the Act of 1714. None where
+            a ship was unchecked for less than `LEAST_UNCHECKED_DAYS`, since the Act judges no such
+            voyage, or where none arrived.
         quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES; None if
             no ship arrived.
         influences: correlations of the drawn keys that are numbers, the strongest on the corrected
@@ -84,9 +89,18 @@ class Answers:
 
     ships: int
     failures: dict[str, int]
-    within: dict[str, list[Within]]
+    unchecked_days: tuple[float, float] | None
+    within: dict[str, list[Within]] | None
     quantiles_nmi: dict[str, list[float] | None]
     influences: list[Influence]
+
+    def unchecked(self) -> str:
+        """Return for how long the clocks had not been checked, in words."""
+        days = self.unchecked_days or (0.0, 0.0)
+        if not any(days):
+            return 'checked to the end'
+        spans = dict.fromkeys(span(each * SECONDS_PER_DAY) for each in days)
+        return f'{" to ".join(spans)} unchecked'
 
 
 def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
@@ -103,13 +117,13 @@ def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
             failures[row['failure']] = failures.get(row['failure'], 0) + 1
     errors = {name: np.array([row[key] for row in arrived]) for name, key in ERRORS.items()}
     sizes = {name: distances(arrived, name) for name in ERRORS}
+    unchecked = [row['unchecked_days'] for row in arrived]
+    judged = bool(arrived) and min(unchecked) >= LEAST_UNCHECKED_DAYS
     return Answers(
         ships=len(rows),
         failures=dict(sorted(failures.items(), key=lambda each: -each[1])),
-        within={
-            name: [_within(limit, size, len(rows)) for limit, _ in AWARDS]
-            for name, size in sizes.items()
-        },
+        unchecked_days=(min(unchecked), max(unchecked)) if arrived else None,
+        within={name: shares_within(rows, name) for name in ERRORS} if judged else None,
         quantiles_nmi={
             name: np.quantile(size, QUANTILES).tolist() if len(size) else None
             for name, size in sizes.items()
@@ -123,12 +137,23 @@ def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
     return np.abs(np.array([row[ERRORS[clock]] for row in rows], np.float64))
 
 
-def _within(limit_nmi: float, sizes: FloatArray, ships: int) -> Within:
+def shares_within(rows: Sequence[dict[str, Any]], clock: str) -> list[Within]:
+    """Return the shares of ships within each limit of the Act by a clock of ERRORS.
+
+    Args:
+        rows: those of all ships, at least one.
+        clock: one of ERRORS.
+    """
     from scipy.stats import binomtest
 
-    count = int(np.count_nonzero(sizes <= limit_nmi))
-    interval = binomtest(count, ships).proportion_ci(CONFIDENCE, method='wilson')
-    return Within(limit_nmi, count, count / ships, float(interval.low), float(interval.high))
+    sizes = distances([row for row in rows if row['failure'] is None], clock)
+    found = []
+    for limit_nmi, _ in AWARDS:
+        count = int(np.count_nonzero(sizes <= limit_nmi))
+        interval = binomtest(count, len(rows)).proportion_ci(CONFIDENCE, method='wilson')
+        share = count / len(rows)
+        found.append(Within(limit_nmi, count, share, float(interval.low), float(interval.high)))
+    return found
 
 
 def _influences(

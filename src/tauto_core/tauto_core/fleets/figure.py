@@ -71,7 +71,8 @@ def _distribution(axes: Axes, fleet: Fleet) -> None:
             linestyle='-' if clock == 'corrected' else (0, (4, 2)),
             label=label,
         )
-    for limit, pounds in AWARDS:
+    judged = fleet.answers.within is not None
+    for limit, pounds in AWARDS if judged else ():
         axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
         axes.annotate(
             f'{limit:g} nmi: £{pounds:,}',
@@ -88,7 +89,9 @@ def _distribution(axes: Axes, fleet: Fleet) -> None:
     axes.set_ylabel('ships within [%]')
     failed = ships - len(arrived)
     lost = f', {failed:,} of which failed' if failed else ''
-    axes.set_title(f'{fleet.plan.scene.name}: {ships:,} ships{lost}', loc='left', fontsize=10.0)
+    alone = f', {fleet.answers.unchecked()}' if arrived and not judged else ''
+    title = f'{fleet.plan.scene.name}: {ships:,} ships{lost}{alone}'
+    axes.set_title(title, loc='left', fontsize=10.0)
     axes.grid(color='#e4e4e4', linewidth=0.5)
     axes.legend(frameon=False, loc='upper left')
 
