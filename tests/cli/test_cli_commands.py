@@ -448,7 +448,7 @@ def test_null_removes_a_key_that_may_be_absent() -> None:
         ('trochlea..release_angle=0.5', 'trochlea..release_angle: has an empty name'),
         ('trochlea.cam=null', 'trochlea.cam: is missing'),
         ('escapment=null', 'Did you mean `escapement`'),
-        ('trochlea.cam.base_radiu=~', 'trochlea.cam.base_radiu: is no key of'),
+        ('trochlea.cam.base_radiu=~', 'trochlea.cam.base_radiu: is not a key of'),
         ('voyage.departure=[50.8', "'voyage.departure=[50.8, -1.1]'"),
         ('trochlea.release_angle=0,3', 'write 0.3'),
         ('trochlea.release_angel=0.3', 'Did you mean `release_angle`'),

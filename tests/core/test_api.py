@@ -316,7 +316,7 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.cam('measured', points=1), 'points = 1: must be at least 2'),
         (lambda: tauto.compare('ideal', roll_deg=[-10.0]), 'roll_deg=-10: must lie between'),
         (lambda: tauto.compare('ideal', suspension='none'), "suspension = 'none'"),
-        (lambda: tauto.plot('ideal', 'sound'), "'sound': is no picture"),
+        (lambda: tauto.plot('ideal', 'sound'), "'sound': is not a picture"),
         (lambda: tauto.plot('ideal', 'error', 'x.jpg'), 'file=x.jpg: must end in .svg'),
         (lambda: tauto.sail('ideal', duration=60.0).plot('error', 'x.jpg'), 'file=x.jpg'),
         (lambda: tauto.report('ideal', 'x.pdf'), 'file=x.pdf: must end in .html'),

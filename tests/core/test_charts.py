@@ -100,7 +100,7 @@ def test_a_file_is_what_its_suffix_says_and_the_same_each_time(
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
-        (('plot', 'ideal', 'sound'), "'sound': is no picture. Choose one of error"),
+        (('plot', 'ideal', 'sound'), "'sound': is not a picture. Choose one of error"),
         (('plot', 'ideal', 'error', '-o', 'x.jpg'), '--out x.jpg: must end in'),
         (('plot', 'ideal', 'error', '-o', 'no/x.png'), 'there is no folder no'),
         (('plot', 'globe_in_oil', 'machine', '--duration', '10'), 'has no trochlea'),

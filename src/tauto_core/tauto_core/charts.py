@@ -34,7 +34,7 @@ def chart(voyage: Voyage, what: str) -> Chart:
         UsageError: no such picture, or the voyage lacks its data.
     """
     if what not in PICTURES:
-        raise UsageError(f'{what!r}: is no picture. Choose one of {", ".join(PICTURES)}')
+        raise UsageError(f'{what!r}: is not a picture. Choose one of {", ".join(PICTURES)}')
     return PICTURES[what](voyage)
 
 

@@ -33,7 +33,7 @@ def check_picture(what: str, file: str | Path | None) -> None:
         UsageError: see `charts.chart` and `figure_file.check_plot`.
     """
     if what not in PICTURES:
-        raise UsageError(f'{what!r}: is no picture. Choose one of {", ".join(PICTURES)}')
+        raise UsageError(f'{what!r}: is not a picture. Choose one of {", ".join(PICTURES)}')
     if file is not None:
         check_plot(Path(file), '--out')
 

@@ -57,7 +57,7 @@ def check_report(file: Path) -> None:
         version('bokeh')
     except ModuleNotFoundError:
         raise ReportError(
-            f'`tauto report` needs bokeh, which is not installed. Say {install("report")}'
+            f'`tauto report` needs bokeh, which is not installed. Run {install("report")}'
         ) from None
 
 

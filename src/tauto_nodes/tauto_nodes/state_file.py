@@ -73,7 +73,7 @@ class StateFile:
         try:
             said = json.loads(head)
         except ValueError as error:
-            raise self._refused('is no state file') from error
+            raise self._refused('is not a state file') from error
         for name, value in self._head.items():
             found = said.get(name) if isinstance(said, dict) else None
             if found != value:

@@ -73,7 +73,7 @@ def test_every_ship_has_a_seed_and_a_sea_of_her_own():
     ('draws', 'said'),
     [
         ({'trochlea__cam__base_radius': {'kind': 'normal', 'sigma': 0.1}}, '-0.'),
-        ({'name': {'kind': 'normal', 'sigma': 1.0}}, 'no number'),
+        ({'name': {'kind': 'normal', 'sigma': 1.0}}, 'not a number'),
     ],
 )
 def test_a_ship_that_cannot_be_is_refused_with_key_and_remedy(draws, said):
@@ -97,7 +97,7 @@ def test_a_misspelt_key_is_answered_with_what_was_meant(key, meant, draw):
     with pytest.raises(SceneError) as caught:
         plan(**{key.replace('.', '__'): draw}).check()
     message = str(caught.value)
-    assert message.startswith(f'vary.yaml: {key}: is no key of')
+    assert message.startswith(f'vary.yaml: {key}: is not a key of')
     assert f'Did you mean {meant}' in message
     assert 'Narrow' not in message
 

@@ -68,7 +68,7 @@ def test_a_time_that_chooses_no_one_spectrum_is_refused(tmp_path: Path) -> None:
         sea_of(file, 'ndbc')
     with pytest.raises(SceneError, match=r'no time of the file.*Use 2000-01-01T02:00:00 or'):
         sea_of(file, 'ndbc', '2000-01-01T03:00')
-    with pytest.raises(SceneError, match=r'time = .noon.*is no date and time'):
+    with pytest.raises(SceneError, match=r'time = .noon.*is not a date and time'):
         sea_of(file, 'ndbc', 'noon')
     twice = ndbc(tmp_path, hours=('00', '02', '02'))
     with pytest.raises(SceneError, match='names 2 spectra of the file'):

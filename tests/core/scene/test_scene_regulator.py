@@ -60,7 +60,7 @@ def test_a_ship_that_moves_is_refused() -> None:
         ({'curve': 'circle'}, 'curve', 'cycloid'),
         ({'body': 'cube'}, 'body', 'globe'),
         ({'kind': 'pendulum'}, 'kind', 'fluid_tautochrone'),
-        ({'lenght': 1.0}, 'lenght', 'is no key'),
+        ({'lenght': 1.0}, 'lenght', 'is not a key'),
         ({'added_mass': -0.1}, 'added_mass', 'at least 0'),
         ({'pendulum_length': float('nan')}, 'pendulum_length', 'finite'),
     ],

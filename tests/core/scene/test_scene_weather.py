@@ -131,12 +131,12 @@ def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
         (CSV.replace('8.0', '80'), {}, 'line 3, peak_period_s = 80.0: must be greater than 0'),
         (CSV.replace('2.0', '-2'), {}, 'height_m = -2.0: must be greater than 0 and at most 30'),
         (CSV.replace('T06', 'T00'), {}, 'line 3: has the time of another row'),
-        (CSV.replace('2020-01-01T06', 'noon'), {}, "time_utc = 'noon:00': is no date and time"),
+        (CSV.replace('2020-01-01T06', 'noon'), {}, "time_utc = 'noon:00': is not a date and time"),
         (CSV.replace(',90', ''), {}, 'line 3: has 3 cells, the header 4'),
         (CSV.replace('peak_period', 'tp'), {}, 'column peak_period_s: is missing'),
         (CSV.splitlines()[0], {}, 'holds no row with a wave height and a period'),
         ('', {}, 'column time_s: is missing'),
-        (CSV, {'begins': 'noon'}, "begins = 'noon': is no date and time"),
+        (CSV, {'begins': 'noon'}, "begins = 'noon': is not a date and time"),
         (CSV, {'begins': '2021-01-01'}, 'is not within the record, from 2020-01-01T00:00 to'),
         (CSV, {'format': 'ndbc'}, 'column YYYY: is missing'),
         (NDBC, {'format': 'csv'}, 'column time_s: is missing'),
@@ -198,7 +198,7 @@ def test_a_record_that_is_not_there_is_refused(tmp_path: Path) -> None:
             'states[1]: comes 599 s after the state before; a sea takes at least 600 s',
         ),
         (states_of({'at': 0.0, **HIGH, 'sped': 1.0}), 'Did you mean `speed`?'),
-        ({'kind': 'squall'}, "ship.weather.kind = 'squall': is no kind that is known"),
+        ({'kind': 'squall'}, "ship.weather.kind = 'squall': unknown kind"),
         ({'kind': 'climate', 'regions': []}, 'ship.weather.regions: is empty'),
         ({'kind': 'climate', 'regions': [{}]}, 'regions[0].median_wave_height: is missing'),
         (
@@ -223,7 +223,7 @@ def test_weather_that_cannot_be_is_refused_by_key(weather: dict[str, Any], said:
 def test_a_place_beyond_the_voyage_is_refused() -> None:
     ports = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
     said = refusal(states_of({'waypoint': 2, **HIGH}), voyage=ports)
-    assert 'waypoint = 2: is no place of the voyage, which has 2' in said
+    assert 'waypoint = 2: is not a place of the voyage, which has 2' in said
 
 
 @pytest.mark.parametrize('keys', [{}, {'sea': {'spectrum': 'bretschneider', **HIGH}}])

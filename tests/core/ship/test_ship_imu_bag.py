@@ -231,5 +231,5 @@ def test_broken_payload_is_refused(tmp_path):
 
     messages = sensors(5)
     messages[2] = Short(**vars(messages[2]))
-    with pytest.raises(MotionDataError, match="message 3 on '/imu/data' is no valid"):
+    with pytest.raises(MotionDataError, match="message 3 on '/imu/data' is not a valid"):
         motion(write(tmp_path / 'a.mcap', messages))

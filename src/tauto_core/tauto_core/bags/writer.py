@@ -48,7 +48,7 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
     if others:
         raise BagPlaceError(
             f'{folder} is not only a bag: it holds {others[0]!r}, which replacing would lose; '
-            'name another folder or move what is no part of the bag'
+            'name another folder or move what is not part of the bag'
         )
 
 

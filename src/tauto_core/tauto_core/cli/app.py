@@ -113,14 +113,16 @@ def _print_version(wanted: bool) -> None:
 def root(
     version: Annotated[
         bool,
-        typer.Option('--version', is_eager=True, callback=_print_version, help='Say the version.'),
+        typer.Option(
+            '--version', is_eager=True, callback=_print_version, help='Print the version.'
+        ),
     ] = False,
     quiet: Annotated[
         bool,
         typer.Option(
             '--quiet',
             '-q',
-            help='Say nothing but the result and errors; may stand anywhere in the line.',
+            help='Print nothing but the result and errors; may stand anywhere in the line.',
         ),
     ] = False,
 ) -> None:

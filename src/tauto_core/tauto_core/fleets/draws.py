@@ -113,7 +113,7 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
     try:
         content = read_mapping(path.read_text('utf-8'), str(path))
     except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, 'strerror', None) or 'is no UTF-8 text'
+        why = getattr(error, 'strerror', None) or 'is not UTF-8 text'
         raise SceneError(
             str(path), '', str(path), f'cannot be read: {why}', 'Name a YAML file with --vary.'
         ) from None
@@ -152,7 +152,7 @@ def _problem(key: str, detail: Any) -> Problem:
 
 def _centre(given: Value | None) -> float:
     if isinstance(given, bool) or not isinstance(given, int | float):
-        raise ValueError(f"is drawn about the scene's value, which is {given!r}, no number")
+        raise ValueError(f"is drawn about the scene's value, which is {given!r}, not a number")
     return float(given)
 
 

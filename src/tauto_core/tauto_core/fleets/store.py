@@ -45,7 +45,7 @@ def need_parquet() -> None:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
         raise UsageError(
-            f'--out: needs pyarrow, which is not installed. Say {install("fleet")}, or leave out '
+            f'--out: needs pyarrow, which is not installed. Run {install("fleet")}, or leave out '
             '--out'
         ) from None
 

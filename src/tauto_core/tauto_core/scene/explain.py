@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.kinds import OneOf
 
-NO_KEY = 'is no key of'
+NO_KEY = 'is not a key of'
 """How what is said of an unknown key begins."""
 
 _LONGEST_KEY = 80
@@ -145,7 +145,7 @@ def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
     remedy = f'{guess}Use one of {", ".join(kinds)}.'
     if not isinstance(value, dict) or tag not in value:
         return Problem(f'{key}.{tag}', ABSENT, 'is missing', remedy)
-    return Problem(f'{key}.{tag}', value[tag], f'is no {tag} that is known', remedy)
+    return Problem(f'{key}.{tag}', value[tag], f'unknown {tag}', remedy)
 
 
 def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:

@@ -252,7 +252,7 @@ def _read(file: Path, origin: str) -> str:
     else:
         if len(raw) <= _LARGEST_FILE:
             return _decoded(raw, origin)
-        problem = f'is larger than {_LARGEST_FILE} bytes, so it is no scene'
+        problem = f'is larger than {_LARGEST_FILE} bytes, so it is not a scene'
         remedy = 'Name a scene, not its data or a bag.'
     raise SceneError(origin, '', origin, problem, remedy) from None
 
@@ -261,7 +261,7 @@ def _decoded(raw: bytes, origin: str) -> str:
     try:
         return raw.decode('utf-8-sig')
     except UnicodeDecodeError as error:
-        problem = f'is no UTF-8 text (byte {error.start})'
+        problem = f'is not UTF-8 text (byte {error.start})'
         remedy = 'Name a YAML file, saved as UTF-8.'
         raise SceneError(origin, '', origin, problem, remedy) from None
 

@@ -210,9 +210,7 @@ def _check_known(kinds: Mapping[str, str]) -> None:
         if kind not in known:
             near = get_close_matches(kind, known, 1)
             guess = f'Did you mean {near[0]}? ' if near else ''
-            raise UsageError(
-                f'--{key} {kind}: is no kind that is known. {guess}Use one of {", ".join(known)}'
-            )
+            raise UsageError(f'--{key} {kind}: unknown kind. {guess}Use one of {", ".join(known)}')
 
 
 def _model(key: str, kind: str) -> type[Kind]:

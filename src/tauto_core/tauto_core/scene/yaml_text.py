@@ -156,7 +156,7 @@ def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
     if pattern is None:
         raise _RefusedError(node, f'the tag {node.tag} is not read', 'Leave the tag out.')
     if not pattern.fullmatch(text) or len(text) > _LONGEST_NUMBER:
-        problem = f'{text[:40]!r} is no {kind} that can be read'
+        problem = f'{text[:40]!r} cannot be read as {kind}'
         raise _RefusedError(node, problem, 'Write a plain value.')
     if kind == 'null':
         return None

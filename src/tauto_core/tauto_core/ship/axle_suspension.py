@@ -46,7 +46,7 @@ class AxleSuspension(Section):
                 'suspension.support_radius',
                 self.support_radius,
                 f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: on a '
-                'bearing that is no hollow b′ is negative, and the case falls from it',
+                'bearing that is not hollow b′ is negative, and the case falls from it',
                 f'Use for example {2.0 * self.axle_radius!r}, or a thinner axle.',
             )
         if self.depth <= 0.0:

@@ -138,7 +138,7 @@ def _decode(name: str, topic: str, payloads: list[bytes]) -> ImuSamples:
             messages.append(store.deserialize_cdr(payload, IMU_TYPE))
         except Exception as error:  # the exceptions of the deserialiser are not documented
             raise MotionDataError(
-                f'{name}: message {number} on {topic!r} is no valid {IMU_TYPE}: {error}. '
+                f'{name}: message {number} on {topic!r} is not a valid {IMU_TYPE}: {error}. '
                 'Record the bag again.'
             ) from error
     stamps = [m.header.stamp.sec * NS_PER_S + m.header.stamp.nanosec for m in messages]

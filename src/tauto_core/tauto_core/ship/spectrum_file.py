@@ -156,7 +156,7 @@ def _chosen(asked: SpectrumFile, stamps: list[str]) -> int:
         problem = f'names {len(found)} spectra of the file'
         raise SceneError(asked.path, 'time', asked.time, problem, 'Cut the file to one of them.')
     near = sorted(stamps, key=lambda stamp: abs(datetime.fromisoformat(stamp) - wanted))[:2]
-    problem = f'is no time of the file, which holds {told}'
+    problem = f'is not a time of the file, which holds {told}'
     raise SceneError(asked.path, 'time', asked.time, problem, f'Use {" or ".join(near)}.')
 
 
@@ -164,7 +164,7 @@ def _instant(asked: SpectrumFile) -> datetime:
     try:
         instant = datetime.fromisoformat(asked.time or '')
     except ValueError:
-        problem, remedy = 'is no date and time', 'Write it as 2000-01-01T02:00, in UTC.'
+        problem, remedy = 'is not a date and time', 'Write it as 2000-01-01T02:00, in UTC.'
         raise SceneError(asked.path, 'time', asked.time, problem, remedy) from None
     return instant if instant.tzinfo is None else instant.astimezone(UTC).replace(tzinfo=None)
 
@@ -175,7 +175,7 @@ def _read_with_library(asked: SpectrumFile) -> Any:
         import wavespectra
     except ImportError:
         problem = f'format {asked.format} needs the library wavespectra, which is not installed'
-        remedy = f'Say {install("spectra")}, or give the spectrum as a CSV table.'
+        remedy = f'Run {install("spectra")}, or give the spectrum as a CSV table.'
         raise SceneError(asked.path, '', None, problem, remedy) from None
     file = data_path(asked.path)
     if asked.format == 'datawell' and '}' not in file.name:

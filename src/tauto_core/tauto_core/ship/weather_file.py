@@ -122,7 +122,7 @@ def _begins_s(asked: RecordFile, rows: Sequence[Row]) -> float:
     try:
         begins = datetime.fromisoformat(asked.begins)
     except ValueError:
-        problem, remedy = 'is no date and time', 'Write it as 2000-01-01T02:00, in UTC.'
+        problem, remedy = 'is not a date and time', 'Write it as 2000-01-01T02:00, in UTC.'
         raise SceneError(asked.path, 'begins', asked.begins, problem, remedy) from None
     begins = begins.replace(tzinfo=UTC) if begins.tzinfo is None else begins
     if rows[0].time_s <= begins.timestamp() <= rows[-1].time_s:
@@ -252,7 +252,7 @@ def _utc(asked: RecordFile, line: int, cell: str) -> float:
     try:
         at = datetime.fromisoformat(cell)
     except ValueError:
-        problem, remedy = 'is no date and time', 'Write it as 2000-01-01T02:00, in UTC.'
+        problem, remedy = 'is not a date and time', 'Write it as 2000-01-01T02:00, in UTC.'
         key = f'line {line}, {UTC_TIME}'
         raise SceneError(asked.path, key, cell, problem, remedy) from None
     return (at.replace(tzinfo=UTC) if at.tzinfo is None else at).timestamp()

@@ -154,7 +154,7 @@ class Setting:
         times = self.passage_for(key, place).places_ns
         if place < len(times):
             return times[place]
-        problem = f'is no place of the voyage, which has {len(times)}: 0 is the departure, '
+        problem = f'is not a place of the voyage, which has {len(times)}: 0 is the departure, '
         problem += f'{len(times) - 1} the arrival'
         remedy = f'Give a number from 0 to {len(times) - 1}, or `at: …` in seconds.'
         raise SceneError(self.scene.name, key, place, problem, remedy)

@@ -198,7 +198,7 @@ def _of_region(region: Region, key: str, *, first: bool) -> Iterator[Problem]:
             f'{key}.at',
             ABSENT,
             'is missing, and there is no waypoint in its place',
-            'Say where the region begins: `at: …` [s], or `waypoint: …`, number of a place.',
+            'Give the beginning of the region: `at: …` [s], or `waypoint: …`, number of a place.',
         )
     for name in _NUMBERS:
         if region.climate is None and getattr(region, name) is None:
