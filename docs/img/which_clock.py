@@ -132,11 +132,8 @@ def figure_of(fleets: dict[str, Fleet]) -> Figure:
         dash = '--' if clock == 'raw' else '-'
         steps = np.concatenate([[0.0], sizes, [MOST_NMI]]), np.append(shares, shares[-1])
         axes.step(*steps, dash, where='post', color=colour, linewidth=1.6, label=name)
-    for limit, prize in AWARDS:
+    for limit, _ in AWARDS:  # without the prizes: the passage is too short to be judged
         axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
-        axes.annotate(
-            f'£{prize:,}', (limit, 50.0), rotation=90, fontsize=6.5, ha='right', va='center'
-        )
     axes.set_xscale('log')
     axes.set_xlim(LEAST_NMI, MOST_NMI)
     axes.set_ylim(-1.0, 102.0)
