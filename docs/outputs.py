@@ -18,7 +18,7 @@ from typing import Any
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.wording import figure
+from tauto_core.wording import figure, to_sigma
 
 README = Path(__file__).parents[1] / 'README.md'
 RATE = Path(__file__).parent / 'theory' / 'rate.md'
@@ -80,8 +80,11 @@ def passage_table(command: str) -> str:
     for name, (kind, given) in NAVIGATORS.items():
         cells = [name]
         for landfall in sailed[given]['longitude']['landfalls']:
-            sigma = '–' if kind else f'{landfall["sigma_nmi"]:,.1f}'
-            cells += [f'{abs(landfall[f"{kind}error_nmi"]):,.1f}', sigma]
+            error, sigma = abs(landfall[f'{kind}error_nmi']), landfall['sigma_nmi']
+            if kind:
+                cells += [figure(error, 'nmi'), '–']
+            else:
+                cells += [to_sigma(error, sigma), to_sigma(sigma, sigma)]
         lines.append(tuple(cells))
     return ''.join(f'| {" | ".join(cells)} |\n' for cells in lines)
 

@@ -17,6 +17,7 @@ import tauto_core as tauto
 from tauto_core.cli.app import app
 from tauto_core.comparison import CLOCKS
 from tauto_core.scene import shipped_scenes
+from tauto_core.wording import figure, with_sigma
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
@@ -113,8 +114,8 @@ def test_the_table_of_the_clocks_is_one_that_its_maker_makes(outputs: ModuleType
     assert [row[0] for row in rows] == [outputs.CLOCKS[name] for name in CLOCKS]
     assert f'    tauto {found[2]}' in README
     for _, *figures in rows:
-        for figure in figures:
-            assert re.fullmatch(r'[+−]?[\d.,]+(e-\d+)?|£[\d,]+', figure), figure
+        for shown in figures:
+            assert re.fullmatch(r'[+−<]?[\d.,]+|£[\d,]+', shown), shown
 
 
 def test_the_maker_s_figures_are_those_of_the_voyages(outputs: ModuleType) -> None:
@@ -126,10 +127,10 @@ def test_the_maker_s_figures_are_those_of_the_voyages(outputs: ModuleType) -> No
         scene = tauto.load(name, duration=600.0)
         result = tauto.sail(scene.model_copy(update={'suspension': None})).result
         assert row[0] == outputs.CLOCKS[name]
-        longitude, rate = result['longitude'], float(row[1].replace('−', '-'))
-        assert rate == pytest.approx(result['clock']['rate_s_per_day'], rel=5e-4)
-        assert float(row[2]) == pytest.approx(abs(longitude['raw_error_nmi']), rel=5e-4)
-        assert float(row[4]) == pytest.approx(abs(longitude['error_nmi']), rel=5e-4)
+        longitude, rate = result['longitude'], result['clock']['rate_s_per_day']
+        assert row[1] == figure(rate, 's/day', signed=True)
+        assert row[2] == figure(abs(longitude['raw_error_nmi']), 'nmi')
+        assert row[4] == figure(abs(longitude['error_nmi']), 'nmi')
 
 
 def test_the_passage_of_the_readme_is_that_of_the_table(outputs: ModuleType) -> None:
@@ -145,7 +146,7 @@ def test_the_passage_of_the_readme_is_that_of_the_table(outputs: ModuleType) -> 
     story = ' '.join(story.partition('Elsewhere')[0].split())
     for words in (
         f'he corrected longitude is {port[0]:.0f} nautical miles wrong',
-        f'puts her {port[2]:.0f} miles too far west',
+        f'puts her {port[2]:,.0f} ± {port[3]:,.0f} miles too far west',
         f'By the dial alone she is {dial[2]:,.0f} miles off',
         f'{equation[2]:.0f} miles off (the navigator says ± {equation[3]:.0f})',
         f'{lunars[2]:.0f} miles off (± {lunars[3]:.0f})',
@@ -170,13 +171,11 @@ def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None
         **given,
         **{'drift.covariates': ['heave', 'roll']},
     )
-    shown = [float(cell.replace(',', '')) for cell in rows[2][1:]]
     expected = [
-        value
+        with_sigma(abs(landfall['error_nmi']), landfall['sigma_nmi'], signed=False)
         for landfall in sailed.result['longitude']['landfalls']
-        for value in (abs(landfall['error_nmi']), landfall['sigma_nmi'])
     ]
-    assert shown == pytest.approx(expected, abs=0.051)
+    assert [' ± '.join(rows[2][1:3]), ' ± '.join(rows[2][3:])] == expected
     assert rows[0][2] == rows[0][4] == '–'
 
 

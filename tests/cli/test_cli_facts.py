@@ -274,9 +274,9 @@ def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
     said = StringIO()
     Console(file=said, width=200).print(facts_table(found))
     assert 'coefficient of heave' in said.getvalue()
-    assert '1 ± 0.05, as the scene says' in said.getvalue()
+    assert '1.000 ± 0.050, as the scene says' in said.getvalue()
     (row,) = (line for line in said.getvalue().splitlines() if 'coefficient of roll' in line)
-    assert '0 ± 0.005, from trial runs: 0 in waves of 6 s' in row
+    assert '0.0000 ± 0.0050, from trial runs: 0 in waves of 6 s' in row
     assert '0 in waves of 13 s' in row
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from tauto_core.wording import figure, printed, significant, span
+from tauto_core.wording import figure, printed, significant, span, with_sigma
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -83,7 +83,7 @@ def _scene_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 def _covariate_rows(covariates: dict[str, dict[str, Any]]) -> list[tuple[str, str]]:
     rows = []
     for name, found in covariates.items():
-        said = f'{_short(found["value"])} ± {found["sigma"]:.2g}'
+        said = with_sigma(found['value'], found['sigma'], signed=False)
         if found['at_periods'] is None:
             said += ', as the scene says'
         else:
