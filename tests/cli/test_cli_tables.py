@@ -186,8 +186,12 @@ def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
     assert found[verdict, 'projected to 42 days unchecked, corrected'] == ['−12 ± 97', 'nmi']
     by_the_dial = 'projected to 42 days unchecked, by the dial'
     assert found[verdict, by_the_dial] == ['+470 ± 320', 'nmi']
-    short['projection'][0]['raw_sigma_nmi'] = None
-    assert rows({'longitude': short})[verdict, by_the_dial] == ['+468', 'nmi']
+    short['projection'][0].update(raw_error_nmi=None, raw_sigma_nmi=None)
+    short['not_projected'] = f'the dial cannot be projected: {"it never forgets, " * 9}and wanders'
+    without = said({'longitude': short})
+    assert by_the_dial not in without
+    assert short['not_projected'] in ' '.join(without.split())
+    assert max(map(len, without.splitlines())) <= 80
 
 
 def test_no_row_wraps_at_80_columns_and_the_place_of_the_bag_never_does() -> None:

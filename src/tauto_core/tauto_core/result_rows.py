@@ -15,10 +15,10 @@ Row: TypeAlias = tuple[str, str, str]
 SIGNS = (
     'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
     'are standard deviations. Those of estimated and corrected figures are as the navigator knows '
-    'them, who sees the observations alone; that of the dial is from the scatter of its rate in '
-    'ten parts of the run. An error in σ is the estimate less the truth, over the standard '
-    'deviation; the truth is the error of the dial, and its mean rate over the time that the row '
-    'names.'
+    'them, who sees the observations alone; that of the dial is from the slowest changes of its '
+    'rate during the run, and counts in both projections. An error in σ is the estimate less the '
+    'truth, over the standard deviation; the truth is the error of the dial, and its mean rate '
+    'over the time that the row names.'
 )
 
 
@@ -145,7 +145,7 @@ def _verdict_rows(longitude: Section) -> list[Row]:
     """
     if longitude.get('prize_pounds') is None:
         none = ('none: unchecked for less than six weeks', '', '')
-        return [none, *_projection_rows(longitude.get('projection') or [])]
+        return [none, *_projection_rows(longitude)]
     where = 'landfall' if longitude['landfalls'] else 'the end'
     rows = []
     for landfall in (longitude['landfalls'] or [longitude])[:-1]:
@@ -161,15 +161,21 @@ def _prize_rows(judged: Section, where: str) -> list[Row]:
     ]
 
 
-def _projection_rows(projected: list[Section]) -> list[Row]:
+def _projection_rows(longitude: Section) -> list[Row]:
     rows = []
-    for row in projected:
+    for row in longitude.get('projection') or []:
         days = f'projected to {row["days"]:g} days unchecked'
         rows += [
-            (f'{days}, by the dial', _with_sigma(row, 'raw_error_nmi', 'raw_sigma_nmi'), 'nmi'),
-            (f'{days}, corrected', _with_sigma(row, 'error_nmi', 'sigma_nmi'), 'nmi'),
+            (
+                f'{days}, {clock}',
+                _with_sigma(row, f'{prefix}error_nmi', f'{prefix}sigma_nmi'),
+                'nmi',
+            )
+            for clock, prefix in (('by the dial', 'raw_'), ('corrected', ''))
+            if row[f'{prefix}error_nmi'] is not None
         ]
-    return rows
+    reason = longitude.get('not_projected')
+    return [*rows, (reason, '', '')] if reason else rows
 
 
 def _count_rows(counts: Section) -> list[Row]:

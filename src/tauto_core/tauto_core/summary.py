@@ -18,7 +18,9 @@ from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
     LongitudeTally,
     RatedTime,
+    RateError,
     RateScatter,
+    forgets_its_start,
     projection,
 )
 from tauto_core.navigation.assumptions import dial_model
@@ -98,17 +100,24 @@ class Summary:
     def clock(self) -> dict[str, Any]:
         """Return the dial's reading since the start, its error and its mean rate.
 
-        `rate_standard_error_s_per_day` is that of `RateScatter`, None for a run that is too short.
+        `rate_standard_error_s_per_day` is None where the run alone cannot show it: see
+        `RateScatter` and `forgets_its_start`.
         """
-        if self._first_reading is None or self._last_reading is None or self._scatter is None:
+        error = self._rate_error()
+        if self._first_reading is None or self._last_reading is None or error is None:
             return {}
         (_, dial_start), (end, dial_end) = self._first_reading, self._last_reading
         return {
             'reading_s': (dial_end - dial_start) / NS_PER_S,
             'error_s': (dial_end - end) / NS_PER_S,
             'rate_s_per_day': _rate(self._first_reading, self._last_reading),
-            'rate_standard_error_s_per_day': self._scatter.standard_error_s_per_day(),
+            'rate_standard_error_s_per_day': error.standard_error_s_per_day,
         }
+
+    def _rate_error(self) -> RateError | None:
+        if self._scatter is None:
+            return None
+        return forgets_its_start(self._scene, self._machine, self._scatter.rate_error())
 
     @cached_property
     def _machine(self) -> AnyMachine | FluidPendulum:
@@ -181,18 +190,27 @@ class Summary:
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and what the Act of 1714 would have paid.
 
-        Keys: those of `LongitudeTally.result`; and `projection`, the result of `projection` where
-        the clock was unchecked for less than `LEAST_UNCHECKED_DAYS`, otherwise none.
+        Keys: those of `LongitudeTally.result`; and the result of `projection` where the clock was
+        unchecked for less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
         """
         found = self._tally.result()
         if found is None:
             return {}
-        clock, estimate = self.clock(), self.drift()
-        if found['unchecked_days'] >= LEAST_UNCHECKED_DAYS or not clock or not estimate:
-            return {**found, 'projection': []}
-        latitude = found['latitude_deg'] or 0.0
-        model = dial_model(self._scene)
-        return {**found, 'projection': projection(clock, estimate, model, latitude)}
+        clock, estimate, error = self.clock(), self.drift(), self._rate_error()
+        tried = found['unchecked_days'] >= LEAST_UNCHECKED_DAYS
+        if tried or not clock or not estimate or error is None:
+            return {**found, 'projection': [], 'not_projected': None}
+        return {
+            **found,
+            **projection(
+                clock['rate_s_per_day'],
+                error,
+                estimate,
+                dial_model(self._scene),
+                found['latitude_deg'] or 0.0,
+                self._scene.clock.random_walk_fm_per_s,
+            ),
+        }
 
 
 def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:

@@ -12,8 +12,8 @@ from tauto_core.navigation.prize import (
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.navigation.projection import projection
-from tauto_core.navigation.rate_scatter import RateScatter
+from tauto_core.navigation.projection import forgets_its_start, projection
+from tauto_core.navigation.rate_scatter import RateError, RateScatter
 from tauto_core.navigation.rated_time import RatedTime
 from tauto_core.navigation.route import Route
 from tauto_core.navigation.tally import LongitudeTally
@@ -29,6 +29,7 @@ __all__ = [
     'Known',
     'LongitudeStage',
     'LongitudeTally',
+    'RateError',
     'RateScatter',
     'RatedTime',
     'Route',
@@ -36,6 +37,7 @@ __all__ = [
     'drift_warnings',
     'estimate_names',
     'filter_phases',
+    'forgets_its_start',
     'predict',
     'prior',
     'prize_pounds',
