@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Group
@@ -20,6 +21,11 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 Section = Mapping[str, Any]
+
+_SENTENCE = 43
+"""Width of the longest label; a sentence in place of a figure is broken there, since it would
+push all figures to the right.
+"""
 
 
 def voyage_table(result: Section) -> RenderableType:
@@ -52,7 +58,8 @@ def _grouped(result: Section) -> Table:
     for name, rows in groups(result):
         table.add_row(Text(name, style='bold'))
         for label, value, unit in rows:
-            table.add_row(Padding(label, (0, 0, 0, 2)), value, unit)
+            said = label if value else fill(label, _SENTENCE)
+            table.add_row(Padding(said, (0, 0, 0, 2)), value, unit)
     return table
 
 
