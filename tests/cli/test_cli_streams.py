@@ -52,6 +52,24 @@ def test_a_latin_1_terminal_has_the_signs_of_all_figures() -> None:
     assert latin.stdout.decode('latin-1').startswith(figures.replace('σ', 'sigma'))
 
 
+@pytest.mark.parametrize(
+    ('character', 'printed'),
+    [('⚓', '\\u2693'), ('é', '\\xe9'), ('𝄞', '\\U0001d11e'), ('−', '-'), ('σ', 'sigma')],
+)
+def test_what_a_terminal_lacks_is_printed_plainly_or_as_its_whole_escape(
+    character: str, printed: str
+) -> None:
+    """Python's own escape (`ascii`) of a character without a plain form, and no sign less."""
+    said = f'from tauto_core.cli.streams import prepare_streams as p; p(); print({character!r})'
+    run = subprocess.run(
+        [sys.executable, '-c', said],
+        env={**os.environ, 'PYTHONIOENCODING': 'ascii:strict', 'PYTHONUTF8': '0'},
+        capture_output=True,
+        check=True,
+    )
+    assert run.stdout.decode('ascii') == f'{printed}\n'
+
+
 def test_files_whose_names_are_no_text_serve_as_any_other(tmp_path: Path) -> None:
     scene, bag, page = (str(tmp_path / f'{NO_TEXT}{end}') for end in ('.yaml', '', '.html'))
     for arguments in (
