@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,41 @@ import tauto_core as tauto
 from tauto_core.charts import MOST_POINTS, PICTURES, chart, thinned
 from tauto_core.cli.app import app
 from tauto_core.cli.show import title_of
+from tauto_core.pictures import draw
+from tauto_core.samples import READING, TimeSamples
+
+SEAS = (
+    {'significant_wave_height': 1.0, 'peak_period': 6.0, 'heading': 1.5708},
+    {'significant_wave_height': 1.0, 'peak_period': 6.0, 'heading': 4.7124},
+    {'significant_wave_height': 5.0, 'peak_period': 11.0, 'heading': 2.0},
+)
+SHIP = {
+    'kind': 'sea',
+    'weather': {
+        'kind': 'states',
+        'components': 16,
+        'states': [{'at': 60.0 * at, **sea} for at, sea in zip((0, 20, 35), SEAS, strict=True)],
+    },
+    'rao': None,
+    'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7},
+    'heave': True,
+    'rate': 10.0,
+}
+VOYAGE = {
+    'departure': [0.0, 0.0],
+    'waypoints': [{'place': [0.0, 0.05], 'landfall': True}],
+    'arrival': [0.0, 0.1],
+    'sails_at': 600.0,
+    'arrives_at': 2400.0,
+}
+
+
+@pytest.fixture(scope='module')
+def stormy() -> tauto.Voyage:
+    """Return fifty minutes on which she sails, makes a landfall and arrives, with a storm."""
+    return tauto.sail(
+        'second_cam_at_sea', duration=3000.0, ship=SHIP, voyage=VOYAGE, log={'motion': False}
+    )
 
 
 @pytest.fixture(scope='module')
@@ -37,17 +73,189 @@ def test_thinning_keeps_every_extreme() -> None:
 
 @pytest.mark.parametrize('what', sorted(PICTURES))
 def test_each_picture_has_axes_with_units_and_finite_lines(
-    rolling: tauto.Voyage, what: str
+    stormy: tauto.Voyage, what: str
 ) -> None:
-    found = chart(rolling, what)
+    found = chart(stormy, what)
     assert found.title
-    for label in (found.x_label, found.y_label):
-        unit = '[' in label or '°' in label or 'deviation' in label or label == 'density'
-        assert unit, label
-    for line in found.lines:
-        assert len(line.x) == len(line.y) <= MOST_POINTS + 1
-        for values in (line.x, line.y, line.high):
-            assert values is None or np.isfinite(values).all(), (what, line.name)
+    for panel in found.panels:
+        for label in (panel.x_label, panel.y_label):
+            assert '[' in label or 'deviation' in label, label
+        assert any(len(line.x) for line in panel.lines)
+        for line in panel.lines:
+            assert len(line.x) == len(line.y) <= MOST_POINTS + 1
+            for values in (line.x, line.y, line.high):
+                assert values is None or np.isfinite(values).all(), (what, line.name)
+
+
+@pytest.mark.parametrize(
+    ('what', 'middle', 'sigma'),
+    [
+        ('error', 'offset_s', 'offset_sigma_s'),
+        ('rate', 'mean_rate_s_per_day', 'mean_rate_sigma_s_per_day'),
+        ('drift', None, 'offset_sigma_s'),
+        ('longitude', 'longitude_error_nmi', 'longitude_sigma_nmi'),
+    ],
+)
+def test_a_band_reaches_a_sigma_to_both_sides(
+    stormy: tauto.Voyage, what: str, middle: str | None, sigma: str
+) -> None:
+    (band,) = (line for line in chart(stormy, what).lines if line.kind == 'band')
+    assert band.high is not None
+    minutes = stormy.time_s / 60.0
+    half = np.interp(band.x, minutes, getattr(stormy, sigma))
+    about = 0.0 if middle is None else np.interp(band.x, minutes, getattr(stormy, middle))
+    np.testing.assert_allclose(band.y, about - half, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(band.high, about + half, rtol=1e-12, atol=1e-12)
+    assert float(half.min()) > 0.0
+
+
+def test_a_band_that_the_axis_cuts_is_said(stormy: tauto.Voyage) -> None:
+    """Of a band of 10 beside a line of 1, which ends at 2, the axis shows some 2."""
+    found = chart(stormy, 'error')
+    limits, (band, *_) = found.y_limits(), found.lines
+    assert limits is not None
+    assert band.high is not None
+    cut = band.y.min() < limits[0] or band.high.max() > limits[1]
+    assert ('wider than the axis' in found.note) == cut
+    assert cut
+
+
+def test_events_are_marked_on_every_chart_over_time(stormy: tauto.Voyage) -> None:
+    """She sails at 10 minutes, makes a landfall half way and arrives at 40; the sea changes."""
+    for what in ('error', 'rate', 'drift', 'longitude', 'amplitude', 'weather'):
+        named = [(mark.x, mark.name) for mark in chart(stormy, what).marks if mark.name]
+        assert [name for _, name in named] == ['sails', 'landfall', 'arrives'], what
+        np.testing.assert_allclose([x for x, _ in named], [10.0, 25.0, 40.0], rtol=1e-6)
+    dotted = [mark.x for mark in chart(stormy, 'error').marks if not mark.name]
+    assert dotted == [20.0, 35.0]
+    assert 'Dotted: the sea has changed.' in chart(stormy, 'error').note
+
+
+def test_a_chart_without_events_marks_none(rolling: tauto.Voyage) -> None:
+    assert chart(rolling, 'error').marks == []
+    assert 'sea' not in chart(rolling, 'error').note
+
+
+def test_a_rate_that_changes_when_she_sails_does_not_change_before(stormy: tauto.Voyage) -> None:
+    """The dial goes right in port, and loses 140 s/day from the landfall to the arrival."""
+    reading = stormy.samples[READING]
+    assert isinstance(reading, TimeSamples)
+    lost_s = -140.0 / 86400.0 * np.clip(stormy.time_s - 600.0, 0.0, 1800.0)
+    wrong = replace(reading, time_ref_ns=reading.stamp_ns + np.round(1e9 * lost_s).astype(int))
+    changed = replace(stormy, samples={**stormy.samples, READING: wrong})
+    line = next(each for each in chart(changed, 'rate').lines if each.name.startswith('dial'))
+    begin, end, rate = line.x[::2], line.x[1::2], line.y[::2]
+    assert (line.y[1::2] == rate).all()
+    assert (begin[0], end[-1]) == (0.0, 50.0)
+    assert (begin[1:] == end[:-1]).all()
+    assert {10.0, 20.0, 25.0, 35.0, 40.0} <= set(begin.tolist())
+    # a rounded nanosecond in a piece of two minutes
+    expected = np.where((begin >= 10.0) & (end <= 40.0), -140.0, 0.0)
+    np.testing.assert_allclose(rate, expected, atol=1e-9 / 100.0 * 86400.0)
+
+
+def test_the_steps_of_the_rate_add_up_to_the_error(stormy: tauto.Voyage) -> None:
+    line = next(each for each in chart(stormy, 'rate').lines if each.name.startswith('dial'))
+    gained_s = np.dot(line.y[::2], np.diff(line.x)[::2]) * 60.0 / 86400.0
+    change_s = stormy.clock_error_s[-1] - stormy.clock_error_s[0]
+    assert gained_s == pytest.approx(change_s, rel=1e-9)
+
+
+def test_roll_and_heave_have_axes_of_their_own(stormy: tauto.Voyage) -> None:
+    roll, heave = chart(stormy, 'roll').panels
+    assert (roll.y_label, heave.y_label) == ('roll [°]', 'heave [m]')
+    spectra = chart(stormy, 'spectrum').panels
+    assert [panel.y_label for panel in spectra] == ['roll [°²/Hz]', 'heave [m²/Hz]']
+
+
+def test_by_default_the_roughest_part_is_shown_and_named(stormy: tauto.Voyage) -> None:
+    """The storm has its height at 35 minutes, of 50; before, the sea is a fifth as high."""
+    for what in ('roll', 'spectrum'):
+        assert chart(stormy, what).panels[-1].note.startswith('The ten minutes about the highest')
+        assert '30 to 40 minutes' in chart(stormy, what).panels[-1].note
+    shown = chart(stormy, 'roll')
+    assert shown.x_label == 'time since 30 minutes [minutes]'
+    asked = chart(stormy, 'roll', 1800.0, 2400.0)
+    np.testing.assert_array_equal(shown.lines[0].y, asked.lines[0].y)
+    # her motion builds up with the sea
+    calm = chart(stormy, 'roll', 0.0, 600.0)
+    for part in (0, 1):
+        sizes = [np.std(each.panels[part].lines[0].y) for each in (calm, shown)]
+        assert sizes[1] > 2.0 * sizes[0]
+
+
+def test_a_part_is_asked_for_by_its_beginning_its_end_or_both(stormy: tauto.Voyage) -> None:
+    for given, minutes in (
+        ((300.0, 420.0), (5.0, 7.0)),
+        ((300.0, None), (5.0, 15.0)),
+        ((None, 900.0), (5.0, 15.0)),
+        ((2700.0, None), (45.0, 50.0)),
+    ):
+        found = chart(stormy, 'roll', *given)
+        begin, end = minutes
+        assert f'{begin:g} to {end:g} minutes' in found.panels[-1].note
+        time = found.lines[0].x
+        shown = (end - begin) * (60.0 if 'minutes' not in found.x_label.split('[')[1] else 1.0)
+        # the step of the motion is a tenth of a second
+        np.testing.assert_allclose([time[0], time[-1]], [0.0, shown], atol=0.11)
+
+
+@pytest.mark.parametrize(
+    ('what', 'part', 'said'),
+    [
+        ('error', (0.0, 60.0), 'error: shows the whole voyage'),
+        ('roll', (600.0, 300.0), 'not a part of the voyage, which lasts 3000 s'),
+        ('roll', (3600.0, None), 'not a part of the voyage'),
+        ('roll', (-5.0, 60.0), 'not a part of the voyage'),
+    ],
+)
+def test_a_part_that_cannot_be_shown_is_refused(
+    stormy: tauto.Voyage, what: str, part: tuple[float | None, float | None], said: str
+) -> None:
+    with pytest.raises(tauto.TautoError, match=said):
+        chart(stormy, what, *part)
+
+
+def test_the_roughest_part_of_a_logged_motion_is_where_it_moves_most() -> None:
+    """Two harmonics of nearly one period beat: the greatest roll lies half a beat from the end."""
+    beat = [
+        {'amplitude': 0.05, 'period': 9.0},
+        {'amplitude': 0.05, 'period': 9.027, 'phase': 3.1416},
+    ]
+    ship = {'kind': 'components', 'components': beat, 'height': 0.0}
+    voyage = tauto.sail('second_cam_at_sea', duration=3000.0, ship=ship)
+    found = chart(voyage, 'roll')
+    assert found.panels[-1].note.startswith('The roughest ten minutes')
+    middle = float(found.x_label.split()[2]) + 5.0
+    # the beat lasts 9 · 9.027/0.027 s = 50.15 minutes
+    assert middle == pytest.approx(25.07, abs=0.5)
+
+
+def test_the_weather_is_that_of_the_scene(stormy: tauto.Voyage) -> None:
+    height, period, heading = chart(stormy, 'weather').panels
+    assert [panel.y_label for panel in (height, period, heading)] == [
+        'significant height [m]',
+        'peak period [s]',
+        'heading [°]',
+    ]
+    (line,) = height.lines
+    assert (line.x[0], line.x[-1]) == (0.0, 50.0)
+    # half way between two seas the squares of their heights have equal parts
+    half_way = np.hypot(1.0, 5.0) / np.sqrt(2.0)
+    for minutes, metres in ((0.0, 1.0), (20.0, 1.0), (27.5, half_way), (35.0, 5.0), (50.0, 5.0)):
+        assert np.interp(minutes, line.x, line.y) == pytest.approx(metres, rel=1e-9)
+    assert period.lines[0].x.tolist() == heading.lines[0].x.tolist() == [0.0, 20.0, 35.0]
+    assert period.lines[0].y.tolist() == [6.0, 6.0, 11.0]
+    np.testing.assert_allclose(heading.lines[0].y, [90.0, -90.0, np.degrees(2.0)], atol=1e-3)
+
+
+def test_many_changes_of_the_weather_are_counted_and_not_marked() -> None:
+    seas = [{'at': 700.0 * k, **SEAS[k % 2]} for k in range(12)]
+    ship = SHIP | {'weather': {'kind': 'states', 'states': seas, 'components': 2}}
+    many = tauto.sail('second_cam_at_sea', duration=7800.0, ship=ship, log={'motion': False})
+    found = chart(many, 'error')
+    assert found.marks == []
+    assert 'The sea changes 11 times' in found.note
 
 
 def test_the_error_that_is_drawn_is_that_of_the_dial(rolling: tauto.Voyage) -> None:
@@ -67,7 +275,7 @@ def test_a_known_roll_has_its_peak_where_it_is() -> None:
     """One harmonic of 9 s and 0.05 rad: the peak lies at 1/9 Hz, a bin of 1/120 Hz about it."""
     ship = {'kind': 'components', 'components': [{'amplitude': 0.05, 'period': 9.0}]}
     voyage = tauto.sail('second_cam_at_sea', duration=900.0, ship=ship)
-    roll = next(line for line in chart(voyage, 'spectrum').lines if line.name.startswith('roll'))
+    [roll] = chart(voyage, 'spectrum', 0.0, 900.0).lines
     assert roll.x[int(np.argmax(roll.y))] == pytest.approx(1.0 / 9.0, abs=1.0 / 120.0)
     # the area is half the square of the amplitude in degrees
     area = float(np.trapezoid(roll.y, roll.x))
@@ -103,7 +311,10 @@ def test_a_file_is_what_its_suffix_says_and_the_same_each_time(
         (('plot', 'ideal', 'sound'), "'sound': is not a picture. Choose one of error"),
         (('plot', 'ideal', 'error', '-o', 'x.jpg'), '--out x.jpg: must end in'),
         (('plot', 'ideal', 'error', '-o', 'no/x.png'), 'there is no folder no'),
-        (('plot', 'globe_in_oil', 'machine', '--duration', '10'), 'has no trochlea'),
+        (('plot', 'globe_in_oil', 'cam', '--duration', '10'), 'has no trochlea'),
+        (('plot', 'ideal', 'weather'), 'weather: ideal has one sea or none'),
+        (('plot', 'ideal', 'error', '--from', '1'), 'error: shows the whole voyage'),
+        (('plot', 'ideal', 'roll', '--from', '61', '--duration', '60'), 'from 61 to 60 s'),
         (('report', 'ideal', '-o', 'x.pdf'), '--out x.pdf: must end in .html'),
     ],
 )
@@ -129,3 +340,46 @@ def test_a_picture_is_called_by_what_it_shows(
     folder.mkdir()
     monkeypatch.chdir(folder)
     assert title_of(source) == name
+
+
+def test_a_part_is_given_in_the_unit_of_the_time_axis(tmp_path: Path) -> None:
+    """Five minutes are shown in minutes, so 1 to 2 are the second minute, one to two are not s."""
+    words = ['plot', 'second_cam_at_sea', 'roll', '--duration', '300', '--from', '4', '--to', '6']
+    run = CliRunner().invoke(app, [*words, '-o', str(tmp_path / 'roll.svg')])
+    assert run.exit_code == 2
+    assert 'from 240 to 360 s: is not a part of the voyage' in run.stderr
+
+
+def test_a_picture_of_a_scene_alone_needs_no_voyage(tmp_path: Path) -> None:
+    """Eighty-one days at sea take most of a minute."""
+    for what in ('weather', 'machine', 'cam'):
+        run = CliRunner().invoke(
+            app, ['plot', 'portsmouth_jamaica', what, '-o', str(tmp_path / f'{what}.svg')]
+        )
+        assert run.exit_code == 0, run.stderr
+        assert run.stderr.splitlines() == [f'tauto: wrote {tmp_path / what}.svg']
+
+
+def test_no_words_of_a_picture_lie_on_others(stormy: tauto.Voyage) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    for what in ('error', 'weather', 'machine', 'roll'):
+        figure = draw(chart(stormy, what), 'a scene with a rather long name')
+        FigureCanvasAgg(figure).draw()
+        texts = [
+            text for axes in figure.axes for text in (*axes.texts, axes.title, axes._left_title)
+        ]
+        boxes = [text.get_window_extent() for text in texts if text.get_text()]
+        for number, box in enumerate(boxes):
+            assert box.x1 <= figure.bbox.x1, what
+            assert not any(box.overlaps(other) for other in boxes[:number]), what
+
+
+def test_the_scales_of_a_drawing_are_equal(stormy: tauto.Voyage) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = draw(chart(stormy, 'machine'), 'scene')
+    FigureCanvasAgg(figure).draw()
+    (axes,) = figure.axes
+    at = axes.transData.transform([(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)])
+    assert at[1, 0] - at[0, 0] == pytest.approx(at[2, 1] - at[0, 1], rel=1e-6)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from browser import BROWSER, Browser
 
 import tauto_core as tauto
 from tauto_core.animation import animation
-from tauto_core.reporting import write_report
+from tauto_core.charts import chart
+from tauto_core.reporting import interactive, write_report
 
 LARGEST_BYTES = 5_000_000
 TAB, ENTER, RIGHT, END, DOWN = 9, 13, 39, 35, 40
@@ -74,11 +76,47 @@ def test_the_animation_stands_where_the_wheel_stood(voyage: tauto.Voyage) -> Non
     json.dumps(found, allow_nan=False)
 
 
-def test_a_body_in_a_fluid_has_no_wheel_to_move(tmp_path: Path) -> None:
-    globe = tauto.sail('globe_in_oil', duration=60.0)
-    assert 'no trochlea' in animation(globe)['why']
-    write_report(globe, tmp_path / 'globe.html', 'tauto report globe_in_oil')
-    assert 'No cam: ' in (tmp_path / 'globe.html').read_text(encoding='utf-8')
+def figures_of(drawn: Any) -> list[Any]:
+    """Return the figures of a chart: one, or a column of them."""
+    return list(drawn.children) if hasattr(drawn, 'children') else [drawn]
+
+
+@pytest.mark.parametrize('what', ['error', 'rate', 'stability', 'roll', 'phase', 'machine'])
+def test_tips_are_on_the_lines_that_they_name(voyage: tauto.Voyage, what: str) -> None:
+    """Lines and points of a graph have tips; bands, bars and drawings have none."""
+    from bokeh.models import HoverTool
+
+    drawn = chart(voyage, what)
+    for panel, figure in zip(drawn.panels, figures_of(interactive(drawn)), strict=True):
+        legend = {
+            item.renderers[0]: item.label.value for each in figure.legend for item in each.items
+        }
+        tipped = [line for line in panel.lines if line.kind in ('line', 'points')]
+        tools = [tool for tool in figure.tools if isinstance(tool, HoverTool)]
+        assert len(tools) == (0 if panel.equal else len(tipped))
+        for tool, line in zip(tools, tipped, strict=False):
+            assert not isinstance(tool.renderers, str)
+            (renderer,) = tool.renderers
+            np.testing.assert_array_equal(renderer.data_source.data['y'], line.y.astype('f4'))
+            assert legend.get(renderer, '') == line.name
+            tips = [(line.name or panel.y_label, '@y'), (panel.x_label, '@x')]
+            assert tool.tooltips == tips
+
+
+def test_panels_share_their_axis_of_time(voyage: tauto.Voyage) -> None:
+    above, below = figures_of(interactive(chart(voyage, 'roll')))
+    assert above.x_range is below.x_range
+    assert (above.yaxis.axis_label, below.yaxis.axis_label) == ('roll [°]', 'heave [m]')
+    assert (above.xaxis.visible, below.xaxis.visible) == (False, True)
+
+
+def test_marks_stand_in_the_page_where_they_stand_in_pictures() -> None:
+    from bokeh.models import Label, Span
+
+    sailing = tauto.sail('measured', duration=600.0)
+    drawn = interactive(chart(sailing, 'error'))
+    assert [span.location for span in drawn.select(Span)] == [5.0]
+    assert [(label.x, label.text) for label in drawn.select(Label)] == [(5.0, 'sails')]
 
 
 def test_a_long_voyage_is_shown_in_parts_from_start_to_end() -> None:

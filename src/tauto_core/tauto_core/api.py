@@ -298,23 +298,39 @@ def fleet(
         return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where)
 
 
-def plot(source: str | Path | Scene | Voyage, what: str, file: str | Path | None = None) -> Figure:
+def plot(
+    source: str | Path | Scene | Voyage,
+    what: str,
+    file: str | Path | None = None,
+    *,
+    from_s: float | None = None,
+    to_s: float | None = None,
+) -> Figure:
     """Return a picture as a Matplotlib figure, and write it to a file if one is named.
 
     Args:
         source: a voyage; or a bag, which is replayed; or a scene, which is sailed.
         what: one of `tauto_core.charts.PICTURES`, for example `error`, `longitude` or `machine`.
         file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
+        from_s: beginning of the part that `roll` or `spectrum` shows, from the first reading [s].
+        to_s: its end [s]. Without both, the roughest ten minutes are shown; with one, the ten
+            minutes after `from_s` or before `to_s`.
 
     Raises:
-        UsageError: no such picture, or a file of a format that pictures cannot have.
+        UsageError: no such picture, a file of a format that pictures cannot have, or a part that
+            is not one of the voyage.
         TautoError: the source cannot be read or sailed.
     """
+    from tauto_core.charts import OF_A_SCENE
     from tauto_core.pictures import check_picture
 
     with in_words_of_calls(out='file'):
-        check_picture(what, None if file is None else path('file', file))
-    return _voyage(source).plot(what, file)
+        part = from_s is not None or to_s is not None
+        check_picture(what, None if file is None else path('file', file), part=part)
+    bag = isinstance(source, str | Path) and is_bag(source)
+    if what in OF_A_SCENE and not isinstance(source, Voyage) and not bag:
+        source = Voyage(load(source), {}, {})
+    return _voyage(source).plot(what, file, from_s=from_s, to_s=to_s)
 
 
 def report(source: str | Path | Scene | Voyage, file: str | Path) -> None:

@@ -36,8 +36,21 @@ class Line:
 
 
 @dataclass(frozen=True)
+class Mark:
+    """An instant at which something happens, drawn as an upright line across a chart.
+
+    Attributes:
+        x: in the unit of the axis.
+        name: written above the line; empty for a faint dotted line that the note explains.
+    """
+
+    x: float
+    name: str = ''
+
+
+@dataclass(frozen=True)
 class Chart:
-    """A picture with two axes.
+    """A picture with two axes, and the charts below it that share its x axis.
 
     Attributes:
         title: title of the picture.
@@ -47,6 +60,9 @@ class Chart:
         log_x, log_y: whether an axis is logarithmic.
         equal: whether both axes have one scale.
         note: further information for the reader; may be empty.
+        marks: instants that are marked.
+        y_ticks: whether the y axis has numbers; a drawing with a break in it has none.
+        below: the next chart below, on the same x axis.
     """
 
     title: str
@@ -57,6 +73,14 @@ class Chart:
     log_y: bool = False
     equal: bool = False
     note: str = ''
+    marks: Sequence[Mark] = ()
+    y_ticks: bool = True
+    below: Chart | None = None
+
+    @property
+    def panels(self) -> list[Chart]:
+        """The chart and all below it, from top to bottom."""
+        return [self, *(self.below.panels if self.below else ())]
 
     def y_limits(self) -> tuple[float, float] | None:
         """Return the range that shows the lines, and the bands as wide as they are at the end.

@@ -6,36 +6,67 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from tauto_core.chart import Chart, Colour, Line
+from tauto_core.chart import Chart, Colour, Line, Mark
 from tauto_core.machine_drawing import cam_lines, machine_lines
 from tauto_core.machines import FluidPendulum, HangingMachine, compile_machine
 from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
 from tauto_core.record import Voyage
-from tauto_core.samples import READING, SECONDS_PER_DAY, SHIP_IMU, FloatArray, TimeSamples
+from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, TimeSamples
 from tauto_core.scene.errors import EstimationError, UsageError
-from tauto_core.seaway import LOWEST_HZ, PART_S, seaway
+from tauto_core.seaway import LOWEST_HZ, Seaway, Window, seaway, weather, window
+from tauto_core.ship import Passage
 
 MOST_POINTS = 2000
 """Largest number of points of a line; longer lines are thinned so that every extreme is kept."""
 PIECES = 25
 """Number of pieces of a voyage over which the rate is measured."""
+MOST_CHANGES = 8
+"""Largest number of changes of the weather that are marked; more could not be told apart."""
 SEGMENT_S = 120.0
 """Length of the segments whose spectra are averaged [s]."""
 
 
-def chart(voyage: Voyage, what: str) -> Chart:
+def chart(
+    voyage: Voyage, what: str, from_s: float | None = None, to_s: float | None = None
+) -> Chart:
     """Return one of `PICTURES` of a voyage.
 
+    Args:
+        voyage: the voyage.
+        what: name of the picture.
+        from_s: beginning of the part shown, from the first reading [s]; for `OF_A_PART` only.
+        to_s: its end [s]. Without both, the roughest part of the voyage is shown.
+
     Raises:
-        UsageError: no such picture, or the voyage lacks its data.
+        UsageError: no such picture, the voyage lacks its data, or a part that cannot be shown.
+    """
+    check_what(what, part=from_s is not None or to_s is not None)
+    if what in OF_A_PART:
+        shown = window(voyage, from_s, to_s)
+        moved = seaway(voyage, shown.from_s, shown.to_s - shown.from_s)
+        return OF_A_PART[what](voyage, shown, moved)
+    return _PICTURES[what](voyage)
+
+
+def check_what(what: str, *, part: bool = False) -> None:
+    """Refuse an unknown picture, or a part of one that shows the whole voyage.
+
+    Raises:
+        UsageError: see above.
     """
     if what not in PICTURES:
         raise UsageError(f'{what!r}: is not a picture. Choose one of {", ".join(PICTURES)}')
-    return PICTURES[what](voyage)
+    if part and what not in OF_A_PART:
+        raise UsageError(
+            f'{what}: shows the whole voyage, not a part. Leave from and to out, or draw '
+            f'{" or ".join(OF_A_PART)}'
+        )
 
 
 def thinned(
@@ -69,21 +100,72 @@ def _band(name: str, x: FloatArray, middle: FloatArray, sigma: FloatArray) -> Li
     return Line(name, at, low, 'orange', 'band', np.interp(at, x, middle + sigma))
 
 
+def time_unit(length_s: float) -> tuple[float, str]:
+    """Return the unit of the time axis of a picture of some length [s], and its name."""
+    for size, unit in ((SECONDS_PER_DAY, 'days'), (3600.0, 'hours'), (60.0, 'minutes')):
+        if length_s >= 2.0 * size:
+            return size, unit
+    return 1.0, 's'
+
+
 def _clock_axis(voyage: Voyage) -> tuple[float, str]:
     """Return the unit [s] of the time axis, and its label."""
-    length = float(voyage.time_s[-1]) if len(voyage.time_s) else 0.0
-    for size, unit in ((SECONDS_PER_DAY, 'days'), (3600.0, 'hours'), (60.0, 'minutes')):
-        if length >= 2.0 * size:
-            return size, f'time [{unit}]'
-    return 1.0, 'time [s]'
+    size, unit = time_unit(float(voyage.time_s[-1]) if len(voyage.time_s) else 0.0)
+    return size, f'time [{unit}]'
+
+
+def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) -> Chart:
+    """Return a chart over the whole voyage, with what happens on it marked."""
+    unit, label = _clock_axis(voyage)
+    found, note = _marks(voyage, 0.0, float(voyage.time_s[-1]))
+    marks = [Mark(each.x / unit, each.name) for each in found]
+    made = Chart(title, label, y_label, lines, marks=marks)
+    if (limits := made.y_limits()) is not None:
+        bands = [line for line in lines if line.kind == 'band' and line.high is not None]
+        low = min(float(np.min(line.y)) for line in bands)
+        high = max(float(np.max(line.high)) for line in bands if line.high is not None)
+        if low < limits[0] or high > limits[1]:
+            note = f'{note} In parts the band is wider than the axis.'.strip()
+    return replace(made, note=note)
+
+
+def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:
+    """Return what happens in a part of a voyage, at times from the first reading [s].
+
+    Returns:
+        Sailing, landfalls and arrival by name, changes of the weather without; and a note on
+        these.
+    """
+    scene = voyage.scene
+    shift_ns = scene.starts_at_ns - voyage.start_ns if READING in voyage.samples else 0
+    found: list[Mark] = []
+    if scene.voyage is not None:
+        passage = Passage(scene, scene.voyage)
+        named = [(passage.sails_ns, 'sails'), (passage.arrives_ns, 'arrives')]
+        named += [(at_ns, 'landfall') for at_ns in passage.landfalls_ns[:-1]]
+        found = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
+    changes = [
+        Mark((after.at_ns + shift_ns) / NS_PER_S)
+        for before, after in pairwise(weather(scene))
+        if not after.goes_on(before)
+    ]
+    inside = [each for each in changes if from_s < each.x < to_s]
+    note = ''
+    if len(inside) > MOST_CHANGES:
+        note = f'The sea changes {len(inside)} times, see the picture weather.'
+    elif inside:
+        found += inside
+        note = 'Dotted: the sea has changed.'
+    # sailing at the start of a scene is no event on it
+    return [each for each in found if from_s < each.x <= to_s], note
 
 
 def _error(voyage: Voyage) -> Chart:
-    unit, label = _clock_axis(voyage)
+    unit, _ = _clock_axis(voyage)
     time = voyage.time_s / unit
-    return Chart(
+    return _over_time(
+        voyage,
         'Error of the clock',
-        label,
         'reading − true time [s]',
         [
             _band('estimate ± 1σ', time, voyage.offset_s, voyage.offset_sigma_s),
@@ -101,12 +183,12 @@ def _error(voyage: Voyage) -> Chart:
 
 
 def _drift(voyage: Voyage) -> Chart:
-    unit, label = _clock_axis(voyage)
+    unit, _ = _clock_axis(voyage)
     time = voyage.time_s / unit
     zero = np.zeros_like(time)
-    return Chart(
+    return _over_time(
+        voyage,
         'What the correction leaves',
-        label,
         'corrected time − true time [s]',
         [
             _band('± 1σ of the navigator', time, zero, voyage.offset_sigma_s),
@@ -116,32 +198,48 @@ def _drift(voyage: Voyage) -> Chart:
 
 
 def _rate(voyage: Voyage) -> Chart:
-    unit, label = _clock_axis(voyage)
-    every = max((len(voyage.time_s) - 1) // PIECES, 1)
-    time, error = voyage.time_s[::every], voyage.clock_error_s[::every]
-    measured = np.diff(error) / np.diff(time) * SECONDS_PER_DAY
+    """Return the mean rate of the dial over pieces that no event lies within, as steps."""
+    unit, _ = _clock_axis(voyage)
+    time, error = voyage.time_s, voyage.clock_error_s
+    last = len(time) - 1
+    marks, _ = _marks(voyage, 0.0, float(time[-1]))
+    # a mean over less than half a piece, such as the minute after an arrival, would show the noise
+    least = max(last // (2 * PIECES), 1)
+    cuts = [0]
+    for cut in sorted(np.searchsorted(time, [each.x for each in marks]).tolist()):
+        if cuts[-1] + least <= cut <= last - least:
+            cuts.append(cut)
+    edges = [0]
+    for begin, end in pairwise([*cuts, last]):
+        pieces = min(max(round(PIECES * (end - begin) / last), 1), end - begin)
+        edges += np.linspace(begin, end, pieces + 1).round().astype(int)[1:].tolist()
+    measured = np.diff(error[edges]) / np.diff(time[edges]) * SECONDS_PER_DAY
     estimated, sigma = voyage.mean_rate_s_per_day, voyage.mean_rate_sigma_s_per_day
-    return Chart(
+    return _over_time(
+        voyage,
         'Rate of the clock',
-        label,
         'rate [s/day], fast is positive',
         [
-            _band('estimate ± 1σ', voyage.time_s / unit, estimated, sigma),
-            _line('estimated', voyage.time_s / unit, estimated, 'orange'),
-            _line('dial', 0.5 * (time[1:] + time[:-1]) / unit, measured),
+            _band('estimate ± 1σ', time / unit, estimated, sigma),
+            _line('estimated', time / unit, estimated, 'orange'),
+            Line(
+                'dial, mean of each step',
+                np.repeat(time[edges], 2)[1:-1] / unit,
+                np.repeat(measured, 2),
+            ),
         ],
     )
 
 
 def _longitude(voyage: Voyage) -> Chart:
-    unit, label = _clock_axis(voyage)
+    unit, _ = _clock_axis(voyage)
     time = voyage.time_s / unit
     error = voyage.longitude_error_nmi
     if len(error) != len(time):
         raise UsageError('longitude: the bag has no longitude for some readings. Draw error')
-    return Chart(
+    return _over_time(
+        voyage,
         'Error of the longitude',
-        label,
         'east of the truth [nmi]',
         [
             _band('corrected ± 1σ', time, error, voyage.longitude_sigma_nmi),
@@ -152,7 +250,7 @@ def _longitude(voyage: Voyage) -> Chart:
 
 
 def _amplitude(voyage: Voyage) -> Chart:
-    unit, label = _clock_axis(voyage)
+    unit, _ = _clock_axis(voyage)
     _needs(voyage.angle_rad, 'amplitude', 'the wheel')
     every = max(len(voyage.time_s) // 500, 1)
     time, angle, rate = (
@@ -166,12 +264,12 @@ def _amplitude(voyage: Voyage) -> Chart:
         size = np.array([amplitude_of(machine, each) for each in energy.tolist()])
         name = 'amplitude'
     of = 'arc [m]' if isinstance(machine, FluidPendulum) else 'angle [rad]'
-    return Chart('Amplitude of the swing', label, of, [Line(name, time / unit, size)])
+    return _over_time(voyage, 'Amplitude of the swing', of, [Line(name, time / unit, size)])
 
 
 def _phase(voyage: Voyage) -> Chart:
     _needs(voyage.angle_rad, 'phase', 'the wheel')
-    every = max(len(voyage.angle_rad) // MOST_POINTS, 1)
+    every = -(-len(voyage.angle_rad) // MOST_POINTS)
     machine = compile_machine(voyage.scene)
     unit = 'm' if isinstance(machine, FluidPendulum) else 'rad'
     return Chart(
@@ -191,48 +289,116 @@ def _phase(voyage: Voyage) -> Chart:
     )
 
 
-def _roll(voyage: Voyage) -> Chart:
-    shown = seaway(voyage)
-    whole = len(shown.time_s) == 0 or shown.time_s[-1] >= voyage.time_s[-1] - 1.0
-    notes = ([] if whole else ['the first ten minutes']) + ([shown.note] if shown.note else [])
-    slowest = f'heave: waves of {1.0 / LOWEST_HZ:.0f} s and shorter, faded at both ends'
-    return Chart(
-        'Motion of the ship',
-        'time [s]',
-        'roll [°]; heave [m]',
-        [
-            _line('roll', shown.time_s, np.degrees(shown.roll_rad), 'green'),
-            _line('heave', shown.time_s, shown.heave_m),
-        ],
-        note=f'{"; ".join([*notes, slowest])}.'.capitalize(),
+def _roll(voyage: Voyage, shown: Window, moved: Seaway) -> Chart:
+    unit, name = time_unit(shown.to_s - shown.from_s)
+    time = (moved.time_s - shown.from_s) / unit
+    marks, _ = _marks(voyage, shown.from_s, shown.to_s)
+    marks = [Mark((each.x - shown.from_s) / unit, each.name) for each in marks if each.name]
+    size, units = time_unit(float(voyage.time_s[-1]))
+    since = '' if shown.from_s == 0.0 else f' since {shown.from_s / size:.7g} {units}'
+    label = f'time{since} [{name}]'
+    slowest = f'waves of {1.0 / LOWEST_HZ:.0f} s and shorter, faded at both ends'
+    heave = Chart(
+        '',
+        label,
+        'heave [m]',
+        [_line('', time, moved.heave_m)],
+        marks=[replace(each, name='') for each in marks],
+        note=_of_part(voyage, shown, moved, f'heave: {slowest}'),
     )
+    roll = _line('', time, np.degrees(moved.roll_rad), 'green')
+    title = 'Motion of the ship'
+    return Chart(title, label, 'roll [°]', [roll], marks=marks, below=heave)
 
 
-def _spectrum(voyage: Voyage) -> Chart:
+def _of_part(voyage: Voyage, shown: Window, moved: Seaway, *more: str) -> str:
+    """Return which part of the voyage a picture shows, as its note."""
+    size, unit = time_unit(float(voyage.time_s[-1]))
+    whole = shown.from_s == 0.0 and shown.to_s >= voyage.time_s[-1]
+    part = f'{shown.from_s / size:.7g} to {shown.to_s / size:.7g} {unit}'
+    parts = '' if whole else f'{shown.note}, {part}' if shown.note else part
+    said = '; '.join(filter(None, (parts, moved.note, *more)))
+    return f'{said[0].upper()}{said[1:]}.' if said else ''
+
+
+def _spectrum(voyage: Voyage, shown: Window, moved: Seaway) -> Chart:
     from scipy.signal import welch
 
-    motion = seaway(voyage, length_s=math.inf if SHIP_IMU in voyage.samples else PART_S)
-    time = motion.time_s
+    time = moved.time_s
     if len(time) < 32:
-        raise UsageError('spectrum: too few samples of the motion. Sail longer')
+        raise UsageError('spectrum: too few samples of the motion. Sail or show a longer time')
+    if not (moved.roll_rad.any() or moved.vertical_m_s2.any()):
+        raise UsageError('spectrum: the ship does not move. Draw error, rate or amplitude')
     rate = 1.0 / float(time[1] - time[0])
     segment = min(len(time), round(SEGMENT_S * rate))
-    lines = []
-    for name, values, colour, power in (
-        ('roll [°²/Hz]', np.degrees(motion.roll_rad), 'green', 0),
-        ('heave [m²/Hz]', motion.vertical_m_s2, 'blue', 4),
+    found: Chart | None = None
+    for name, unit, values, colour, power in (
+        ('heave', 'm²/Hz', moved.vertical_m_s2, 'blue', 4),
+        ('roll', '°²/Hz', np.degrees(moved.roll_rad), 'green', 0),
     ):
         frequency, density = welch(values, rate, nperseg=segment)
-        shown = (frequency >= LOWEST_HZ) & (frequency <= 1.0)
-        density = density[shown] / (2.0 * np.pi * frequency[shown]) ** power
-        lines.append(Line(name, frequency[shown], density, colour))  # type: ignore[arg-type]
-    floor = 1e-6 * max(float(line.y.max(initial=0.0)) for line in lines)
-    kept = [
-        Line(each.name, each.x[each.y > floor], each.y[each.y > floor], each.colour)
-        for each in lines
+        waves = (frequency >= LOWEST_HZ) & (frequency <= 1.0)
+        density = density[waves] / (2.0 * np.pi * frequency[waves]) ** power
+        kept = density > 1e-6 * float(density.max(initial=0.0))
+        line = Line('', frequency[waves][kept], density[kept], colour)  # type: ignore[arg-type]
+        found = Chart(
+            'Spectrum of the motion' if found else '',
+            'frequency [Hz]',
+            f'{name} [{unit}]',
+            [line],
+            log_y=bool(kept.any()),
+            note='' if found else _of_part(voyage, shown, moved),
+            below=found,
+        )
+    assert found is not None
+    return found
+
+
+def _weather(voyage: Voyage) -> Chart:
+    """Return height, period and heading of the sea in each state of the weather."""
+    scene = voyage.scene
+    states = weather(scene)
+    if not states:
+        raise UsageError(
+            f'weather: {scene.name} has one sea or none, which does not change. Draw roll or '
+            'spectrum, or a scene with ship.weather'
+        )
+    size, unit = time_unit(scene.duration)
+    end = scene.duration / size
+    at_s = np.array([max(state.at_ns, 0) / NS_PER_S for state in states])
+    # as one sea fades into the next, their variances are added with the squares of the weights
+    share = np.linspace(0.0, 1.0, 9)[:-1]
+    turn = 0.5 * np.pi * share**4 * (35.0 - share * (84.0 - share * (70.0 - 20.0 * share)))
+    height = np.array([state.height for state in states])
+    faded = np.hypot(np.cos(turn) * height[:-1, None], np.sin(turn) * height[1:, None])
+    between = at_s[:-1, None] + share * np.diff(at_s)[:, None]
+    time = np.concatenate((between.ravel(), at_s[-1:])) / size
+    # before the first state and after the last the sea does not change
+    grid = np.unique(np.clip(np.concatenate(([0.0], time, [end])), 0.0, end))
+    line = _line('', grid, np.interp(grid, time, np.concatenate((faded.ravel(), height[-1:]))))
+    met = [
+        (at, state.sea.peak_period, math.remainder(state.heading, math.tau))
+        for at, state in zip(at_s / size, states, strict=True)
+        if state.sea is not None and at <= end
     ]
-    title = 'Spectrum of the motion'
-    return Chart(title, 'frequency [Hz]', 'density', kept, log_y=floor > 0.0, note=motion.note)
+    when, period, turned = np.array(met).reshape(-1, 3).T
+    marks, _ = _marks(voyage, 0.0, scene.duration)
+    marks = [Mark(each.x / size, each.name) for each in marks if each.name]
+    faint = [replace(each, name='') for each in marks]
+    label = f'time [{unit}]'
+    heading = Chart(
+        '',
+        label,
+        'heading [°]',
+        [Line('', when, np.degrees(turned), 'green', 'points')],
+        marks=faint,
+        note='Heading: direction the waves run to, from the bow to port; 0 following, ±180 head '
+        'seas.',
+    )
+    peak = Line('', when, period, 'orange', 'points')
+    periods = Chart('', label, 'peak period [s]', [peak], marks=faint, below=heading)
+    title = 'The weather'
+    return Chart(title, label, 'significant height [m]', [line], marks=marks, below=periods)
 
 
 def _stability(voyage: Voyage) -> Chart:
@@ -275,7 +441,7 @@ def _stability(voyage: Voyage) -> Chart:
 def _map(voyage: Voyage) -> Chart:
     latitude, longitude = voyage.latitude_deg, voyage.longitude_deg
     _needs(latitude, 'map', 'the place of the ship')
-    every = max(len(latitude) // MOST_POINTS, 1)
+    every = -(-len(latitude) // MOST_POINTS)
     shift = voyage.raw_longitude_error_nmi / 60.0
     lines = [Line('the ship', longitude[::every], latitude[::every], 'green')]
     if len(shift) == len(latitude):
@@ -305,7 +471,7 @@ def _needs(values: FloatArray, what: str, part: str) -> None:
         raise UsageError(f'{what}: the bag does not hold {part}. Draw error, rate or longitude')
 
 
-PICTURES: dict[str, Callable[[Voyage], Chart]] = {
+_PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'error': _error,
     'rate': _rate,
     'drift': _drift,
@@ -313,10 +479,20 @@ PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'stability': _stability,
     'amplitude': _amplitude,
     'phase': _phase,
-    'roll': _roll,
-    'spectrum': _spectrum,
+    'weather': _weather,
     'map': _map,
     'cam': _cam,
     'machine': _machine,
 }
+OF_A_PART: dict[str, Callable[[Voyage, Window, Seaway], Chart]] = {
+    'roll': _roll,
+    'spectrum': _spectrum,
+}
+"""The pictures of which a part of the voyage can be asked for."""
+OF_A_SCENE = ('weather', 'cam', 'machine')
+"""The pictures that need no voyage, only its scene."""
+PICTURES = (
+    'error', 'rate', 'drift', 'longitude', 'stability', 'amplitude', 'phase', 'weather', 'roll',
+    'spectrum', 'map', 'cam', 'machine',
+)  # fmt: skip
 """The pictures by name, in the order of the report."""

@@ -224,12 +224,19 @@ class Voyage:
         size: FloatArray = np.sqrt(np.square(force).sum(axis=1))
         return size
 
-    def plot(self, what: str, file: str | Path | None = None) -> Figure:
+    def plot(
+        self,
+        what: str,
+        file: str | Path | None = None,
+        *,
+        from_s: float | None = None,
+        to_s: float | None = None,
+    ) -> Figure:
         """Draw a picture of the voyage; see `tauto_core.plot`."""
         from tauto_core.pictures import picture
 
         with in_words_of_calls(out='file'):
-            return picture(self, what, file)
+            return picture(self, what, file, from_s=from_s, to_s=to_s)
 
     def write(self, bag: str | Path, *, force: bool = False) -> None:
         """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.

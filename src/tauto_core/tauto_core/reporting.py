@@ -7,6 +7,7 @@ The page contains everything that it needs, including Bokeh's script, and uses n
 from __future__ import annotations
 
 import json
+import math
 import platform
 from collections.abc import Sequence
 from html import escape
@@ -94,12 +95,13 @@ def page(voyage: Voyage, command: str) -> str:
     from bokeh.resources import Resources
 
     charts, missing = _charts(voyage)
-    models: dict[str, Model] = {name: _bokeh(of) for name, of in charts.items()}
+    models: dict[str, Model] = {name: interactive(of) for name, of in charts.items()}
     script, divs = components(models)
-    parts = [
-        f'<section id="{name}"><h2>{escape(of.title)}</h2>{divs[name]}{_note(of.note)}</section>'
-        for name, of in charts.items()
-    ]
+    parts = []
+    for name, of in charts.items():
+        notes = _note(' '.join(panel.note for panel in of.panels if panel.note))
+        head = f'<section id="{name}"><h2>{escape(of.title)}</h2>'
+        parts.append(f'{head}{divs[name]}{notes}</section>')
     parts += [f'<p class="note">{escape(why)}</p>' for why in missing]
     seconds = voyage.result.get('duration_s')
     template = Template((files('tauto_core') / 'report_page.html').read_text(encoding='utf-8'))
@@ -132,16 +134,30 @@ def _charts(voyage: Voyage) -> tuple[dict[str, Chart], list[str]]:
         try:
             found[name] = chart(voyage, name)
         except UsageError as error:
-            missing.append(f'No {name}: {error}')
+            missing.append(f'Not drawn: {error}.')
     return found, missing
 
 
-def _bokeh(of: Chart) -> Any:
+def interactive(of: Chart) -> Any:
+    """Return a chart as a figure, or as a column of figures with one x axis."""
+    from bokeh.layouts import column
+
+    figures: list[Any] = []
+    for panel in of.panels:
+        figures.append(_bokeh_figure(panel, len(of.panels)))
+        if len(figures) > 1:
+            figures[-1].x_range = figures[0].x_range
+        figures[-1].xaxis.visible = panel.below is None
+    return figures[0] if len(figures) == 1 else column(*figures, sizing_mode='stretch_width')
+
+
+def _bokeh_figure(of: Chart, panels: int) -> Any:
     from bokeh.models import CrosshairTool, HoverTool, Range1d, WheelZoomTool
+    from bokeh.models.annotations import Label, Span
     from bokeh.plotting import figure
 
     axes: Any = figure(
-        height=440 if of.equal else 340,
+        height=440 if of.equal else 340 if panels == 1 else 200,
         sizing_mode='stretch_width',
         tools=_TOOLS,
         x_axis_type='log' if of.log_x else 'linear',
@@ -158,11 +174,19 @@ def _bokeh(of: Chart) -> Any:
     limits = of.y_limits()
     if limits is not None:
         axes.y_range = Range1d(start=limits[0], end=limits[1])
+    for mark in of.marks:
+        dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
+        axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
+        name = Label(x=mark.x, y=4, y_units='screen', text=mark.name, x_offset=-2)
+        name.angle, name.text_font_size, name.text_color = 0.5 * math.pi, '11px', grey
+        axes.add_layout(name)
     for line in of.lines:
-        drawn = _bokeh_line(axes, line)
+        drawn = _bokeh_line(axes, line, solid=of.equal)
         if line.kind in ('line', 'points') and not of.equal:
             tips = [(line.name or of.y_label, '@y'), (of.x_label, '@x')]
             axes.add_tools(HoverTool(renderers=[drawn], tooltips=tips, mode='mouse'))
+    if not of.y_ticks:
+        axes.yaxis.ticker = []
     if any(line.name for line in of.lines):
         axes.legend.click_policy = 'hide'
         axes.legend.background_fill_alpha = 0.0
@@ -174,7 +198,7 @@ def _bokeh(of: Chart) -> Any:
     return axes
 
 
-def _bokeh_line(axes: Any, line: Line) -> Any:
+def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
     """Draw a line; return its glyph."""
     colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
     legend = {'legend_label': line.name} if line.name else {}
@@ -188,7 +212,7 @@ def _bokeh_line(axes: Any, line: Line) -> Any:
         return axes.scatter(x, y, size=4 if len(x) > 100 else 7, color=colour, **legend)
     if line.kind == 'area':
         return axes.patch(x, y, color=colour, fill_alpha=0.5, **legend)
-    dash = 'dashed' if line.colour == 'orange' else 'solid'
+    dash = 'dashed' if line.colour == 'orange' and not solid else 'solid'
     return axes.line(x, y, color=colour, line_width=1.6, line_dash=dash, **legend)
 
 

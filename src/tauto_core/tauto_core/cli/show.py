@@ -12,19 +12,24 @@ import typer
 
 from tauto_core.cli.options import Duration, Settings, given_values
 from tauto_core.cli.voice import say
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
     from tauto_core.record import Voyage
+    from tauto_core.scene import Scene
 
 Source = Annotated[
     str,
     typer.Argument(metavar='BAG|SCENE', help='A bag, or a scene, which is sailed for it.'),
 ]
 _WHAT = (
-    'error, rate, drift, longitude, stability, amplitude, phase, roll, spectrum, map, cam or '
-    'machine.'
+    'error, rate, drift, longitude, stability, amplitude, phase, weather, roll, spectrum, map, '
+    'cam or machine.'
 )
+_UNIT = (
+    'in the unit of the time axis of `plot error`: days for a voyage of two days or more, then '
+)
+_UNIT += 'hours, minutes, seconds'
 
 
 def plot(
@@ -39,15 +44,43 @@ def plot(
             help='Ending in .svg, .png or .pdf; is replaced. Default: NAME_WHAT.svg.',
         ),
     ] = None,
+    from_time: Annotated[
+        float | None,
+        typer.Option(
+            '--from',
+            metavar='T',
+            help=f'Begin roll or spectrum here, {_UNIT}. Without --from and --to: the roughest '
+            'ten minutes.',
+        ),
+    ] = None,
+    to_time: Annotated[
+        float | None,
+        typer.Option('--to', metavar='T', help='End it here; default: ten minutes after --from.'),
+    ] = None,
     duration: Duration = None,
     settings: Settings = None,
 ) -> None:
-    """Draw one picture of a bag or a scene."""
+    """Draw one picture of a bag or a scene.
+
+    Pictures of a scene alone (weather, cam, machine) are drawn without sailing it.
+    """
+    from tauto_core.api import is_bag
+    from tauto_core.charts import OF_A_SCENE, time_unit
     from tauto_core.pictures import check_picture
+    from tauto_core.record import Voyage
 
     file = out or Path(f'{title_of(source)}_{what}.svg')
-    check_picture(what, file)
-    _voyage(source, given_values(settings, duration)).plot(what, file)
+    check_picture(what, file, part=from_time is not None or to_time is not None)
+    given = given_values(settings, duration)
+    if what in OF_A_SCENE and not is_bag(source):
+        scene = _loaded(source, given)
+        with naming(source, scene.name):
+            Voyage(scene, {}, {}).plot(what, file)
+    else:
+        voyage = _voyage(source, given)
+        unit_s, _ = time_unit(float(voyage.time_s[-1]))
+        begin, end = (None if at is None else at * unit_s for at in (from_time, to_time))
+        voyage.plot(what, file, from_s=begin, to_s=end)
     _written(file)
 
 
@@ -80,8 +113,6 @@ def _voyage(source: str, given: dict[str, Any]) -> Voyage:
     from tauto_core.api import is_bag
     from tauto_core.cli.progress import progress_bar
     from tauto_core.record import replay_voyage, sail_voyage
-    from tauto_core.scene import load_scene
-    from tauto_core.scene.plausible import implausible
 
     if is_bag(source):
         if given:
@@ -92,15 +123,24 @@ def _voyage(source: str, given: dict[str, Any]) -> Voyage:
         voyage = replay_voyage(Path(source))
         said = voyage.result['warnings']
     else:
-        scene = load_scene(source, **given)
-        for warning in implausible(scene):
-            say(warning)
+        scene = _loaded(source, given)
         with progress_bar(scene.name) as progress:
             voyage = sail_voyage(scene, origin=source, progress=progress)
         said = ()
     for warning in said:
         say(warning)
     return voyage
+
+
+def _loaded(source: str, given: dict[str, Any]) -> Scene:
+    """Return a scene, after saying what is implausible in it."""
+    from tauto_core.scene import load_scene
+    from tauto_core.scene.plausible import implausible
+
+    scene = load_scene(source, **given)
+    for warning in implausible(scene):
+        say(warning)
+    return scene
 
 
 def title_of(source: str) -> str:
