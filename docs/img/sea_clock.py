@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 import tauto_core as tauto
 from tauto_core.chart import Chart
 from tauto_core.charts import thinned
-from tauto_core.machine_drawing import machine_lines
+from tauto_core.machine_drawing import draw_machine
 from tauto_core.pictures import draw_on
 from tauto_core.scene import Scene
 
@@ -82,13 +82,19 @@ def main() -> None:
         with mpl.rc_context({'svg.hashsalt': 'tauto', 'font.size': 11.0, **colours}):
             figure = Figure(figsize=(11.0, 4.2), layout='constrained')
             machine, land, sea = figure.subplots(1, 3, width_ratios=(0.8, 1.0, 1.2))
-            lines = machine_lines(tauto.load(SEA))
+            lines = draw_machine(tauto.load(SEA)).parts
             draw_on(machine, Chart('', 'mm', '', lines, equal=True))
             machine.set(title='The machine', yticks=[])
             machine.spines[:].set_visible(False)
-            machine.legend(frameon=False, fontsize=9.0, loc='center left')
+            machine.legend(
+                frameon=False,
+                fontsize=9.0,
+                loc='upper center',
+                bbox_to_anchor=(0.5, -0.13),
+                ncols=3,
+            )
             machine.set_aspect('equal', adjustable='box')
-            machine.set(xlim=(-44.0, 14.0), ylim=(-41.0, 14.0))
+            machine.set(xlim=(-76.0, 76.0), ylim=(-156.0, 76.0))
             on_land(land)
             at_sea(sea)
             for axes in (land, sea):

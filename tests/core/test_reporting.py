@@ -16,6 +16,7 @@ from browser import BROWSER, Browser
 import tauto_core as tauto
 from tauto_core.animation import animation
 from tauto_core.charts import chart
+from tauto_core.machines import LeverMachine, compile_machine
 from tauto_core.reporting import interactive, write_report
 
 LARGEST_BYTES = 5_000_000
@@ -117,6 +118,60 @@ def test_marks_stand_in_the_page_where_they_stand_in_pictures() -> None:
     drawn = interactive(chart(sailing, 'error'))
     assert [span.location for span in drawn.select(Span)] == [5.0]
     assert [(label.x, label.text) for label in drawn.select(Label)] == [(5.0, 'sails')]
+
+
+def test_a_body_in_a_fluid_moves_on_its_curve(tmp_path: Path) -> None:
+    """At each reading it lies at the logged arc, where the curve has that arc."""
+    globe = tauto.sail('globe_in_oil', duration=60.0)
+    found = animation(globe)
+    (part,) = found['parts']
+    arc = np.array(part['amplitude_rad']) * np.cos(np.array(part['phase_rad']))
+    assert (arc[0], globe.angle_rad[0]) == pytest.approx((0.4, 0.4), abs=1e-4)
+    table = {key: np.array(values) for key, values in found['curve'].items()}
+    assert table['arc_m'].min() <= globe.angle_rad.min()
+    assert table['arc_m'].max() >= globe.angle_rad.max()
+    # the table's own chords, in mm, are as long as its arcs, but for their curvature
+    chords = np.hypot(np.diff(table['x']), np.diff(table['y']))
+    np.testing.assert_allclose(chords, 1000.0 * np.diff(table['arc_m']), rtol=0.01)
+    assert {line['with'] for line in found['lines']} == {'ship', 'body'}
+    write_report(globe, tmp_path / 'globe.html', 'tauto report globe_in_oil')
+    text = (tmp_path / 'globe.html').read_text(encoding='utf-8')
+    assert '<section id="machine">' in text
+    assert '<section id="cam">' not in text
+
+
+def test_a_lever_moves_as_the_geometry_says() -> None:
+    """β from virtual work: T(θ) t dθ = m g AD cos β dβ, so dβ/dθ is the machine's ratio."""
+    found = animation(tauto.sail('sully_lever_at_sea', duration=60.0))
+    machine = compile_machine(tauto.load('sully_lever_at_sea'))
+    assert isinstance(machine, LeverMachine)
+    angle, beta = (np.array(found['lever'][key]) for key in ('angle_rad', 'beta_rad'))
+    for at in (-1.0, 0.3, 1.0):
+        slope = np.interp(at, 0.5 * (angle[1:] + angle[:-1]), np.diff(beta) / np.diff(angle))
+        assert slope == pytest.approx(float(machine.ratio(at)), abs=2e-3)
+    assert {line['name'] for line in found['lines'] if line['with'] == 'lever'} == {
+        'lever',
+        'weight',
+    }
+    assert (found['lever']['x'], found['lever']['y']) == pytest.approx((-100.0, -320.0))
+
+
+def test_a_suspended_case_keeps_to_the_apparent_vertical() -> None:
+    """On a ship that only rolls, about the bearing, that is the true one: the case hangs still."""
+    ship = {'kind': 'components', 'height': 0.0, 'components': [{'amplitude': 0.1, 'period': 9.0}]}
+    hung = animation(tauto.sail('suspended_weight_at_sea', duration=60.0, ship=ship))
+    (part,) = hung['parts']
+    assert np.abs(part['roll_rad']).max() == pytest.approx(0.1, abs=1e-3)
+    assert np.abs(part['case_rad']).max() < 1e-5
+    assert hung['pivot'] == [0.0, 100.0]
+    carriers = {line['name']: line['with'] for line in hung['lines'] if line['name']}
+    assert (carriers['bearing'], carriers['axle of the case']) == ('ship', 'case')
+    # three metres above the roll axis y'' = 3 w2 roll to port, and the mast leans against the roll
+    above = tauto.sail('suspended_weight_at_sea', duration=60.0, ship=ship | {'height': 3.0})
+    (part,) = animation(above)['parts']
+    leans = -3.0 * (2.0 * np.pi / 9.0) ** 2 / 9.80665 * np.array(part['roll_rad'])
+    np.testing.assert_allclose(part['case_rad'], leans, atol=2e-4)
+    assert animation(tauto.sail('measured', duration=20.0))['pivot'] is None
 
 
 def test_a_long_voyage_is_shown_in_parts_from_start_to_end() -> None:

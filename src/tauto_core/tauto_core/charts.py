@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from tauto_core.chart import Chart, Colour, Line, Mark
-from tauto_core.machine_drawing import cam_lines, machine_lines
+from tauto_core.machine_drawing import cam_lines, draw_machine
 from tauto_core.machines import FluidPendulum, HangingMachine, compile_machine
 from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
 from tauto_core.record import Voyage
@@ -462,8 +462,16 @@ def _cam(voyage: Voyage) -> Chart:
 
 
 def _machine(voyage: Voyage) -> Chart:
-    lines = machine_lines(voyage.scene)
-    return Chart('The machine at rest', 'across [mm]', 'upwards [mm]', lines, equal=True)
+    drawn = draw_machine(voyage.scene)
+    return Chart(
+        'The machine at rest',
+        'across [mm]',
+        'upwards, to the same scale; broken' if drawn.is_broken else 'upwards [mm]',
+        drawn.parts,
+        equal=True,
+        note=drawn.note,
+        y_ticks=not drawn.is_broken,
+    )
 
 
 def _needs(values: FloatArray, what: str, part: str) -> None:

@@ -1,33 +1,104 @@
-"""The machine of a scene as outlines: wheel, axle, cheeks, thread, weight, case [mm].
+"""The machine of a scene as outlines, to scale [mm]: its parts, and what moves with what.
 
-The origin is the axle and y points upwards; the wheel is at rest. Dimensions that a scene does not
-give (rim, weight, case) are drawn in proportion.
+The origin is the axle of the wheel, or the lowest point of a curve in a fluid; y points upwards,
+all is at rest. A scene gives inertias and masses, not their shapes, so the rim is drawn as a brass
+ring with the inertia of the wheel, and the weight as a lead cylinder of its mass. A note names
+what else is assumed.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from tauto_core.cam_extent import cam_extent
 from tauto_core.chart import Line
-from tauto_core.curves import cheeks
+from tauto_core.curves import DescentCurve, cheeks
+from tauto_core.curves.fluid_outline import coordinates, fluid_outline
+from tauto_core.curves.kind import Pull
+from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.samples import FloatArray
 from tauto_core.scene import (
-    ForcePower,
+    AxleSuspension,
+    FluidTautochroneRegulator,
     HangingThread,
     HoleThread,
     LeverThread,
     Scene,
-    WeightPower,
 )
 from tauto_core.scene.errors import UsageError
 
 MM = 1000.0
+BRASS_KG_M3, LEAD_KG_M3 = 8500.0, 11340.0
+RIM_SIDE = 0.1
+"""Side of the rim's square section over its mean radius."""
+WEIGHT_HEIGHT = 1.5
+"""Height of the weight over its width."""
+MOST_RADII = 6.0
+"""Longest thread that is drawn whole, over the radius of the rim; a longer one is broken."""
+BROKEN_RADII = 3.0
+"""Length of a broken thread, likewise."""
 _CIRCLE = np.linspace(0.0, math.tau, 121)
 
+Carrier = Literal['ship', 'case', 'wheel', 'weight', 'spring', 'lever', 'body']
 
-def cam_lines(scene: Scene) -> list[Line]:
+
+@dataclass(frozen=True)
+class Part(Line):
+    """An outline.
+
+    Attributes:
+        moves_with: what carries it. The weight moves along its thread, the spring is drawn out.
+    """
+
+    moves_with: Carrier = 'case'
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The outlines of a machine.
+
+    Attributes:
+        parts: from the back to the front.
+        note: what they are made of, and what the scene does not give.
+        is_broken: whether a thread is drawn shorter than it is, so that heights below the break
+            are not those of the machine.
+    """
+
+    parts: list[Part]
+    note: str
+    is_broken: bool = False
+
+
+def rim_mm(inertia: float) -> tuple[float, float, float]:
+    """Return the inner and outer radius [mm] and the mass [kg] of the rim.
+
+    A ring of mean radius R and square section of side a = R/10 has the inertia
+    2πρ a² R³ (1 + a²/4R²) about its axis and the mass 2πρ a² R.
+
+    Args:
+        inertia: of the wheel about its axle [kg m2], > 0.
+    """
+    per_r5 = math.tau * BRASS_KG_M3 * RIM_SIDE**2
+    radius = (inertia / (per_r5 * (1.0 + 0.25 * RIM_SIDE**2))) ** 0.2
+    half = 0.5 * RIM_SIDE
+    return MM * radius * (1.0 - half), MM * radius * (1.0 + half), per_r5 * radius**3
+
+
+def weight_mm(mass: float) -> tuple[float, float]:
+    """Return width and height of a lead cylinder [mm]: π/4 w² h = m/ρ.
+
+    Args:
+        mass: its mass [kg], > 0.
+    """
+    width = MM * (4.0 * mass / (LEAD_KG_M3 * math.pi * WEIGHT_HEIGHT)) ** (1.0 / 3.0)
+    return width, WEIGHT_HEIGHT * width
+
+
+def cam_lines(scene: Scene) -> list[Part]:
     """Return both cheeks, the thread at rest and the axle.
 
     Raises:
@@ -42,68 +113,182 @@ def cam_lines(scene: Scene) -> list[Line]:
     ]
 
 
-def machine_lines(scene: Scene) -> list[Line]:
-    """Return wheel, axle, cheeks, thread, weight or spring, and the case.
+def draw_machine(scene: Scene) -> Drawing:
+    """Return the machine of a scene: wheel, cheeks, thread, power, case and its suspension.
+
+    Of a regulator in a fluid it is the curve with its body.
 
     Raises:
-        UsageError: the scene has no trochlea.
+        SceneError: a machine that cannot be built.
     """
-    left, right, tip = _cheeks(scene)
+    machine = compile_machine(scene)
+    if isinstance(machine, FluidPendulum):
+        assert scene.regulator is not None
+        return _in_fluid(scene.regulator, machine.curve)
     assert scene.trochlea is not None
-    thread, power = scene.trochlea.thread, scene.trochlea.power
-    rim = 1.25 * max(float(np.abs(side).max()) for side in (left, right))
-    length = _thread_mm(scene, rim)
-    lines = [
-        _path('wheel', _circle(0.0, 0.0, rim).T, 'grey'),
-        _path('', [(-rim, 0.0), (rim, 0.0)], 'grey'),
-        _area('cheeks', left, 'blue'),
-        _area('', right, 'blue'),
-        _path('thread', [(0.0, tip), (0.0, -length)], 'orange'),
-        _area('axle', _circle(0.0, 0.0, 0.05 * rim), 'grey'),
+    thread, pull = scene.trochlea.thread, scene.trochlea.power.pull
+    left, right, tip = _cheeks(scene)
+    inner, outer, mass = rim_mm(scene.trochlea.inertia)
+    across, high = weight_mm(pull.pulling_mass) if pull.pulling_mass else (0.0, 0.0)
+    notes = [
+        f'The rim is a brass ring that has the inertia of the wheel ({MM * mass:.3g} g; its '
+        'section is a square, a tenth of its radius wide)',
+        *[f'the weight is a lead cylinder of {pull.pulling_mass:.3g} kg'] * bool(high),
     ]
-    end = -length
+    assumed = ['axle of the wheel', 'case']
+
+    whole = _below_axle(scene, tip)
+    depth = 1.6 * outer + 0.5 * high if whole is None else whole
+    if whole is None:
+        assumed.append('length of the thread')
+    is_broken = depth > MOST_RADII * outer
+    if is_broken:
+        depth = BROKEN_RADII * outer
+        notes.append(f'the thread is broken, it ends {whole:.4g} mm below the axle')
+    parts = [
+        _area('wheel', _ring(inner, outer), 'grey', 'wheel'),
+        _path('', [(-inner, 0.0), (inner, 0.0)], 'grey', 'wheel'),
+        _path('', [(0.0, inner), (0.0, -inner)], 'grey', 'wheel'),
+        _area('cheeks', left, 'blue', 'wheel'),
+        _area('', right, 'blue', 'wheel'),
+        _path('thread', [(0.0, tip), (0.0, -depth)], 'orange'),
+        _area('axle', _circle(0.0, 0.0, 0.04 * outer), 'grey', 'wheel'),
+    ]
+    if is_broken:
+        carrier: Carrier = 'weight' if isinstance(thread, HangingThread) else 'case'
+        parts += _break(-0.5 * (depth + outer), 0.06 * outer, carrier)
+    low, half = -depth, outer
     if isinstance(thread, LeverThread):
         arm, far = MM * thread.arm, MM * thread.weight_arm
-        lines.append(_path('lever', [(-arm, -length), (far - arm, -length)], 'green'))
-        lines.append(_area('fulcrum', _circle(-arm, -length, 0.05 * rim), 'green'))
-        lines += _weight(far - arm, -length, 0.35 * rim)
-        end -= 0.8 * rim
-    elif isinstance(thread, HoleThread):
-        half = 0.08 * rim
-        for side in (-1.0, 1.0):
-            lines.append(
-                _path('hole' * (side > 0.0), [(side * half, end), (side * rim, end)], 'green')
-            )
-        end = -length - 0.8 * rim
-        lines.append(_path('pull', [(0.0, -length), (0.0, end)], 'orange'))
-    elif isinstance(power, WeightPower):
-        lines += _weight(0.0, -length, 0.35 * rim)
-        end -= 0.8 * rim
+        half = max(outer, arm, far - arm + across)
+        parts += _lever(arm, far, low, 0.04 * outer)
+        parts.append(_area('weight', _box(far - arm, low, across, high), 'orange', 'lever'))
+        assumed.append('thickness of the lever')
+        low -= 0.5 * high
     else:
-        name = 'pull' if isinstance(power, ForcePower) else 'spring'
-        lines.append(_path(name, _zigzag(-length, 0.25 * rim, 0.9 * rim), 'green'))
-        end -= 0.9 * rim
-    side = 1.25 * rim
-    wide = side
-    if isinstance(thread, LeverThread):
-        wide = max(side, MM * max(thread.arm, thread.weight_arm - thread.arm) + 0.5 * rim)
-    low = end - 0.2 * rim
-    box = [(-wide, low), (wide, low), (wide, side), (-wide, side), (-wide, low)]
-    return [_path('case', box, 'grey'), *lines]
+        if isinstance(thread, HoleThread):
+            parts += _hole(low, outer, low - 0.4 * outer - 0.5 * high)
+            low -= 0.4 * outer + 0.5 * high
+            assumed.append('width of the hole')
+        parts += _power(pull, low, outer)
+        assumed += ['spring'] * bool(pull.stiffness)
+        low = min(float(each.y.min()) for each in parts)
+    top = 1.15 * outer
+    hung = scene.suspension
+    if hung is not None:
+        top = min(top, max(MM * (hung.depth - hung.axle_radius), 0.0))
+        parts += _suspension(hung, top)
+        assumed.append('outside of the bearing')
+    margin = 0.15 * outer
+    middle = 0.5 * (top + low - margin)
+    box = _box(0.0, middle, 2.0 * (half + margin), top - low + margin)
+    note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
+    return Drawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
+
+
+def _lever(arm: float, far: float, y: float, radius: float) -> list[Part]:
+    """Return the lever from its fulcrum to the end of its longer arm, level."""
+    return [
+        _path('lever', [(-arm, y), (max(far - arm, 0.0), y)], 'green', 'lever'),
+        _area('fulcrum', _circle(-arm, y, radius), 'green'),
+    ]
+
+
+def _hole(y: float, outer: float, end: float) -> list[Part]:
+    """Return the plate with the hole, and the thread below it down to `end`."""
+    width = 0.06 * outer
+    return [
+        _path('hole', [(-0.5 * outer, y), (-width, y)], 'green'),
+        _path('', [(width, y), (0.5 * outer, y)], 'green'),
+        _path('', [(0.0, y), (0.0, end)], 'orange', 'weight'),
+    ]
+
+
+def _power(pull: Pull, end: float, outer: float) -> list[Part]:
+    """Return what pulls at the end of a thread: a weight, a spring, or the arrow of a force."""
+    if not (pull.pulling_mass or pull.stiffness):
+        tail, head = end - 0.6 * outer, 0.08 * outer
+        arrow = [(0.0, end), (0.0, tail), (-head, tail + head), (0.0, tail), (head, tail + head)]
+        return [_path('pull', arrow, 'orange', 'weight')]
+    parts = []
+    if pull.pulling_mass:
+        across, high = weight_mm(pull.pulling_mass)
+        parts.append(_area('weight', _box(0.0, end, across, high), 'orange', 'weight'))
+        end -= 0.5 * high
+    if pull.stiffness:
+        coil = _zigzag(end, 0.12 * outer, 0.7 * outer)
+        parts.append(_path('spring', coil, 'green', 'spring'))
+    return parts
+
+
+def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Drawing:
+    """Return the curve, the body at its lowest point, and where it is released."""
+    level, height = (MM * each for each in fluid_outline(curve))
+    up, across = (MM * float(each) for each in coordinates(curve, regulator.release_arc))
+    size = MM * regulator.diameter
+    if regulator.body == 'globe':
+        body, assumed = _circle(0.0, 0.0, 0.5 * size), ''
+        released = _circle(across, up, 0.5 * size)
+    else:
+        body, assumed = _box(0.0, 0.0, size, size), ' Assumed: the cylinder is as wide as high.'
+        sine = float(curve.slope(regulator.release_arc))
+        cosine = math.sqrt(max(1.0 - sine * sine, 0.0))
+        released = np.array([[cosine, -sine], [sine, cosine]]) @ body
+        released += np.array([[across], [up]])
+    return Drawing(
+        [
+            Part('curve', level, height, 'blue', moves_with='ship'),
+            _path('at the release', released.T, 'grey', 'ship'),
+            _area(f'{regulator.body} at rest', body, 'orange', 'body'),
+        ],
+        f'To scale. The centre of the {regulator.body} moves on the curve.{assumed}',
+    )
+
+
+def _below_axle(scene: Scene, tip: float) -> float | None:
+    """Return the depth of the thread's end below the axle [mm]; None where it is not given."""
+    assert scene.trochlea is not None
+    thread = scene.trochlea.thread
+    if isinstance(thread, HoleThread):
+        return MM * float(thread.distance)
+    if isinstance(thread, HangingThread | LeverThread):
+        return MM * float(thread.length) - tip
+    return None
+
+
+def _break(y: float, slant: float, carrier: Carrier) -> list[Part]:
+    """Return two strokes across a thread that is longer than it is drawn."""
+    return [
+        _path(name, [(-slant, at - slant), (slant, at + slant)], 'orange', carrier)
+        for name, at in (('break', y), ('', y - slant))
+    ]
+
+
+def _suspension(hung: AxleSuspension, top: float) -> list[Part]:
+    """Return the axle of the case, what joins them, and the hollow bearing in the ship."""
+    radius, axle = MM * hung.support_radius, MM * hung.axle_radius
+    bottom = MM * hung.depth - axle
+    half = min(0.85 * radius, 6.0 * axle)
+    x = np.linspace(-half, half, 41)
+    y = bottom + x * x / (radius + np.sqrt(radius * radius - x * x))
+    under = bottom - axle
+    outline = np.array([[*x, half, -half, -half], [*y, under, under, float(y[0])]])
+    return [
+        _area('bearing', outline, 'green', 'ship'),
+        _path('', [(0.0, top), (0.0, bottom + axle)], 'grey'),
+        _area('axle of the case', _circle(0.0, bottom + axle, axle), 'blue'),
+    ]
 
 
 def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     """Return the closed outlines of both cheeks, (2, n) [mm], and the height of their tip."""
     if scene.trochlea is None:
-        raise UsageError(
-            f'{scene.name}: has no trochlea, so there is no cam or machine to draw. Draw error, '
-            'amplitude or phase'
-        )
+        raise UsageError(f'cam: {scene.name} has no trochlea, and so no cam. Draw machine')
+    reach = cam_extent(scene)
     if scene.trochlea.cam.kind == 'lever_corrected':
-        left, right = _lever_cheeks(scene)
+        left, right = _lever_cheeks(scene, reach)
     else:
-        curve = scene.trochlea.made_cam(scene.gravity)
-        cut = cheeks(curve, 200, min(curve.drawn_rad, 1.6))
+        cut = cheeks(scene.trochlea.made_cam(scene.gravity), 200, reach)
         right = MM * np.array([cut.x, -cut.y])
         left = right * np.array([[-1.0], [1.0]])
     tip = float(right[1, 0])
@@ -111,35 +296,17 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     return closed[0], closed[1], tip
 
 
-def _lever_cheeks(scene: Scene) -> tuple[FloatArray, FloatArray]:
+def _lever_cheeks(scene: Scene, reach: float) -> tuple[FloatArray, FloatArray]:
     from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-    from tauto_core.machines import LeverMachine, compile_machine
     from tauto_core.machines.lever_cheeks import cheek
 
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)
     assert isinstance(machine.geometry, CorrectedLeverGeometry)
     shape = machine.geometry
-    ends = shape.tau_of(np.array([-1.0, 1.0]) * min(machine.range_rad, 1.6)).tolist()
+    ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
     right, left = (cheek(shape, end, 200, 0.0) for end in ends)
     return MM * np.array([left.x, -left.y]), MM * np.array([right.x, -right.y])
-
-
-def _thread_mm(scene: Scene, rim: float) -> float:
-    """Return the depth of the thread's end below the axle, limited to keep the picture clear."""
-    assert scene.trochlea is not None
-    thread = scene.trochlea.thread
-    if isinstance(thread, HoleThread):
-        return MM * float(thread.distance)
-    if isinstance(thread, HangingThread | LeverThread):
-        return min(MM * float(thread.length), 8.0 * rim)
-    return 3.0 * rim
-
-
-def _weight(x: float, top: float, half: float) -> list[Line]:
-    corners = [(-0.5, 0.0), (0.5, 0.0), (1.0, -2.0), (-1.0, -2.0), (-0.5, 0.0)]
-    outline = np.array([(x + half * a, top + half * b) for a, b in corners]).T
-    return [_area('weight', outline, 'orange')]
 
 
 def _zigzag(top: float, half: float, height: float) -> list[tuple[float, float]]:
@@ -152,10 +319,22 @@ def _circle(x: float, y: float, radius: float) -> FloatArray:
     return np.array([x + radius * np.cos(_CIRCLE), y + radius * np.sin(_CIRCLE)])
 
 
-def _area(name: str, outline: FloatArray, colour: str) -> Line:
-    return Line(name, outline[0], outline[1], colour, 'area')  # type: ignore[arg-type]
+def _ring(inner: float, outer: float) -> FloatArray:
+    """Return a ring as one closed line, with a seam at the right; the inside runs backwards."""
+    return np.concatenate([_circle(0.0, 0.0, outer), _circle(0.0, 0.0, inner)[:, ::-1]], axis=1)
 
 
-def _path(name: str, points: object, colour: str) -> Line:
+def _box(x: float, y: float, width: float, height: float) -> FloatArray:
+    """Return a rectangle about its centre."""
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)]).T
+    outline: FloatArray = np.array([[x], [y]]) + corners * np.array([[width], [height]])
+    return outline
+
+
+def _area(name: str, outline: FloatArray, colour: str, carrier: Carrier = 'case') -> Part:
+    return Part(name, outline[0], outline[1], colour, 'area', moves_with=carrier)  # type: ignore[arg-type]
+
+
+def _path(name: str, points: object, colour: str, carrier: Carrier = 'case') -> Part:
     x, y = np.asarray(points, float).T
-    return Line(name, x, y, colour)  # type: ignore[arg-type]
+    return Part(name, x, y, colour, moves_with=carrier)  # type: ignore[arg-type]

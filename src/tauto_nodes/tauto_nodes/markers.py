@@ -18,7 +18,7 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from tauto_core.chart import Line
-from tauto_core.machine_drawing import machine_lines
+from tauto_core.machine_drawing import draw_machine
 from tauto_core.samples import (
     JOINT_STATES,
     NS_PER_S,
@@ -36,9 +36,6 @@ from tauto_nodes.stage_node import scene_of
 
 MARKERS, TF = 'markers', '/tf'
 MM = 1e-3
-TURNING = ('wheel', 'cheeks', 'axle', '')
-"""Lines of the drawing that move with the wheel; those without a name continue one of them."""
-
 COLOURS = {
     'grey': (0.5, 0.5, 0.5),
     'blue': (0.2, 0.4, 0.8),
@@ -122,14 +119,13 @@ class Markers(Member):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('markers', **node_options)
-        lines = machine_lines(scene_of(self.settings))
         magnify = self.settings.number('magnify')
         width_m = 2 * MM * magnify
         self._turning: list[Marker] = []
         self._fixed = [marker('ship', 0, ship_points(), 'grey', 0.1)]
-        for number, line in enumerate(lines):
-            strip = marker(line.name, number, clock_points(line, magnify), line.colour, width_m)
-            (self._turning if line.name in TURNING else self._fixed).append(strip)
+        for number, part in enumerate(draw_machine(scene_of(self.settings)).parts):
+            strip = marker(part.name, number, clock_points(part, magnify), part.colour, width_m)
+            (self._turning if part.moves_with == 'wheel' else self._fixed).append(strip)
         self._ship: Rotation | None = None
         self._angle_rad = 0.0
         self._stamp_ns = 0

@@ -1,0 +1,158 @@
+"""The drawn machine: every size that the scene gives, measured on the outlines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import tauto_core as tauto
+from tauto_core.curves.fluid_outline import coordinates
+from tauto_core.machine_drawing import (
+    BRASS_KG_M3,
+    LEAD_KG_M3,
+    RIM_SIDE,
+    Drawing,
+    Part,
+    draw_machine,
+)
+from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.samples import FloatArray
+
+MM = 1000.0
+SCENES = (
+    'measured',
+    'hanging_thread_at_sea',
+    'sully_lever_at_sea',
+    'suspended_weight_at_sea',
+    'second_cam_at_sea',
+    'clock_own_cam_spring',
+    'clock_own_cam_lever',
+    'globe_in_oil',
+)
+
+
+def part(drawn: Drawing, name: str) -> Part:
+    """Return the only part of a name."""
+    (found,) = (each for each in drawn.parts if each.name == name)
+    return found
+
+
+def radii(of: Part, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+    """Return the distances of the points of an outline from a place."""
+    return np.hypot(of.x - centre[0], of.y - centre[1])
+
+
+@pytest.mark.parametrize('inertia', [4e-4, 0.2])
+def test_the_rim_is_a_brass_ring_with_the_inertia_of_the_wheel(inertia: float) -> None:
+    """For a ring of height a, ρ a π/2 (R₂⁴ − R₁⁴), from the radii that are drawn."""
+    drawn = draw_machine(tauto.load('measured', **{'trochlea.inertia': inertia}))
+    size = radii(part(drawn, 'wheel')) / MM
+    inner, outer = size.min(), size.max()
+    assert outer - inner == pytest.approx(RIM_SIDE * 0.5 * (outer + inner), rel=1e-12)
+    turned = 0.5 * math.pi * BRASS_KG_M3 * (outer - inner) * (outer**4 - inner**4)
+    assert turned == pytest.approx(inertia, rel=1e-12)
+    grams = math.pi * BRASS_KG_M3 * (outer - inner) * (outer**2 - inner**2) * 1000.0
+    assert f'({grams:.3g} g' in drawn.note
+
+
+@pytest.mark.parametrize('scene', ['measured', 'sully_lever_at_sea', 'clock_own_cam_weight'])
+def test_the_weight_is_a_lead_cylinder_of_its_mass(scene: str) -> None:
+    loaded = tauto.load(scene)
+    assert loaded.trochlea is not None
+    weight = part(draw_machine(loaded), 'weight')
+    width, height = np.ptp(weight.x) / MM, np.ptp(weight.y) / MM
+    mass = 0.25 * math.pi * width**2 * height * LEAD_KG_M3
+    assert mass == pytest.approx(loaded.trochlea.power.pull.pulling_mass, rel=1e-12)
+
+
+def test_a_thread_is_as_long_as_it_is_or_broken_and_says_so() -> None:
+    """From the tip of an involute of 5 mm; the weight's centre of gravity is at its end."""
+    short = draw_machine(tauto.load('hanging_thread_at_sea', **{'trochlea.thread.length': 0.3}))
+    assert part(short, 'thread').y.tolist() == pytest.approx([-5.0, -305.0], rel=1e-9)
+    assert np.mean(part(short, 'weight').y[:-1]) == pytest.approx(-305.0, rel=1e-9)
+    assert not short.is_broken
+    assert all(each.name != 'break' for each in short.parts)
+    long = draw_machine(tauto.load('hanging_thread_at_sea'))
+    assert long.is_broken
+    end = float(part(long, 'thread').y[-1])
+    assert end > -500.0
+    assert end < part(long, 'break').y.min() < part(long, 'break').y.max() < -60.0
+    assert 'it ends 1005 mm below the axle' in long.note
+    assert 'length of the thread' not in long.note
+
+
+def test_the_lever_has_its_arms_and_its_fulcrum_and_hole_their_places() -> None:
+    """AB 100 mm, AD 150 mm, 300 mm of thread from the tip of an involute of 20 mm."""
+    drawn = draw_machine(tauto.load('sully_lever_at_sea'))
+    lever, fulcrum = part(drawn, 'lever'), part(drawn, 'fulcrum')
+    np.testing.assert_allclose(lever.x, [-100.0, 50.0], rtol=1e-12)
+    np.testing.assert_allclose(lever.y, -320.0, rtol=1e-12)
+    np.testing.assert_allclose(fulcrum.x[:-1].mean(), -100.0, rtol=1e-12)
+    np.testing.assert_allclose(part(drawn, 'weight').x[:-1].mean(), 50.0, rtol=1e-12)
+    hole = draw_machine(tauto.load('second_cam_at_sea'))
+    scene = tauto.load('second_cam_at_sea')
+    assert scene.trochlea is not None
+    distance = MM * scene.trochlea.thread.hole_distance
+    assert part(hole, 'thread').y[-1] == pytest.approx(-distance, rel=1e-12)
+    np.testing.assert_allclose(part(hole, 'hole').y, -distance, rtol=1e-12)
+
+
+def test_a_suspended_case_hangs_from_its_axle_in_its_bearing() -> None:
+    """Radii of 20 and 5 mm, the axle 100 mm above the clock; it touches the lowest place."""
+    drawn = draw_machine(tauto.load('suspended_weight_at_sea'))
+    np.testing.assert_allclose(radii(part(drawn, 'axle of the case'), (0.0, 100.0)), 5.0)
+    bearing = part(drawn, 'bearing')
+    hollow = slice(0, 41)
+    centre = (0.0, 100.0 - 5.0 + 20.0)
+    np.testing.assert_allclose(radii(bearing, centre)[hollow], 20.0, rtol=1e-12)
+    assert bearing.y[hollow].min() == pytest.approx(95.0, rel=1e-12)
+    assert (bearing.moves_with, part(drawn, 'case').moves_with) == ('ship', 'case')
+    assert 'bearing' not in {each.name for each in draw_machine(tauto.load('measured')).parts}
+
+
+@pytest.mark.parametrize('body', ['globe', 'cylinder'])
+def test_a_body_in_a_fluid_is_drawn_on_its_curve(body: str) -> None:
+    scene = tauto.load('globe_in_oil', **{'regulator.body': body})
+    drawn, machine = draw_machine(scene), compile_machine(scene)
+    assert isinstance(machine, FluidPendulum)
+    curve, shape = part(drawn, 'curve'), part(drawn, f'{body} at rest')
+    assert np.ptp(shape.x) == pytest.approx(50.0, rel=1e-3)  # of 120 sides
+    assert (shape.x[:-1].mean(), shape.y[:-1].mean()) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert curve.y.min() == pytest.approx(0.0, abs=1e-9)
+    up, across = (MM * float(each) for each in coordinates(machine.curve, 0.4))
+    released = part(drawn, 'at the release')
+    assert released.x[:-1].mean() == pytest.approx(across, rel=1e-9)
+    assert released.y[:-1].mean() == pytest.approx(up, rel=1e-9)
+    # the drawn curve passes there, but for the chord of a hundredth of it
+    assert float(np.interp(across, curve.x, curve.y)) == pytest.approx(up, abs=0.1)
+
+
+@pytest.mark.parametrize('name', SCENES)
+def test_what_the_scene_does_not_give_is_named(name: str) -> None:
+    drawn = draw_machine(tauto.load(name))
+    assert drawn.note.startswith('To scale.')
+    names = [each.name for each in drawn.parts if each.name]
+    assert len(names) == len(set(names))
+    if name == 'globe_in_oil':
+        return
+    for assumed, present in {
+        'case': True,
+        'length of the thread': name in ('measured', 'suspended_weight_at_sea'),
+        'thickness of the lever': 'lever' in names,
+        'width of the hole': 'hole' in names,
+        'spring': 'spring' in names,
+        'outside of the bearing': 'bearing' in names,
+    }.items():
+        assert (assumed in drawn.note.split('Assumed: ')[1]) == present, assumed
+
+
+def test_the_case_holds_all_but_its_bearing() -> None:
+    for name in SCENES[:-1]:
+        drawn = draw_machine(tauto.load(name))
+        case = part(drawn, 'case')
+        for each in drawn.parts:
+            if each.name not in ('bearing', 'axle of the case', '') and each is not case:
+                assert case.x.min() <= each.x.min() <= each.x.max() <= case.x.max(), each.name
+                assert case.y.min() <= each.y.min() <= each.y.max() <= case.y.max(), each.name
