@@ -156,13 +156,13 @@ def test_a_lever_moves_as_the_geometry_says() -> None:
     assert (found['lever']['x'], found['lever']['y']) == pytest.approx((-100.0, -320.0))
 
 
-def test_a_suspended_case_keeps_to_the_apparent_vertical() -> None:
+def test_a_suspended_case_and_a_thread_keep_to_the_apparent_vertical() -> None:
     """On a ship that only rolls, about the bearing, that is the true one: the case hangs still."""
     ship = {'kind': 'components', 'height': 0.0, 'components': [{'amplitude': 0.1, 'period': 9.0}]}
     hung = animation(tauto.sail('suspended_weight_at_sea', duration=60.0, ship=ship))
     (part,) = hung['parts']
     assert np.abs(part['roll_rad']).max() == pytest.approx(0.1, abs=1e-3)
-    assert np.abs(part['case_rad']).max() < 1e-5
+    assert np.abs(part['plumb_rad']).max() < 1e-5
     assert hung['pivot'] == [0.0, 100.0]
     carriers = {line['name']: line['with'] for line in hung['lines'] if line['name']}
     assert (carriers['bearing'], carriers['axle of the case']) == ('ship', 'case')
@@ -170,8 +170,10 @@ def test_a_suspended_case_keeps_to_the_apparent_vertical() -> None:
     above = tauto.sail('suspended_weight_at_sea', duration=60.0, ship=ship | {'height': 3.0})
     (part,) = animation(above)['parts']
     leans = -3.0 * (2.0 * np.pi / 9.0) ** 2 / 9.80665 * np.array(part['roll_rad'])
-    np.testing.assert_allclose(part['case_rad'], leans, atol=2e-4)
-    assert animation(tauto.sail('measured', duration=20.0))['pivot'] is None
+    np.testing.assert_allclose(part['plumb_rad'], leans, atol=2e-4)
+    fixed = animation(tauto.sail('measured', duration=20.0))
+    assert (fixed['pivot'], fixed['hangs'], hung['hangs']) == (None, True, False)
+    assert {'roll_rad', 'plumb_rad'} <= set(fixed['parts'][0])
 
 
 def test_a_long_voyage_is_shown_in_parts_from_start_to_end() -> None:

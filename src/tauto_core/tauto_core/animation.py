@@ -33,9 +33,9 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, the part
         with which it moves (`machine_drawing.Carrier`); `note` on these; `parts` of the voyage,
         each beginning at `from_s` for `length_s`, with `time_s` within it, `phase_rad` and
-        `amplitude_rad` at logged samples, and every `roll_step_s` `roll_rad`, and for a suspended
-        case `case_rad`, the apparent vertical, to which it keeps. For a thread `hangs`, whether it
-        keeps to the vertical outside the case, `fixed_end`, and `winding` (`angle_rad`, `x`, `y`
+        `amplitude_rad` at logged samples, and every `roll_step_s` `roll_rad` and `plumb_rad`, the
+        apparent vertical, to which a suspended case keeps and a thread with a weight. For a thread
+        `hangs`, whether it keeps to that alone, `fixed_end`, and `winding` (`angle_rad`, `x`, `y`
         of the contact in the wheel's frame, `rise`, all [mm]), null without a cam; `pivot`, the
         place [mm] about which a suspended case turns, or null; `lever` (`x`, `y` of the fulcrum,
         its angle `beta_rad` at `angle_rad` of the wheel), or null; `curve` in a fluid (`x`, `y`
@@ -90,9 +90,7 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
     length_s = float(time_s[-1])
     ship = seaway(voyage, began_s, length_s + 1.0)
     grid = np.arange(0.0, length_s + _ROLL_STEP_S, _ROLL_STEP_S)
-    tilts = {'roll_rad': ship.roll_rad}
-    if voyage.scene.suspension is not None:
-        tilts['case_rad'] = ship.plumb_rad
+    tilts = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad}
     return {
         'from_s': round(began_s, 3),
         'length_s': round(length_s, 3),
