@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
 
@@ -291,6 +293,20 @@ def test_a_picture_becomes_a_file_named_for_it(
     assert run.exit_code == 0, run.stderr
     assert 'wrote second_cam_at_sea_machine.svg' in run.stderr
     assert Path('second_cam_at_sea_machine.svg').read_text(encoding='utf-8').startswith('<?xml')
+
+
+def test_a_drawing_has_words_and_a_title_and_a_picture_dots_enough(
+    rolling: tauto.Voyage, tmp_path: Path
+) -> None:
+    """Words that can be searched; dots for a screen of two to a CSS pixel, 6.4 inches wide."""
+    for suffix in ('svg', 'png'):
+        rolling.plot('error', tmp_path / f'error.{suffix}')
+    words = ' '.join(ET.parse(tmp_path / 'error.svg').getroot().itertext())
+    for each in ('second_cam_at_sea: error of the clock', 'reading − true time [s]', 'dial'):
+        assert each in words
+    header = (tmp_path / 'error.png').read_bytes()[16:24]
+    assert struct.unpack('>II', header)[0] == int(6.4 * 2 * 96)
+    assert b'second_cam_at_sea: error' in (tmp_path / 'error.png').read_bytes()
 
 
 @pytest.mark.parametrize(('suffix', 'begins'), [('png', b'\x89PNG'), ('pdf', b'%PDF')])
