@@ -154,6 +154,7 @@ def interactive(of: Chart) -> Any:
 def _bokeh_figure(of: Chart, panels: int) -> Any:
     from bokeh.models import CrosshairTool, HoverTool, Range1d, WheelZoomTool
     from bokeh.models.annotations import Label, Span
+    from bokeh.models.nodes import Node
     from bokeh.plotting import figure
 
     axes: Any = figure(
@@ -165,6 +166,7 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         x_axis_label=of.x_label,
         y_axis_label=of.y_label,
         match_aspect=of.equal,
+        min_border_left=60,
         background_fill_color=None,
         border_fill_color=None,
         outline_line_color=None,
@@ -177,8 +179,10 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
     for mark in of.marks:
         dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
         axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
-        name = Label(x=mark.x, y=4, y_units='screen', text=mark.name, x_offset=-2)
-        name.angle, name.text_font_size, name.text_color = 0.5 * math.pi, '11px', grey
+        name = Label(x=mark.x, y=Node.frame.top, x_offset=-2, y_offset=-3, text=mark.name)
+        name.text_font_size, name.text_color = '11px', grey
+        # beside its line, from the top downwards: what lies outside the frame is not drawn
+        name.angle, name.text_align = 0.5 * math.pi, 'right'
         axes.add_layout(name)
     for line in of.lines:
         drawn = _bokeh_line(axes, line, solid=of.equal)

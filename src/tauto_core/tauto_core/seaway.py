@@ -131,7 +131,7 @@ def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> Window:
     if to_s - from_s > most_s:
         raise UsageError(
             f'from {from_s:.9g} to {to_s:.9g} s: has more than {MOST_SAMPLES} samples of the '
-            f'motion. Show at most {most_s:.6g} s'
+            f'motion. Show at most {most_s:.6g} s ({most_s / SECONDS_PER_DAY:.4g} days)'
         )
     return Window(from_s, to_s)
 
