@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import resource
 import stat
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,7 +16,7 @@ import pytest
 from tauto_core.cli.cam_files import OutputError, write_rows
 from tauto_core.figure_file import FigureError, write_figure
 from tauto_core.scene.errors import UsageError
-from tauto_core.whole_file import check_place, write_whole
+from tauto_core.whole_file import check_place, one_writer, write_whole
 
 
 @pytest.fixture
@@ -62,6 +65,80 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
         write_whole(tmp_path / 'link', content)
         assert (tmp_path / 'file').read_bytes() == content
     assert (tmp_path / 'link').is_symlink()
+
+
+def test_a_link_that_waits_under_the_name_of_a_draft_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / 'theirs').write_text('theirs')
+    (tmp_path / f'.{os.getpid()}.file').symlink_to('theirs')
+    write_whole(tmp_path / 'file', b'ours')
+    assert (tmp_path / 'theirs').read_text() == 'theirs'
+    assert not (tmp_path / 'file').is_symlink()
+
+
+def test_a_file_is_on_the_disk_before_it_has_its_name_and_the_name_afterwards(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[object] = []
+    sync, replace = os.fsync, os.replace
+
+    def synced(handle: int) -> None:
+        sync(handle)
+        done.append('folder' if stat.S_ISDIR(os.fstat(handle).st_mode) else 'file')
+
+    def replaced(draft: Path, place: Path) -> None:
+        replace(draft, place)
+        done.append('name')
+
+    monkeypatch.setattr(os, 'fsync', synced)
+    monkeypatch.setattr(os, 'replace', replaced)
+    write_whole(tmp_path / 'file', b'content')
+    assert done == ['file', 'name', 'folder']
+
+
+HOLD = """
+import sys
+from pathlib import Path
+from tauto_core.whole_file import one_writer
+with one_writer(Path(sys.argv[1])):
+    print('held', flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_lock_has_one_holder_and_goes_with_its_process(tmp_path: Path) -> None:
+    lock = tmp_path / 'lock'
+    with subprocess.Popen(
+        [sys.executable, '-c', HOLD, lock],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == 'held\n'
+        with pytest.raises(BlockingIOError), one_writer(lock):
+            pass
+        holder.kill()
+    assert lock.exists()
+    with one_writer(lock):
+        assert lock.exists()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_lock_that_its_holder_removed_meanwhile_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock, flock, made = tmp_path / 'lock', fcntl.flock, []
+
+    def removed_first(handle: int, how: int) -> None:
+        flock(handle, how)
+        made.append(os.fstat(handle).st_ino)
+        if len(made) == 1:
+            lock.unlink()
+
+    monkeypatch.setattr(fcntl, 'flock', removed_first)
+    with one_writer(lock):
+        assert len(made) == 2
+        assert lock.stat().st_ino == made[1]
 
 
 def test_a_pipe_receives_the_content(tmp_path: Path) -> None:

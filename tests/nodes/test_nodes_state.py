@@ -20,6 +20,7 @@ from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import READING, SHIP_IMU, TimeSamples, take
 from tauto_core.scene import load_scene
 from tauto_core.version import code
+from tauto_core.whole_file import DRAFTS
 from tauto_nodes.errors import ParameterError
 from tauto_nodes.qos import port
 from tauto_nodes.state_file import StateFile
@@ -59,7 +60,7 @@ def test_all_stages_go_on_from_the_file_bit_for_bit(tmp_path: Path) -> None:
         a, b = whole.feed(halves[1]), second.feed(halves[1])
         for topic in a:
             assert encode(topic, a[topic]) == encode(topic, b[topic])
-        assert not list(tmp_path.glob('*.tmp'))
+        assert not list(tmp_path.glob(DRAFTS))
 
 
 def test_a_state_that_does_not_fit_is_refused(tmp_path: Path) -> None:

@@ -1,12 +1,24 @@
-"""Files that are written completely or not at all."""
+"""Files and folders that are written completely or not at all, by one process at a time."""
 
 from __future__ import annotations
 
+import ctypes
+import errno
+import fcntl
 import os
-from contextlib import suppress
+import secrets
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 from tauto_core.scene.errors import UsageError
+
+DRAFTS = '.tauto-*.draft'
+"""Names of files being written; one that nobody writes was left by a process that was killed."""
+
+_AT_FDCWD = -100
+_RENAME_EXCHANGE = 2
 
 
 def check_place(path: Path, option: str) -> None:
@@ -30,7 +42,7 @@ def check_place(path: Path, option: str) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file, or replace it; if that fails, what was there before remains.
+    """Write a file, or replace it; what fails, even by a power cut, leaves what was there before.
 
     Args:
         path: the file; a link is followed, and what is no regular file (`/dev/stdout`) receives
@@ -44,11 +56,138 @@ def write_whole(path: Path, content: bytes) -> None:
         path.write_bytes(content)
         return
     place = path.resolve()
-    draft = place.with_name(f'.{os.getpid()}.{place.name}')
+    # Nobody can foresee the name, so in a folder that others write no link of theirs waits there.
+    draft = place.with_name(DRAFTS.replace('*', secrets.token_hex(8)))
+    made = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
     try:
-        draft.write_bytes(content)
+        with open(made, 'wb') as file:
+            file.write(content)
+            file.flush()
+            os.fsync(made)
         draft.replace(place)
-    except OSError:
+    except BaseException:
         with suppress(OSError):
             draft.unlink()
         raise
+    sync_folder(place.parent)
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk.
+
+    Raises:
+        OSError: the disk refuses.
+    """
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except PermissionError:  # a folder that may be written and not read cannot be synced
+        return
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # some network file systems sync no folders
+            raise
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
+    """Hold a lock file for as long as the context lasts; no other process can hold it meanwhile.
+
+    The system unlocks a file when the process that locked it ends, however it ends. So a file that
+    is left after a kill stops nobody.
+
+    Args:
+        lock: the file; removed at the end.
+        make: make it if it is not there.
+
+    Raises:
+        BlockingIOError: another writer holds it.
+        OSError: it cannot be made or locked; FileNotFoundError without `make`.
+    """
+    flags = os.O_RDWR | os.O_NOFOLLOW | (os.O_CREAT if make else 0)
+    while True:
+        handle = os.open(lock, flags, 0o666)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if _is_still(lock, handle):
+                break
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)  # whoever held it has removed it meanwhile: this is no lock any more
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            lock.unlink()
+        os.close(handle)
+
+
+def _is_still(lock: Path, handle: int) -> bool:
+    """Whether an open file is the one that has this name now."""
+    try:
+        return os.path.samestat(os.stat(lock, follow_symlinks=False), os.fstat(handle))
+    except FileNotFoundError:
+        return False
+
+
+def put_in_place(new: Path, place: Path, aside: Path) -> Path:
+    """Put a folder in the place of another one; return where the other one is now.
+
+    Linux exchanges the two names in one step. Where the system or the file system cannot, the old
+    folder is renamed to `aside` first: a process that is killed then leaves nothing at `place`,
+    and whoever comes next finds the old one in `aside`.
+
+    Args:
+        new: a folder beside `place`, complete and on the disk.
+        place: an existing folder.
+        aside: a name beside it that is free.
+
+    Raises:
+        OSError: neither was possible; both folders are then where they were.
+    """
+    if _exchange(new, place):
+        old = new
+    else:
+        os.rename(place, aside)
+        try:
+            os.rename(new, place)
+        except OSError:
+            os.rename(aside, place)
+            raise
+        old = aside
+    sync_folder(place.parent)
+    return old
+
+
+def _exchange(one: Path, other: Path) -> bool:
+    """Exchange two names in one step; False where this system or file system cannot."""
+    renameat2 = _renameat2()
+    if renameat2 is None:
+        return False
+    names = os.fsencode(one), os.fsencode(other)
+    if renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0:
+        return True
+    code = ctypes.get_errno()
+    if code in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+        return False
+    raise OSError(code, os.strerror(code), str(one), None, str(other))
+
+
+@cache
+def _renameat2() -> Callable[..., int] | None:
+    """Return renameat2(2) of the C library; None where it has none (macOS, old glibc)."""
+    found: Callable[..., int] | None = getattr(
+        ctypes.CDLL(None, use_errno=True), 'renameat2', None
+    )
+    if found is not None:
+        found.argtypes = [  # type: ignore[attr-defined]
+            ctypes.c_int,
+            ctypes.c_char_p,
+            ctypes.c_int,
+            ctypes.c_char_p,
+            ctypes.c_uint,
+        ]
+    return found

@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from tauto_core import samples as s
 from tauto_core.samples import State
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.version import code
+from tauto_core.whole_file import write_whole
 from tauto_nodes.errors import ParameterError
 
 VERSION = 1
@@ -87,12 +87,7 @@ class StateFile:
         """Replace the file in one step; OSError where the file system refuses."""
         body = json.dumps(_packed(state)).encode()
         head = json.dumps({**self._head, 'sha256': hashlib.sha256(body).hexdigest()}).encode()
-        temporary = self.path.with_suffix('.tmp')
-        with temporary.open('wb') as file:
-            file.write(head + b'\n' + body)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(self.path)
+        write_whole(self.path, head + b'\n' + body)
 
     def remove(self) -> None:
         """Remove the file: the run is over."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tauto_core.whole_file import one_writer
 from tauto_nodes.errors import GraphError
 
 PREFIX = 'tauto_graph_'
@@ -20,8 +20,7 @@ LOCK = 'lock'
 def work_folder(parent: str | None) -> Iterator[Path]:
     """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
 
-    Linux unlocks a file when the process that locked it ends, however it ends. So a folder whose
-    lock can be had is one that nobody uses any more.
+    A folder whose lock can be had is one that nobody uses any more.
 
     Args:
         parent: where to make it; None: where the system has temporary files.
@@ -39,16 +38,15 @@ def work_folder(parent: str | None) -> Iterator[Path]:
             f'{place}: no folder can be made there ({error.strerror}), and a graph keeps its '
             'parameters in one. Make room, or set TMPDIR to another place'
         ) from error
-    with made as name, Path(name, 'not_locked_yet').open('w') as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield Path(file.name).rename(Path(name, LOCK)).parent
+    with made as name:
+        # Under its own name the lock could be had before it is locked.
+        lock = Path(name, 'not_locked_yet')
+        with one_writer(lock):
+            yield lock.rename(Path(name, LOCK)).parent
 
 
 def _remove_if_left(lock: Path) -> None:
-    try:
+    with suppress(OSError):  # it is held, or another start was faster
         if lock.parent.lstat().st_uid == os.getuid():
-            with lock.open() as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            with one_writer(lock, make=False):
                 shutil.rmtree(lock.parent, ignore_errors=True)
-    except OSError:  # it is held, or another start was faster
-        return

@@ -175,3 +175,7 @@ class BagPlaceError(BagError):
     """No bag to read, or a place where no bag can be written; nothing was started."""
 
     exit_code = 2
+
+
+class TautoWarning(UserWarning):
+    """What a command says besides its result: what it waits for, mends, or does again."""
