@@ -1,6 +1,7 @@
 """The writer: other programs read its folders; existing folders; failures during writing."""
 
 import hashlib
+import os
 import signal
 import struct
 import subprocess
@@ -22,8 +23,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter, encode, mcap_out, offered_qos, read_bag
-from tauto_core.scene.errors import BagError
+from tauto_core import whole_file
+from tauto_core.bags import TOPICS, BagWriter, check_bag, encode, mcap_out, offered_qos, read_bag
+from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
 
 
 def write(folder: Path, batches: s.Batches, **options: Any) -> Path:
@@ -251,6 +253,11 @@ def test_a_parent_that_is_a_file_is_refused(tmp_path: Path) -> None:
         pass
 
 
+def test_a_name_too_long_for_a_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BagPlaceError, match=r'cannot be used .File name too long.'):
+        BagWriter(tmp_path / ('x' * 252))
+
+
 @pytest.mark.parametrize('error', [KeyboardInterrupt, ValueError])
 def test_an_interrupted_bag_is_finished(tmp_path: Path, error: type[BaseException]) -> None:
     batches = all_batches()
@@ -268,9 +275,137 @@ def test_an_interrupted_replacement_keeps_both(tmp_path: Path) -> None:
     assert digest(folder) == before
     assert partial == tmp_path / 'voyage.partial'
     assert read_bag(partial).counts['/ship/imu'] == 3
-    write(folder, all_batches(4), force=True)
+    with pytest.warns(TautoWarning, match=r'voyage\.partial: was left .* and is removed'):
+        write(folder, all_batches(4), force=True)
     assert read_bag(folder).counts['/ship/imu'] == 4
     assert not partial.exists()
+
+
+@pytest.mark.parametrize('there', [False, True])
+def test_a_folder_has_one_writer(tmp_path: Path, there: bool) -> None:
+    folder = tmp_path / 'voyage'
+    if there:
+        write(folder, all_batches(2))
+    with BagWriter(folder, force=True) as writer:
+        for force in (False, True):
+            with pytest.raises(BagPlaceError, match='voyage is being written by another'):
+                BagWriter(folder, force=force)
+        writer.write(all_batches(3))
+    assert read_bag(folder).counts['/ship/imu'] == 3
+    assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
+
+
+def test_writers_that_start_at_once_do_not_overwrite_each_other(tmp_path: Path) -> None:
+    """The second was made, and so allowed, before the first began."""
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    first, second = BagWriter(folder, force=True), BagWriter(folder, force=True)
+    with first:
+        with pytest.raises(BagPlaceError, match='being written'):
+            second.__enter__()
+        first.write(all_batches(3))
+    assert check_bag(folder).whole
+    with second:
+        second.write(all_batches(4))
+    assert read_bag(folder).counts['/ship/imu'] == 4
+
+
+KILLED = """
+    import os, signal, sys
+    from pathlib import Path
+    from bags_examples import all_batches
+    from tauto_core import whole_file
+    from tauto_core.bags import BagWriter
+
+    def kill(*_):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    exchange, rename, renames = whole_file._exchange, os.rename, []
+
+    def exchanged(*names):
+        assert exchange(*names)
+        kill()
+
+    def second(*names):
+        renames.append(names)
+        kill() if len(renames) == 2 else rename(*names)
+
+    match sys.argv[2]:
+        case 'writing':
+            BagWriter._finish = kill
+        case 'before':
+            whole_file._exchange = kill
+        case 'after':
+            whole_file._exchange = exchanged
+        case 'between':
+            whole_file._exchange, os.rename = lambda *_: False, second
+    with BagWriter(Path(sys.argv[1]), force=True) as writer:
+        writer.write(all_batches(3))
+"""
+
+
+def killed(folder: Path, moment: str) -> None:
+    done = subprocess.run(
+        [sys.executable, '-c', textwrap.dedent(KILLED), folder, moment],
+        cwd=Path(__file__).parent,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize(('moment', 'held'), [('writing', 2), ('before', 2), ('after', 3)])
+def test_a_kill_leaves_a_whole_bag_in_its_place(tmp_path: Path, moment: str, held: int) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    killed(folder, moment)
+    assert check_bag(folder).whole
+    assert read_bag(folder).counts['/ship/imu'] == held
+    with pytest.warns(TautoWarning, match=r'voyage\.partial: was left'):
+        write(folder, all_batches(4), force=True)
+    assert read_bag(folder).counts['/ship/imu'] == 4
+    assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
+
+
+@pytest.mark.parametrize('force', [False, True])
+def test_a_kill_between_two_renames_is_mended_by_the_next_writer(
+    tmp_path: Path, force: bool
+) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    killed(folder, 'between')
+    assert not folder.exists()
+    put_back = pytest.warns(TautoWarning, match='old bag is put back, the new one is in')
+    if force:
+        with put_back, pytest.warns(TautoWarning, match=r'voyage\.partial: was left'):
+            write(folder, all_batches(4), force=True)
+    else:
+        with put_back, pytest.raises(BagPlaceError, match='exists already'):
+            BagWriter(folder)
+    assert check_bag(folder).whole
+    assert read_bag(folder).counts['/ship/imu'] == (4 if force else 2)
+    assert force != (tmp_path / 'voyage.partial').exists()
+    assert not (tmp_path / 'voyage.replaced').exists()
+
+
+def test_a_file_system_that_cannot_exchange_gets_two_renames(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
+    monkeypatch.setattr(whole_file, '_exchange', lambda *_: False)
+    write(folder, all_batches(3), force=True)
+    assert read_bag(folder).counts['/ship/imu'] == 3
+    assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
+    rename, names = os.rename, []
+
+    def fails_once(old: Path, new: Path) -> None:
+        names.append(new)
+        if len(names) == 2:
+            raise OSError(5, 'Input/output error')
+        rename(old, new)
+
+    monkeypatch.setattr(os, 'rename', fails_once)
+    with pytest.raises(BagError, match=r'cannot be replaced .Input/output error.'):
+        write(folder, all_batches(4), force=True)
+    assert read_bag(folder).counts['/ship/imu'] == 3, 'the old one is back'
+    assert read_bag(tmp_path / 'voyage.partial').counts['/ship/imu'] == 4
 
 
 def test_bad_messages_are_refused(tmp_path: Path) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping
-from contextlib import suppress
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import TracebackType
@@ -18,8 +19,15 @@ from tauto_core.bags.mcap_file import Recorded
 from tauto_core.bags.mcap_out import CHUNK_BYTES, DeclaredTopic, McapOut, refused
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.samples import Batches, count
-from tauto_core.scene.errors import BagError, BagPlaceError
+from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
 from tauto_core.version import identity
+from tauto_core.whole_file import (
+    DRAFTS,
+    one_writer,
+    put_in_place,
+    sync_folder,
+    write_whole,
+)
 
 METADATA = 'metadata.yaml'
 CUT_SHORT = {'cut_short': True}
@@ -33,23 +41,96 @@ _SEQUENCE_MASK = 2**32 - 1
 def check_folder(folder: Path, *, force: bool = False) -> None:
     """Refuse a folder to which a bag may not be written.
 
+    An old bag that a killed process left aside is put back first.
+
     Raises:
-        BagPlaceError: it exists without `force`; with `force`, it holds anything but one bag.
+        BagPlaceError: it exists without `force`; with `force`, it holds anything but one bag; or
+            another process is writing it.
     """
+    folder = _real(folder)
+    try:
+        if _left_aside(folder):
+            with _one_writer(folder):
+                _put_back(folder)
+        with suppress(FileNotFoundError, NotADirectoryError), _one_writer(folder, make=False):
+            pass
+    except OSError as error:
+        raise BagPlaceError(
+            f'{folder} cannot be used ({error.strerror}); name another folder'
+        ) from error
+    _check_replaceable(folder, force=force)
+
+
+def _real(folder: Path) -> Path:
+    """Return a folder under the name beside which its drafts are written."""
+    return folder.resolve() if folder.is_symlink() or not folder.name else folder
+
+
+def _check_replaceable(folder: Path, *, force: bool) -> None:
     if not folder.exists():
         return
     if not force:
         raise BagPlaceError(
             f'{folder} exists already; name another folder, or say --force to replace it'
         )
-    if not folder.is_dir():
-        raise BagPlaceError(f'{folder} is a file, not the folder of a bag; name another folder')
-    others = sorted(entry.name for entry in folder.iterdir() if not _of_bag(entry))
-    if others:
-        raise BagPlaceError(
-            f'{folder} is not only a bag: it holds {others[0]!r}, which replacing would lose; '
-            'name another folder or move what is not part of the bag'
-        )
+    for each in (folder, _sibling(folder, '.partial'), _sibling(folder, '.replaced')):
+        if not each.exists():
+            continue
+        if not each.is_dir():
+            raise BagPlaceError(f'{each} is a file, not the folder of a bag; name another folder')
+        others = sorted(entry.name for entry in each.iterdir() if not _of_bag(entry))
+        if others:
+            raise BagPlaceError(
+                f'{each} is not only a bag: it holds {others[0]!r}, which replacing would lose; '
+                'name another folder or move what is not part of the bag'
+            )
+
+
+@contextmanager
+def _one_writer(folder: Path, *, make: bool = True) -> Iterator[None]:
+    """Be the only one who writes a bag to a folder, for as long as the context lasts.
+
+    The lock is a file beside the folder, since the folder itself is exchanged at the end.
+    """
+    with ExitStack() as held:
+        try:
+            held.enter_context(one_writer(folder.with_name(f'.{folder.name}.lock'), make=make))
+        except BlockingIOError:
+            raise BagPlaceError(
+                f'{folder} is being written by another process; wait until it ends, or name '
+                'another folder'
+            ) from None
+        yield
+
+
+def _left_aside(folder: Path) -> bool:
+    """Whether a process was killed after it had put the old bag aside, before the new one came."""
+    return not folder.exists() and (_sibling(folder, '.replaced') / METADATA).is_file()
+
+
+def _put_back(folder: Path) -> None:
+    if not _left_aside(folder):
+        return
+    old = _sibling(folder, '.replaced')
+    try:
+        old.rename(folder)
+        sync_folder(folder.parent)
+    except OSError as error:
+        raise BagError(
+            f'{folder}: a process that was to replace it was killed, and the old bag cannot be '
+            f'put back ({error.strerror}). It is whole in {old}; rename it'
+        ) from error
+    new = _sibling(folder, '.partial')
+    warnings.warn(
+        f'{folder}: a process that was to replace it was killed; the old bag is put back'
+        + (f', the new one is in {new}' if new.exists() else ''),
+        TautoWarning,
+        stacklevel=2,
+    )
+
+
+def _sibling(folder: Path, suffix: str) -> Path:
+    return folder.with_name(folder.name + suffix)
 
 
 class BagWriter:
@@ -59,10 +140,12 @@ class BagWriter:
     MCAP file is complete, `metadata.yaml`. Log time and publish time of a message are its stamp,
     sequence numbers count from 1 in each topic, and nothing depends on the wall clock.
 
-    An existing bag is replaced only when the new one is complete; until then the new one is
-    written to the sibling `<name>.partial`. If an exception leaves the `with` block, the part that
-    was written is finished where it is (`path`), so that it can be read, and an old bag is not
-    changed; a note on the exception says so.
+    An existing bag is replaced only when the new one is complete and on the disk; until then the
+    new one is written to the sibling `<name>.partial`. The two are exchanged in one step; where
+    the system cannot, the old one is `<name>.replaced` in between. If an exception leaves the
+    `with` block, the part that was written is finished where it is (`path`), so that it can be
+    read, and an old bag is not changed; a note on the exception says so. No other process can
+    write a bag to the same folder meanwhile.
 
     Args:
         folder: the bag's folder; its parents are made.
@@ -85,22 +168,19 @@ class BagWriter:
         chunk_bytes: int = CHUNK_BYTES,
         compression: str = 'zstd',
     ) -> None:
-        folder = Path(folder)
         self._chunk_bytes, self._compression = chunk_bytes, compression
-        check_folder(folder, force=force)
-        self._folder = folder.resolve() if folder.is_symlink() or not folder.name else folder
+        check_folder(Path(folder), force=force)
+        self._folder, self._force = _real(Path(folder)), force
         self._prefix = '/'.join(['', *namespace.strip('/').split('/')]).rstrip('/') + '/'
-        self._replaces = folder.exists()
+        self._replaces = False
+        self._held = ExitStack()
         self._channels: dict[str, int] = {}
         self._declared: dict[str, DeclaredTopic] = {}
         self._custom = {'tauto_core': identity()}
         self.counts: dict[str, int] = {}
         """Messages written, by relative topic, in the order of their first message."""
-        self.path = self._sibling('.partial') if self._replaces else self._folder
+        self.path = self._folder
         """The folder that holds the messages."""
-        if self._replaces:
-            check_folder(self.path, force=True)
-            check_folder(self._sibling('.replaced'), force=True)
 
     @property
     def bytes_written(self) -> int:
@@ -108,21 +188,41 @@ class BagWriter:
         return self._file.end
 
     def __enter__(self) -> Self:
-        try:
-            if self._replaces:
-                shutil.rmtree(self.path, ignore_errors=True)
-            self.path.mkdir(parents=True)
-        except OSError as error:
-            raise BagError(
-                f'{self.path} cannot be made ({error.strerror}); name another folder'
-            ) from error
-        self._file = McapOut(
-            self.path / f'{self._folder.name}_0.mcap',
-            f'tauto_core {identity()}',
-            chunk_bytes=self._chunk_bytes,
-            compression=self._compression,
-        )
+        with ExitStack() as held:
+            try:
+                self._folder.parent.mkdir(parents=True, exist_ok=True)
+                held.enter_context(_one_writer(self._folder))
+                self._make_folder()
+            except OSError as error:
+                raise BagError(
+                    f'{self.path} cannot be made ({error.strerror}); name another folder'
+                ) from error
+            self._file = McapOut(
+                self.path / f'{self._folder.name}_0.mcap',
+                f'tauto_core {identity()}',
+                chunk_bytes=self._chunk_bytes,
+                compression=self._compression,
+            )
+            self._held = held.pop_all()
         return self
+
+    def _make_folder(self) -> None:
+        """Make the folder to write in, now that nobody else writes there."""
+        _put_back(self._folder)
+        _check_replaceable(self._folder, force=self._force)
+        self._replaces = self._folder.exists()
+        if self._replaces:
+            self.path = _sibling(self._folder, '.partial')
+            for left in (self.path, _sibling(self._folder, '.replaced')):
+                if left.exists():
+                    shutil.rmtree(left)
+                    warnings.warn(
+                        f'{left}: was left by a process that did not end in good order, and is '
+                        'removed',
+                        TautoWarning,
+                        stacklevel=3,
+                    )
+        self.path.mkdir()
 
     def write(self, batches: Batches) -> None:
         """Write batches by relative topic, their samples merged in the order of the stamps."""
@@ -187,25 +287,26 @@ class BagWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        failure = error
-        if error is not None:
-            self.describe(CUT_SHORT)
-        try:
-            self._finish()
-        except BagError as full:
-            self.describe(CUT_SHORT)
-            failure = error or full
-            self._file.give_up()
-            with suppress(BagError):
+        with self._held:
+            failure = error
+            if error is not None:
+                self.describe(CUT_SHORT)
+            try:
                 self._finish()
-        finally:
-            self._file.close()
-        if error is not None and self.counts:
-            error.add_note(f'{self.path} holds what was written until then')
-        if error is None and failure is not None:
-            raise failure
-        if error is None and self._replaces:
-            self._swap()
+            except BagError as full:
+                self.describe(CUT_SHORT)
+                failure = error or full
+                self._file.give_up()
+                with suppress(BagError):
+                    self._finish()
+            finally:
+                self._file.close()
+            if error is not None and self.counts:
+                error.add_note(f'{self.path} holds what was written until then')
+            if error is None and failure is not None:
+                raise failure
+            if error is None and self._replaces:
+                self._swap()
 
     def _finish(self) -> None:
         """Complete the MCAP file, then write the metadata, completely or not at all."""
@@ -216,15 +317,13 @@ class BagWriter:
         self.counts = {name: stored[channel] for name, channel in self._channels.items()}
         information = self._metadata()
         self._file.finish(yaml.safe_dump(information, sort_keys=False))
-        temporary = self.path / f'{METADATA}.tmp'
+        file = self.path / METADATA
+        text = yaml.safe_dump({'rosbag2_bagfile_information': information}, sort_keys=False)
         try:
-            temporary.write_text(
-                yaml.safe_dump({'rosbag2_bagfile_information': information}, sort_keys=False),
-                'utf-8',
-            )
-            temporary.replace(self.path / METADATA)
+            write_whole(file, text.encode())
+            sync_folder(self.path.parent)
         except OSError as error:
-            raise refused(temporary, error) from error
+            raise refused(file, error) from error
 
     def _metadata(self) -> dict[str, Any]:
         import yaml
@@ -264,27 +363,27 @@ class BagWriter:
 
     def _swap(self) -> None:
         """Put the complete bag in the place of the old one."""
-        old = self._sibling('.replaced')
         try:
-            shutil.rmtree(old, ignore_errors=True)
-            self._folder.rename(old)
-            self.path.rename(self._folder)
-            shutil.rmtree(old)
+            old = put_in_place(self.path, self._folder, _sibling(self._folder, '.replaced'))
         except OSError as error:
             raise BagError(
                 f'{self._folder} cannot be replaced ({error.strerror}); the new bag is whole in '
-                f'{self.path}, the old one in {old if old.exists() else self._folder}'
+                f'{self.path}, the old one in {self._folder}'
             ) from error
         self.path = self._folder
-
-    def _sibling(self, suffix: str) -> Path:
-        return self._folder.with_name(self._folder.name + suffix)
+        try:
+            shutil.rmtree(old)
+        except OSError as error:
+            raise BagError(
+                f'{self._folder} is replaced, but {old} with the old bag cannot be removed '
+                f'({error.strerror}); remove it'
+            ) from error
 
 
 def _of_bag(entry: Path) -> bool:
     """Whether a directory entry belongs to a bag."""
-    named = entry.name in {METADATA, f'{METADATA}.tmp'} or entry.suffix == '.mcap'
-    return named and not entry.is_dir()
+    names = (METADATA, f'{METADATA}.tmp', '*.mcap', DRAFTS)  # .tmp: of Tauto 0.2.0
+    return any(map(entry.match, names)) and not entry.is_dir()
 
 
 def _topic(name: str) -> Topic:
