@@ -461,6 +461,50 @@ def test_a_bag_on_a_full_disk_is_finished(tmp_path: Path) -> None:
         assert reader.message_count == s.count(found)
 
 
+OWN = ['unshare', '--map-root-user', '--mount']
+"""Runs a command that may mount what others do not see."""
+
+SMALL = """
+    import sys
+    from pathlib import Path
+    from bags_examples import example
+    from tauto_core import samples as s
+    from tauto_core.bags import BagWriter, check_bag, encode
+    from tauto_core.scene.errors import BagError
+
+    [payload] = encode(s.SHIP_IMU, example(s.ImuSamples, 1))
+    folder = Path(sys.argv[1], 'voyage')
+    try:
+        with BagWriter(folder, chunk_bytes=1000) as writer:
+            writer.describe({'weather': 'x' * 50_000})
+            for stamp_ns in range(100_000):
+                writer.write_raw(s.SHIP_IMU, payload, stamp_ns)
+    except BagError as error:
+        found = check_bag(folder)
+        print('No space left' in str(error), found.damage, found.cut_short)
+        print(sum(found.bag.counts.values()))
+"""
+
+
+@pytest.mark.skipif(
+    subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0,
+    reason='this user may mount nothing',
+)
+def test_a_bag_that_fills_a_disk_has_its_end(tmp_path: Path) -> None:
+    """Its index grows with its chunks, and so does the room that is kept for it."""
+    mount = f'mount -t tmpfs -o size=1m none {tmp_path} && exec "$@"'
+    done = subprocess.run(
+        [*OWN, 'sh', '-c', mount, 'sh', sys.executable, '-c', textwrap.dedent(SMALL), tmp_path],
+        cwd=Path(__file__).parent,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.stdout.splitlines()[0] == 'True [] True', done.stderr
+    assert int(done.stdout.splitlines()[1]) > 1000
+
+
 LOOP = """
     import signal
     import sys

@@ -4,7 +4,8 @@ The writer of the mcap library changes its state before it writes a chunk, so af
 a full disk it cannot finish the file. Here one value describes the content of the file. A chunk
 counts once that value is replaced, and anything after its end is cut off. The index has a record
 for each chunk and is written last; until then it is in an unnamed temporary file, so memory does
-not grow with the voyage. Records other than messages and their index are written by the library.
+not grow with the voyage. Another such file keeps room on the disk for the end of this one. Records
+other than messages and their index are written by the library.
 """
 
 from __future__ import annotations
@@ -34,6 +35,9 @@ _MESSAGE_BYTES = 22
 _MESSAGE_INDEX = struct.Struct('<BQHI')
 _FOOTER_BYTES = 20
 _PIECE_BYTES = 1 << 20
+_ROOM_BYTES = 16 * 1024
+"""Room for statistics, footer and what file systems round up; also the step in which it grows."""
+
 _NO_STAMP_NS = 2**64 - 1
 
 
@@ -102,6 +106,10 @@ class McapOut:
         self._compression = '' if compression == 'none' else compression
         self._compress = ZstdCompressor().compress if self._compression else bytes
         self._definitions: list[McapRecord] = []
+        self._definition_bytes = 0
+        self.described_bytes = 0
+        """Size of the metadata that will be written after the messages, to keep room for them."""
+        self._room_bytes = 0
         self._channels = 0
         self._schemas: dict[str, int] = {}
         self._pending: dict[int, list[_Pending]] = {}
@@ -111,6 +119,7 @@ class McapOut:
         try:
             self._raw = FileIO(path, 'x')
             self._index = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115
+            self._room = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115
             _write(self._raw, 0, head)
         except OSError as error:
             raise refused(path, error) from error
@@ -202,21 +211,33 @@ class McapOut:
             raise refused(self.path, error) from error
 
     def give_up(self) -> None:
-        """Drop the next chunk, so that the file can be finished without it."""
+        """Drop the next chunk and the room kept, so that the file can be finished without it."""
         self._pending.clear()
+        self._room.close()
 
     def close(self) -> None:
         """Close the file."""
         self._raw.close()
         self._index.close()
+        self._room.close()
+
+    def _keep_room(self, index_bytes: int) -> None:
+        """Take the disk space that the end of the file will need; `give_up` returns it."""
+        needed = self._definition_bytes + index_bytes + self.described_bytes + _ROOM_BYTES
+        if needed > self._room_bytes:
+            more = needed - self._room_bytes + _ROOM_BYTES
+            _write(self._room, self._room_bytes, bytes(more))
+            self._room_bytes += more
 
     def _collected(self) -> list[_Pending]:
         """Return the records of the next chunk; a chunk that counts begins a new list."""
         return self._pending.setdefault(self._stored.chunks, [])
 
     def _define(self, record: McapRecord) -> None:
+        octets = _record(record)
         self._definitions.append(record)
-        self._collected().append(_Pending(0, 0, _record(record)))
+        self._definition_bytes += len(octets)
+        self._collected().append(_Pending(0, 0, octets))
 
     def flush(self) -> None:
         """Write the next chunk. If that fails the chunk is kept, and may be tried again."""
@@ -226,6 +247,7 @@ class McapOut:
         octets, index, after = self._chunk(pending)
         stored = self._stored
         try:
+            self._keep_room(after.index_end)
             _write(self._raw, stored.end, octets)
             _write(self._index, stored.index_end, index)
         except OSError as error:

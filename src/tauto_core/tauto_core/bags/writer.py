@@ -247,6 +247,9 @@ class BagWriter:
             name: fact if isinstance(fact, str) else json.dumps(fact)
             for name, fact in facts.items()
         }
+        # in the MCAP file and in metadata.yaml, in YAML with its quotes and folded lines
+        told = sum(len(name) + len(fact.encode()) for name, fact in self._custom.items())
+        self._file.described_bytes = 3 * told
 
     def declare(self, key: str, declared: DeclaredTopic) -> None:
         """Add a topic that need not be in the table, under a key for `copy`."""
