@@ -21,10 +21,12 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
-from tauto_core import replaying
+from tauto_core import replaying, voyage
 from tauto_core import samples as s
 from tauto_core.bags import BagWriter, Message, check_bag, encode, read_bag, recover_bag
+from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import BagError, BagPlaceError
+from tauto_core.ship import bag_metadata
 
 GOLDEN = Path(__file__).resolve().parents[2] / 'bags' / 'measured_2min'
 FILE = 'measured_2min_0.mcap'
@@ -208,6 +210,29 @@ def test_metadata_that_says_otherwise_is_noticed(tmp_path: Path, change: Any, wo
     assert not found.whole
     assert found.cut_short == (not words)
     assert words in ' '.join(found.damage)
+
+
+def test_metadata_of_another_voyage_are_a_fault(tmp_path: Path) -> None:
+    """As two writers in one folder left it: the messages of the one, the metadata of the other."""
+    for seed in (1, 2):
+        voyage.sail(load_scene('second_cam_at_sea', duration=2.0, seed=seed), tmp_path / f'{seed}')
+        found = check_bag(tmp_path / f'{seed}')
+        assert (found.damage, found.faults, found.notes) == ([], [], [])
+    rewrite(tmp_path / '1', lambda m: m['custom_data'].update({'sea.seed': '2'}))
+    found = check_bag(tmp_path / '1')
+    assert not found.whole
+    [words] = found.faults
+    assert 'sea.seed = 2 in its metadata, but its scene has 1' in words
+
+
+@pytest.mark.parametrize('scene', ['portsmouth_jamaica', 'measured'])
+def test_the_metadata_of_a_voyage_are_those_of_its_scene(tmp_path: Path, scene: str) -> None:
+    with BagWriter(tmp_path / 'bag') as writer:
+        loaded = load_scene(scene)
+        writer.write({s.SCENE: s.text(loaded.starts_at_ns, scene_yaml(loaded))})
+        writer.describe(bag_metadata(loaded))
+    found = check_bag(tmp_path / 'bag')
+    assert (found.damage, found.faults, found.notes) == ([], [], [])
 
 
 def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> None:

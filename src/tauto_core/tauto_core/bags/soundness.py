@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,7 +18,7 @@ from tauto_core.bags.reader import Bag, by_number, find_files
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.bags.writer import METADATA
 from tauto_core.samples import SCENE
-from tauto_core.scene.errors import BagError, BagPlaceError
+from tauto_core.scene.errors import BagError, BagPlaceError, TautoError
 
 PART = 10_000
 """Messages of a topic that are held before they are decoded."""
@@ -321,4 +323,51 @@ def _check_scene(found: Soundness) -> None:
                 first = file.channels[message.channel].topic
                 if first not in topics:
                     found.notes.append(f'the first message is of {first}, not of {topics[0]}')
-                return
+                break
+    _check_custom(found)
+
+
+def _check_custom(found: Soundness) -> None:
+    """Compare what the metadata say of the ship's motion with the scene that the files hold.
+
+    They differ where the metadata belong to another recording.
+    """
+    from tauto_core.scene import parse_scene
+    from tauto_core.ship import bag_metadata
+
+    try:
+        text = found.bag.scene
+        if text is None:
+            return
+        held = bag_metadata(parse_scene(text, f'{found.bag.path}:{SCENE}'))
+    except TautoError as error:
+        found.notes.append(f'its metadata cannot be compared with its scene ({error})')
+        return
+    for name, value in held.items():
+        said = found.custom.get(name)
+        if said is not None and not _same(_from_custom(said, value), value):
+            found.faults.append(
+                f'{found.bag.path}: {name} = {said} in its metadata, but its scene has {value}. '
+                'The metadata are of another recording'
+            )
+
+
+def _from_custom(said: object, like: object) -> object:
+    """Return a value of `custom_data`, where all but text is JSON."""
+    if isinstance(like, str):
+        return said
+    try:
+        return json.loads(str(said))
+    except ValueError:
+        return said
+
+
+def _same(said: object, held: object) -> bool:
+    """Whether two values are equal, but for the last bits of what was computed elsewhere."""
+    if isinstance(said, list) and isinstance(held, list | tuple):
+        return len(said) == len(held) and all(map(_same, said, held))
+    if isinstance(said, dict) and isinstance(held, dict):
+        return said.keys() == held.keys() and all(_same(said[key], held[key]) for key in held)
+    if isinstance(said, int | float) and isinstance(held, int | float):
+        return math.isclose(said, held, rel_tol=1e-9)
+    return said == held
