@@ -5,10 +5,14 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from tauto_core import workers
 from tauto_core.cli.app import app
 from tauto_core.cli.fleet import answer, tables
-from tauto_core.fleets import Answers
+from tauto_core.fleets import Answers, sailing
 from tauto_core.fleets.answers import Within
+from tauto_core.scene.errors import TautoWarning
+from tauto_core.whole_file import one_writer
+from tauto_core.workers import Ended, WorkerError
 
 SCENE = 'second_cam_at_sea'
 VARY = """\
@@ -146,3 +150,30 @@ def test_a_fleet_is_drawn_and_the_file_named(tmp_path):
     assert said.exit_code == 0
     assert f'wrote {path}' in said.stderr
     assert path.read_bytes().startswith(b'\x89PNG')
+
+
+def test_a_lost_ship_gives_no_answer_and_exit_code_1(tmp_path, monkeypatch):
+    def lost(task, items, crew, progress):
+        first, *others = workers.run_each(task, items, crew, progress)
+        yield from others
+        yield Ended(first.place, None, WorkerError('its process died'))
+
+    monkeypatch.setattr(sailing, 'run_each', lost)
+    words = ('--ships', '3', '--out', str(tmp_path / 'rows'), '--json')
+    with pytest.warns(TautoWarning, match=r'ship 0: its process died\. She is lost'):
+        ended = fleet(*words)
+    assert (ended.exit_code, ended.stdout) == (1, '')
+    assert '2 of 3 ships came in; they are kept, and the same command sails' in ended.stderr
+    monkeypatch.undo()
+    again = fleet(*words)
+    assert again.exit_code == 0
+    assert json.loads(again.stdout)['ships'] == 3
+
+
+def test_a_second_fleet_in_the_same_folder_is_refused(tmp_path):
+    out = tmp_path / 'rows'
+    out.mkdir()
+    with one_writer(out / '.lock'):
+        ended = fleet('--ships', '2', '--out', str(out))
+    assert ended.exit_code == 2
+    assert 'another process sails a fleet into it. Wait until it ends' in ended.stderr

@@ -8,12 +8,16 @@ import sys
 import time
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from tauto_core import workers
-from tauto_core.scene.errors import EstimationError, UsageError
-from tauto_core.workers import Crew, WorkerError, only_results, run_each
+from tauto_core.scene.errors import EstimationError, TautoWarning, UsageError
+from tauto_core.workers import Crew, Ended, WorkerError, _Attention, _ended, run_each
+
+# On a machine with much else to do, processes that were killed are not soon there again.
+WAITS = pytest.mark.filterwarnings('ignore:no worker process is left')
 
 
 def half(number, tell):
@@ -38,10 +42,16 @@ def dies(folder, number, tell):
     return number
 
 
+def results(runs):
+    ended = list(runs)
+    assert [each.error for each in ended] == [None] * len(ended)
+    return {each.place: each.result for each in ended}
+
+
 def test_processes_return_what_this_one_does():
-    alone = dict(only_results(run_each(half, [4, 5, 6], Crew(1))))
+    alone = results(run_each(half, [4, 5, 6], Crew(1)))
     shares: list[float] = []
-    beside = dict(only_results(run_each(half, [4, 5, 6], Crew(2), shares.append)))
+    beside = results(run_each(half, [4, 5, 6], Crew(2), shares.append))
     assert [alone[k][0] for k in range(3)] == [2.0, 2.5, 3.0]
     assert {k: found[0] for k, found in beside.items()} == {
         k: found[0] for k, found in alone.items()
@@ -74,13 +84,15 @@ def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
     assert str(ended[1].error) == '2 is even'
 
 
+@WAITS
 def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
     (tmp_path / 'once').touch()
-    found = dict(only_results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], Crew(2))))
+    found = results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], Crew(2)))
     assert found == {0: 0, 1: 1, 2: 2, 3: 3}
     assert not list(tmp_path.iterdir())
 
 
+@WAITS
 def test_a_run_that_kills_every_process_is_given_up(tmp_path):
     for k in range(20):
         (tmp_path / str(k)).touch()
@@ -166,3 +178,65 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
     assert address in str(caught.value)
     assert 'after 1' in str(caught.value)
     assert 'leave out --scheduler' in str(caught.value)
+
+
+class Scheduler:
+    """What a client knows of a scheduler that answers in a given way."""
+
+    scheduler = SimpleNamespace(ncores=None, address='tcp://ship:8786')
+
+    def __init__(self, answer, cluster=None):
+        self.answer, self.cluster = answer, cluster
+
+    def sync(self, _asked, callback_timeout):
+        assert callback_timeout == workers.REACHED_WITHIN_S
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+@pytest.mark.parametrize(
+    ('client', 'said'),
+    [
+        (Scheduler({}), r'no worker process is left for 3 runs. Start .*dask worker tcp://ship:8'),
+        (Scheduler({}, 'here'), 'no worker process is left for 3 runs. They are being started'),
+        (Scheduler(TimeoutError()), 'the scheduler has not answered for 10 s'),
+    ],
+)
+def test_nobody_is_waited_for_without_a_word(client, said):
+    attention = _Attention(client)
+    with pytest.warns(TautoWarning, match=said):
+        attention.ask(3)
+    attention.ask(3)  # once said is enough: a warning would be an error here
+    client.answer = {'tcp://worker:1': 1}
+    attention.ask(3)
+    client.answer = {}
+    with pytest.warns(TautoWarning, match='no worker'):
+        attention.ask(3)
+    client.answer = OSError('Stream is closed')
+    with pytest.raises(WorkerError, match=r'the scheduler is lost .Stream is closed'):
+        attention.ask(3)
+    assert attention.lost
+
+
+@pytest.mark.parametrize('broken', [TimeoutError(), OSError('Connection reset by peer')])
+def test_a_result_that_does_not_arrive_is_no_failure_of_its_run(broken):
+    """A worker that is killed between its run and the fetching of the result breaks the way."""
+    answers = [broken, broken, 'result']
+
+    def result(timeout):
+        assert timeout == workers.ASK_S
+        answer = answers.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    future = SimpleNamespace(result=result, status='finished')
+    attention = _Attention(Scheduler({'tcp://worker:1': 1}))
+    assert _ended(7, future, attention) == Ended(7, 'result')
+    answers, future.status = [broken], 'error'
+    assert _ended(7, future, attention) == Ended(7, None, broken)
+    answers, future.status = [broken], 'finished'
+    attention = _Attention(Scheduler(OSError('Connection refused')))
+    with pytest.raises(WorkerError, match='the scheduler is lost'):
+        _ended(7, future, attention)

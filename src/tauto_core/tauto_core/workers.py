@@ -11,6 +11,7 @@ import platform
 import queue
 import sys
 import time
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -18,11 +19,12 @@ from functools import partial
 from importlib.metadata import version
 from multiprocessing import resource_tracker
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from tauto_core.interrupts import interrupts_held
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import TautoError, TautoWarning, UsageError
 from tauto_core.version import identity
+from tauto_core.wording import counted
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -34,6 +36,9 @@ Task: TypeAlias = Callable[[Item, Share], Result]
 
 REACHED_WITHIN_S = 10.0
 """Time limit for reaching a scheduler."""
+
+ASK_S = 5.0
+"""Time without news after which the scheduler is asked whether it has workers."""
 
 _TELL_S = 0.2
 """Interval at which a process reports its progress."""
@@ -56,7 +61,7 @@ would cost a tenth of the workers' processor time, and as much again in this pro
 
 
 class WorkerError(TautoError):
-    """Processes that are not available, or that died."""
+    """Processes or a scheduler that are not available, or that died: no fault of a run."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +89,7 @@ class Ended(Generic[Result]):
     Attributes:
         place: index of its item.
         result: result of the task; None where it failed.
-        error: the exception, or why there is no result; None where there is one.
+        error: the exception; a WorkerError where its processes died; None where there is a result.
     """
 
     place: int
@@ -100,8 +105,9 @@ def run_each(
 ) -> Generator[Ended[Result]]:
     """Yield the result of each item, as runs end; they begin in the order of the items.
 
-    A run whose process dies is repeated on another one, up to three times. When the iterator is
-    closed, runs that have not begun are dropped, and processes on this machine end.
+    A run whose process dies is repeated on another one, up to three times. While nothing runs for
+    want of workers, a TautoWarning says so. When the iterator is closed, runs that have not begun
+    are dropped, and processes on this machine end.
 
     Args:
         task: called with an item and a function that reports the share done; both, and the result,
@@ -111,7 +117,8 @@ def run_each(
         progress: called with the share of all that is done, increasing from 0 to 1.
 
     Raises:
-        WorkerError: the scheduler cannot be reached, or its workers have other versions.
+        WorkerError: the scheduler cannot be reached or is lost on the way, or its workers have
+            other versions.
     """
     if crew.jobs == 1 and crew.scheduler is None:
         yield from _here(task, items, progress)
@@ -163,35 +170,101 @@ def _on(
         left[future.key] = place, future
         future.add_done_callback(news.put)
     del futures  # results that were handed on need not be kept
-    shares = _Shares(len(items), progress)
+    shares, attention = _Shares(len(items), progress), _Attention(client)
     try:
         while left:
-            new = news.get()
+            try:
+                new = news.get(timeout=ASK_S)
+            except queue.Empty:
+                attention.ask(len(left))
+                continue
             if isinstance(new, tuple):
                 shares.tell(*new)
                 continue
-            place, _ = left.pop(new.key)
-            shares.tell(place, 1.0)
-            yield _ended(place, new)
+            ended = _ended(left[new.key][0], new, attention)
+            del left[new.key]
+            shares.tell(ended.place, 1.0)
+            yield ended
     finally:
         client.unsubscribe_topic(_TOPIC)
-        client.cancel([future for _, future in left.values()])
+        if not attention.lost:
+            client.cancel([future for _, future in left.values()])
 
 
-def _ended(place: int, future: Future[Result]) -> Ended[Result]:
+class _Attention:
+    """Asks a scheduler from which nothing comes, so that nobody waits for it in vain.
+
+    Attributes:
+        lost: whether it is gone.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._said = ''
+        self.lost = False
+
+    def ask(self, left: int) -> None:
+        """Say once that there are no workers, or that the scheduler does not answer.
+
+        Args:
+            left: number of runs that wait.
+
+        Raises:
+            WorkerError: it is lost.
+        """
+        scheduler, here = self._client.scheduler, self._client.cluster is not None
+        said = ''
+        try:
+            if scheduler is None:
+                raise self.gone('closed')
+            if not self._client.sync(scheduler.ncores, callback_timeout=REACHED_WITHIN_S):
+                start = f'Start some (dask worker {scheduler.address} --nthreads 1)'
+                said = (
+                    f'no worker process is left for {counted(left, "run")}. '
+                    f'{"They are being started again" if here else start}, or stop with Ctrl-C'
+                )
+        except TimeoutError:
+            said = (
+                f'the scheduler has not answered for {REACHED_WITHIN_S:g} s. See what its own log '
+                'says, or stop with Ctrl-C'
+            )
+        except OSError as error:
+            raise self.gone(str(error)) from None
+        if said and said != self._said:
+            warnings.warn(said, TautoWarning, stacklevel=2)
+        self._said = said
+
+    def gone(self, why: str) -> WorkerError:
+        """Return the error for a scheduler that is lost."""
+        self.lost = True
+        return WorkerError(f'the scheduler is lost ({why}). See its own log; start it again')
+
+
+def _ended(place: int, future: Future[Result], attention: _Attention) -> Ended[Result]:
     from distributed import CancelledError
     from distributed.scheduler import KilledWorker
 
-    try:
-        return Ended(place, future.result())
-    except KilledWorker:
-        died = 'its process died four times, for want of memory perhaps. Use fewer: --jobs 1'
-        return Ended(place, None, WorkerError(died))
-    except CancelledError:
-        lost = 'the scheduler let go of it. See what its own log says'
-        return Ended(place, None, WorkerError(lost))
-    except Exception as error:
-        return Ended(place, None, error)
+    while True:
+        try:
+            return Ended(place, future.result(timeout=ASK_S))
+        except KilledWorker:
+            died = (
+                'its process died four times, for want of memory perhaps. Use fewer processes at '
+                'once (--jobs 1), or machines with more memory'
+            )
+            return Ended(place, None, WorkerError(died))
+        except CancelledError as error:
+            raise attention.gone(getattr(error, 'reason', '') or 'cancelled') from None
+        except OSError as error:
+            if future.status == 'error':  # the run's own
+                return Ended(place, None, error)
+            # The way to the result is broken, or the worker that had it is gone. The run is
+            # repeated, unless it is the scheduler: then the client lets go of the future.
+            time.sleep(_TELL_S)
+            if future.status != 'cancelled':
+                attention.ask(1)
+        except Exception as error:
+            return Ended(place, None, error)
 
 
 def _run(task: Task[Item, Result], placed: tuple[int, Item]) -> Result:
@@ -259,8 +332,10 @@ def _main_not_run_again() -> Iterator[None]:
 @contextmanager
 def _joined(address: str) -> Iterator[Client]:
     import distributed
+    from distributed.utils import silence_logging_cmgr
 
     began = time.monotonic()
+    quiet = silence_logging_cmgr(logging.CRITICAL)  # what it would log of a lost scheduler is said
     try:
         client = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -269,7 +344,7 @@ def _joined(address: str) -> Iterator[Client]:
             f'--scheduler {address}: cannot be reached, after {waited:.1f} s ({error}). Start it '
             '(dask scheduler), check the address, or leave out --scheduler'
         ) from None
-    with client:
+    with quiet, client:
         _check_alike(client, address)
         yield client
 
@@ -310,11 +385,3 @@ def _check_alike(client: Client, address: str) -> None:
                 f'--scheduler {address}: worker {worker} has other versions than this machine: '
                 f'{", ".join(apart)}. Install the same on both'
             )
-
-
-def only_results(ended: Iterator[Ended[Any]]) -> Iterator[tuple[int, Any]]:
-    """Yield places and results; raise the first error there is."""
-    for each in ended:
-        if each.error is not None:
-            raise each.error
-        yield each.place, each.result

@@ -7,21 +7,32 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from tauto_core import voyage, workers
-from tauto_core.fleets import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
+from tauto_core.fleets import (
+    FleetError,
+    Plan,
+    answers,
+    as_draws,
+    draw,
+    sail_fleet,
+    sailing,
+    store,
+)
 from tauto_core.fleets.figure import figure_of
 from tauto_core.fleets.member import FIGURES, sail_ship
+from tauto_core.fleets.store import Store, schema
 from tauto_core.scene import load_scene
-from tauto_core.scene.errors import SceneError, UsageError
-from tauto_core.workers import Crew, WorkerError
+from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
+from tauto_core.workers import Crew, Ended, WorkerError
 
 NAME = 'second_cam_at_sea'
 VARY = {
@@ -107,6 +118,8 @@ def killed_once(folder, plan, number, progress):
     return sail_ship(plan, number, tell)
 
 
+# where much else runs, its process is not soon there again
+@pytest.mark.filterwarnings('ignore:no worker process is left')
 def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
     (tmp_path / 'bullet').mkdir()
     (tmp_path / 'bullet' / 'one').touch()
@@ -115,6 +128,113 @@ def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
     assert not list((tmp_path / 'bullet').iterdir())
     rows = pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()
     assert lasting(rows) == lasting(alone.rows)
+
+
+def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeypatch):
+    """Processes that die, and memory that ends, say nothing of a clock."""
+    folder = tmp_path / 'fleet'
+
+    def without_3(task, items, crew, progress):
+        for each in workers.run_each(task, items, crew, progress):
+            lost = items[each.place] == 3
+            yield Ended(each.place, None, WorkerError('its process died')) if lost else each
+
+    def without_4(scene, **further):
+        if scene == plan().ship(4).scene:
+            raise MemoryError
+        return sail(scene, **further)
+
+    sail = voyage.sail
+    monkeypatch.setattr(sailing, 'run_each', without_3)
+    monkeypatch.setattr(voyage, 'sail', without_4)
+    with (
+        pytest.warns(TautoWarning) as said,
+        pytest.raises(WorkerError, match=r'ship 3: its process .*1 more.* 4 of 6 ships came in; '),
+    ):
+        sail_fleet(plan(), Crew(1), folder)
+    assert [str(each.message) for each in said] == [
+        'ship 3: its process died. She is lost',
+        'ship 4: MemoryError. She is lost',
+    ]
+    monkeypatch.undo()
+    whole = sail_fleet(plan(), Crew(1), folder)
+    assert lasting(whole.rows) == lasting(alone.rows)
+    run_s = [{row['ship']: row['run_s'] for row in fleet.rows} for fleet in (alone, whole)]
+    assert all(each[ship] is not None for each in run_s for ship in range(6))
+
+
+def test_lost_ships_that_an_older_version_entered_as_failed_sail_again(alone, tmp_path):
+    folder = tmp_path / 'fleet'
+    sail_fleet(plan(), Crew(1), folder)
+    rows = pq.read_table(folder / 'ships.parquet').to_pylist()
+    for row, why in zip(rows[2:5], (LET_GO, DIED, CLOSED), strict=True):
+        row |= {**dict.fromkeys(FIGURES), 'failure': why, 'run_s': None}
+    pq.write_table(pa.Table.from_pylist(rows, schema=schema(plan())), folder / 'ships.parquet')
+    with pytest.warns(TautoWarning, match='3 ships in it .*sail again'):
+        again = sail_fleet(plan(), Crew(1), folder)
+    assert lasting(again.rows) == lasting(alone.rows)
+    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
+
+
+LET_GO = 'the scheduler let go of it. See what its own log says'
+DIED = 'its process died four times, for want of memory perhaps. Use fewer: --jobs 1'
+CLOSED = 'in <TCP (closed) ConnectionPool.gather local=tcp://127.0.0.1:1>: Stream is closed'
+
+KILLED_AT_A_NAME = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[3])
+from test_fleets_sailing import plan
+from tauto_core.fleets import sail_fleet, store
+from tauto_core.workers import Crew
+replace, names = os.replace, []
+def killed(draft, place):
+    names.append(place)
+    if len(names) == int(sys.argv[2]):
+        os.kill(os.getpid(), signal.SIGKILL)
+    replace(draft, place)
+os.replace = killed
+store.EVERY_S = 0.0
+sail_fleet(plan(), Crew(1), Path(sys.argv[1]))
+"""
+
+
+@pytest.mark.parametrize('name', [1, 4, 8])
+def test_a_fleet_that_is_killed_while_it_writes_goes_on(alone, tmp_path, name):
+    """The names are fleet.yaml, six parts and ships.parquet."""
+    folder = tmp_path / 'fleet'
+    words = [sys.executable, '-c', KILLED_AT_A_NAME, folder, str(name), Path(__file__).parent]
+    assert subprocess.run(words, check=False, timeout=DEADLINE_S).returncode == -signal.SIGKILL
+    for _ in range(2):
+        assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
+    assert {file.name for file in folder.iterdir()} == {'fleet.yaml', 'ships.parquet'}
+
+
+def test_drafts_that_an_older_version_left_stop_no_fleet(alone, tmp_path):
+    folder = tmp_path / 'fleet'
+    sail_fleet(plan(3), Crew(1), folder)
+    (folder / 'ships').mkdir()
+    (folder / 'ships' / '.0000000.parquet.32750').write_bytes(b'half')
+    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
+    assert not (folder / 'ships').exists()
+
+
+def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
+    folder = tmp_path / 'fleet'
+    late = Store(folder, plan())
+
+    def beside(task, items, crew, progress):
+        with pytest.raises(UsageError, match='another process sails a fleet into it'):
+            sail_fleet(plan(8), Crew(1), folder)
+        with pytest.raises(UsageError, match='another process'), late.opened():
+            pass
+        yield from workers.run_each(task, items, crew, progress)
+
+    monkeypatch.setattr(sailing, 'run_each', beside)
+    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
+    with late.opened():
+        assert lasting(late.rows) == lasting(alone.rows)
+        late.close()
 
 
 def test_a_ship_that_fails_is_a_row(tmp_path):
@@ -191,7 +311,7 @@ runpy.run_module(sys.argv[0], run_name='__main__')
 
 @contextmanager
 def _process(*words, start=('-m',)):
-    """Yield a dask process of its own, and the address of a scheduler that it names."""
+    """Yield a dask process of its own, with the `address` of a scheduler that it names."""
     paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get('PYTHONPATH', '')])
     process = subprocess.Popen(
         [sys.executable, *start, 'distributed.cli.' + words[0], *words[1:]],
@@ -208,7 +328,8 @@ def _process(*words, start=('-m',)):
             assert time.monotonic() < deadline, line
         else:
             pytest.fail(f'{words} ended with {process.wait()}')
-        yield found[1]
+        process.address = found[1]
+        yield process
     finally:
         process.terminate()
         process.communicate(timeout=DEADLINE_S)
@@ -217,7 +338,8 @@ def _process(*words, start=('-m',)):
 def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
     alone_rows = lasting(alone.rows)
     here = ('--host', '127.0.0.1', '--port', '0')
-    with _process('dask_scheduler', *here, '--no-dashboard') as address:
+    with _process('dask_scheduler', *here, '--no-dashboard') as scheduler:
+        address = scheduler.address
         bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1')
         monkeypatch.setattr(workers, 'REACHED_WITHIN_S', 2.0)
         with pytest.raises(WorkerError, match='has no workers'):
@@ -233,6 +355,42 @@ def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
             pytest.raises(WorkerError, match=r'cannot run tauto_core .*Install\s+tauto_core'),
         ):
             sail_fleet(plan(), Crew(2, address))
+
+
+def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, monkeypatch):
+    """The worker is killed with the first ship under way, the scheduler with the fourth."""
+    folder, lost = tmp_path / 'fleet', []
+    bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
+    monkeypatch.setattr(workers, 'ASK_S', 0.2)
+    monkeypatch.setattr(store, 'EVERY_S', 0.0)
+    with ExitStack() as running:
+        start = lambda *words: running.enter_context(_process(*words))  # noqa: E731
+        scheduler = start('dask_scheduler', '--host', '127.0.0.1', '--port', '0', '--no-dashboard')
+        worker = start('dask_worker', scheduler.address, *bare)
+
+        def lose(done):
+            which = worker if done < 3.0 else scheduler
+            if which not in lost:
+                lost.append(which)
+                which.kill()
+
+        def hire(said, *_, **__):
+            if 'has not answered' in said:  # this machine has much else to do
+                return
+            assert re.match(r'no worker process is left for \d runs?\. Start some .dask w', said)
+            start('dask_worker', scheduler.address, *bare)
+
+        monkeypatch.setattr(workers.warnings, 'warn', hire)
+        with pytest.raises(WorkerError, match=r'scheduler is lost .* \d of 6 ships came in; they'):
+            sail_fleet(plan(), Crew(2, scheduler.address), folder, lose)
+    assert lost == [worker, scheduler]
+    monkeypatch.undo()
+    kept = [
+        row for file in (folder / 'ships').iterdir() for row in pq.read_table(file).to_pylist()
+    ]
+    assert 2 <= len(kept) < 6
+    assert all(row['failure'] is None for row in kept)
+    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
 
 
 def row(number, error, **values):

@@ -19,7 +19,7 @@ from tauto_core.scene.errors import PropagationError
 from tauto_core.summary import Summary
 from tauto_core.voyage_cost import step_ns
 from tauto_core.wording import span
-from tauto_core.workers import Crew, only_results, run_each
+from tauto_core.workers import Crew, WorkerError, run_each
 
 Progress: TypeAlias = Callable[[float], None]
 
@@ -106,14 +106,21 @@ def compare(
 
     Raises:
         UsageError: jobs below 1.
-        TautoError: a clock failed otherwise than by an event in its motion; the comparison ends.
+        TautoError: a clock failed otherwise than by an event in its motion, or its processes died;
+            the comparison ends.
     """
     crew = Crew(min(jobs, len(entries)))
     began, order = time.perf_counter(), _dearest_first(entries)
     rows: dict[int, Row] = {}
     with closing(run_each(sail_entry, [entries[k] for k in order], crew, progress)) as ended:
-        for place, row in only_results(ended):
-            rows[order[place]] = row
+        for each in ended:
+            entry = entries[order[each.place]]
+            if isinstance(each.error, WorkerError):
+                raise WorkerError(f'{entry.scene.name}: {each.error}') from None
+            if each.error is not None:
+                raise each.error
+            assert each.result is not None
+            rows[order[each.place]] = each.result
     scene = entries[0].scene
     wall_s = time.perf_counter() - began
     in_order = [rows[k] for k in range(len(entries))]

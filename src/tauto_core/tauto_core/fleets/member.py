@@ -1,4 +1,8 @@
-"""The voyage of one ship of a fleet: a row of figures, or the reason why there are none."""
+"""The voyage of one ship of a fleet: a row of figures, or the reason why there are none.
+
+A voyage that physics ends is an observation, and a row. One that never ended, for want of memory
+or of a file, is none: its error is raised, and she sails again.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from typing import Any
 
 from tauto_core import voyage
 from tauto_core.fleets.plan import Plan
+from tauto_core.scene.errors import MotionDataError, TautoError
 
 FIGURES: dict[str, tuple[str, str]] = {
     'clock_error_s': ('clock', 'error_s'),
@@ -43,12 +48,17 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dic
         plan: the plan of the fleet.
         number: number of the ship.
         progress: called with the fraction done, from 0 to 1.
+
+    Raises:
+        Exception: what has nothing to do with her voyage, such as a MemoryError.
     """
     ship, began, failure = plan.ship(number), time.thread_time(), None
     report: dict[str, Any] = {}
     try:
         report = voyage.sail(ship.scene, origin=plan.origin, progress=progress)
-    except Exception as error:  # a voyage that fails is a row, whatever the reason
+    except MotionDataError:  # a file that is not on this machine, or cannot be read
+        raise
+    except TautoError as error:
         failure = str(error) or type(error).__name__
     return {
         'ship': number,

@@ -1,21 +1,27 @@
-"""Sailing a fleet: ships on several processes, independently of each other."""
+"""Sailing a fleet: ships on several processes, independently of each other.
+
+A ship has arrived, has failed by physics, or is lost with her process or the scheduler. The lost
+are no observations: they have no row, there is no answer without them, and they sail again.
+"""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from tauto_core.fleets.answers import Answers, answers
-from tauto_core.fleets.member import FIGURES, sail_ship
+from tauto_core.fleets.member import sail_ship
 from tauto_core.fleets.plan import Plan
 from tauto_core.fleets.store import Store
 from tauto_core.readiness import check_scene
-from tauto_core.scene.errors import naming
-from tauto_core.workers import Crew, Ended, run_each
+from tauto_core.scene.errors import TautoWarning, naming
+from tauto_core.wording import counted
+from tauto_core.workers import Crew, WorkerError, run_each
 
 
 @dataclass(frozen=True)
@@ -50,24 +56,23 @@ def sail_fleet(
 
     Raises:
         SceneError: the scene of a ship, as drawn, is invalid; no ship has sailed then.
-        UsageError: the folder holds something else.
+        UsageError: the folder holds something else, or another process writes there.
         FleetError: the folder cannot be used.
-        WorkerError: there are no processes available.
+        WorkerError: there are no processes available, or ships were lost with them.
     """
     store = None if out is None else Store(out, plan)
     plan.check()
     first = plan.ship(0).scene
     with naming(plan.origin, first.name):
         check_scene(first)
-    rows = [] if store is None else [row for row in store.rows if row['ship'] < plan.ships]
-    there = {int(row['ship']) for row in rows}
-    left = [number for number in range(plan.ships) if number not in there]
-    if store is not None:
-        store.open()
-    if left:
-        rows += _sailed(plan, left, crew, store, progress)
-    if store is not None:
-        store.close()
+    with nullcontext() if store is None else store.opened():
+        rows = [] if store is None else [row for row in store.rows if row['ship'] < plan.ships]
+        there = {int(row['ship']) for row in rows}
+        left = [number for number in range(plan.ships) if number not in there]
+        if left:
+            rows += _sailed(plan, left, crew, store, progress)
+        if store is not None:
+            store.close()
     rows.sort(key=lambda row: int(row['ship']))
     return Fleet(plan, rows, answers(plan, rows))
 
@@ -85,29 +90,36 @@ def _sailed(
         if progress is not None:
             progress(plan.ships - len(left) * (1.0 - share))
 
-    rows = []
+    rows: list[dict[str, Any]] = []
+    lost: list[str] = []
     try:
         with closing(run_each(partial(sail_ship, plan), left, crew, tell)) as ended:
             for each in ended:
-                rows.append(_row(plan, left[each.place], each))
+                if each.result is None:
+                    why = str(each.error) or type(each.error).__name__
+                    lost.append(f'ship {left[each.place]}: {why}')
+                    warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
+                    continue
+                rows.append(each.result)
                 if store is not None:
-                    store.add(rows[-1])
+                    store.add(each.result)
+        if lost:
+            more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
+            raise WorkerError(
+                f'{counted(len(lost), "ship")} did not end the voyage: {lost[0]}{more}'
+            )
+    except WorkerError as error:
+        came = plan.ships - len(left) + len(rows)
+        if came == 0:
+            raise
+        kept = (
+            'with --out they would be kept, and the same command would sail the others'
+            if store is None
+            else 'they are kept, and the same command sails the others'
+        )
+        said = f'{error}. {came:,} of {counted(plan.ships, "ship")} came in; {kept}'
+        raise WorkerError(said) from None
     finally:
         if store is not None:
             store.flush()
     return rows
-
-
-def _row(plan: Plan, number: int, ended: Ended[dict[str, Any]]) -> dict[str, Any]:
-    """Return the row of a ship, or one with the failure if its process died."""
-    if ended.result is not None:
-        return ended.result
-    ship = plan.ship(number)
-    return {
-        'ship': number,
-        'seed': ship.scene.seed,
-        **ship.drawn,
-        **dict.fromkeys(FIGURES),
-        'failure': str(ended.error) or type(ended.error).__name__,
-        'run_s': None,
-    }

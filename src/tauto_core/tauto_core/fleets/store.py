@@ -3,23 +3,26 @@
 The folder contains `fleet.yaml`, which identifies the fleet, and `ships.parquet`. While the fleet
 sails, its rows are in small files in `ships/`, each written completely or not at all; at the end
 they are joined in the order of the ships. A fleet that is killed loses the rows of its last
-second.
+second. Only one process writes to the folder.
 """
 
 from __future__ import annotations
 
-import os
+import shutil
 import time
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tauto_core.fleets.draws import Normal, OneOf, Uniform
 from tauto_core.fleets.member import FIGURES
 from tauto_core.fleets.plan import Plan
-from tauto_core.scene.errors import TautoError, UsageError, install
+from tauto_core.scene.errors import TautoError, TautoWarning, UsageError, install
 from tauto_core.scene.yaml_text import read_mapping, write_mapping
+from tauto_core.whole_file import DRAFTS, one_writer, write_whole
+from tauto_core.wording import counted
 from tauto_core.workers import versions
 
 if TYPE_CHECKING:
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
 EVERY_S = 1.0
 """Interval at which rows are written while ships finish."""
 
-_SAYS, _ALL, _PARTS = 'fleet.yaml', 'ships.parquet', 'ships'
+_SAYS, _ALL, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
 
 
 class FleetError(TautoError):
@@ -57,8 +60,12 @@ class Store:
         folder: made if it does not exist.
         plan: the plan of the fleet.
 
+    Attributes:
+        rows: the stored rows in the order of the ships, while it is opened.
+
     Raises:
-        UsageError: the folder holds something else, or another fleet.
+        UsageError: the folder holds something else, or another fleet, or another process writes
+            to it.
         FleetError: its contents cannot be read.
     """
 
@@ -67,14 +74,44 @@ class Store:
         self._folder, self._plan = folder, plan
         self._waiting: list[dict[str, Any]] = []
         self._written_s = time.monotonic()
+        self.rows: list[dict[str, Any]] = []
+        with (
+            _saying(folder),
+            suppress(FileNotFoundError, NotADirectoryError),
+            self._one_writer(make=False),
+        ):
+            pass
         self._check_folder()
-        self.rows = sorted(self._read(), key=lambda row: int(row['ship']))
 
-    def open(self) -> None:
-        """Make the folder, and identify the fleet in it."""
-        with _saying(self._folder):
-            (self._folder / _PARTS).mkdir(parents=True, exist_ok=True)
-            _write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Make the folder, be its only writer, identify the fleet in it and read its rows."""
+        parts = self._folder / _PARTS
+        with ExitStack() as held:
+            with _saying(self._folder):
+                self._folder.mkdir(parents=True, exist_ok=True)
+                held.enter_context(self._one_writer())
+            self._check_folder()  # another fleet may have sailed here since
+            self.rows = sorted(self._read(), key=lambda row: int(row['ship']))
+            with _saying(self._folder):
+                write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
+                parts.mkdir(exist_ok=True)
+                for drafts in (self._folder.glob(DRAFTS), parts.glob('.*')):
+                    for left in drafts:  # by a process that was killed
+                        left.unlink()
+            yield
+
+    @contextmanager
+    def _one_writer(self, *, make: bool = True) -> Iterator[None]:
+        with ExitStack() as held:
+            try:
+                held.enter_context(one_writer(self._folder / _LOCK, make=make))
+            except BlockingIOError:
+                raise UsageError(
+                    f'--out {self._folder}: another process sails a fleet into it. Wait until it '
+                    'ends, or name another folder'
+                ) from None
+            yield
 
     def add(self, row: dict[str, Any]) -> None:
         """Take the row of a ship that finished; write it at once, or later with the next rows."""
@@ -97,9 +134,7 @@ class Store:
         self.rows.sort(key=lambda row: int(row['ship']))
         self._write(self.rows, self._folder / _ALL)
         with _saying(self._folder):
-            for part in self._parts():
-                part.unlink()
-            (self._folder / _PARTS).rmdir()
+            shutil.rmtree(self._folder / _PARTS)
 
     def _identity(self) -> dict[str, Any]:
         """Return all on which the rows of this folder depend, except the number of ships."""
@@ -118,7 +153,8 @@ class Store:
         if not folder.is_dir():
             raise UsageError(f'--out {folder}: is a file. Name a folder')
         if not says.exists():
-            if any(folder.iterdir()):
+            # killed at its start, a fleet leaves no more than these
+            if any(not each.match(DRAFTS) for each in folder.iterdir() if each.name != _LOCK):
                 raise UsageError(f'--out {folder}: holds something else. Name a new folder')
             return
         with _saying(folder):
@@ -131,16 +167,14 @@ class Store:
                 'folder, or give the same scene and draws, in the same versions, to go on'
             )
 
-    def _parts(self) -> list[Path]:
-        return sorted((self._folder / _PARTS).glob('*.parquet'))
-
     def _read(self) -> Iterable[dict[str, Any]]:
         """Yield the stored rows, one for each ship."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         seen: set[int] = set()
-        for file in (self._folder / _ALL, *self._parts()):
+        lost: set[int] = set()
+        for file in (self._folder / _ALL, *sorted((self._folder / _PARTS).glob('*.parquet'))):
             if not file.exists():
                 continue
             try:
@@ -150,9 +184,20 @@ class Store:
                     f'{file}: cannot be read ({error}). Remove it to sail its ships again'
                 ) from None
             for row in rows:
-                if row['ship'] not in seen:
+                # Tauto 0.2.0 entered ships as failed whose processes or scheduler it had lost.
+                # They cost no time: a voyage that failed by itself did.
+                if row['failure'] is not None and row['run_s'] is None:
+                    lost.add(row['ship'])
+                elif row['ship'] not in seen:
                     seen.add(row['ship'])
                     yield row
+        if lost := lost - seen:
+            warnings.warn(
+                f'{self._folder}: {counted(len(lost), "ship")} in it failed by no fault of the '
+                'voyage, with the process or the scheduler: lost ships sail again',
+                TautoWarning,
+                stacklevel=2,
+            )
 
     def _write(self, rows: Sequence[Mapping[str, Any]], file: Path) -> None:
         import pyarrow as pa
@@ -162,7 +207,7 @@ class Store:
         buffer = pa.BufferOutputStream()
         pq.write_table(table, buffer)
         with _saying(self._folder):
-            _write_whole(file, buffer.getvalue())
+            write_whole(file, buffer.getvalue())
 
 
 def schema(plan: Plan) -> pa.Schema:
@@ -204,17 +249,3 @@ def _saying(folder: Path) -> Iterator[None]:
             f'--out {folder}: {error.strerror or error}. Make room, or name another folder; the '
             'ships that came in before are kept, and the same command goes on'
         ) from None
-
-
-def _write_whole(file: Path, content: Any) -> None:
-    """Write a file so that it is complete or absent, even after a crash."""
-    draft = file.with_name(f'.{file.name}.{os.getpid()}')
-    try:
-        with draft.open('wb') as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        draft.replace(file)
-    except OSError:
-        draft.unlink(missing_ok=True)
-        raise
