@@ -92,7 +92,10 @@ def test_the_sentence_says_how_long_the_clock_was_alone(
 
 def test_what_tells_no_longitude_says_so() -> None:
     assert answer({}).startswith('The longitude is not known')
-    stopped = {**RESULT, 'trochlea': {'period_s': 1.0, 'stopped_s': 90.0}}
+    stopped = {
+        **RESULT,
+        'trochlea': {'period_s': 1.0, 'stopped_s': 90.0, 'stopped_why': 'its swing had died away'},
+    }
     assert answer(stopped).startswith('The clock stopped after 90 seconds')
 
 

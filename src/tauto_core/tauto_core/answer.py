@@ -33,11 +33,12 @@ def not_whole(result: Mapping[str, Any]) -> str:
 
 def _answer(result: Mapping[str, Any]) -> str:
     longitude = result.get('longitude') or {}
-    stopped_s = (result.get('trochlea') or {}).get('stopped_s')
+    trochlea = result.get('trochlea') or {}
+    stopped_s = trochlea.get('stopped_s')
     if stopped_s is not None:
         return (
-            f'The clock stopped after {span(stopped_s)}: its swing had become too small to go '
-            'on, and the longitude cannot be found from it.'
+            f'The clock stopped after {span(stopped_s)}: {trochlea["stopped_why"]}, and the '
+            'longitude cannot be found from it.'
         )
     raw_nmi = longitude.get('raw_error_nmi')
     if raw_nmi is None:

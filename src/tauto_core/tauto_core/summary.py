@@ -128,7 +128,7 @@ class Summary:
         """Name of the propagator that runs the scene."""
         return propagator_name(self._machine, still=self._scene.lies_still)
 
-    def trochlea(self) -> dict[str, float | None]:
+    def trochlea(self) -> dict[str, float | str | None]:
         """Return the regulator's small-amplitude period, its state at the end, and its swing.
 
         The swing is the result of `SwingTally.result`.

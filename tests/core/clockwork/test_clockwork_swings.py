@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tauto_core.clockwork import SwingTally, TrochleaStage
 from tauto_core.machines import LeverMachine, Machine, compile_machine
 from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
-from tauto_core.samples import JOINT_STATES, PHASE, scalars, take
+from tauto_core.samples import JOINT_STATES, PHASE, JointSamples, join, scalars, take
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion
 from tauto_core.voyage import sail
@@ -24,8 +27,63 @@ MACHINE = compile_machine(load_scene('ideal'))
 OMEGA, STIFFNESS = MACHINE.frequency, MACHINE.inertia * MACHINE.frequency**2
 
 
+HEAVY = {
+    'inertia': 1e-5,
+    'cam': {'kind': 'involute', 'base_radius': 0.01},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'weight', 'mass': 1.0},
+}
+"""A heavy weight on a light wheel: at 3 rad its period is six times that of small swings."""
+
+INVOLUTE = {
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'weight', 'mass': 0.322},
+}
+HANGING = INVOLUTE | {'thread': {'kind': 'hanging', 'length': 1.0}}
+LEVER = {
+    'cam': {'kind': 'involute', 'base_radius': 0.020},
+    'thread': {'kind': 'lever', 'arm': 0.100, 'weight_arm': 0.150, 'length': 0.300},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+STILL = {'kind': 'still'}
+ROLL = {
+    'kind': 'components',
+    'rate': 20.0,
+    'components': [{'amplitude': 0.1, 'period': 5.0, 'phase': 0.4}],
+}
+
+
 def scene_of(**changes: Any) -> Scene:
     return parse_scene(yaml.safe_dump(IDEAL | changes), 'test')
+
+
+def moved(scene: Scene) -> tuple[JointSamples, JointSamples]:
+    """Return wheel and phase of a whole run."""
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    said = [stage.feed({'ship/imu': ship.produce(ship.total)}), stage.finish()]
+    wheel, phase = (
+        join([each[topic] for each in said if each]) for topic in (JOINT_STATES, PHASE)
+    )
+    assert isinstance(wheel, JointSamples)
+    assert isinstance(phase, JointSamples)
+    return wheel, phase
+
+
+def verdicts(scene: Scene, every: int) -> Iterator[tuple[Any, Any]]:
+    """Yield `stopped_s` and `stopped_why` of runs that end at every third logged instant.
+
+    Args:
+        scene: the longest run.
+        every: of its samples only every so many are logged.
+    """
+    wheel, phase = (take(each, slice(None, None, every)) for each in moved(scene))
+    tally = SwingTally(scene)
+    for k in range(0, len(wheel.stamp_ns), 3):
+        part = slice(k, k + 3)
+        tally.feed({JOINT_STATES: take(wheel, part), PHASE: take(phase, part)})
+        found = tally.result()
+        yield found['stopped_s'], found['stopped_why']
 
 
 def test_friction_stops_a_clock_and_the_summary_says_when():
@@ -53,9 +111,7 @@ def test_a_swing_that_no_longer_reaches_the_impulse_has_stopped():
         duration=120.0,
         log={'interval': 0.05},
     )
-    ship, stage = ShipMotion(scene), TrochleaStage(scene)
-    said = stage.feed({'ship/imu': ship.produce(ship.total)})
-    wheel, phase = said[JOINT_STATES], said[PHASE]
+    wheel, phase = moved(scene)
     machine = compile_machine(scene)
     energy = swing_energy(machine, wheel.position[:, 0], wheel.velocity[:, 0])
     last_impulse = float(np.flatnonzero(np.diff(energy) > 1e-9)[-1] + 1) * 0.05
@@ -126,3 +182,91 @@ def test_a_clock_that_goes_has_not_stopped():
     said = sail(load_scene('ideal', duration=60.0))['trochlea']
     assert said['stopped_s'] is None
     assert said['amplitude_rad'] == pytest.approx(1.0, rel=1e-12)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    log_k=st.floats(-2.0, 2.5),
+    release=st.floats(0.3, 62.0),
+    every=st.sampled_from([1, 7, 41]),
+)
+def test_a_swing_of_any_width_goes_on_wherever_its_run_ends(log_k, release, every):
+    """k = b A √(m/I) says how much of the inertia is the weight's: the period grows with it."""
+    mass = HEAVY['inertia'] * (10.0**log_k / (HEAVY['cam']['base_radius'] * release)) ** 2
+    heavy = HEAVY | {'power': {'kind': 'weight', 'mass': mass}, 'release_angle': release}
+    period_s = compile_machine(scene_of(trochlea=heavy)).period(release)
+    interval_s = max(round(period_s / 23.0, 9), 1e-9)
+    scene = scene_of(
+        trochlea=heavy,
+        log={'interval': interval_s},
+        drift={'observation_interval': interval_s},
+        duration=round(90 * interval_s, 9),
+    )
+    assert set(verdicts(scene, every)) == {(None, None)}
+
+
+GOING = {
+    'wide': {'trochlea': IDEAL['trochlea'] | {'release_angle': 57.0, **INVOLUTE}, 'ship': STILL},
+    'struck hard': {
+        'trochlea': HEAVY | {'release_angle': 3.0},
+        'drag': {'viscous': 1e-7},
+        'escapement': {'kind': 'impulse', 'energy': 5.0},
+    },
+    'recoil': {
+        'escapement': {
+            'kind': 'impulse',
+            'energy': 1e-3,
+            'angle': 0.3,
+            'rest': {'recoil': 0.1 * STIFFNESS},
+        },
+        'drag': {'viscous': 1e-5},
+    },
+    'wide at sea': {'trochlea': HEAVY | {'release_angle': 3.0}, 'ship': ROLL},
+    'hanging at sea': {
+        'trochlea': IDEAL['trochlea'] | HANGING,
+        'ship': ROLL,
+    },
+    'lever at sea': {'trochlea': IDEAL['trochlea'] | LEVER, 'ship': ROLL},
+}
+
+
+@pytest.mark.parametrize('name', GOING)
+@pytest.mark.parametrize('every', [1, 23])
+def test_a_clock_that_goes_has_not_stopped_wherever_its_run_ends(name, every):
+    scene = scene_of(**GOING[name], duration=8.0, log={'interval': 0.05})
+    assert set(verdicts(scene, every)) == {(None, None)}
+
+
+MIDDLE, AWAY = 'did not pass the middle', 'had died away'
+STOPPED = {
+    'held by friction': ({'drag': {'coulomb': 0.03 * STIFFNESS}}, MIDDLE),
+    'held where it was released': ({'drag': {'coulomb': 2.0 * STIFFNESS}}, MIDDLE),
+    'overdamped': ({'drag': {'viscous': 1.0}}, MIDDLE),
+    'wide and overdamped': (
+        {
+            'trochlea': IDEAL['trochlea'] | INVOLUTE | {'release_angle': 57.0},
+            'drag': {'viscous': 1.0},
+        },
+        MIDDLE,
+    ),
+    'quality factor 2': ({'drag': {'viscous': 0.5 * IDEAL['trochlea']['inertia'] * OMEGA}}, AWAY),
+    'impulse out of reach': (
+        {
+            'drag': {'viscous': 1e-4},
+            'escapement': {'kind': 'impulse', 'energy': 1e-9, 'angle': 0.6},
+        },
+        'too small to reach the impulse, at 0.6000 rad',
+    ),
+}
+
+
+@pytest.mark.parametrize('name', STOPPED)
+@pytest.mark.parametrize('every', [1, 23])
+def test_a_clock_that_stopped_is_found_wherever_its_run_ends(name, every):
+    """Once found it stays found, with the same time."""
+    changes, why = STOPPED[name]
+    scene = scene_of(**changes, duration=40.0, log={'interval': 0.05})
+    found = list(verdicts(scene, every))
+    first = next(k for k, (stopped_s, _) in enumerate(found) if stopped_s is not None)
+    assert len(set(found[first:])) == 1
+    assert why in found[-1][1]

@@ -89,11 +89,12 @@ def test_the_figures_are_those_of_the_voyage(pair):
 
 
 def test_a_clock_whose_swing_dies_away_counts_as_stopped(pair, monkeypatch):
-    report = {'trochlea': {'stopped_s': 12.5}, 'clock': {'rate_s_per_day': -5.0}}
+    trochlea = {'stopped_s': 12.5, 'stopped_why': 'its swing had died away'}
+    report = {'trochlea': trochlea, 'clock': {'rate_s_per_day': -5.0}}
     monkeypatch.setattr('tauto_core.voyage.sail', lambda *_, **__: report)
     row = sail_entry(pair[0])
     assert row.stopped.at_s == 12.5
-    assert row.stopped.why == 'after 12.5 seconds: the swing has become too small'
+    assert row.stopped.why == 'after 12.5 seconds: its swing had died away'
     assert row.rate_s_per_day == -5.0
 
 

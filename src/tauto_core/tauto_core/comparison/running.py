@@ -51,8 +51,8 @@ class Row:
         error_nmi: error to the east by the reading corrected for the rate observed in port.
         raw_prize_pounds: prize of the Act of 1714 for the raw error.
         prize_pounds: prize of the Act of 1714 for the corrected error.
-        stopped: the event that ended its motion, or the time at which its swing became too small;
-            None for a clock that still goes.
+        stopped: the event that ended its motion, or the time from which it no longer went; None
+            for a clock that still goes.
         time_s: ends of the pieces, from the start, up to an event.
         trace_s: the clock's error then [s].
         run_s: processor time of the run.
@@ -141,9 +141,10 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
     except PropagationError as error:
         stopped = Stop(error.time_s, str(error))
     clock, longitude = report.get('clock', {}), report.get('longitude', {})
-    went_s = report.get('trochlea', {}).get('stopped_s')
+    trochlea = report.get('trochlea', {})
+    went_s = trochlea.get('stopped_s')
     if went_s is not None:
-        stopped = Stop(went_s, f'after {span(went_s)}: the swing has become too small')
+        stopped = Stop(went_s, f'after {span(went_s)}: {trochlea["stopped_why"]}')
     return Row(
         clock=scene.name,
         scene=entry.origin,

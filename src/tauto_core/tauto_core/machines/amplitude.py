@@ -6,10 +6,14 @@ import math
 
 import numpy as np
 
+from tauto_core.curves.quadrature import QuadratureError
 from tauto_core.machines.compiling import AnyMachine
+from tauto_core.machines.hanging_swing import SwingError
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine
+from tauto_core.machines.trochlea import SlackThreadError
 from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import CamRangeError
 
 _SAME = 4.0 * np.finfo(float).eps
 
@@ -75,6 +79,25 @@ def amplitude_of(machine: AnyMachine, energy: float) -> float:
     from scipy.optimize import brentq  # slow to import
 
     return float(brentq(above, 0.0, free, xtol=_SAME * free, rtol=_SAME))
+
+
+def nearest_period(machine: AnyMachine, amplitude: float) -> float:
+    """Return the period on land of free swings of an amplitude [s], or of a smaller one.
+
+    Where no such swing exists, as with an amplitude that only the sea makes possible, it is that
+    of half the amplitude, and so on. Half the amplitude has at least half the period: a period
+    grows at most in proportion to the amplitude, where the weight alone has inertia.
+
+    Args:
+        machine: the machine.
+        amplitude: as `amplitude_of` returns [rad].
+    """
+    while amplitude > 0.0:
+        try:
+            return machine.period(amplitude)
+        except (CamRangeError, SlackThreadError, SwingError, QuadratureError):
+            amplitude *= 0.5
+    return machine.small_period
 
 
 def _free_amplitude(machine: AnyMachine, energy: float) -> float:
