@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -122,6 +123,58 @@ def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
     assert [state.heading for state in found] == pytest.approx(expected, abs=1e-9)
     assert found[0].speed == 0.0
     assert found[1].speed == pytest.approx(1105854.8 / 1e6, rel=1e-4)
+
+
+NORTH = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
+LACKS_ONE = NDBC.replace('6.60 280', '6.60 999')
+
+
+def test_a_row_without_a_direction_is_left_out_where_the_route_is_followed(tmp_path: Path) -> None:
+    """Its neighbours keep their headings, and the missing one does not turn all waves abeam."""
+    asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=True)
+    scene = scene_of(asked, voyage=NORTH)
+    assert scene.ship.weather.time == (0.0, 14_400.0)
+    headings = [state.heading for state in scene.ship.states(scene)]
+    assert headings == pytest.approx([math.radians(each) for each in (270, 250)], abs=1e-9)
+    motion = ShipMotion(scene)
+    assert motion.metadata['rows_without_direction'] == 1
+    assert [each for each in motion.warnings if '1 row of buoy.txt without a direction' in each]
+
+
+def test_the_gap_that_a_missing_direction_leaves_is_bridged_like_any_other(tmp_path: Path) -> None:
+    asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=True, max_gap=14_399.0)
+    said = refusal(asked, voyage=NORTH)
+    assert 'line 8: comes 14400 s after the last row with waves and their direction' in said
+
+
+def test_a_record_begins_with_a_direction_where_the_route_is_followed(tmp_path: Path) -> None:
+    text = NDBC.replace('6.50 270', '6.50 999')
+    asked = record(tmp_path, text, format='ndbc', follow_route=True)
+    assert scene_of(asked, voyage=NORTH).ship.weather.time == (0.0, 7200.0)
+
+
+def test_where_no_row_has_a_direction_a_warning_says_so(tmp_path: Path) -> None:
+    text = re.sub('(270|280|290) 1016', '999 1016', NDBC)
+    asked = record(tmp_path, text, format='ndbc', follow_route=True)
+    scene = scene_of(asked, voyage=NORTH)
+    assert scene.ship.weather.time == (0.0, 7200.0, 14_400.0)
+    motion = ShipMotion(scene)
+    assert [each for each in motion.warnings if 'all waves have the heading of ship' in each]
+
+
+@pytest.mark.parametrize(
+    'keys', [{}, {'rao': {'path': 'shipped:supply_rao/supply_rao.csv', 'heading': 1.75}}]
+)
+def test_directions_that_do_not_matter_may_be_missing(
+    keys: dict[str, Any], tmp_path: Path
+) -> None:
+    """The route is not followed, or a response operator has a heading of its own."""
+    asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=bool(keys))
+    filtered = keys or {'roll': ROLL}
+    ship = {'kind': 'sea', 'weather': asked, 'heave': True, 'rate': 20.0, **filtered}
+    scene = load_scene('ideal', ship=ship, duration=3600.0, voyage=NORTH)
+    assert scene.ship.weather.time == (0.0, 7200.0, 14_400.0)
+    assert not [each for each in ShipMotion(scene).warnings if 'direction' in each]
 
 
 @pytest.mark.parametrize(

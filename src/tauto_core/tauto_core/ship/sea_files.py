@@ -54,7 +54,13 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     if _holds(ship, 'roll', 'decay'):
         read['roll'] = _read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
-        read['weather'] = _read(RecordFile, read_record, ship, 'weather.path', origin)
+
+        def read_weather(asked: RecordFile) -> dict[str, Any]:
+            # a response operator has a heading of its own
+            by_direction = asked.follow_route and ship.get('rao') is None
+            return read_record(asked, by_direction=by_direction)
+
+        read['weather'] = _read(RecordFile, read_weather, ship, 'weather.path', origin)
     return read
 
 

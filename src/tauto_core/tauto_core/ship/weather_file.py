@@ -77,14 +77,16 @@ class Row:
     waves_from: float | None
 
 
-def read_record(asked: RecordFile) -> dict[str, Any]:
+def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
     """Return the keys of `ship.weather` with a buoy's record.
 
-    Rows where height or period is missing are left out. Rows are kept from the last one before
-    `begins`; their times count from `begins`.
+    Rows where height or period is missing are left out, and where directions are needed those
+    without a direction, unless no row has one. Rows are kept from the last one before `begins`;
+    their times count from `begins`.
 
     Args:
         asked: the file, its format, when it begins and the longest gap.
+        by_direction: whether the heading of the waves depends on their direction.
 
     Raises:
         SceneError: a file that cannot be read, a column that is missing, a cell that is not a
@@ -98,10 +100,13 @@ def read_record(asked: RecordFile) -> dict[str, Any]:
     if not rows:
         problem = 'holds no row with a wave height and a period'
         raise SceneError(asked.path, '', ABSENT, problem, _FORM)
-    begins_s = _begins_s(asked, rows)
-    latest_s = max(row.time_s for row in rows if row.time_s <= begins_s)
-    rows = [row for row in rows if row.time_s >= latest_s]
-    gaps = _check(asked, rows)
+    directed = [row for row in rows if row.waves_from is not None]
+    kept = directed if by_direction and directed else rows
+    begins_s = _begins_s(asked, kept)
+    latest_s = max(row.time_s for row in kept if row.time_s <= begins_s)
+    undirected = sum(row.time_s >= latest_s and row.waves_from is None for row in rows)
+    rows = [row for row in kept if row.time_s >= latest_s]
+    gaps = _check(asked, rows, 'waves and their direction' if kept is directed else 'waves')
     directions = [row.waves_from for row in rows]
     known = [math.radians((each + 180.0) % 360.0) for each in directions if each is not None]
     return {
@@ -112,6 +117,7 @@ def read_record(asked: RecordFile) -> dict[str, Any]:
         'peak_period': [row.period for row in rows],
         'waves_to': known if len(known) == len(rows) else None,
         'gaps_bridged': gaps,
+        'rows_without_direction': undirected if by_direction else 0,
     }
 
 
@@ -135,8 +141,14 @@ def _begins_s(asked: RecordFile, rows: Sequence[Row]) -> float:
     raise SceneError(asked.path, 'begins', asked.begins, problem, 'Give a time within it.')
 
 
-def _check(asked: RecordFile, rows: Sequence[Row]) -> int:
-    """Refuse rows that cannot be used as weather; return the number of gaps that are bridged."""
+def _check(asked: RecordFile, rows: Sequence[Row], measured: str) -> int:
+    """Refuse rows that cannot be used as weather; return the number of gaps that are bridged.
+
+    Args:
+        asked: file and longest gap.
+        rows: the rows that are kept.
+        measured: what they all have.
+    """
     for row in rows:
         for name, value, limit in (
             (HEIGHT, row.height, HIGHEST_M),
@@ -152,7 +164,7 @@ def _check(asked: RecordFile, rows: Sequence[Row]) -> int:
             problem, remedy = 'has the time of another row', 'Drop what is double.'
             raise SceneError(asked.path, f'line {row.line}', ABSENT, problem, remedy)
         if step > asked.max_gap:
-            problem = f'comes {step:g} s after the last row with waves; max_gap is '
+            problem = f'comes {step:g} s after the last row with {measured}; max_gap is '
             problem += f'{asked.max_gap!r} s'
             remedy = 'Raise ship.weather.max_gap, or cut the record at the gap.'
             raise SceneError(asked.path, f'line {row.line}', ABSENT, problem, remedy)

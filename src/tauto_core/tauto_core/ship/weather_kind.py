@@ -104,6 +104,10 @@ class WeatherKind(Kind):
         """Return what reports say about the weather besides its states."""
         return {}
 
+    def warnings(self) -> tuple[str, ...]:
+        """Return what the user should know about it before sailing."""
+        return ()
+
 
 @dataclass(frozen=True)
 class Setting:

@@ -290,7 +290,8 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
         return found.roll, found.heave
 
     roll, heave = fades_of(states, motion_of, heave=ship.heave)
-    return Channels(roll, heave, metadata=ship.metadata(scene), warnings=sea_warnings(left_out))
+    warnings = (*sea_warnings(left_out), *ship.weather.warnings())
+    return Channels(roll, heave, metadata=ship.metadata(scene), warnings=warnings)
 
 
 def _band(state: State, gravity: float) -> FloatArray:

@@ -12,6 +12,7 @@ from tauto_core.scene.fields import Positive, Text
 from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.sea_sections import Heading
 from tauto_core.ship.weather_kind import Setting, State, WeatherKind
+from tauto_core.wording import counted
 
 _Time = Annotated[float, Strict(), Field(ge=-LAST_STAMP_S, le=LAST_STAMP_S)]
 
@@ -48,6 +49,11 @@ class RecordWeather(WeatherKind):
     )
     gaps_bridged: Annotated[int, Strict(), Field(ge=0)] = Field(
         default=0, description='number of gaps that were bridged'
+    )
+    rows_without_direction: Annotated[int, Strict(), Field(ge=0)] = Field(
+        default=0,
+        description='with follow_route: number of rows without a direction; they are left out, '
+        'or, if no row has one, all waves have the heading of the ship (ship.heading)',
     )
 
     def resolved(self, setting: Setting) -> tuple[State, ...]:
@@ -97,8 +103,25 @@ class RecordWeather(WeatherKind):
                 )
 
     def facts(self) -> dict[str, object]:
-        """Return the source, and the gaps that were bridged."""
-        return {'source': self.source, 'gaps_bridged': self.gaps_bridged}
+        """Return the source, the gaps that were bridged and the rows without a direction."""
+        return {
+            'source': self.source,
+            'gaps_bridged': self.gaps_bridged,
+            'rows_without_direction': self.rows_without_direction,
+        }
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return what became of rows without a direction where the route is followed."""
+        number = self.rows_without_direction
+        if not number:
+            return ()
+        said = f'ship.weather: {counted(number, "row")} of {self.source} without a direction '
+        if self.waves_to is None:
+            return (
+                f'{said}and none with one: all waves have the heading of ship.heading. Fill in '
+                'the directions, or set follow_route: false.',
+            )
+        return (f'{said}left out, since the heading of the waves follows from it.',)
 
 
 KIND = RecordWeather
