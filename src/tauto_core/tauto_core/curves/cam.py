@@ -24,6 +24,9 @@ from tauto_core.curves.levers import Lever
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
+_ROUNDING = 16.0 * np.finfo(np.float64).eps
+"""Relative rounding of an angle at the edge of a range, and of a lever arm there."""
+
 
 class _Thread(NamedTuple):
     """The thread's line: sine and cosine of its angle at the hole, and the rate t'/a."""
@@ -36,6 +39,18 @@ class _Thread(NamedTuple):
     def share(self) -> FloatArray:
         """dϑ/dψ = 1/(1 + t'/s), s the distance from the hole to the foot of t."""
         return self.cosine / (self.cosine + self.rate)
+
+
+def arm_rounding(angle: ArrayLike, arm: ArrayLike, rate: ArrayLike) -> FloatArray:
+    """Return by how much rounding of the angle and of the law may change a lever arm [m].
+
+    Args:
+        angle: ϑ [rad].
+        arm: t [m].
+        rate: dt/dϑ [m/rad].
+    """
+    size = np.abs(arm) + np.abs(np.asarray(rate) * np.asarray(angle))
+    return np.asarray(_ROUNDING * size)
 
 
 class Cam(ABC):
@@ -196,12 +211,29 @@ class Cam(ABC):
         return angle
 
     def _thread(self, angle: FloatArray) -> _Thread:
-        return self._thread_at(self.lever_arm(angle), self.lever_rate(angle))
+        arm, rate = self.lever_arm(angle), self.lever_rate(angle)
+        return self._thread_at(arm, rate, arm_rounding(angle, arm, rate))
 
-    def _thread_at(self, arm: FloatArray, rate: FloatArray) -> _Thread:
+    def _thread_at(self, arm: FloatArray, rate: FloatArray, rounding: FloatArray) -> _Thread:
+        """Return the thread's line at a lever arm.
+
+        Args:
+            arm: t [m].
+            rate: dt/dϑ [m/rad].
+            rounding: by how much t may exceed the distance of the hole, since it is rounded [m].
+
+        Raises:
+            CamRangeError: a lever arm that is longer.
+        """
         a = self.hole_distance
         if math.isinf(a):
             return _Thread(np.zeros_like(arm), np.ones_like(arm), np.zeros_like(arm))
-        # the range is rounded, so at the very edge t may exceed a by a rounding error
+        beyond = ~(np.abs(arm) <= a + rounding)
+        if np.any(beyond):
+            longest = float(np.atleast_1d(np.abs(arm))[np.atleast_1d(beyond)][0])
+            raise CamRangeError(
+                f'a lever arm of {longest!r} m is longer than the hole is away, {a!r} m, on the '
+                f'cam {self!r}: use a smaller amplitude or move the hole away'
+            )
         arm = np.clip(arm, -a, a)
         return _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)

@@ -66,8 +66,8 @@ class Trochlea(Section):
             gravity: acceleration of gravity of the scene [m/s2].
 
         Raises:
-            SceneError: a cam, a thread and a power that are not compatible, a cheek that no thread
-                can wrap, or a table that cannot be used.
+            SceneError: a cam, a thread and a power that are not compatible, a cam that is
+                impossible (`possible_cam`), or a table that cannot be used.
         """
         fits = self.thread.kind in self.cam.threads
         if not fits or self.cam.corrects not in ('', self.power.acts_as):
@@ -79,7 +79,7 @@ class Trochlea(Section):
                 f'{self.power.kind!r}',
                 'Use ' + '; '.join(_what_goes_together(each) for each in cam_kinds()) + '.',
             )
-        return self.cam.made(self.thread.setting(self.parts(gravity)))
+        return self.thread.cam(self.parts(gravity))
 
     def problems(
         self,

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import ClassVar, NamedTuple
 
+from tauto_core.curves.cam import Cam
+from tauto_core.curves.curvature import possible_cam
 from tauto_core.curves.kind import CamKind, Setting
 from tauto_core.machines.drag import Drag
 from tauto_core.machines.escapement import EscapementKind
@@ -62,6 +64,14 @@ class ThreadKind(Kind):
         """Return the properties of the machine for which the cam is made."""
         return Setting(parts.inertia, parts.power.pull, parts.gravity, self.hole_distance)
 
+    def cam(self, parts: Parts) -> Cam:
+        """Return the cam that is made for this thread.
+
+        Raises:
+            SceneError: a cam that cannot be made, or that is impossible (`possible_cam`).
+        """
+        return possible_cam(parts.cam.made(self.setting(parts)), parts.cam.kind)
+
     def machine(self, parts: Parts) -> Regulator:
         """Return the machine, here with an ideal thread.
 
@@ -84,7 +94,7 @@ class ThreadKind(Kind):
             force=pull.force,
             stiffness=pull.stiffness,
             gravity=parts.gravity,
-            cam=parts.cam.made(self.setting(parts)),
+            cam=self.cam(parts),
             follows_apparent_vertical=pull.pulling_mass > 0.0 and self.upright,
             drag=parts.drag,
             escapement=parts.escapement,

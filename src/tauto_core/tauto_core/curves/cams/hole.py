@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
+from tauto_core.curves.cam import arm_rounding
 from tauto_core.curves.kind import CamKind, Setting
 from tauto_core.curves.linear_cam import LinearCam
 from tauto_core.curves.nearest import farther
@@ -49,7 +50,8 @@ class Hole(LinearCam):
     def p_of_lever_arm(self, lever_arm: ArrayLike) -> FloatArray:
         """Return p = b·√(a² − t²)/(b + √(a² − t²)) [m] for |t| ≤ a (§XXIX)."""
         arm = np.asarray(lever_arm, dtype=np.float64)
-        return self.rate * self._thread_at(arm, np.full_like(arm, self.rate)).share
+        rate = np.full_like(arm, self.rate)
+        return self.rate * self._thread_at(arm, rate, arm_rounding(0.0, arm, rate)).share
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence."""

@@ -221,7 +221,7 @@ class HangingThread(ThreadKind):
 
     def machine(self, parts: Parts) -> HangingMachine:
         """Return the machine with a thread that swings."""
-        rate = parts.cam.made(self.setting(parts)).linear_rate
+        rate = self.cam(parts).linear_rate
         assert rate is not None  # linear in the cams that this thread takes
         return HangingMachine(
             inertia=parts.inertia,

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
+from tauto_core.curves.curvature import possible_lever
 from tauto_core.curves.lever_parts import LeverSetting, LeverShape, Loads
 from tauto_core.curves.quadrature import integrate
 from tauto_core.machines.drag import Drag
@@ -263,7 +264,7 @@ class LeverThread(ThreadKind):
             mass=mass,
             weight_arm=self.weight_arm,
             lever_inertia=self.inertia,
-            geometry=parts.cam.on_lever(lever),
+            geometry=possible_lever(parts.cam.on_lever(lever), parts.cam.kind),
             gravity=parts.gravity,
             drag=parts.drag,
             escapement=parts.escapement,
