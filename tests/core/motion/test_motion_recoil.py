@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import FORCE, LEVER_RATE, OMEGA, angles, run, scene_of
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, angles, run, scene_of
+from scipy.integrate import solve_ivp
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import Machine, SteadySwing, compile_machine, steady_swing
 from tauto_core.samples import JOINT_STATES, PHASE, take
 from tauto_core.scene import Scene
+from tauto_core.scene.errors import SceneError
 from tauto_core.ship import ShipMotion
 
 STIFFNESS = FORCE * LEVER_RATE
@@ -197,3 +199,180 @@ def test_friction_holds_the_wheel_where_recoil_and_well_leave_it():
     held = times > 4.0 * math.pi / OMEGA
     np.testing.assert_allclose(angle[held], -0.2, rtol=0, atol=1e-13)
     assert not np.any(rate[held])
+
+
+ROLLS = ((0.5, 1.8, 0.4), (0.2, 2.7, 1.9))
+"""Amplitude [rad], period [s] and phase [rad]: the wheel reaches one side, and not the other."""
+
+AT_SEA = {
+    'kind': 'components',
+    'rate': 20.0,
+    'components': [
+        {'amplitude': amplitude, 'period': period, 'phase': phase}
+        for amplitude, period, phase in ROLLS
+    ],
+}
+
+
+def by_pallets(
+    times: np.ndarray, release: float, energy: float, angle: float, recoil: float, viscous: float
+) -> tuple[np.ndarray, list[int]]:
+    """Return θ by DOP853, from event to event, and the directions of the impulses.
+
+    I (θ̈ + α̈) + c₁ θ̇ + kθ + R s = 0 with the roll α of the case. The pallet that pushed last, s,
+    pushes again only after the other one.
+    """
+
+    def motion(t: float, state: np.ndarray, pallet: int) -> tuple[float, float]:
+        theta, rate = state
+        bend = -sum(
+            a * (math.tau / p) ** 2 * math.cos(math.tau / p * t + f)
+            for a, p, f in (ROLLS if release or not recoil else ())
+        )
+        pushed = viscous * rate + STIFFNESS * theta + recoil * pallet
+        return rate, -pushed / INERTIA - bend
+
+    def turns(t: float, state: np.ndarray, pallet: int) -> float:
+        del t, pallet
+        return direction * float(state[1])
+
+    def strikes(t: float, state: np.ndarray, pallet: int) -> float:
+        del t, pallet
+        return angle - direction * float(state[0]) if armed else 1.0
+
+    for event in (turns, strikes):
+        event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+    found, struck = np.empty_like(times), []
+    t, state, pallet = 0.0, np.array([release, 0.0]), -1 if release < 0.0 else 1
+    direction = 1 if motion(t, state, pallet if recoil else 0)[1] > 0.0 else -1
+    armed = direction * release < angle and (not recoil or direction != pallet)
+    while t < times[-1]:
+        ran = solve_ivp(
+            motion,
+            (t, times[-1]),
+            state,
+            'DOP853',
+            dense_output=True,
+            events=(turns, strikes),
+            args=(pallet if recoil else 0,),
+            rtol=1e-13,
+            atol=1e-15,
+            # no step holds two turning points
+            max_step=0.02,
+            first_step=1e-4,
+        )
+        now = (times >= t) & (times <= ran.t[-1])
+        if now.any():
+            found[now] = ran.sol(times[now])[0]
+        t, state = float(ran.t[-1]), ran.y[:, -1].copy()
+        if len(ran.t_events[1]):
+            state[1] = direction * math.sqrt(state[1] ** 2 + 2.0 * energy / INERTIA)
+            armed, pallet = False, direction
+            struck.append(direction)
+        elif len(ran.t_events[0]):
+            direction, state[1] = -direction, 0.0
+            due = direction != pallet or not (struck or recoil)
+            armed = due and direction * state[0] < angle
+    return found, struck
+
+
+def impulses(scene: Scene) -> tuple[np.ndarray, list[int]]:
+    """Return θ at the logged instants, and the directions of the impulses between them."""
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    struck, given, found = [], 0, []
+    for _ in range(ship.total):
+        said = stage.feed({'ship/imu': ship.produce(1)})
+        found += [said[JOINT_STATES].position[:, 0]] if said else []
+        if said:
+            state = stage.state()['propagator']
+            assert state['given'] - given <= 1
+            struck += [state['pallet']] * (state['given'] - given)
+            given = state['given']
+    return np.concatenate(found), struck
+
+
+@pytest.mark.parametrize('recoil', [0.0, 4e-4])
+def test_a_pallet_pushes_again_only_after_the_other_one(recoil):
+    """A wheel that turns back before it reaches the other side finds the tooth still there."""
+    energy, angle, viscous = 1e-5, 0.15, 1e-4
+    scene = scene_of(
+        trochlea={'release_angle': 0.3},
+        ship=AT_SEA,
+        escapement=escapement(energy, angle, recoil=recoil),
+        drag={'viscous': viscous},
+        duration=20.0,
+    )
+    found, struck = impulses(scene)
+    times = np.arange(len(found)) * 0.05
+    exact, pushed = by_pallets(times, 0.3, energy, angle, recoil, viscous)
+    assert struck == pushed
+    # the waves are interpolated from 20 samples a second
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-7)
+    assert set(np.diff(struck)) == {-2, 2}
+    assert len(struck) + 3 < comings(exact, angle)
+
+
+def comings(theta: np.ndarray, angle: float) -> int:
+    """Return how often the wheel comes to the angle of an impulse, on either side."""
+    beyond = np.abs(theta[1:]) >= angle
+    return np.count_nonzero(beyond & (np.sign(theta[1:]) * theta[:-1] < angle))
+
+
+HANGING = {
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'thread': {'kind': 'hanging', 'length': 1.0},
+    'power': {'kind': 'weight', 'mass': 0.322},
+}
+LEVER = {
+    'cam': {'kind': 'involute', 'base_radius': 0.020},
+    'thread': {'kind': 'lever', 'arm': 0.100, 'weight_arm': 0.150, 'length': 0.300},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+
+
+@pytest.mark.parametrize(
+    ('machine', 'roll', 'period'),
+    [(HANGING, 0.3, 6.0), (LEVER, 0.1, 1.6)],
+    ids=['hanging', 'lever'],
+)
+def test_pallets_alternate_on_any_thread(machine, roll, period):
+    scene = scene_of(
+        trochlea={'release_angle': 0.3, **machine},
+        ship={**AT_SEA, 'components': [{'amplitude': roll, 'period': period, 'phase': 0.4}]},
+        escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 0.15},
+        drag={'viscous': 1e-4},
+        duration=30.0,
+        log={'interval': 0.05},
+    )
+    found, struck = impulses(scene)
+    assert len(struck) > 5
+    assert set(np.diff(struck)) == {-2, 2}
+    assert len(struck) + 1 < comings(found, 0.15)
+
+
+def test_recoil_starts_a_wheel_released_in_the_middle():
+    """The tooth lies where a release at 0 counts as +, so that the wheel sets off to −."""
+    sections = {
+        'escapement': escapement(3e-5, 0.15, recoil=4e-3),
+        'drag': {'viscous': 1e-4},
+        'duration': 10.0,
+    }
+    times, found, _ = angles(scene_of(trochlea={'release_angle': 0.0}, **sections))
+    exact, struck = by_pallets(times, 0.0, 3e-5, 0.15, 4e-3, 1e-4)
+    assert len(struck) > 15
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-10)
+    _, near, _ = angles(scene_of(trochlea={'release_angle': 1e-300}, **sections))
+    np.testing.assert_allclose(found, near, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ('friction', 'recoil', 'remedy'),
+    [(5e-3, 4e-3, 'give it a recoil above 0.005 N m'), (0.0, 0.0, 'other than 0 rad.')],
+)
+def test_without_enough_recoil_a_wheel_in_the_middle_rests_for_ever(friction, recoil, remedy):
+    with pytest.raises(SceneError, match='at rest for ever') as caught:
+        scene_of(
+            trochlea={'release_angle': 0.0},
+            escapement=escapement(1e-4, 0.1, recoil=recoil, friction=friction),
+        )
+    assert remedy in str(caught.value)

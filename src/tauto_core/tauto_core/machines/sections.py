@@ -109,12 +109,17 @@ class Trochlea(Section):
         if self.cam.corrects not in ('', self.power.acts_as):
             yield self._not_corrected(gravity)
         yield from self.thread.problems(self.power, drag, escapement)
-        if still and self.release_angle == 0.0:
+        # at rest in the middle only recoil pushes the wheel
+        recoil = 0.0 if escapement is None else escapement.recoil
+        drag = self.parts(gravity, drag, escapement).drag
+        friction = 0.0 if drag is None else drag.coulomb
+        if still and self.release_angle == 0.0 and not recoil > friction:
             yield Problem(
                 'trochlea.release_angle',
                 0.0,
                 'leaves the wheel at rest for ever on a ship that lies still',
-                'Release it at an angle other than 0 rad.',
+                'Release it at an angle other than 0 rad'
+                + (f', or give it a recoil above {friction!r} N m.' if recoil else '.'),
             )
 
     def _not_corrected(self, gravity: float) -> Problem:

@@ -17,8 +17,10 @@ from tauto_core.motion.events import (
     NO_EVENT,
     TURNING,
     UNSURE,
+    alternates,
     event_slope,
     event_value,
+    is_due,
 )
 from tauto_core.motion.gauss_step import fill_integrals
 from tauto_core.motion.lanes import largest, least
@@ -142,7 +144,7 @@ def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bo
         if not (side * after.coordinate > 0.0 and nearest >= KINK_APART * beyond.reach):
             return False
     state.direction = -state.direction
-    state.armed = True
+    state.armed = alternates(system, state, float(state.direction))
     return True
 
 
@@ -157,7 +159,7 @@ def _turns_smoothly(
     if not (after.margin > 0.0 and after.tension > 0.0):
         return False
     there, back = Watch(run, mode, place).instant(xi), -mode.direction
-    armed = back * there.angle < system.impulse
+    armed = is_due(system, state, back, there.angle)
     if not back * after.rate > 0.0 or (armed and not back * after.angle < system.impulse):
         return False
     state.direction = -state.direction

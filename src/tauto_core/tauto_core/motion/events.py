@@ -10,7 +10,7 @@ import math
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.outside import Outside
-from tauto_core.motion.system import Instant, Mode, Run, System, mode_of
+from tauto_core.motion.system import Instant, Mode, Run, State, System, mode_of
 
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
 """Kinds of events, in the order in which they are sought. `event_search` uses the negative of a
@@ -51,9 +51,21 @@ def event_slope(kind: int, mode: Mode, now: Instant) -> float:
 
 
 @inlined
-def is_due(system: System, direction: float, angle: float) -> bool:
-    """Return whether the swing from θ = angle on reaches the angle of the impulse."""
-    return direction * angle < system.impulse < math.inf
+def alternates(system: System, state: State, direction: float) -> bool:
+    """Return whether the pallet that pushes in a direction is the one on which a tooth rests.
+
+    After an impulse a tooth falls on the other pallet, and lies there until that has pushed, also
+    if the wheel turns back before. The first impulse is given by either pallet, unless recoil
+    shows on which a tooth lies at the release.
+    """
+    return direction != float(state.pallet) or (state.given == 0 and not system.recoils)
+
+
+@inlined
+def is_due(system: System, state: State, direction: float, angle: float) -> bool:
+    """Return whether the swing from θ = angle on reaches the angle of an impulse that is due."""
+    reaches = direction * angle < system.impulse < math.inf
+    return reaches and alternates(system, state, direction)
 
 
 @compiled
@@ -79,4 +91,4 @@ def happen(kind: int, run: Run, at: Outside, now: Instant) -> None:
         if system.sticks:
             system.set_off(run.omega, now.angle, at, state)
         else:
-            state.armed = is_due(system, float(state.direction), now.angle)
+            state.armed = is_due(system, state, float(state.direction), now.angle)

@@ -33,7 +33,7 @@ def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state
     state.held = False
     if torque != 0.0:
         state.direction = -1 if torque > 0.0 else 1
-    state.armed = is_due(wheel, float(state.direction), angle)
+    state.armed = is_due(wheel, state, float(state.direction), angle)
 
 
 @compiled

@@ -181,6 +181,11 @@ class System(Protocol):
         return self.impulse < math.inf
 
     @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back; known when compiling."""
+        return False
+
+    @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         return False

@@ -66,6 +66,11 @@ class ThreadSystem(System):
         return self.on_wheel.impulse
 
     @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back."""
+        return self.on_wheel.recoil is not None
+
+    @property
     def pace(self) -> float:
         """Frequency of the swing [rad/s]."""
         return self.on_wheel.pace
@@ -79,7 +84,7 @@ class ThreadSystem(System):
         """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""
         now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         state.direction = -1 if now.bend < 0.0 else 1
-        state.armed = is_due(self, float(state.direction), angle)
+        state.armed = is_due(self, state, float(state.direction), angle)
 
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work

@@ -70,6 +70,11 @@ class Wheel(NamedTuple):
         return self.per_inertia.impulse is not None
 
     @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back."""
+        return self.per_inertia.recoil is not None
+
+    @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         return self.per_inertia.quadratic is not None or self.per_inertia.coulomb is not None
