@@ -1,6 +1,9 @@
 """Forced harmonic: spans that are given by samples, mixed spans, the phase after a century."""
 
+from __future__ import annotations
+
 import math
+import random
 
 import mpmath
 import numpy as np
@@ -13,6 +16,7 @@ from tauto_core.motion import Forcing
 from tauto_core.motion.forced_harmonic import ForcedHarmonic
 from tauto_core.motion.forcing import Polynomials, Window
 from tauto_core.samples import JOINT_STATES, PHASE, SHIP_IMU, take
+from tauto_core.scene import Scene
 from tauto_core.ship import ShipMotion
 
 AMPLITUDE, WAVE, EPS = 0.1, 2 * math.pi / 7.0, 0.4
@@ -142,3 +146,108 @@ def test_the_frame_is_exact_after_a_century():
         omega = mpmath.sqrt(mpmath.mpf(FORCE) * mpmath.mpf(LEVER_RATE) / mpmath.mpf(INERTIA))
         exact = [float(mpmath.cos(omega * mpmath.mpf(int(t)) / 10**9)) for t in times]
     np.testing.assert_allclose(motion.angle, exact, rtol=0, atol=4e-16)
+
+
+SECOND = 4.0 * np.pi**2 * INERTIA / LEVER_RATE
+"""Pull under which the wheel swings once a second [N]."""
+
+
+def released_in(
+    rolls: list[dict[str, float]],
+    angle: float,
+    duration: float,
+    *,
+    rate: float = 20.0,
+    interval: float = 1.0,
+) -> Scene:
+    """Return a second's wheel that is released at an angle on a ship that rolls."""
+    return scene_of(
+        trochlea={'release_angle': angle, 'power': {'kind': 'force', 'force': SECOND}},
+        ship={'kind': 'components', 'rate': rate, 'components': rolls},
+        duration=duration,
+        log={'interval': interval},
+        drift={'observation_interval': duration},
+    )
+
+
+def passed(rolls: list[dict[str, float]], angle: float, duration: float) -> tuple[int, int]:
+    """Return upward and all passages of zero in closed form, from extremum to extremum.
+
+    θ̈ + ω²θ = −α̈ of the roll α. Between two extrema θ passes zero once or not at all; one within
+    1e-12 rad of zero is a touch.
+    """
+    omega = math.sqrt(SECOND * LEVER_RATE / INERTIA)
+    t = np.arange(0.0, duration + 1e-9, 2e-3)
+
+    def theta(t: np.ndarray, order: int) -> np.ndarray:
+        turned = order * 0.5 * np.pi
+        found, start, speed = np.zeros_like(t), angle, 0.0
+        for roll in rolls:
+            w, f = 2.0 * np.pi / roll['period'], roll['phase']
+            size = roll['amplitude'] * w * w / (omega * omega - w * w)
+            found = found + size * w**order * np.cos(w * t + f + turned)
+            start, speed = start - size * np.cos(f), speed + size * w * np.sin(f)
+        free = start * np.cos(omega * t + turned) + speed / omega * np.sin(omega * t + turned)
+        return np.asarray(found + omega**order * free)
+
+    rate = theta(t, 1)
+    turns = np.flatnonzero(rate[1:-1] * rate[2:] < 0.0) + 1
+    low, high, sign = t[turns], t[turns + 1], np.sign(rate[turns])
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        before = np.sign(theta(middle, 1)) == sign
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    values = np.concatenate([[angle], theta(0.5 * (low + high), 0), theta(t[-1:], 0)])
+    values = values[np.abs(values) > 1e-12]
+    signs = np.sign(values)
+    return int(np.count_nonzero(np.diff(signs) > 0)), int(np.count_nonzero(np.diff(signs)))
+
+
+def counted_of(scene: Scene) -> tuple[int, int]:
+    """Return the turns and beats of a run."""
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
+    said = stage.feed({'ship/imu': ship.produce(ship.total)})
+    wheel = stage.state()['propagator']['wheel']
+    phase = said[PHASE].position[-1]
+    # the phase says the same as the counter, up to the turn that has begun
+    assert -1.0 <= phase[0] / (2.0 * np.pi) - wheel['turns'] <= 1.0
+    assert phase[3] == wheel['beats']
+    return int(wheel['turns']), int(wheel['beats'])
+
+
+def mirrored(rolls: list[dict[str, float]]) -> list[dict[str, float]]:
+    return [{**roll, 'phase': roll['phase'] + np.pi} for roll in rolls]
+
+
+@pytest.mark.parametrize('period', [9.0, 8.0, 4.5, 7.3])
+@pytest.mark.parametrize(('interval', 'logged'), [(1.0, 600), (0.7, 857)])
+@pytest.mark.parametrize('mirror', [False, True])
+def test_a_wheel_that_touches_zero_does_not_pass_it(period, interval, logged, mirror):
+    """After a whole number of both periods it is at rest in the middle again, as at the release.
+
+    Steps end there, and the motion is logged, or both happen elsewhere.
+    """
+    rolls = [{'amplitude': 0.1, 'period': period, 'phase': 0.4}]
+    rolls = mirrored(rolls) if mirror else rolls
+    duration = round(interval * logged, 9)
+    scene = released_in(rolls, 0.0, duration, interval=interval)
+    assert counted_of(scene) == passed(rolls, 0.0, duration)
+
+
+@pytest.mark.parametrize('seed', range(42))
+def test_small_releases_pass_zero_as_the_closed_form_says(seed):
+    """Half of them at 0, where each return to the middle all but touches it; mirror images too."""
+    draw = random.Random(seed)
+    rolls = [
+        {
+            'amplitude': round(draw.uniform(0.02, 0.1), 4),
+            'period': round(draw.uniform(4.0, 14.0), 3),
+            'phase': round(draw.uniform(0.0, 6.28), 3),
+        }
+        for _ in range(draw.choice([1, 1, 2, 3, 4]))
+    ]
+    angle = draw.choice([0.0, 0.0, draw.uniform(-0.01, 0.01), draw.uniform(-0.003, 0.003)])
+    rate = draw.choice([5.0, 10.0, 20.0])
+    for side, waves in ((1.0, rolls), (-1.0, mirrored(rolls))):
+        found = counted_of(released_in(waves, side * angle, 120.0, rate=rate))
+        assert found == passed(waves, side * angle, 120.0)

@@ -21,7 +21,7 @@ from tauto_core.motion.forcing import Forcing, Motion, Polynomials, no_motion
 from tauto_core.motion.harmonic import frequency
 from tauto_core.motion.limits import edge_reached, released_beyond
 from tauto_core.motion.linear import Path, Spans, oscillator, propagate
-from tauto_core.motion.linear_passages import OK, WHEEL, Well, count_passages
+from tauto_core.motion.linear_passages import OK, TOUCHING, WHEEL, Well, count_passages
 from tauto_core.motion.phase import DIGITS, phase_rate, since_start, within_turn
 from tauto_core.motion.responses import U_BEND, Law, Shape, U, responses, sorted_out
 from tauto_core.samples import FloatArray, IntArray, State
@@ -65,10 +65,10 @@ class ForcedHarmonic:
         psi = angle + tilt
         self._wheel = np.zeros((), WHEEL)
         self._wheel['re'], self._wheel['im'] = rate + of.delta * psi, of.omega * psi
-        self._wheel['angle'], self._time_ns = angle, 0
         at = self._with_acceleration(*(np.array([each]) for each in (angle, 0.0, acceleration)))
+        self._wheel['angle'], self._wheel['bend'], self._time_ns = angle, at[2][0], 0
         self._start_angle = float(within_turn(machine, *at)[0])
-        return self._motion(*at, np.zeros((1, 2), np.int64))
+        return self._motion(*at, np.zeros((1, 3), np.int64))
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans; return the motion at their logged ends.
@@ -78,7 +78,7 @@ class ForcedHarmonic:
         """
         spans = self._spans(forcing)
         path = propagate(self._well.of, spans, self._wheel)
-        counts = np.empty((np.count_nonzero(forcing.logged), 2), np.int64)
+        counts = np.empty((np.count_nonzero(forcing.logged), 3), np.int64)
         code, k, at = count_passages(self._well, spans, path, forcing.logged, self._wheel, counts)
         if code != OK:
             left = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
@@ -120,9 +120,11 @@ class ForcedHarmonic:
     def _motion(
         self, angle: FloatArray, rate: FloatArray, acceleration: FloatArray, counts: IntArray
     ) -> Motion:
-        """Return the motion from θ, θ̇, θ̈ and the counts, turns in the first column, then beats."""
-        machine = self._machine
-        within = within_turn(machine, angle, rate, acceleration)
+        """Return the motion from θ, θ̇, θ̈ and the counts of `count_passages`."""
+        machine, touches = self._machine, counts[:, 2]
+        # rounding decides on the direction of a wheel that all but rests in the middle
+        counted = np.where(touches == 0, angle, TOUCHING * touches)
+        within = within_turn(machine, counted, np.where(touches == 0, rate, 0.0), acceleration)
         half_turns, fraction = since_start(counts[:, 0], within, self._start_angle)
         return Motion(
             angle=angle,
@@ -135,7 +137,7 @@ class ForcedHarmonic:
         )
 
     def state(self) -> State:
-        """Return Y, θ, θ̇ and the counts, their time, and the phase within a turn at the start."""
+        """Return Y, θ, θ̇, θ̈, the counts, their time, and the phase within a turn at the start."""
         return {
             'wheel': self._wheel.copy(),
             'time_ns': self._time_ns,

@@ -28,22 +28,28 @@ from tauto_core.motion.linear import (
     into_frame,
     product,
 )
-from tauto_core.motion.responses import B_IM, B_RE, U_RATE, U
+from tauto_core.motion.responses import B_IM, B_RE, U_BEND, U_RATE, U
 from tauto_core.samples import FloatArray, IntArray
 
-WHEEL = [*STATE, ('angle', 'f8'), ('rate', 'f8'), ('turns', 'i8'), ('beats', 'i8')]
+WHEEL = [
+    *STATE,
+    *((name, 'f8') for name in ('angle', 'rate', 'bend')),
+    *((name, 'i8') for name in ('turns', 'beats')),
+]
 
 
 class Wheel(Swing, Protocol):
-    """The running state, a record: Y, θ, θ̇, and the numbers of turns and of beats."""
+    """The running state, a record: Y, θ, θ̇, θ̈, and the numbers of turns and of beats."""
 
     angle: float
     rate: float
+    bend: float
     turns: int
     beats: int
 
 
 Pair: TypeAlias = tuple[float, float]
+Triple: TypeAlias = tuple[float, float, float]
 
 OK, EDGE = 0, 1
 
@@ -73,6 +79,20 @@ CALM_DAMPING = 0.1
 CALM_GROWTH = 1.5
 """Bound of the swing within a calm span, as a multiple of the larger one of its ends."""
 
+ROUNDING = 2.0**-44
+"""Rounding of θ, as a share of the tilt and of the swing that is counted from the vertical."""
+
+TOUCHING = 1e-300
+"""Size of θ that stands for a touch of zero: a wheel that comes to zero and to rest together, to
+rounding, does not pass, and its sign is that of θ̈. So it is in a roll whose period is a multiple
+of the wheel's, which takes a release at 0 back to where it was.
+"""
+
+BETWEEN = 1e-6
+"""Error of θ within a part (`_within`), as a share of |θ̈| at its ends times the square of its
+length; an angle that comes less far beyond zero there does not pass.
+"""
+
 NEARLY_EDGE = 1.0 - 1e-12
 """Share of the edge from which on an amplitude may reach it, to rounding."""
 
@@ -99,10 +119,19 @@ class Well(NamedTuple):
 
 
 class Angle(NamedTuple):
-    """θ [rad] and θ̇ [rad/s] at an instant."""
+    """The wheel at an instant.
+
+    Attributes:
+        angle: θ [rad]; ±`TOUCHING` where it touches zero.
+        rate: θ̇ [rad/s].
+        bend: θ̈ [rad/s2].
+        rounding: by how much θ may be wrong [rad].
+    """
 
     angle: float
     rate: float
+    bend: float
+    rounding: float
 
     def direction(self, omega0: float) -> float:
         """Return the angle of (θ, −θ̇/ω₀) in [−½, 3/2) half turns, as `phase.polar` has it."""
@@ -121,8 +150,9 @@ def count_passages(
         spans: as propagated.
         path: the motion over them.
         logged: whether a span's end is logged, (n,).
-        wheel: a record with the fields of `WHEEL`; θ and θ̇ at the beginning.
-        counts: output: turns and beats at the logged ends, (logged, 2).
+        wheel: a record with the fields of `WHEEL`; θ, θ̇ and θ̈ at the beginning.
+        counts: output: turns and beats at the logged ends, and the sign of θ where it touches
+            zero there, else 0, (logged, 3).
 
     Returns:
         A code (OK, EDGE), and with EDGE the span in which it is reached and the fraction of it.
@@ -130,7 +160,7 @@ def count_passages(
     y, n, written, bound = path.y, len(logged), 0, _bound_of_all(well.omega0, spans.u)
     # Over a run of calm spans Y turns by at most 45°, and 30° more in the last one. With the 45°
     # that the tilt adds at both ends this is less than half a turn, so that the count is unique.
-    begun, before = 0, Angle(wheel.angle, wheel.rate)
+    begun, before = 0, Angle(wheel.angle, wheel.rate, wheel.bend, 0.0)
     for k in range(n):
         calm = _is_calm(well, spans, path, k, bound)
         if not calm and begun < k:
@@ -150,8 +180,10 @@ def count_passages(
             begun, before = k + 1, after
         if logged[k]:
             counts[written, 0], counts[written, 1] = wheel.turns, wheel.beats
+            touches = abs(before.angle) == TOUCHING
+            counts[written, 2] = (-1 if before.angle < 0.0 else 1) if touches else 0
             written += 1
-    wheel.angle, wheel.rate = before.angle, before.rate
+    wheel.angle, wheel.rate, wheel.bend = before.angle, before.rate, before.bend
     return OK, 0, 0.0
 
 
@@ -162,26 +194,32 @@ def _square(y: FloatArray, k: int) -> float:
 
 
 @compiled
-def _angle_of(of: Oscillator, y: Pair, frame: Pair, tilt: Pair) -> Angle:
-    """Return θ and θ̇.
+def _angle_of(well: Well, y: Pair, frame: Pair, tilt: Triple) -> Angle:
+    """Return the wheel at an instant; where it touches zero, on the side that it stays on.
 
     Args:
-        of: the oscillator.
+        well: the well.
         y: real and imaginary part of Y.
         frame: cos ωt and sin ωt.
-        tilt: u and u̇.
+        tilt: u, u̇ and ü.
     """
+    of = well.of
     psi = (frame[0] * y[1] + frame[1] * y[0]) / of.omega
     rate = frame[0] * y[0] - frame[1] * y[1] - of.delta * psi - tilt[1]
-    return Angle(psi - tilt[0], rate)
+    angle = psi - tilt[0]
+    bend = -tilt[2] - 2.0 * of.delta * rate - well.omega0 * well.omega0 * angle
+    rounding = ROUNDING * (math.hypot(y[0], y[1]) / of.omega + abs(tilt[0]))
+    if abs(angle) <= rounding and rate * rate <= 2.0 * rounding * abs(bend):
+        angle = math.copysign(TOUCHING, bend)
+    return Angle(angle, rate, bend, rounding)
 
 
 @compiled
 def _at_end(well: Well, path: Path, k: int) -> Angle:
-    """Return θ and θ̇ at the end of span k."""
+    """Return the wheel at the end of span k."""
     y, frame, span = path.y, path.frame, path.span
     ends = (y[0, k + 1], y[1, k + 1]), (frame[0, k + 1], frame[1, k + 1])
-    return _angle_of(well.of, ends[0], ends[1], (span[k, U], span[k, U_RATE]))
+    return _angle_of(well, ends[0], ends[1], (span[k, U], span[k, U_RATE], span[k, U_BEND]))
 
 
 @compiled
@@ -311,7 +349,8 @@ def _count_in_parts(
             cosine, sine = math.cos(turned), math.sin(turned)
             c = frame[0, k] * cosine - frame[1, k] * sine
             s = frame[1, k] * cosine + frame[0, k] * sine
-            now = _angle_of(of, (re, im), (c, s), (lane(part, U), lane(part, U_RATE)))
+            tilt = lane(part, U), lane(part, U_RATE), lane(part, U_BEND)
+            now = _angle_of(well, (re, im), (c, s), tilt)
         else:
             now = after
         if math.hypot(now.angle, now.rate / well.omega0) > well.edge * NEARLY_EDGE:
@@ -351,10 +390,11 @@ def _returns(well: Well, step: float, then: Angle, now: Angle) -> bool:
     it turns back is found by bisection of the sign of θ̇.
     """
     a, b, below = 0.0, 1.0, then.angle < 0.0
+    unsure = now.rounding + BETWEEN * (abs(then.bend) + abs(now.bend)) * step * step
     for _ in range(HALVINGS):
         middle = 0.5 * (a + b)
         place = _within(well, step, then, now, middle)
-        if (place.angle < 0.0) != below:
+        if (place.angle < 0.0) != below and abs(place.angle) > unsure:
             return True
         a, b = (middle, b) if (place.rate < 0.0) != below else (a, middle)
     return False
@@ -374,27 +414,44 @@ def _first_beyond(well: Well, step: float, then: Angle, now: Angle) -> float:
     return 2.0
 
 
+class Place(NamedTuple):
+    """θ [rad], θ̇ [rad/s] and θ̈ [rad/s2] within a part."""
+
+    angle: float
+    rate: float
+    bend: float
+
+
 @compiled
-def _within(well: Well, step: float, then: Angle, now: Angle, x: float) -> Angle:
-    """Return θ and θ̇ at the fraction x of a part.
+def _within(well: Well, step: float, then: Angle, now: Angle, x: float) -> Place:
+    """Return the wheel at the fraction x of a part.
 
     θ is a free swing and what the acceleration of the case adds to it. The latter is taken as the
-    cubic that has its value and slope at both ends. Over a part of 0.35 rad that errs by at most
-    4e-5 (1 + Ω²/ω₀²) |α̈|/ω₀² for an acceleration α̈ of frequency Ω (remainder of cubic Hermite
-    interpolation, (ω₀h)⁴/384).
+    quintic that has its value and its first two derivatives at both ends. Over a part of 0.35 rad
+    that errs by at most 4e-8 (1 + Ω²/ω₀² + Ω⁴/ω₀⁴) |α̈|/ω₀² for an acceleration α̈ of frequency Ω
+    (remainder of Hermite interpolation, (ω₀h)⁶/46080).
     """
     end, free = _free_swing(well, step, then), _free_swing(well, x * step, then)
+    begin = _free_swing(well, 0.0, then)
     add, add_rate = now.angle - end.angle, (now.rate - end.rate) * step
-    square, cube = 3.0 * add - add_rate, add_rate - 2.0 * add
-    slope = x * (2.0 * square + 3.0 * x * cube)
-    return Angle(free.angle + x * x * (square + x * cube), free.rate + slope / step)
+    first, last = (then.bend - begin.bend) * step * step, (now.bend - end.bend) * step * step
+    # x² (c₂ + c₃ x + c₄ x² + c₅ x³)
+    c2 = 0.5 * first
+    value, slope, bend = add - c2, add_rate - first, last - first
+    c3 = 10.0 * value - 4.0 * slope + 0.5 * bend
+    c4 = -15.0 * value + 7.0 * slope - bend
+    c5 = 6.0 * value - 3.0 * slope + 0.5 * bend
+    added = x * x * (c2 + x * (c3 + x * (c4 + x * c5)))
+    rate = x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
+    return Place(free.angle + added, free.rate + rate / step, free.bend)
 
 
 @compiled
-def _free_swing(well: Well, s: float, then: Angle) -> Angle:
-    """Return θ and θ̇ after s seconds in a case that turns uniformly: θ̈ = −2δθ̇ − ω₀²θ."""
+def _free_swing(well: Well, s: float, then: Angle) -> Place:
+    """Return the wheel after s seconds in a case that turns uniformly: θ̈ = −2δθ̇ − ω₀²θ."""
     omega, delta, angle, rate = well.of.omega, well.of.delta, then.angle, then.rate
+    square = well.omega0 * well.omega0
     cosine, sine, decay = math.cos(omega * s), math.sin(omega * s), math.exp(-delta * s)
-    there = angle * cosine + (rate + delta * angle) / omega * sine
-    turned = rate * cosine - (delta * rate + well.omega0 * well.omega0 * angle) / omega * sine
-    return Angle(decay * there, decay * turned)
+    there = decay * (angle * cosine + (rate + delta * angle) / omega * sine)
+    turned = decay * (rate * cosine - (delta * rate + square * angle) / omega * sine)
+    return Place(there, turned, -2.0 * delta * turned - square * there)
