@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+import sys
 
 import mpmath
 import numpy as np
@@ -251,3 +252,15 @@ def test_small_releases_pass_zero_as_the_closed_form_says(seed):
     for side, waves in ((1.0, rolls), (-1.0, mirrored(rolls))):
         found = counted_of(released_in(waves, side * angle, 120.0, rate=rate))
         assert found == passed(waves, side * angle, 120.0)
+
+
+@pytest.mark.parametrize(
+    ('step_s', 'angle'), [(0.1, -0.37), (0.1, -0.33), (0.1, 0.3), (0.05, 0.13), (0.05, 0.39)]
+)
+def test_a_roll_that_is_faster_than_its_samples_show_is_counted(step_s, angle, monkeypatch):
+    """Two samples a wave, all at its crests: between them the wheel passes zero to and fro."""
+    monkeypatch.setattr(sys.modules[__name__], 'WAVE', 0.999 * math.pi / step_s)
+    monkeypatch.setattr(sys.modules[__name__], 'EPS', 0.0)
+    motion = released_into(sampled_spans(8, step_s, (0.0, 1.0)), angle, 0.0)
+    theta = swing(np.linspace(0.0, 8.0 * step_s, 20_001), angle, 0.0, 0.0)[0]
+    assert motion.beats[-1] == np.count_nonzero(np.diff(theta < 0.0))

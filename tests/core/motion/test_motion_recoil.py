@@ -241,7 +241,7 @@ def by_pallets(
         return angle - direction * float(state[0]) if armed else 1.0
 
     for event in (turns, strikes):
-        event.terminal, event.direction = True, -1.0  # type: ignore[attr-defined]
+        event.terminal, event.direction = True, -1.0
     found, struck = np.empty_like(times), []
     t, state, pallet = 0.0, np.array([release, 0.0]), -1 if release < 0.0 else 1
     direction = 1 if motion(t, state, pallet if recoil else 0)[1] > 0.0 else -1
@@ -315,7 +315,7 @@ def test_a_pallet_pushes_again_only_after_the_other_one(recoil):
 def comings(theta: np.ndarray, angle: float) -> int:
     """Return how often the wheel comes to the angle of an impulse, on either side."""
     beyond = np.abs(theta[1:]) >= angle
-    return np.count_nonzero(beyond & (np.sign(theta[1:]) * theta[:-1] < angle))
+    return int(np.count_nonzero(beyond & (np.sign(theta[1:]) * theta[:-1] < angle)))
 
 
 HANGING = {

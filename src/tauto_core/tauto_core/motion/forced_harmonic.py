@@ -79,7 +79,9 @@ class ForcedHarmonic:
         spans = self._spans(forcing)
         path = propagate(self._well.of, spans, self._wheel)
         counts = np.empty((np.count_nonzero(forcing.logged), 3), np.int64)
-        code, k, at = count_passages(self._well, spans, path, forcing.logged, self._wheel, counts)
+        code, k, at = count_passages(
+            self._well, spans, _step_s(forcing), path, forcing.logged, self._wheel, counts
+        )
         if code != OK:
             left = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
             raise edge_reached(self._machine, float(forcing.end_ns[k] * 1e-9 - left))
@@ -158,3 +160,13 @@ def _polynomials(forcing: Forcing) -> Polynomials | None:
     if neutral is None:
         return None
     return Polynomials(np.empty(0), np.empty(0), -1 - np.arange(len(neutral)), neutral)
+
+
+def _step_s(forcing: Forcing) -> float:
+    """Return the time between the samples of a window [s]; 1 where there are none."""
+    window = forcing.window
+    sampled = np.zeros(1, np.bool_) if window is None else window.line.first >= 0
+    if window is None or not sampled.any():
+        return 1.0
+    length_s = float(forcing.length_s[np.argmax(sampled)])
+    return (window.nodes[1] - window.nodes[0]) * length_s

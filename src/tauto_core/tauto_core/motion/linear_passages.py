@@ -54,17 +54,19 @@ Triple: TypeAlias = tuple[float, float, float]
 OK, EDGE = 0, 1
 
 BEYOND_SAMPLES = 1.5
-"""Bound of u, and of u̇, between samples, as a multiple of the largest sample.
+"""Least bound of u, and of u̇, between samples, as a multiple of the largest sample.
 
 A motion whose shortest wave has n samples exceeds the largest of all its samples by at most the
 factor 1/cos(π/n), which is 1.5 for n = 3.7 (for trigonometric polynomials: H. Ehlich, K. Zeller,
-Math. Z. 86 (1964) 41). The bound is nevertheless heuristic, since only the samples at hand, or of
-one window, are seen, and u interpolates the motion. A bound that holds for every polynomial over
-eight samples, h apart, would be too large to be of use: 9 max |u| + 14 h max |u̇|.
+Math. Z. 86 (1964) 41). Whether the motion is as fine as that is checked on the samples (`_rough`).
+A bound that holds for every polynomial over eight samples, h apart, would be too large to be of
+use: 9 max |u| + 14 h max |u̇|.
+"""
 
-Only the counts of turns and beats depend on the bound, and nothing checks them afterwards. But a
-calm swing is at least 1.4 times as large as the bound, so that they can be wrong only where the
-motion between samples is more than twice as large as at any of them.
+BEYOND_ROUGH = 4.0
+"""How far u may rise above its samples, as a multiple of how far one of these lies from the cubic
+of its neighbours. A wave of n samples rises by 1.4 of that with n = 3.7, by 1.3 with n = 2.5, by
+3.7 with n = 2.1.
 """
 
 CALM_FORCING = 0.5
@@ -141,13 +143,20 @@ class Angle(NamedTuple):
 
 @entry
 def count_passages(
-    well: Well, spans: Spans, path: Path, logged: NDArray[np.bool_], wheel: Wheel, counts: IntArray
+    well: Well,
+    spans: Spans,
+    step_s: float,
+    path: Path,
+    logged: NDArray[np.bool_],
+    wheel: Wheel,
+    counts: IntArray,
 ) -> tuple[int, int, float]:
     """Count passages over spans; set θ, θ̇ and the counters to those at the end.
 
     Args:
         well: well of the wheel.
         spans: as propagated.
+        step_s: time between the samples of a window [s].
         path: the motion over them.
         logged: whether a span's end is logged, (n,).
         wheel: a record with the fields of `WHEEL`; θ, θ̇ and θ̈ at the beginning.
@@ -157,12 +166,14 @@ def count_passages(
     Returns:
         A code (OK, EDGE), and with EDGE the span in which it is reached and the fraction of it.
     """
-    y, n, written, bound = path.y, len(logged), 0, _bound_of_all(well.omega0, spans.u)
+    y, n, written = path.y, len(logged), 0
+    rough = _rough(well.omega0, spans.u, step_s)
+    bound = _bound_of_all(well.omega0, spans.u, rough)
     # Over a run of calm spans Y turns by at most 45°, and 30° more in the last one. With the 45°
     # that the tilt adds at both ends this is less than half a turn, so that the count is unique.
     begun, before = 0, Angle(wheel.angle, wheel.rate, wheel.bend, 0.0)
     for k in range(n):
-        calm = _is_calm(well, spans, path, k, bound)
+        calm = _is_calm(well, spans, path, k, bound, rough)
         if not calm and begun < k:
             after = _at_end(well, path, k - 1)
             _count_run(well, spans, begun, k - 1, before, after, wheel)
@@ -223,7 +234,7 @@ def _at_end(well: Well, path: Path, k: int) -> Angle:
 
 
 @compiled
-def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float) -> bool:
+def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float, rough: float) -> bool:
     """Return whether the swing outweighs tilt and forcing over a span, away from the edge.
 
     Args:
@@ -232,6 +243,7 @@ def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float) -> bool
         path: the motion over them.
         k: index of the span.
         bound: bound of (u, u̇/ω₀) over all spans that samples determine.
+        rough: as `_rough` returns.
     """
     re, im, before = path.span[k, B_RE], path.span[k, B_IM], _square(path.y, k)
     if well.of.delta > CALM_DAMPING * well.omega0:
@@ -242,7 +254,8 @@ def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float) -> bool
     sampled = spans.u is not None and spans.u.first[k] >= 0
     if sampled and _outweighs(well, before, _square(path.y, k + 1), bound):
         return True
-    return _outweighs(well, before, _square(path.y, k + 1), _bound_of_span(well.omega0, spans, k))
+    bound = _bound_of_span(well.omega0, spans, k, rough)
+    return _outweighs(well, before, _square(path.y, k + 1), bound)
 
 
 @inlined
@@ -261,7 +274,29 @@ def _outweighs(well: Well, before: float, after: float, bound: float) -> bool:
 
 
 @compiled
-def _bound_of_all(omega0: float, u: Polynomials | None) -> float:
+def _rough(omega0: float, u: Polynomials | None, step_s: float) -> float:
+    """Return by how much (u, u̇/ω₀) may rise above its samples between them.
+
+    Each sample is compared with the cubic through its two neighbours, h before and after it. A
+    wave that passes between the samples has at most the frequency π/h.
+    """
+    if u is None:
+        return 0.0
+    values, rates, most = u.values, u.rates, 0.0
+    for i in range(1, len(values) - 1):
+        value = 0.5 * (values[i - 1] + values[i + 1]) + 0.25 * step_s * (
+            rates[i - 1] - rates[i + 1]
+        )
+        slope = 0.75 * (values[i + 1] - values[i - 1]) - 0.25 * step_s * (
+            rates[i - 1] + rates[i + 1]
+        )
+        off = max(abs(values[i] - value), abs(step_s * rates[i] - slope) / math.pi)
+        most = max(most, off)
+    return BEYOND_ROUGH * most * math.hypot(1.0, math.pi / (step_s * omega0))
+
+
+@compiled
+def _bound_of_all(omega0: float, u: Polynomials | None, rough: float) -> float:
     """Return a bound of the length of (u, u̇/ω₀) over all spans that samples determine."""
     if u is None:
         return 0.0
@@ -272,11 +307,12 @@ def _bound_of_all(omega0: float, u: Polynomials | None) -> float:
     most, fastest = largest(value), largest(rate)
     for i in range(whole * SIZE, len(values)):
         most, fastest = max(most, abs(values[i])), max(fastest, abs(rates[i]))
-    return BEYOND_SAMPLES * math.hypot(most, fastest / omega0)
+    size = math.hypot(most, fastest / omega0)
+    return max(BEYOND_SAMPLES * size, size + rough)
 
 
 @compiled
-def _bound_of_span(omega0: float, spans: Spans, k: int) -> float:
+def _bound_of_span(omega0: float, spans: Spans, k: int, rough: float) -> float:
     """Return a bound of the length of (u, u̇/ω₀) over a span."""
     if spans.u is None:
         return 0.0
@@ -293,7 +329,8 @@ def _bound_of_span(omega0: float, spans: Spans, k: int) -> float:
     for i in range(begin, begin + spans.responses.rows.shape[1] // 2):
         value, slope = values[i], per_slope * rates[i]
         largest = max(largest, value * value + slope * slope)
-    return BEYOND_SAMPLES * math.sqrt(largest)
+    size = math.sqrt(largest)
+    return max(BEYOND_SAMPLES * size, size + rough)
 
 
 @compiled

@@ -290,6 +290,7 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
         return found.roll, found.heave
 
     roll, heave = fades_of(states, motion_of, heave=ship.heave)
+    assert ship.weather is not None
     warnings = (*sea_warnings(left_out), *ship.weather.warnings())
     return Channels(roll, heave, metadata=ship.metadata(scene), warnings=warnings)
 
