@@ -3,17 +3,18 @@
 import math
 
 import numpy as np
+import pytest
 
 from tauto_core.kernels import entry
 from tauto_core.motion.forcing import Polynomials
-from tauto_core.motion.linear_passages import BEYOND_SAMPLES, _bound_of_all
+from tauto_core.motion.linear_passages import BEYOND_SAMPLES, _bound_of_all, _rough
 
 OMEGA0, STEP_S, SAMPLES = 6.3, 0.5, 400
 
 
 @entry
 def bound_of_all(omega0, u):
-    return _bound_of_all(omega0, u)
+    return _bound_of_all(omega0, u, 0.0)
 
 
 def bound(values, rates):
@@ -44,3 +45,25 @@ def test_a_sea_whose_shortest_wave_has_four_samples_keeps_within_the_bound():
         assert np.max(np.hypot(u, rate / OMEGA0)) <= found
     value, rate = motion(t)
     assert found == BEYOND_SAMPLES * math.hypot(abs(value).max(), abs(rate).max() / OMEGA0)
+
+
+@entry
+def checked_bound(omega0, u, step_s):
+    return _bound_of_all(omega0, u, _rough(omega0, u, step_s))
+
+
+@pytest.mark.parametrize('samples', [2.0, 2.001, 2.05, 2.1, 2.3, 2.7, 3.0, 3.3, 3.6, 5.0])
+@pytest.mark.parametrize('step_s', [0.05, 0.5])
+@pytest.mark.parametrize('phase', [0.0, 0.3, 0.8, 1.2, 1.57, 2.5])
+def test_a_wave_keeps_within_the_checked_bound_down_to_two_samples(samples, phase, step_s):
+    """Ten samples are at hand, as of one window: rates show what values hide."""
+    omega = 2.0 * math.pi / (samples * step_s)
+
+    def motion(at):
+        return np.cos(omega * at + phase), -omega * np.sin(omega * at + phase)
+
+    at_hand = motion(step_s * np.arange(10))
+    u = Polynomials(at_hand[0], at_hand[1], np.zeros(1, np.int64), np.empty((0, 6)))
+    value, rate = motion(np.linspace(0.0, 9.0 * step_s, 4001))
+    found = checked_bound(OMEGA0, u, step_s)
+    assert np.max(np.hypot(value, rate / OMEGA0)) <= found
