@@ -170,13 +170,13 @@ def compared(scene: Scene) -> Comparison:
     """Return the predicted and the actual error of a scene's reading."""
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
-    predicted = forecast(scene, machine, ShipMotion(scene)).error_s
+    predicted = forecast(scene, machine, ShipMotion(scene)).phase_error_s
     phase = sail(scene)[PHASE].position[1:]
     away = math.pi * (phase[:, 1] % 2.0 + phase[:, 2]) - exact_phase(scene)
     away = (away + math.pi) % math.tau - math.pi
     nominal_s = scene.clock.nominal_period or machine.small_period
     found_s = float(np.max(np.abs(away))) * nominal_s / math.tau
-    return Comparison(scene, math.nan if predicted is None else predicted, found_s)
+    return Comparison(scene, predicted, found_s)
 
 
 def bounds(count: int = SCENES, kinds: tuple[str, ...] = tuple(KINDS)) -> list[Row]:

@@ -286,3 +286,35 @@ def test_without_covariates_no_coefficient_is_told(tmp_path: Path) -> None:
     said = StringIO()
     Console(file=said, width=200).print(facts_table(found))
     assert 'coefficient' not in said.getvalue()
+
+
+def test_the_sea_that_decides_is_told() -> None:
+    found = tauto.check('portsmouth_jamaica')
+    assert found['expected']['decided_by']['why'] == 'met fastest'
+    text = ' '.join(' '.join(printed(found, 200)).split())
+    assert 'from sampling waves down to 1.16 s in the sea met fastest, that of day 19.75' in text
+
+
+def test_chaos_is_told_with_the_time_in_which_it_grows_and_how_far_it_can_be_bounded(
+    tmp_path: Path,
+) -> None:
+    found = facts(tmp_path)
+    assert (found['expected']['growth'], found['expected']['bounded_until_s']) == (None, None)
+    growth = {'followed_s': 7200.0, 'per_s': 2e-3, 'per_s_sigma': 2e-4, 'is_chaotic': True}
+    found['expected'] |= {'error_s': 0.01, 'growth': growth}
+    text = ' '.join(' '.join(printed(found, 200)).split())
+    assert 'at most 0.01 s of the reading' in text
+    assert 'chaotic: a small difference grows e-fold in 7.6 minutes to 9.3 minutes' in text
+    found['expected'] |= {'error_s': None, 'bounded_until_s': 7200.0}
+    text = ' '.join(' '.join(printed(found, 200)).split())
+    assert 'cannot be bounded beyond 2 hours' in text
+    assert 'from sampling' not in text
+
+
+def test_trials_that_were_cut_are_told(tmp_path: Path) -> None:
+    found = facts(tmp_path, VERTICAL, ship=ROLL)
+    found['expected'] |= {'was_cut': True, 'tried_s': 12.0}
+    text = ' '.join(' '.join(printed(found, 200)).split())
+    assert 'trial runs were cut after 10 s of processor time; they tried 12 seconds' in text
+    found['expected'] |= {'error_s': None}
+    assert 'not known: the trial runs cost too much' in ' '.join(printed(found, 200))

@@ -1,5 +1,6 @@
 """The predicted error of a scene bounds the actual one by independent programs, within thirty."""
 
+import math
 import sys
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import yaml
 
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
-from tauto_core.trial import Dial, extrapolated, try_out
+from tauto_core.trial import RELEASED_APART, Dial, _Growing, _Ran, extrapolated, try_out
 from tauto_core.voyage import sail
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / 'benchmarks'
@@ -71,11 +72,43 @@ def test_a_slow_drift_under_a_bounded_error_is_seen():
     assert found == pytest.approx(2e-9, rel=0.2)
 
 
-def test_exponential_growth_is_carried_on_to_what_cannot_be_predicted():
-    error = 1e-14 * np.exp(TIMES / 1000.0)
-    whole = 1e-14 * np.exp(12_000.0 / 1000.0)
-    assert extrapolated(TIMES, error, 12_000.0, 1e-15) == pytest.approx(whole, rel=0.1)
-    assert bound(error) == END_S
+def grown(logs):
+    """The growth of a distance whose logarithm is given at `TIMES`."""
+    apart = RELEASED_APART / math.pi * np.exp(logs)
+    one = np.stack([np.zeros_like(apart), apart], axis=1)
+    scene = load_scene('ideal', duration=TRIED_S, **{'log.interval': 10.0})
+    return _Growing.of(_Ran(one, 0, False), _Ran(np.zeros_like(one), 0, False), scene)
+
+
+def test_exponential_growth_is_told_from_powers_of_time():
+    for power in (0.25, 1.0, 3.0):
+        found = grown(power * np.log1p(TIMES)).found
+        assert not found.is_chaotic
+        assert found.grows == (power >= 1.0)
+    assert not grown(np.full_like(TIMES, 3.0)).found.grows
+    found = grown(TIMES / 1000.0).found
+    assert found.is_chaotic
+    assert 1.0 / found.per_s == pytest.approx(1000.0, rel=1e-6)
+    assert found.per_s_sigma < 1e-9
+
+
+def test_chaos_is_followed_while_the_distance_is_small_and_then_carried_on():
+    """From 1e-11 rad to 0.1 rad a distance grows by e^23; later it grows no more in truth."""
+    growing = grown(TIMES / 400.0)
+    assert growing.found.followed_s == pytest.approx(400.0 * math.log(1e10), rel=0.01)
+    assert math.log(growing.size_at(2.0 * TRIED_S)) == pytest.approx(2.0 * TRIED_S / 400.0)
+    assert growing.time_of(math.exp(10.0), END_S) == pytest.approx(4000.0, abs=10.0)
+    assert growing.time_of(math.exp(30.0), END_S) == pytest.approx(12_000.0, rel=1e-3)
+    assert growing.time_of(math.exp(30.0), 11_000.0) is None
+
+
+def test_scatter_of_the_growth_hastens_what_is_carried_on():
+    steady, uneven = (grown(TIMES / 1000.0 + each) for each in (0.0, np.floor(TIMES / 3000.0)))
+    assert uneven.found.per_s_sigma > 1e-4
+    quickest = uneven.found.per_s + 2.0 * uneven.found.per_s_sigma
+    both = [math.log(uneven.size_at(each)) for each in (TRIED_S, TRIED_S + 1000.0)]
+    assert both[1] - both[0] == pytest.approx(1000.0 * quickest)
+    assert steady.size_at(END_S) < uneven.size_at(END_S)
 
 
 def test_what_starts_within_rounding_does_not_count_as_growth():
@@ -100,6 +133,17 @@ def test_a_shorter_trial_bounds_what_the_whole_would():
     part, whole = (try_out(scene, DIAL, each, None) for each in (75.0, 1200.0))
     assert (part.tried_s, whole.tried_s) == (75.0, 1200.0)
     assert 0.33 * whole.sampling_s < part.sampling_s < 30.0 * whole.sampling_s
+
+
+def test_a_log_interval_as_long_as_the_scene_makes_no_trial_longer():
+    scene = load_scene(
+        'second_cam_at_sea',
+        duration=86_400.0,
+        **{'log.interval': 86_400.0, 'drift.observation_interval': 86_400.0},
+    )
+    found = try_out(scene, DIAL, 600.0, None)
+    assert found.tried_s == pytest.approx(600.0, rel=0.05)
+    assert found.sampling_s > 0.0
 
 
 def test_a_step_without_divisors_is_not_tried_finer():

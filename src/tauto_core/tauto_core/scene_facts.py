@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -19,12 +20,16 @@ from tauto_core.motion import propagator_name
 from tauto_core.navigation.coefficient_runs import coefficients, runs
 from tauto_core.readiness import check_scene, oddities
 from tauto_core.scene import Scene
-from tauto_core.voyage_cost import MEASURED_ON, forecast, tolerance
+from tauto_core.voyage_cost import LONGEST_TRIAL_S, MEASURED_ON, RESOLUTION_S, forecast, tolerance
 from tauto_core.what_runs import hangs, left_out, reason, resonances, thread, way
 
 
-def scene_facts(scene: Scene) -> dict[str, Any]:
+def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Return what a scene would run, after every check that `tauto sail` makes before it starts.
+
+    Args:
+        scene: the scene.
+        progress: called with the share done, from 0 to 1.
 
     Returns:
         The object of `tauto scene check --json`. `expected` has the figures of
@@ -38,7 +43,7 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
     machine, motion = check_scene(scene)
     warnings = [*oddities(scene), *motion.warnings, *resonances(scene, machine)]
     name = propagator_name(machine, still=scene.lies_still)
-    expected = forecast(scene, machine, motion)
+    expected = forecast(scene, machine, motion, progress)
     stepping = expected.steps_a_swing is not None
     return {
         'scene': scene.name,
@@ -49,6 +54,8 @@ def scene_facts(scene: Scene) -> dict[str, Any]:
         'expected': {
             **asdict(expected),
             'tolerance': tolerance(scene) if stepping else None,
+            'resolution_s': RESOLUTION_S,
+            'longest_trial_s': LONGEST_TRIAL_S,
             'measured_on': MEASURED_ON,
         },
         'ship': scene.ship.kind,

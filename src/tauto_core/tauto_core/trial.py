@@ -6,18 +6,26 @@ includes effects for which an interpolation formula would need details of each m
 windows at the start, the effect of a wrong amplitude on the rate, a case or a thread that swings,
 impulses, resonance. Errors that both runs share are not seen: the machine's own numbers, and
 rounding.
+
+Where steps are taken, two more runs through the same sea show how a small distance grows: the
+wheel of one is released `RELEASED_APART` nearer to rest. Where that grows exponentially the motion
+is chaotic, and all errors grow with it, those by rounding included. The distance is far larger
+than any rounding, so that no rounding is taken for growth.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.samples import NS_PER_S, PHASE, SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, Solver
+from tauto_core.scene.constants import LEGIBLE
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.ship import ShipMotion
@@ -36,18 +44,54 @@ is used.
 FINER_TOLERANCE = 1e-3
 """Factor of the tolerance in the finer run."""
 
-CHUNK = 4096
-"""Number of samples fed at once."""
+WORK = 6.0
+"""Work of the runs that show errors over that of one as asked: two of the same, and one that is
+four times finer.
+"""
+
+FIRST_CHUNK, CHUNK = 64, 4096
+"""Least and largest number of samples fed at once."""
+
+CHUNK_S = 0.05
+"""Processor time of a chunk above which no larger one follows [s], so that limits are kept."""
+
+COMPILED_S, COMPILING_S = 20.0, 5.0
+"""Motion at the beginning of a run that may compile kernels, and the processor time for that in
+all runs together [s].
+"""
+
+LEAST_LOGS = 32
+"""Least number of instants at which runs are compared; a log that has fewer is made closer."""
+
+STRIDE = 8
+"""Samples in a log interval made closer are a multiple of this, so that pieces stay as long."""
 
 STEEPEST = 3.0
 """Largest power of time by which an error grows: a force in resonance changes the amplitude in
 proportion to t, and so the phase in proportion to t² where the rate depends on the amplitude.
 """
 
-CHAOTIC = 1.5, 12.0
-"""An error is taken to grow exponentially if its logarithm grows by more in the second half of a
-trial than in its second quarter, and the error by more than this factor.
+RELEASED_APART = 1e-11
+"""Distance of the releases of two motions, whose growth is followed [rad]."""
+
+APART_TOLERANCE = 2e-12
+"""Largest tolerance of their steps, whose errors in a swing are below `RELEASED_APART`."""
+
+SMALL_APART = 0.1
+"""Largest distance of two phases that grows in proportion to itself [rad]."""
+
+GROWTH_LENGTHS = 3.0
+"""Length over which growth is followed, over that of the other runs, which cost more."""
+
+GROWTH_PIECES = 6
+"""Number of pieces by which the scatter of growth is measured, after the first quarter: there the
+distance spreads from the amplitude to the phase.
 """
+
+SURE = 2.0
+"""Standard errors by which growth after what was followed is assumed faster than it was found."""
+
+UNIT_ROUNDING = 2.0**-53
 
 
 @dataclass(frozen=True)
@@ -63,6 +107,62 @@ class Dial:
     rounding_s: float
 
 
+class Limit:
+    """The processor time that trial runs may take together, and the progress that they tell.
+
+    Args:
+        most_s: processor time [s].
+        tell: called with the share done, from 0 to 1.
+    """
+
+    def __init__(
+        self, most_s: float = math.inf, tell: Callable[[float], None] | None = None
+    ) -> None:
+        self.left_s, self._tell = most_s, tell
+        self.planned_s, self._done_s, self._compiling_s = math.inf, 0.0, COMPILING_S
+
+    def charge(self, spent_s: float, done_s: float, *, may_compile: bool) -> float:
+        """Note the cost of a part of a run; return it without what compiling may have taken.
+
+        Args:
+            spent_s: its processor time [s].
+            done_s: its motion, times the work of the run over that of one as asked [s]; all runs
+                together have `planned_s`.
+            may_compile: whether kernels may have been compiled.
+        """
+        compiling_s = min(spent_s, self._compiling_s) if may_compile else 0.0
+        self._compiling_s -= compiling_s
+        self.left_s -= spent_s - compiling_s
+        self._done_s += done_s
+        if self._tell is not None:
+            self._tell(min(self._done_s / self.planned_s, 1.0))
+        return spent_s - compiling_s
+
+
+@dataclass(frozen=True)
+class Growth:
+    """The growth of a small distance between two motions in the same sea.
+
+    Attributes:
+        followed_s: time over which it was followed, while it was small [s].
+        per_s: finite-time Lyapunov exponent [1/s]: the rate at which the logarithm of the largest
+            distance so far grew after the first quarter of that time.
+        per_s_sigma: its standard error, from the scatter between pieces of that time [1/s].
+        is_chaotic: whether it grew exponentially, that is by more than the power `STEEPEST` of
+            time after the half or the quarter. Otherwise `per_s` falls with the time followed.
+    """
+
+    followed_s: float
+    per_s: float
+    per_s_sigma: float
+    is_chaotic: bool
+
+    @property
+    def grows(self) -> bool:
+        """Whether it grew from the quarter on by more than half of what a change of rate does."""
+        return 0.75 * self.followed_s * self.per_s > 0.5 * math.log(4.0)
+
+
 @dataclass(frozen=True)
 class Trial:
     """The errors that trial runs of the beginning of a scene showed.
@@ -70,99 +170,303 @@ class Trial:
     Attributes:
         tried_s: length of the beginning [s].
         sampling_s: bound of the error of the reading in the whole run by sampling the motion [s];
-            None on a ship that lies still, or where no finer step is a whole number of
-            nanoseconds.
-        steps_s: the same for the steps; 0 where none are taken. A finer tolerance may divide the
-            motion into other pieces; the difference by these may count as sampling or as steps.
+            None on a ship that lies still, where no finer step is a whole number of nanoseconds,
+            or where the processor time was spent before anything was seen.
+        steps_s: the same for the steps; 0 where none are taken, None where nothing was seen. A
+            finer tolerance may divide the motion into other pieces; the difference by these may
+            count as sampling or as steps.
+        rounding_s: the same for rounding where it grows exponentially; else 0.
+        growth: the growth of a small distance; None where no steps are taken, on land unless a
+            thread swings, or where the motion ended too early for it.
+        until_s: time up to which all of it is below `LEGIBLE`, where it grows exponentially and
+            exceeds that before the end [s]; else None.
+        newton_a_second: steps that took Newton's method, in a second of the motion as asked.
+        was_cut: whether the processor time was spent before the runs were done.
     """
 
     tried_s: float
     sampling_s: float | None
-    steps_s: float
+    steps_s: float | None
+    rounding_s: float = 0.0
+    growth: Growth | None = None
+    until_s: float | None = None
+    newton_a_second: float = 0.0
+    was_cut: bool = False
 
 
-def try_out(scene: Scene, dial: Dial, longest_s: float, tolerance: float | None) -> Trial:
+@dataclass(frozen=True)
+class _Ran:
+    """Half turns and fractions at the logged instants of a run, (n, 2), and how it went."""
+
+    phases: FloatArray
+    newton: int
+    was_cut: bool
+
+
+def try_out(
+    scene: Scene,
+    dial: Dial,
+    longest_s: float,
+    tolerance: float | None,
+    limit: Limit | None = None,
+    lasts_s: float = math.inf,
+) -> Trial:
     """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
     Args:
         scene: a scene that runs, on a ship that moves or with a propagator that takes steps.
         dial: the dial of the scene.
-        longest_s: length of the beginning, in whole log intervals, at least two [s].
+        longest_s: length of the beginning, in whole log intervals, at least two [s]; growth is
+            followed for `GROWTH_LENGTHS` times as long.
         tolerance: tolerance of the steps; None where none are taken.
+        limit: processor time of all runs together; None: no limit.
+        lasts_s: time after which sampling causes no more errors [s], unless errors grow.
     """
-    interval_s = scene.log_interval_ns / NS_PER_S
-    logs = min(max(int(longest_s / interval_s), 2), scene.log_count - 1)
-    beginning = scene.model_copy(update={'duration': logs * interval_s})
-    phases, steps_s = _phases(beginning), 0.0
+    limit = Limit() if limit is None else limit
+    scene, ends_s = _closely_logged(scene, longest_s), scene.duration
+    beginning, followed = (_beginning(scene, n * longest_s) for n in (1.0, GROWTH_LENGTHS))
+    parts = None if scene.lies_still else _finer_parts(scene)
+    stepping, thread = tolerance is not None, scene.trochlea and scene.trochlea.thread.kind
+    # a wheel on land has one degree of freedom and nothing that changes with time: no chaos
+    may_be_chaotic = stepping and (not scene.lies_still or thread == 'hanging')
+    limit.planned_s = (1 + stepping + (parts or 0)) * beginning.duration
+    limit.planned_s += 2 * may_be_chaotic * followed.duration
+    # where a run costs more than was planned, the finer ones are left the time for as much of it
+    runs = [_run(beginning, limit, 0.5 * limit.left_s / WORK)]
+    if runs[0].was_cut:
+        beginning = followed = _beginning(scene, _length_s(scene, runs[0]))
+    steps = sampling = growing = None
     if tolerance is not None:
         solver = Solver(tolerance=max(FINER_TOLERANCE * tolerance, LEAST_TOLERANCE))
         beginning = beginning.model_copy(update={'solver': solver})
-        as_asked, phases = phases, _phases(beginning)
-        steps_s = _bound(as_asked, phases, scene, dial)
-    finer = None if scene.lies_still else _finer(beginning)
-    sampling_s = None if finer is None else _bound(phases, _phases(finer), scene, dial)
-    return Trial(beginning.duration, sampling_s, steps_s)
+        runs.append(_run(beginning, limit))
+        steps = _apart_s(runs[0], runs[1], dial)
+    if parts is not None:
+        runs.append(_run(_sampled_finer(beginning, parts), limit, work=parts))
+        sampling = _apart_s(runs[-2], runs[-1], dial)
+    if tolerance is not None and may_be_chaotic:
+        near, far = _two_motions(followed, tolerance)
+        runs += [_run(near, limit, 0.5 * limit.left_s), _run(far, limit)]
+        growing = _Growing.of(runs[-2], runs[-1], scene)
+    interval_s = scene.log_interval_ns / NS_PER_S
+    tried = min(len(each) for each in (runs[0].phases, steps, sampling) if each is not None)
+    seen = Trial(
+        tried_s=max(tried - 1, 0) * interval_s,
+        sampling_s=None,
+        steps_s=None,
+        growth=None if growing is None else growing.found,
+        newton_a_second=runs[0].newton / max(_length_s(scene, runs[0]), interval_s),
+        was_cut=any(ran.was_cut for ran in runs),
+    )
+    if seen.was_cut and tried < 2:
+        return seen
+    errors = [error if error is None else error[:tried] for error in (sampling, steps)]
+    times = np.arange(tried) * interval_s
+    grows = seen.growth is not None and seen.growth.grows
+    sampled_s = ends_s if grows else min(lasts_s, ends_s)
+    bounds = [
+        None if error is None else SAFETY * extrapolated(times, error, until_s, dial.rounding_s)
+        for error, until_s in zip(errors, (sampled_s, ends_s), strict=True)
+    ]
+    rounding_s, until_s = 0.0, None
+    if growing is not None and growing.found.is_chaotic:
+        starts_s = [0.0 if each is None else growing.start_s(times, each) for each in errors]
+        rounding = UNIT_ROUNDING * dial.nominal_s
+        grown = growing.size_at(ends_s)
+        bounds = [
+            None if bound is None else min(max(bound, SAFETY * start_s * grown), ends_s)
+            for bound, start_s in zip(bounds, starts_s, strict=True)
+        ]
+        rounding_s = min(SAFETY * rounding * grown, ends_s)
+        until_s = growing.time_of(
+            LEGIBLE * dial.nominal_s / (SAFETY * (sum(starts_s) + rounding)), ends_s
+        )
+    return replace(
+        seen,
+        sampling_s=bounds[0],
+        steps_s=bounds[1] if stepping else 0.0,
+        rounding_s=rounding_s,
+        until_s=until_s,
+    )
 
 
-def _finer(scene: Scene) -> Scene | None:
-    """Return a scene with its motion sampled more finely; None where that is impossible."""
+def _beginning(scene: Scene, longest_s: float) -> Scene:
+    """Return the beginning of a scene, in whole log intervals, at least two."""
+    interval_s = scene.log_interval_ns / NS_PER_S
+    logs = min(max(int(longest_s / interval_s * (1.0 + 1e-12)), 2), scene.log_count - 1)
+    return scene.model_copy(update={'duration': logs * interval_s})
+
+
+def _closely_logged(scene: Scene, longest_s: float) -> Scene:
+    """Return a scene whose beginning has `LEAST_LOGS` log intervals, if samples allow it."""
+    most_ns = min(longest_s, scene.duration) * NS_PER_S / LEAST_LOGS
+    if scene.log_interval_ns <= most_ns:
+        return scene
+    step_ns = 1 if scene.lies_still else scene.step_ns
+    steps = max(int(most_ns / step_ns), 1)
+    steps -= steps % STRIDE if steps > STRIDE else 0
+    interval_ns = min(steps * step_ns, scene.log_interval_ns)
+    log = scene.log.model_copy(update={'interval': interval_ns / NS_PER_S})
+    return scene.model_copy(update={'log': log})
+
+
+def _finer_parts(scene: Scene) -> int | None:
+    """Return into how many parts a finer run divides a step; None where that is impossible."""
     for parts in FINER:
-        rate = NS_PER_S / (scene.step_ns / parts)
-        ship = scene.ship.model_copy(update={'rate': rate})
-        finer = scene.model_copy(update={'ship': ship})
         try:
-            felt_parts(finer)
+            felt_parts(_sampled_finer(scene, parts))
         except SceneError:  # a suspended case divides the step itself
             continue
         if scene.step_ns % parts == 0:
-            return finer
+            return parts
     return None
 
 
-def _phases(scene: Scene) -> FloatArray:
-    """Return half turns and fractions at logged instants, (n, 2).
+def _sampled_finer(scene: Scene, parts: int) -> Scene:
+    ship = scene.ship.model_copy(update={'rate': NS_PER_S / (scene.step_ns / parts)})
+    return scene.model_copy(update={'ship': ship})
 
-    Up to the end, or to the last logged instant before the motion ends with an error.
+
+def _two_motions(scene: Scene, tolerance: float) -> tuple[Scene, Scene]:
+    """Return a scene twice, the second time with the wheel released nearer to rest."""
+    assert scene.trochlea is not None  # a body in a fluid takes no steps
+    solver = Solver(tolerance=min(tolerance, APART_TOLERANCE))
+    release = scene.trochlea.release_angle
+    nearer = release - math.copysign(RELEASED_APART, release)
+    released = scene.trochlea.model_copy(update={'release_angle': nearer})
+    return (
+        scene.model_copy(update={'solver': solver}),
+        scene.model_copy(update={'solver': solver, 'trochlea': released}),
+    )
+
+
+def _length_s(scene: Scene, ran: _Ran) -> float:
+    """Return the motion that a run has logged [s]."""
+    return max(len(ran.phases) - 1, 0) * scene.log_interval_ns / NS_PER_S
+
+
+def _apart_s(one: _Ran, other: _Ran, dial: Dial) -> FloatArray:
+    """Return by how much the readings of two runs differ, at the instants of both [s]."""
+    both = min(len(one.phases), len(other.phases))
+    half_turns = (one.phases[:both] - other.phases[:both]).sum(axis=1)
+    apart: FloatArray = 0.5 * dial.nominal_s * half_turns
+    return apart
+
+
+def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0) -> _Ran:
+    """Run a scene up to its end, or to the last logged instant before its motion ends in an error.
+
+    Args:
+        scene: the scene.
+        limit: what is left of the processor time.
+        most_s: processor time that the run itself may take [s].
+        work: its work over that of the scene as asked.
     """
     while True:
         try:
-            return _sailed(scene)
+            return _sailed(scene, limit, min(most_s, limit.left_s), work)
         except PropagationError as ended:
             interval_s = scene.log_interval_ns / NS_PER_S
             logs = math.ceil(min(ended.time_s, scene.duration) / interval_s) - 1
             if logs < 1:
-                return np.empty((0, 2))
+                return _Ran(np.empty((0, 2)), 0, False)
             scene = scene.model_copy(update={'duration': logs * interval_s})
 
 
-def _sailed(scene: Scene) -> FloatArray:
-    """Return half turns and fractions at the logged instants of a scene, (n, 2)."""
+def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
+    """Return what a run shows before it ends, or has taken its processor time."""
     motion, stage, said = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
+    step_s, chunk, reached_s, spent_s, cut = scene.step_ns / NS_PER_S, FIRST_CHUNK, 0.0, 0.0, False
 
     def take(batches: Batches) -> None:
         if PHASE in batches:
             said.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
 
-    while len((imu := motion.sense(CHUNK)).stamp_ns):
+    # The result does not depend on the chunks.
+    while not cut:
+        began_s = time.thread_time()
+        imu = motion.sense(chunk)
+        if not len(imu.stamp_ns):
+            take(stage.finish())
+            break
         take(stage.feed({SHIP_IMU: imu}))
-    take(stage.finish())
-    return np.concatenate(said)
+        took_s, moved_s = time.thread_time() - began_s, len(imu.stamp_ns) * step_s
+        spent_s += limit.charge(took_s, work * moved_s, may_compile=reached_s < COMPILED_S)
+        reached_s += moved_s
+        chunk = min(2 * chunk, CHUNK) if took_s < CHUNK_S else max(chunk // 2, FIRST_CHUNK)
+        cut = spent_s >= most_s
+    newton = int(stage.state()['propagator'].get('newton', 0))
+    return _Ran(np.concatenate(said), newton, cut)
 
 
-def _bound(one: FloatArray, other: FloatArray, scene: Scene, dial: Dial) -> float:
-    """Return a bound of the difference between two runs at the end of a scene [s]."""
-    both = min(len(one), len(other))
-    half_turns = (one[:both] - other[:both]).sum(axis=1)
-    apart: FloatArray = 0.5 * dial.nominal_s * half_turns
-    times = np.arange(both, dtype=np.float64) * (scene.log_interval_ns / NS_PER_S)
-    return SAFETY * extrapolated(times, apart, scene.duration, dial.rounding_s)
+class _Growing:
+    """The largest distance so far of two motions, over their first one, against the time.
+
+    Args:
+        times: from 0, evenly spaced, (n,) [s].
+        logs: logarithm of that size, (n,); it never falls.
+    """
+
+    def __init__(self, times: FloatArray, logs: FloatArray) -> None:
+        self._times, self._logs = times, logs
+        end_s = float(times[-1])
+        edges = np.interp(end_s * np.linspace(0.25, 1.0, GROWTH_PIECES + 1), times, logs)
+        pieces, piece_s = np.diff(edges), 0.75 * end_s / GROWTH_PIECES
+        by_power = STEEPEST * math.log(2.0)
+        half, quarter = (logs[-1] - np.interp(part * end_s, times, logs) for part in (0.5, 0.25))
+        self.found = Growth(
+            followed_s=end_s,
+            per_s=float(np.mean(pieces)) / piece_s,
+            per_s_sigma=float(np.std(pieces, ddof=1)) / math.sqrt(GROWTH_PIECES) / piece_s,
+            is_chaotic=bool(half > by_power or quarter > 2.0 * by_power),
+        )
+
+    @classmethod
+    def of(cls, one: _Ran, other: _Ran, scene: Scene) -> _Growing | None:
+        """Return the growth that two runs show, None where their motion ends at once."""
+        both = min(len(one.phases), len(other.phases))
+        half_turns = (one.phases[:both] - other.phases[:both]).sum(axis=1)
+        apart = math.pi * np.maximum.accumulate(np.abs(half_turns))
+        apart = apart[apart <= SMALL_APART]
+        if len(apart) <= GROWTH_PIECES:
+            return None
+        times = np.arange(len(apart)) * (scene.log_interval_ns / NS_PER_S)
+        return cls(times, np.log(np.maximum(apart / RELEASED_APART, 1.0)))
+
+    @property
+    def _quickest_per_s(self) -> float:
+        return self.found.per_s + SURE * self.found.per_s_sigma
+
+    def size_at(self, time_s: float) -> float:
+        """Return the size at a time, or what it becomes at most; inf beyond what doubles hold."""
+        beyond_s = max(time_s - self.found.followed_s, 0.0)
+        log = float(np.interp(time_s, self._times, self._logs)) + self._quickest_per_s * beyond_s
+        return math.exp(log) if log < 700.0 else math.inf
+
+    def time_of(self, size: float, end_s: float) -> float | None:
+        """Return the time at which a size is reached [s]; None if that is not before the end."""
+        log = math.log(size)
+        if log <= self._logs[-1]:
+            time_s = float(self._times[np.searchsorted(self._logs, log)])
+        else:
+            time_s = self.found.followed_s + (log - float(self._logs[-1])) / self._quickest_per_s
+        return time_s if time_s < end_s else None
+
+    def start_s(self, times: FloatArray, error: FloatArray) -> float:
+        """Return the error at the start [s] that has grown to the one found, and as growth goes.
+
+        What comes later grows less; in the first quarter errors are not yet those that last.
+        """
+        late = times >= 0.25 * times[-1]
+        grown = np.exp(np.interp(times[late], self._times, self._logs))
+        return float(np.max(np.abs(error[late]) / grown))
 
 
 def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s: float) -> float:
     """Return the largest size of an error at a later time, by extrapolation.
 
-    Its largest size so far continues to grow as in the second half of the known part, by a power
-    of time, or exponentially if that fits; or as a straight line, if that gives more.
+    Its largest size so far continues to grow by the power of time of the second half of the known
+    part; or as a straight line, if that gives more. What is within rounding does not grow.
 
     Args:
         times: increasing from 0, evenly spaced, (n,) [s].
@@ -176,16 +480,11 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
     if len(times) < 2:
         return 0.0
     tried_s, sizes = float(times[-1]), np.abs(error)
-    most, half, quarter = (float(np.max(sizes[times <= tried_s / n])) for n in (1, 2, 4))
+    most, half = (float(np.max(sizes[times <= tried_s / n])) for n in (1, 2))
     if end_s <= tried_s or most == 0.0:
         return most
     doubling = math.log(most / max(half, min(rounding_s, most)))
-    before = math.log(max(half, rounding_s) / max(quarter, rounding_s))
-    if doubling > max(CHAOTIC[0] * before, math.log(CHAOTIC[1])):
-        exponent = doubling * (end_s - tried_s) / (0.5 * tried_s)
-    else:
-        exponent = min(doubling / math.log(2.0), STEEPEST) * math.log(end_s / tried_s)
+    power = min(doubling / math.log(2.0), STEEPEST)
     slope = abs(float(np.polyfit(times, error, 1)[0]))
-    known_s = math.log(end_s / most)
-    grown = end_s if exponent > known_s else most * math.exp(exponent)
-    return min(max(grown, most + slope * (end_s - tried_s)), end_s)
+    longer = most + slope * (end_s - tried_s)
+    return min(max(most * (end_s / tried_s) ** power, longer), end_s)

@@ -2,14 +2,17 @@
 
 A cost is a rough figure: the number of operations times the nanoseconds measured for one. Errors
 are those of the simulation relative to its own equations and the exact sea, not the clock's error.
-They are bounds, found by running the beginning (`trial`).
+They are bounds, found by running the beginning (`trial`), in weather in each sea that may be the
+worst.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +25,8 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
 from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
 from tauto_core.ship.waves import Harmonics
-from tauto_core.trial import Dial, try_out
+from tauto_core.ship.weather_states import told
+from tauto_core.trial import UNIT_ROUNDING, WORK, Dial, Growth, Limit, Trial, try_out
 
 if TYPE_CHECKING:
     from tauto_core.motion.collocation import Collocation
@@ -42,6 +46,7 @@ SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 9.2, 0.065
 FORCED_NS_A_SAMPLE = 25.0
 SUSPENDED_NS_A_SAMPLE = 270.0
 NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
+NS_A_NEWTON_STEP = 6900.0
 NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
 NS_A_HALF_SWING = 4800.0
 NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
@@ -52,14 +57,16 @@ COEFFICIENT_RUNS_S = 0.71
 
 PERIOD_ERROR = 1e-14
 """Largest relative error of a period by quadrature (tests of machines)."""
-UNIT_ROUNDING = 2.0**-53
+
+RESOLUTION_S = 1e-9
+"""Resolution of the reading, which is in whole nanoseconds: no smaller bound is stated [s]."""
 
 TRIAL_RUN_S = 0.8
-"""Approximate run time of all trials together [s]; it limits how much of a scene they cover."""
-WORK_OF_TRIALS = 6.0
-"""Work of all trials over that of the scene as it is: up to two more of the same, and one that is
-four times finer.
+"""Approximate run time of the trials for errors together [s], and of those for growth; it limits
+how much of a scene they cover.
 """
+LONGEST_TRIAL_S = 10.0
+"""Processor time after which trials are cut that cost more than was predicted [s]."""
 
 
 @dataclass(frozen=True)
@@ -73,38 +80,63 @@ class Forecast:
     Attributes:
         run_s: run time of `tauto sail` without a bag, within a factor of two or three [s].
         steps_a_swing: steps in a full swing, where the propagator takes steps; else None.
-        error_s: bound of all the following together; None where one of them is not known.
+        error_s: bound of all the following together, at least `RESOLUTION_S`; None where one of
+            them is not known, or where the motion is chaotic and nothing is known of the end.
         sampling_error_s: bound of the error by sampling the ship's motion; None on a ship that
             lies still, and where its step has no divisor with which to try a finer one. Measured
             motion is taken as exact within its pass-band.
         steps_error_s: bound of the error of the steps by their tolerance, or of a closed form by
-            the accuracy of its period.
-        rounding_error_s: approximate error of the reading by rounding alone. No smaller error is
-            predicted; a bound near it means that the run is as exact as doubles allow.
+            the accuracy of its period; None where the trials were cut before any was seen.
+        rounding_error_s: approximate error of the phase by rounding alone, with what it grows to
+            where the motion is chaotic. A sum near it means that the run is as exact as doubles
+            allow. The reading is rounded to whole nanoseconds besides.
         tried_s: length of the scene that was run to find the bounds [s]; None: nothing had to be.
             Beyond it they are extrapolated.
-        shortest_wave_s: least period in the motion that the clock feels, including the swings of a
-            suspended case [s]; None on a ship that lies still or whose motion was measured,
-            without a suspension.
+        was_cut: whether the trials cost so much more than predicted that they were cut.
+        growth: growth of a small distance between two motions in the same sea (`trial.Growth`);
+            None where no steps are taken, and on land unless a thread swings.
+        bounded_until_s: time from which on the bound exceeds a quarter of a period, in a chaotic
+            motion; else None.
+        decided_by: the sea in which the largest bound was found: `why` it was tried, `highest` or
+            `met fastest` or both, and its figures as in `weather.states`; None without weather.
+        shortest_wave_s: least period in the motion that the clock feels there, including the
+            swings of a suspended case [s]; None on a ship that lies still or whose motion was
+            measured, without a suspension.
     """
 
     run_s: float
     steps_a_swing: float | None
     error_s: float | None
     sampling_error_s: float | None
-    steps_error_s: float
+    steps_error_s: float | None
     rounding_error_s: float
     tried_s: float | None
     shortest_wave_s: float | None
+    was_cut: bool = False
+    growth: Growth | None = None
+    bounded_until_s: float | None = None
+    decided_by: dict[str, Any] | None = None
+
+    @property
+    def phase_error_s(self) -> float:
+        """Bound of the error of the phase, which is not rounded to nanoseconds [s]."""
+        parts = self.sampling_error_s, self.steps_error_s, self.rounding_error_s
+        return sum(part for part in parts if part is not None)
 
 
-def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMotion) -> Forecast:
+def forecast(
+    scene: Scene,
+    machine: AnyMachine | FluidPendulum,
+    motion: ShipMotion,
+    progress: Callable[[float], None] | None = None,
+) -> Forecast:
     """Return the expected cost and error of a scene.
 
     Args:
         scene: a scene that runs.
         machine: the machine of the scene.
         motion: the motion of the scene's ship.
+        progress: called with the share done of the trials, from 0 to 1.
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
@@ -119,27 +151,67 @@ def forecast(scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMoti
     nominal_s = scene.clock.nominal_period or machine.small_period
     run_s = _run_s(scene, name, motion, scene.duration / swing_s, steps)
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
-    rounding = _rounding_s(scene.duration, step_s, nominal_s)
-    sampling, lost, tried = None, 0.0, None
-    if steps is not None or not still:
-        longest_s = scene.duration * TRIAL_RUN_S / (WORK_OF_TRIALS * (run_s - START_S[name]))
-        steps_to = None if steps is None else tolerance(scene)
-        rough = scene.model_copy(update={'ship': scene.ship.roughest(scene)})
-        trial = try_out(rough, Dial(nominal_s, rounding), longest_s, steps_to)
-        sampling, lost, tried = trial.sampling_s, trial.steps_s, trial.tried_s
-    elif name == 'action_angle':
-        lost = scene.duration * PERIOD_ERROR
-    known = still or sampling is not None
+    rounding_s = _rounding_s(scene.duration, step_s, nominal_s)
+    if steps is None and still:
+        lost_s = scene.duration * PERIOD_ERROR if name == 'action_angle' else 0.0
+        return Forecast(
+            run_s=run_s,
+            steps_a_swing=None,
+            error_s=_stated(lost_s + rounding_s),
+            sampling_error_s=None,
+            steps_error_s=lost_s,
+            rounding_error_s=rounding_s,
+            tried_s=None,
+            shortest_wave_s=_shortest_wave_s(scene),
+        )
+    seas = scene.ship.worst_seas(scene)
+    longest_s = scene.duration * TRIAL_RUN_S / (len(seas) * WORK * (run_s - START_S[name]))
+    found: list[tuple[float, Trial, Scene, dict[str, Any] | None]] = []
+    for sea in seas:
+        there = scene.model_copy(update={'ship': sea.ship})
+        limit = Limit(LONGEST_TRIAL_S / len(seas), partial(_tell, progress, len(found), len(seas)))
+        trial = try_out(
+            there,
+            Dial(nominal_s, rounding_s),
+            longest_s,
+            None if steps is None else tolerance(scene),
+            limit,
+            sea.lasts_s,
+        )
+        unknown = trial.steps_s is None or not (there.lies_still or trial.sampling_s is not None)
+        parts_s = (trial.sampling_s or 0.0) + (trial.steps_s or 0.0) + trial.rounding_s
+        state = None if sea.state is None else {'why': sea.why, **told((sea.state,))[0]}
+        found.append((math.inf if unknown else parts_s, trial, there, state))
+    parts_s, trial, there, state = max(found, key=lambda each: each[0])
+    newton_a_swing = max(each.newton_a_second for _, each, _, _ in found) * swing_s
+    rounding_s += trial.rounding_s
+    known = math.isfinite(parts_s) and trial.until_s is None
+    a_swing = None if steps is None else max(steps.a_swing, newton_a_swing)
     return Forecast(
-        run_s=run_s,
-        steps_a_swing=None if steps is None else steps.a_swing,
-        error_s=(sampling or 0.0) + lost + rounding if known else None,
-        sampling_error_s=sampling,
-        steps_error_s=lost,
-        rounding_error_s=rounding,
-        tried_s=tried,
-        shortest_wave_s=_shortest_wave_s(scene),
+        run_s=run_s + scene.duration / swing_s * newton_a_swing * NS_A_NEWTON_STEP / NS_PER_S,
+        steps_a_swing=a_swing,
+        error_s=_stated(parts_s - trial.rounding_s + rounding_s) if known else None,
+        sampling_error_s=trial.sampling_s,
+        steps_error_s=trial.steps_s,
+        rounding_error_s=rounding_s,
+        tried_s=trial.tried_s,
+        shortest_wave_s=_shortest_wave_s(there),
+        was_cut=any(each.was_cut for _, each, _, _ in found),
+        growth=trial.growth,
+        bounded_until_s=trial.until_s,
+        decided_by=state,
     )
+
+
+def _stated(error_s: float) -> float:
+    """Return the bound that is stated of a reading, which is rounded to `RESOLUTION_S`."""
+    return max(error_s + 0.5 * RESOLUTION_S, RESOLUTION_S)
+
+
+def _tell(progress: Callable[[float], None] | None, done: int, seas: int, share: float) -> None:
+    """Tell the share done of the trials in all seas."""
+    if progress is not None:
+        progress((done + share) / seas)
 
 
 def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion) -> Forecast:
@@ -149,7 +221,7 @@ def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion)
     return Forecast(
         run_s=run_s + half_swings * NS_A_HALF_SWING / NS_PER_S,
         steps_a_swing=None,
-        error_s=lost + rounding,
+        error_s=_stated(lost + rounding),
         sampling_error_s=None,
         steps_error_s=lost,
         rounding_error_s=rounding,

@@ -216,3 +216,21 @@ def test_predictions_go_by_the_highest_sea():
     rough = scene.ship.roughest(scene)
     assert (rough.sea.significant_wave_height, rough.heading, rough.weather) == (2.5, 2.0, None)
     assert one_sea(HIGH).ship.roughest(scene) == one_sea(HIGH).ship
+
+
+def test_the_worst_seas_are_the_highest_and_the_one_whose_waves_are_met_fastest():
+    """Short waves from ahead are met fastest; shorter ones from astern, or without height, not."""
+    ahead = {'significant_wave_height': 1.2, 'peak_period': 6.0, 'heading': 3.1, 'speed': 3.0}
+    scene = scene_of(
+        {'at': 0.0, **HIGH},
+        {'at': 3600.0, **ahead},
+        {'at': 7200.0, **ahead, 'peak_period': 5.0, 'heading': 0.0},
+        {'at': 10_800.0, **ahead, 'peak_period': 5.0, 'significant_wave_height': 0.01},
+    )
+    highest, fastest = scene.ship.worst_seas(scene)
+    assert (highest.why, highest.state.at_ns) == ('highest', 0)
+    assert (fastest.why, fastest.state.at_ns) == ('met fastest', 3600 * 10**9)
+    assert fastest.ship.sea.peak_period == 6.0
+    assert 0.0 < fastest.lasts_s < highest.lasts_s == scene.duration
+    (only,) = scene_of({'at': 0.0, **HIGH}).ship.worst_seas(scene)
+    assert only.why == 'highest and met fastest'

@@ -285,12 +285,12 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
 
-    with progress_bar(scene):
+    with progress_bar(scene) as progress:
         loaded = load_scene(scene, **given_values(settings))
         from tauto_core.scene_facts import scene_facts
 
         with naming(scene, loaded.name):
-            facts = scene_facts(loaded)
+            facts = scene_facts(loaded, progress)
     _warn(facts.get('warnings', ()))
     _show(facts, None if as_json else facts_table(facts))
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from tauto_core.scene.constants import DAY_S, LEGIBLE
 from tauto_core.wording import figure, printed, significant, span, with_sigma
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-
-LEGIBLE = 0.25
-"""Error of a reading, in periods, above which the phase is lost."""
 
 
 def shipped_summary(name: str) -> str:
@@ -209,21 +207,55 @@ def _running_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
 def _error_lines(facts: dict[str, Any]) -> list[str]:
     """Return the bound of the simulation's error and its parts, one line each."""
     expected = facts['expected']
-    error, tried = expected['error_s'], expected['tried_s']
-    lines = ['not known: the step of ship.rate has no divisor to try a finer one']
+    error, tried, growth = expected['error_s'], expected['tried_s'], expected['growth']
+    until = expected['bounded_until_s']
+    partly = tried is not None and tried < facts['duration_s']
     if error is not None:
         lines = [f'at most {error:.1g} s of the reading']
-        if tried is not None and tried < facts['duration_s']:
+        if partly:
             lines[0] += f', extrapolated from {span(tried, digits=2)}'
         if error > LEGIBLE * facts['nominal_period_s']:
             lines.append('what the dial shows at the end cannot be predicted')
+    elif until is not None:
+        lines = [f'cannot be bounded beyond {span(until, digits=2)}']
+    elif expected['was_cut']:
+        lines = ['not known: the trial runs cost too much']
+    else:
+        lines = ['not known: the step of ship.rate has no divisor to try a finer one']
+    if expected['was_cut']:
+        lines.append(
+            f'trial runs were cut after {expected["longest_trial_s"]:g} s of processor time; '
+            f'they tried {span(tried, digits=2)}, and no more could be'
+        )
+    if growth is not None and growth['is_chaotic']:
+        low, high = (
+            1.0 / max(growth['per_s'] + way * growth['per_s_sigma'], 1.0 / facts['duration_s'])
+            for way in (1.0, -1.0)
+        )
+        lines.append(
+            f'chaotic: a small difference grows e-fold in {span(low, digits=2)} to '
+            f'{span(high, digits=2)}, found over {span(growth["followed_s"], digits=2)}'
+        )
+    if until is not None:
+        return lines
     sampling, shortest = expected['sampling_error_s'], expected['shortest_wave_s']
     if sampling is not None:
         waves = 'the motion' if shortest is None else f'waves down to {shortest:.3g} s'
-        lines.append(f'{sampling:.1g} s from sampling {waves}')
+        lines.append(f'{sampling:.1g} s from sampling {waves}{_decided_by(expected)}')
     if facts['ship'] == 'recorded':
         lines.append('the motion is taken as measured')
     if expected['steps_error_s']:
         of = 'the period' if expected['steps_a_swing'] is None else 'the tolerance'
         lines.append(f'{expected["steps_error_s"]:.1g} s from {of}')
     return [*lines, f'{expected["rounding_error_s"]:.1g} s from rounding']
+
+
+def _decided_by(expected: dict[str, Any]) -> str:
+    """Return which sea of a weather decides the bound; '' without weather, or in a calm."""
+    sea = expected['decided_by']
+    if sea is None or sea['peak_period_s'] is None:
+        return ''
+    return (
+        f' in the sea {sea["why"]}, that of day {sea["at_s"] / DAY_S:.2f}: Hs '
+        f'{sea["significant_wave_height_m"]:.3g} m, Tp {sea["peak_period_s"]:.3g} s'
+    )

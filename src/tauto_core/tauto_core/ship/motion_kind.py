@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 from pydantic import Field
 
@@ -15,6 +15,9 @@ from tauto_core.scene.kinds import Kind
 from tauto_core.scene.voyages import Voyage
 from tauto_core.ship.fading import Fades
 from tauto_core.ship.waves import Harmonics
+
+if TYPE_CHECKING:
+    from tauto_core.ship.weather_kind import State
 
 FOLDER = 'tauto_core.ship.motions'
 
@@ -81,6 +84,23 @@ class Channels:
     warnings: tuple[str, ...] = ()
 
 
+class WorstSea(NamedTuple):
+    """A sea in which the simulation may err most.
+
+    Attributes:
+        why: `highest`, `met fastest`, or both.
+        state: its state of the weather; None where there is no weather.
+        ship: the ship in it.
+        lasts_s: time in it that makes errors as large as those by sampling all seas of the
+            scene, where errors do not grow after it [s].
+    """
+
+    why: str
+    state: State | None
+    ship: ShipKind
+    lasts_s: float
+
+
 class ShipKind(Kind):
     """How the ship moves. Each kind is a module of `ship/motions` that names its model `KIND`.
 
@@ -140,10 +160,17 @@ class ShipKind(Kind):
     def roughest(self, scene: Surroundings) -> ShipKind:
         """Return the ship in the highest sea that it meets, for the whole scene.
 
-        Costs and errors are predicted for it. Its channels are harmonics.
+        Its channels are harmonics.
         """
         del scene
         return self
+
+    def worst_seas(self, scene: Surroundings) -> tuple[WorstSea, ...]:
+        """Return the ship in each sea in which the simulation may err most, for the whole scene.
+
+        Their channels are harmonics.
+        """
+        return (WorstSea('the only sea', None, self, scene.duration),)
 
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship in the same waves with another roll, if `is_computed`."""

@@ -10,12 +10,12 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, Strict
 
-from tauto_core.samples import FloatArray
+from tauto_core.samples import NS_PER_S, FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag
 from tauto_core.scene.kinds import OneOf
 from tauto_core.ship.encounter import Course
-from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
+from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
 from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.response import operator_answer, roll_answer
 from tauto_core.ship.sea import band_hz, elevation, height_and_period
@@ -24,6 +24,11 @@ from tauto_core.ship.waves import Harmonics
 from tauto_core.ship.weather_kind import FOLDER as WEATHERS
 from tauto_core.ship.weather_kind import Setting, State, WeatherKind, checked
 from tauto_core.ship.weather_states import fades_of, seas_at_once, told
+
+MET_ORDER = 10
+"""Order of the derivative by which seas are compared: that of the error in accelerations, which
+are second derivatives, between eight samples.
+"""
 
 
 @dataclass(frozen=True)
@@ -146,6 +151,47 @@ class SeaShip(ShipKind):
         highest = max(self.states(scene), key=lambda state: state.height)
         # a shortened voyage may end before she leaves a calm
         return StillShip() if highest.sea is None else self.in_state(highest)
+
+    def worst_seas(self, scene: Surroundings) -> tuple[WorstSea, ...]:
+        """Return the ship in the highest of its seas and in the one whose waves are met fastest.
+
+        A high sea makes the clock swing irregularly, and short waves from ahead are sampled worst.
+        The waves met fastest are those whose motion has the largest derivative of order
+        `MET_ORDER`, in which only frequencies count at which the waves have energy. In
+        proportion to it they last as long as all seas together.
+        """
+        if self.weather is None:
+            return super().worst_seas(scene)
+        states = self.states(scene)
+        highest = max(range(len(states)), key=lambda number: states[number].height)
+        abrupt = np.array([self._abruptness(scene, state) for state in states])
+        fastest = int(np.argmax(abrupt))
+        reasons = {highest: 'highest'}
+        reasons[fastest] = 'highest and met fastest' if fastest == highest else 'met fastest'
+        at_s = np.array([state.at_ns for state in states]) / NS_PER_S
+        inside = at_s[(at_s > 0.0) & (at_s < scene.duration)]
+        times = np.concatenate([[0.0], inside, [scene.duration]])
+        lasts_s = float(np.trapezoid(np.interp(times, at_s, abrupt), times))
+        lasts_s = lasts_s / abrupt[fastest] if abrupt[fastest] > 0.0 else scene.duration
+        return tuple(
+            WorstSea(
+                why,
+                state,
+                # a shortened voyage may end before she leaves a calm
+                StillShip() if state.sea is None else self.in_state(state),
+                lasts_s if state is states[fastest] else scene.duration,
+            )
+            for state, why in ((states[number], why) for number, why in reasons.items())
+        )
+
+    def _abruptness(self, scene: Surroundings, state: State) -> float:
+        """Return the size of the derivative of order `MET_ORDER` of the motion in a state."""
+        if state.sea is None:
+            return 0.0
+        found = sea_motion(scene, self.in_state(state))
+        moved = found.roll if found.heave is None else found.heave
+        met = 2.0 * math.pi / moved.period
+        return float(np.linalg.norm(moved.amplitude * met**MET_ORDER))
 
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship with another slope coefficient, or response operator."""
