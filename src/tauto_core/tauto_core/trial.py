@@ -80,7 +80,7 @@ APART_TOLERANCE = 2e-12
 SMALL_APART = 0.1
 """Largest distance of two phases that grows in proportion to itself [rad]."""
 
-GROWTH_LENGTHS = 3.0
+GROWTH_LENGTHS = 5.0
 """Length over which growth is followed, over that of the other runs, which cost more."""
 
 GROWTH_PIECES = 6
