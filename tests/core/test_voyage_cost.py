@@ -116,10 +116,10 @@ def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
         assert 3000.0 < 1.0 / told.growth.per_s < 9000.0
         bounds.append(told.error_s)
     assert 0.1 < bounds[0] / bounds[1] < 10.0
-    finer = {'log.interval': 60.0, 'ship.rate': 40.0}
+    finer = {'log.interval': 60.0, 'ship.rate': 80.0, 'solver.tolerance': 1e-13}
     fine = load_scene('involute_weight_at_sea', **HALF_A_DAY, **finer)
     found = 1.005 * np.max(np.abs(apart_s(readings(scene), readings(fine))))
-    assert 2e-9 < found <= bounds[1]
+    assert found <= bounds[1] <= 1e3 * found
 
 
 def test_what_cannot_be_bounded_is_told_with_the_time_up_to_which_it_can(monkeypatch):

@@ -147,6 +147,7 @@ def at_sea(folder: Path, *arguments: str) -> Iterator[Launch]:
         ('voyage', 'params_file:=none.yaml', 'params_file := none.yaml: there is no such file'),
         ('voyage', 'force:=perhaps', 'force := perhaps: must be true or false'),
         ('voyage', 'out:=.', 'say force:=true to replace it'),
+        ('voyage', 'anyway:=perhaps', 'anyway := perhaps: must be true or false'),
         ('live', 'imu_reliability:=good', "imu_reliability = 'good': must be one of"),
         ('live', 'scene:=no_such', 'no_such: there is no such file or shipped scene'),
     ],

@@ -76,18 +76,19 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
         return checked_scene(content, scene.name, given)
 
 
-def sail(scene: str | Path | Scene, **overrides: object) -> Voyage:
+def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object) -> Voyage:
     """Return the voyage of a scene, sailed offline.
 
     Args:
         scene: as for `load`.
+        anyway: sail machines and ships beyond all that are known, too.
         overrides: as for `load`.
 
     Raises:
         TautoError: bad scene, or an event that ends the motion.
     """
     with in_words_of_calls():
-        return sail_voyage(load(scene, **overrides), origin=_origin(scene))
+        return sail_voyage(load(scene, **overrides), origin=_origin(scene), anyway=anyway)
 
 
 def replay(
@@ -223,6 +224,7 @@ def compare(
     roll_deg: Sequence[float] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
     jobs: int = 2,
+    anyway: bool = False,
 ) -> Comparison:
     """Return a comparison of several clocks in the same sea.
 
@@ -233,6 +235,7 @@ def compare(
         roll_deg: significant amplitudes of the roll [degrees], each in a run of its own.
         suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
         jobs: number of parallel processes.
+        anyway: sail machines and ships beyond all that are known, too.
 
     Raises:
         TautoError: clocks that cannot be compared, or arguments out of range.
@@ -250,6 +253,7 @@ def compare(
             duration=duration,
             rolls_deg=numbers('roll_deg', roll_deg),
             cases=suspension,
+            anyway=anyway,
         )
         return comparison.compare(entries, jobs=whole('jobs', jobs))
 
@@ -262,6 +266,7 @@ def fleet(
     jobs: int = 2,
     scheduler: str | None = None,
     out: str | Path | None = None,
+    anyway: bool = False,
     **overrides: object,
 ) -> Fleet:
     """Return the voyages of many ships on one scene, each ship with its own seed.
@@ -275,6 +280,7 @@ def fleet(
         jobs: number of parallel processes.
         scheduler: address of a dask scheduler whose workers are used instead.
         out: folder for the rows in Parquet; ships that have a row there do not sail again.
+        anyway: sail machines and ships beyond all that are known, too.
         overrides: as for `load`.
 
     Returns:
@@ -295,7 +301,7 @@ def fleet(
         count = whole('ships', ships)
         plan = fleets.Plan(load(scene, **overrides), _origin(scene), count, draws, drawn_by)
         where = None if out is None else path('out', out)
-        return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where)
+        return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where, anyway=anyway)
 
 
 def plot(
@@ -305,6 +311,7 @@ def plot(
     *,
     from_s: float | None = None,
     to_s: float | None = None,
+    anyway: bool = False,
 ) -> Figure:
     """Return a picture as a Matplotlib figure, and write it to a file if one is named.
 
@@ -315,6 +322,7 @@ def plot(
         from_s: beginning of the part that `roll` or `spectrum` shows, from the first reading [s].
         to_s: its end [s]. Without both, the roughest ten minutes are shown; with one, the ten
             minutes after `from_s` or before `to_s`.
+        anyway: sail a scene with a machine or ship beyond all that are known, too.
 
     Raises:
         UsageError: no such picture, a file of a format that pictures cannot have, or a part that
@@ -330,15 +338,16 @@ def plot(
     bag = isinstance(source, str | Path) and is_bag(source)
     if what in OF_A_SCENE and not isinstance(source, Voyage) and not bag:
         source = Voyage(load(source), {}, {})
-    return _voyage(source).plot(what, file, from_s=from_s, to_s=to_s)
+    return _voyage(source, anyway).plot(what, file, from_s=from_s, to_s=to_s)
 
 
-def report(source: str | Path | Scene | Voyage, file: str | Path) -> None:
+def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: bool = False) -> None:
     """Write a page with all figures and pictures, and the machine as it moves.
 
     Args:
         source: as for `plot`.
         file: name of the page, ending in .html; an existing file is replaced.
+        anyway: as for `plot`.
 
     Raises:
         UsageError: another suffix, or a folder that does not exist.
@@ -349,7 +358,7 @@ def report(source: str | Path | Scene | Voyage, file: str | Path) -> None:
     page = path('file', file)
     with in_words_of_calls(out='file'):
         check_report(page)
-        voyage = _voyage(source)
+        voyage = _voyage(source, anyway)
         write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
 
 
@@ -364,12 +373,12 @@ def _draws(vary: object) -> dict[str, Any]:
     return dict(vary or {})
 
 
-def _voyage(source: str | Path | Scene | Voyage) -> Voyage:
+def _voyage(source: str | Path | Scene | Voyage, anyway: bool) -> Voyage:
     if isinstance(source, Voyage):
         return source
     if isinstance(source, str | Path) and is_bag(source):
         return replay(source)
-    return sail(source)
+    return sail(source, anyway=anyway)
 
 
 def is_bag(source: str | Path) -> bool:

@@ -34,8 +34,11 @@ def in_words_of_calls(**arguments: str) -> Iterator[None]:
 
 
 def _renamed(words: str, arguments: Mapping[str, str]) -> str:
-    """Return words with `--some-option VALUE` as `some_option=VALUE`, and `--set KEY` as `KEY`."""
-    words = words.replace('--set ', '')
+    """Return words with `--some-option VALUE` as `some_option=VALUE`, and `--set KEY` as `KEY`.
+
+    `--anyway` has no value.
+    """
+    words = words.replace('--set ', '').replace('--anyway', 'anyway=True')
 
     def argument(match: re.Match[str]) -> str:
         name = match[1].replace('-', '_')

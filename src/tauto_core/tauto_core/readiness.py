@@ -22,8 +22,14 @@ from tauto_core.machines import (
 from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY
 from tauto_core.scene import Scene
-from tauto_core.scene.errors import ABSENT, DescentError, PropagationError, SceneError
-from tauto_core.scene.plausible import implausible
+from tauto_core.scene.errors import (
+    ABSENT,
+    DescentError,
+    Problem,
+    PropagationError,
+    SceneError,
+)
+from tauto_core.scene.plausible import beyond_known, implausible
 from tauto_core.scene.times import LAST_STAMP_S
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.felt_step import felt_parts
@@ -76,6 +82,30 @@ def check_scene(scene: Scene) -> Built:
     _check_start(scene, machine, motion)
     _check_motion(scene, machine)
     return Built(machine, motion)
+
+
+def check_known(scene: Scene) -> None:
+    """Refuse a machine or ship beyond all that are known, which is probably a slip of a unit.
+
+    Every command that sails does so, unless it is told to sail the scene anyway.
+
+    Raises:
+        SceneError: numbers larger than any known, or drag in which the wheel does not swing.
+    """
+    found = beyond_known(scene)
+    if not found and scene.drag is not None and scene.drag.viscous > 0.0:
+        machine = compile_machine(scene)
+        critical = 2.0 * machine.inertia * machine.frequency
+        if scene.drag.viscous > critical:
+            problem = f'keeps the wheel from swinging, as {critical:.3g} N m s and more do'
+            remedy = f'Use a hundredth of that, {0.01 * critical:.3g} N m s, or less. To sail it '
+            remedy += 'all the same, say --anyway.'
+            found = [Problem('drag.viscous', scene.drag.viscous, problem, remedy)]
+    if found:
+        first, *further = found
+        raise SceneError(
+            scene.name, first.key, first.value, first.problem, first.remedy, further=further
+        )
 
 
 def oddities(scene: Scene) -> list[str]:

@@ -309,20 +309,27 @@ class _Gathered:
 
 
 def sail_voyage(
-    scene: Scene, *, origin: str | None = None, progress: Callable[[float], None] | None = None
+    scene: Scene,
+    *,
+    origin: str | None = None,
+    anyway: bool = False,
+    progress: Callable[[float], None] | None = None,
 ) -> Voyage:
     """Return the voyage of a scene, sailed offline.
 
     Args:
         scene: the scene to simulate.
         origin: file or name that the user gave, for errors.
+        anyway: sail machines and ships beyond all that are known, too.
         progress: called with the fraction done, from 0 to 1.
 
     Raises:
         TautoError: see `voyage.sail`.
     """
     gathered = _Gathered(motion=scene.keeps_motion)
-    result = voyage.sail(scene, origin=origin, progress=progress, watch=gathered.take)
+    result = voyage.sail(
+        scene, origin=origin, anyway=anyway, progress=progress, watch=gathered.take
+    )
     return Voyage(scene, result, gathered.joined())
 
 

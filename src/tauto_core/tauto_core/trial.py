@@ -91,8 +91,6 @@ distance spreads from the amplitude to the phase.
 SURE = 2.0
 """Standard errors by which growth after what was followed is assumed faster than it was found."""
 
-UNIT_ROUNDING = 2.0**-53
-
 
 @dataclass(frozen=True)
 class Dial:
@@ -271,7 +269,8 @@ def try_out(
     rounding_s, until_s = 0.0, None
     if growing is not None and growing.found.is_chaotic:
         starts_s = [0.0 if each is None else growing.start_s(times, each) for each in errors]
-        rounding = UNIT_ROUNDING * dial.nominal_s
+        # of the walk by rounding, what comes after an e-fold of the growth counts no more
+        rounding = dial.rounding_s / math.sqrt(max(growing.found.per_s * ends_s, 1.0))
         grown = growing.size_at(ends_s)
         bounds = [
             None if bound is None else min(max(bound, SAFETY * start_s * grown), ends_s)

@@ -17,7 +17,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.readiness import check_scene, oddities
+from tauto_core.readiness import check_known, check_scene, oddities
 from tauto_core.samples import (
     NS_PER_S,
     OBSERVATION,
@@ -186,6 +186,7 @@ def sail(
     *,
     origin: str | None = None,
     force: bool = False,
+    anyway: bool = False,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[Batches], None] | None = None,
 ) -> dict[str, Any]:
@@ -200,6 +201,7 @@ def sail(
         out: folder of the bag to write; None: no bag.
         origin: file or name that the user gave, for errors; None: the scene's name.
         force: replace a bag that is there.
+        anyway: sail machines and ships beyond all that are known, too.
         progress: called with the fraction done, from 0 to 1.
         watch: called with all samples on any topic, batch after batch.
 
@@ -208,6 +210,8 @@ def sail(
     """
     started = time.perf_counter()
     with naming(origin or scene.name, scene.name):
+        if not anyway:
+            check_known(scene)
         machine, motion = check_scene(scene)
     heard = out is not None or watch is not None
     kept = (

@@ -25,8 +25,7 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import samples_a_piece
 from tauto_core.ship.felt_step import case_modes, felt_parts, felt_step_ns
 from tauto_core.ship.waves import Harmonics
-from tauto_core.ship.weather_states import told
-from tauto_core.trial import UNIT_ROUNDING, WORK, Dial, Growth, Limit, Trial, try_out
+from tauto_core.trial import WORK, Dial, Growth, Limit, Trial, try_out
 
 if TYPE_CHECKING:
     from tauto_core.motion.collocation import Collocation
@@ -57,6 +56,7 @@ COEFFICIENT_RUNS_S = 0.71
 
 PERIOD_ERROR = 1e-14
 """Largest relative error of a period by quadrature (tests of machines)."""
+UNIT_ROUNDING = 2.0**-53
 
 RESOLUTION_S = 1e-9
 """Resolution of the reading, which is in whole nanoseconds: no smaller bound is stated [s]."""
@@ -180,7 +180,7 @@ def forecast(
         )
         unknown = trial.steps_s is None or not (there.lies_still or trial.sampling_s is not None)
         parts_s = (trial.sampling_s or 0.0) + (trial.steps_s or 0.0) + trial.rounding_s
-        state = None if sea.state is None else {'why': sea.why, **told((sea.state,))[0]}
+        state = None if sea.figures is None else {'why': sea.why, **sea.figures}
         found.append((math.inf if unknown else parts_s, trial, there, state))
     parts_s, trial, there, state = max(found, key=lambda each: each[0])
     newton_a_swing = max(each.newton_a_second for _, each, _, _ in found) * swing_s

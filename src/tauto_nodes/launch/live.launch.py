@@ -20,6 +20,7 @@ DEFAULTS = {
     'imu': 'ship/imu',
     'imu_reliability': 'best_effort',
     'out': '',
+    'anyway': 'false',
     'state_folder': '',
     'namespace': '',
     'executor': 'events',

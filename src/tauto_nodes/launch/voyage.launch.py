@@ -21,6 +21,7 @@ DEFAULTS = {
     'duration': '0.0',
     'out': 'voyage',
     'force': 'false',
+    'anyway': 'false',
     'namespace': '',
     'executor': 'events',
 }

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
+from tauto_core.cli.options import Anyway, AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.terminal import print_rich
 from tauto_core.scene.errors import UsageError
 
@@ -73,6 +73,7 @@ def graph(
         typer.Option(metavar='DIR', help='Folder of the bag; default: bags/out/SCENE.'),
     ] = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
+    anyway: Anyway = False,
     duration: Duration = None,
     settings: Settings = None,
     compose: Annotated[
@@ -89,7 +90,8 @@ def graph(
     from tauto_core.bags import check_folder
     from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
-    from tauto_core.readiness import check_scene, oddities
+    from tauto_core.cli.voice import say_oddities
+    from tauto_core.readiness import check_scene
     from tauto_core.replaying import summarise_bag
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
@@ -101,10 +103,9 @@ def graph(
     if executor not in EXECUTORS:
         raise UsageError(f'--executor {executor}: must be {" or ".join(EXECUTORS)}')
     loaded = load_scene(scene, **given_values(settings, duration))
+    say_oddities(loaded, scene, anyway=anyway)
     with naming(scene, loaded.name):
         check_scene(loaded)
-    for warning in oddities(loaded):
-        typer.echo(f'tauto: {warning}', err=True)
     folder = out or Path('bags/out') / Path(scene).stem
     check_folder(folder, force=force)
     plan = Plan(

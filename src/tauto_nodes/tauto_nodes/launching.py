@@ -14,7 +14,7 @@ from typing import Any
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from tauto_core.bags import check_folder, is_cut_short
-from tauto_core.readiness import check_scene
+from tauto_core.readiness import check_known, check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError
@@ -83,6 +83,7 @@ ARGUMENTS = {
     'imu_reliability': 'what the sensor offers: best_effort or reliable',
     'out': 'folder of the bag; empty, with a sensor only: nothing is recorded',
     'force': 'replace a bag that is there',
+    'anyway': 'sail machines and ships beyond all that are known, too',
     'state_folder': 'folder for the states of the stages; empty: none is saved',
     'namespace': 'namespace of the nodes',
     'executor': 'what spins the nodes: events or single',
@@ -109,18 +110,23 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
     ]
     if not Path(given['params_file']).is_file():
         problems.append(f'params_file := {given["params_file"]}: there is no such file')
-    force = given.get('force', 'false').lower()
-    if force not in ('true', 'false'):
-        problems.append(f'force := {given["force"]}: must be true or false')
+    flags = {name: given.get(name, 'false').lower() for name in ('force', 'anyway')}
+    for name, flag in flags.items():
+        if flag not in ('true', 'false'):
+            problems.append(f'{name} := {given[name]}: must be true or false')
     if problems:
         return problems
     duration = float(given.get('duration', '0'))
     try:
-        check_scene(load_scene(given['scene'], **({'duration': duration} if duration else {})))
+        scene = load_scene(given['scene'], **({'duration': duration} if duration else {}))
+        if flags['anyway'] == 'false':
+            check_known(scene)
+        check_scene(scene)
         if given['out']:
-            check_folder(Path(given['out']), force=force == 'true')
+            check_folder(Path(given['out']), force=flags['force'] == 'true')
     except TautoError as error:
-        return [str(error).replace('say --force', 'say force:=true')]
+        said = str(error).replace('say --force', 'say force:=true')
+        return [said.replace('--anyway', 'anyway:=true')]
     return (
         []
         if given['out'] or 'speed' not in given

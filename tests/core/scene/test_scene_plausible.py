@@ -1,8 +1,10 @@
-"""Warnings of values in the wrong unit; existing machines and shipped scenes give none."""
+"""Warnings of values in the wrong unit, and refusals; shipped scenes give none."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +12,12 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+import tauto_core as tauto
 from tauto_core.cli.app import app
-from tauto_core.readiness import oddities
+from tauto_core.fleets import Plan, as_draws
+from tauto_core.readiness import check_known, oddities
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
+from tauto_core.scene.errors import SceneError
 from tauto_core.scene.plausible import implausible
 
 
@@ -77,11 +82,125 @@ def test_times_of_a_voyage_in_days_are_doubted() -> None:
     assert 'write arrives_at: 8.208e+06' in said
 
 
-def test_sail_and_check_say_it_before_all_else(tmp_path: Path) -> None:
-    file = tmp_path / 'heavy.yaml'
+BEYOND = [
+    ('measured', 'trochlea.release_angle', 57.3),
+    ('measured', 'trochlea.cam.base_radius', 5.0),
+    ('measured', 'trochlea.power.mass', 322.0),
+    ('measured', 'gravity', 981.0),
+    ('measured', 'clock.nominal_period', 1005.0),
+    ('measured', 'ship.height', 300.0),
+    ('cheek_before_euler', 'escapement.energy', 5.0),
+    ('cheek_before_euler', 'ship.components[0].amplitude', 1.4),
+    ('suspended_weight_at_sea', 'suspension.depth', 100.0),
+]
+"""Numbers of machine, gravity and ship that are larger than any known."""
+
+SAFE = [
+    ('measured', 'duration', 600.0 * 86_400.0),
+    ('measured', 'duration', 1.0),
+    ('measured', 'voyage.speed', 500.0),
+    ('measured', 'drift.observation_sigma', 7200.0),
+    ('second_cam_at_sea', 'ship.rate', 4000.0),
+    ('second_cam_at_sea', 'trochlea.inertia', 1e-11),
+    ('globe_in_oil', 'regulator.body_density', 7.8),
+]
+"""Numbers that are smaller than any known, or do not change what machine and ship do."""
+
+
+@pytest.mark.parametrize('name', shipped_scenes())
+def test_nothing_that_ships_is_refused(name: str) -> None:
+    check_known(load_scene(name))
+
+
+@pytest.mark.parametrize(('name', 'key', 'value'), BEYOND)
+def test_a_machine_or_ship_beyond_all_that_are_known_is_refused(
+    name: str, key: str, value: float
+) -> None:
+    with pytest.raises(SceneError) as refused:
+        check_known(changed(name, key, value))
+    assert (refused.value.key, refused.value.value) == (key, value)
+    assert 'the most that any known machine or voyage has' in refused.value.problem
+    assert refused.value.remedy.endswith('To sail it all the same, say --anyway.')
+
+
+@pytest.mark.parametrize(('name', 'key', 'value'), SAFE)
+def test_what_is_only_unusual_is_warned_of(name: str, key: str, value: float) -> None:
+    scene = changed(name, key, value)
+    check_known(scene)
+    assert len(implausible(scene)) == 1
+
+
+def test_all_that_is_beyond_is_named_at_once() -> None:
+    beyond = {'trochlea.release_angle': 57.0, 'escapement.energy': 5.0}
+    with pytest.raises(SceneError) as refused:
+        check_known(load_scene('cheek_before_euler', **beyond))
+    assert [each.key for each in refused.value.problems] == list(beyond)
+
+
+def test_drag_in_which_no_wheel_swings_is_refused() -> None:
+    """Critical is 2 I omega = 5.03e-3 N m s."""
+    check_known(load_scene('ideal', **{'drag.viscous': 5.02e-3}))
+    with pytest.raises(SceneError, match=r'drag\.viscous = 0\.00504: keeps the wheel from sw'):
+        check_known(load_scene('ideal', **{'drag.viscous': 5.04e-3}))
+
+
+def heavy(folder: Path) -> Path:
+    """Write a scene with a release beyond any known, which sails all the same."""
+    file = folder / 'heavy.yaml'
     content = scene_yaml(load_scene('ideal', duration=60.0)).replace('1.0', '7.0')
     file.write_text(content, encoding='utf-8')
-    for command in (('sail', file), ('scene', 'check', file)):
+    return file
+
+
+COMMANDS = [
+    ('sail',),
+    ('plot', 'error', '--out', 'error.svg'),
+    ('report', '--out', 'heavy.html'),
+    ('compare',),
+    ('fleet', '--ships', '1', '--jobs', '1'),
+]
+
+
+@pytest.mark.parametrize('command', COMMANDS, ids=lambda command: command[0])
+def test_every_command_that_sails_refuses_it_unless_told_to_sail_anyway(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name, *options = command
+    words = [name, str(heavy(tmp_path)), *options]
+    refused = CliRunner().invoke(app, words)
+    assert refused.exit_code == 2
+    assert 'trochlea.release_angle = 7.0: 1.1 turns, more than 6.28 rad' in refused.stderr
+    assert refused.stderr.count('turns') == 1
+    assert CliRunner().invoke(app, [*words, '--anyway']).exit_code == 0
+
+
+def test_python_refuses_it_unless_told_to_sail_anyway(tmp_path: Path) -> None:
+    scene = tauto.load(heavy(tmp_path))
+    calls: list[Callable[..., object]] = [
+        partial(tauto.sail, scene),
+        partial(tauto.plot, scene, 'error'),
+        partial(tauto.compare, str(heavy(tmp_path))),
+        partial(tauto.fleet, scene, ships=1, jobs=1),
+    ]
+    for call in calls:
+        with pytest.raises(SceneError, match=r'say anyway=True\.$'):
+            call()
+        call(anyway=True)
+
+
+def test_a_ship_of_a_fleet_is_refused_as_drawn() -> None:
+    draws = as_draws(
+        {'trochlea.release_angle': {'kind': 'uniform', 'low': 5.0, 'high': 9.0}}, 'vary'
+    )
+    plan = Plan(load_scene('ideal'), 'ideal', 20, draws)
+    with pytest.raises(SceneError, match=r'ship [0-9]+, as drawn: 1.* turns, more than'):
+        plan.check()
+    plan.check(anyway=True)
+
+
+def test_sail_and_check_say_it_before_all_else(tmp_path: Path) -> None:
+    for command in (('sail', heavy(tmp_path), '--anyway'), ('scene', 'check', heavy(tmp_path))):
         run = CliRunner().invoke(app, [str(word) for word in command])
         assert run.exit_code == 0, run.stderr
         assert run.stderr.count('tauto: trochlea.release_angle = 7: 1.1 turns') == 1

@@ -35,11 +35,11 @@ from tauto_core.cli import (
     show,
 )
 from tauto_core.cli.ending import Terminated, ended_by_sigterm, send_lost_again
-from tauto_core.cli.options import AsJson, Duration, SceneName, Settings, given_values
+from tauto_core.cli.options import Anyway, AsJson, Duration, SceneName, Settings, given_values
 from tauto_core.cli.registered import Registered
 from tauto_core.cli.streams import drop_output, prepare_streams
 from tauto_core.cli.terminal import print_rich
-from tauto_core.cli.voice import be_quiet, say, say_warnings
+from tauto_core.cli.voice import be_quiet, say, say_oddities, say_warnings
 from tauto_core.scene.errors import TautoError, UsageError
 
 if TYPE_CHECKING:
@@ -179,6 +179,7 @@ def sail(
     duration: Duration = None,
     settings: Settings = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
+    anyway: Anyway = False,
     as_json: AsJson = False,
 ) -> None:
     """Sail a scene without ROS: how far wrong is the clock?
@@ -189,15 +190,15 @@ def sail(
     from tauto_core import voyage
     from tauto_core.cli.progress import progress_bar
     from tauto_core.scene import load_scene
-    from tauto_core.scene.plausible import implausible
 
     loaded = load_scene(scene, **given_values(settings, duration))
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
-    odd = implausible(loaded)
-    _warn(odd)
+    odd = say_oddities(loaded, scene, anyway=anyway)
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
-        result = voyage.sail(loaded, out, origin=scene, force=force, progress=progress)
+        result = voyage.sail(
+            loaded, out, origin=scene, force=force, anyway=anyway, progress=progress
+        )
     _warn(result.get('warnings', ()), odd)
     if as_json:
         _show(result, None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tauto_core.cli.options import AsJson, Duration, Plots
+from tauto_core.cli.options import Anyway, AsJson, Duration, Plots
 from tauto_core.cli.terminal import print_rich
 from tauto_core.cli.voice import say
 from tauto_core.scene.errors import UsageError
@@ -66,6 +66,7 @@ def compare(
     ] = Cases.BOTH,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
     plot: Plots = None,
+    anyway: Anyway = False,
     as_json: AsJson = False,
 ) -> None:
     """Sail several clocks through the same sea, side by side.
@@ -87,6 +88,7 @@ def compare(
         duration=duration,
         rolls_deg=_degrees(roll),
         cases=suspension.value,
+        anyway=anyway,
     )
     with ended_by_sigterm(), progress_bar(f'{len(entries)} clocks') as progress:
         result = comparison.compare(entries, jobs=jobs, progress=progress)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tauto_core.cli.options import (
+    Anyway,
     AsJson,
     Duration,
     Plots,
@@ -55,6 +56,7 @@ def fleet(
         ),
     ] = None,
     plot: Plots = None,
+    anyway: Anyway = False,
     as_json: AsJson = False,
 ) -> None:
     """Send many ships on one voyage: how many find the longitude?
@@ -78,7 +80,7 @@ def fleet(
     for warning in plan.warnings:
         say(warning)
     with ended_by_sigterm(), counting_bar('ships', ships) as progress:
-        result = sail_fleet(plan, crew, out, progress)
+        result = sail_fleet(plan, crew, out, progress, anyway=anyway)
     for path in plot or ():
         draw(result, path)
         say(f'wrote {path}')

@@ -22,6 +22,10 @@ Plots: TypeAlias = Annotated[
         '--plot', metavar='FILE', help='Draw it as .svg, .png or .pdf; replaces the file.'
     ),
 ]
+Anyway: TypeAlias = Annotated[
+    bool,
+    typer.Option('--anyway', help='Sail machines and ships beyond all that are known, too.'),
+]
 Duration: TypeAlias = Annotated[
     float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
 ]

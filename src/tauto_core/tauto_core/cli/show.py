@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.options import Duration, Settings, given_values
-from tauto_core.cli.voice import say
+from tauto_core.cli.options import Anyway, Duration, Settings, given_values
+from tauto_core.cli.voice import say, say_oddities
 from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
     from tauto_core.record import Voyage
-    from tauto_core.scene import Scene
 
 Source = Annotated[
     str,
@@ -59,6 +58,7 @@ def plot(
     ] = None,
     duration: Duration = None,
     settings: Settings = None,
+    anyway: Anyway = False,
 ) -> None:
     """Draw one picture of a bag or a scene.
 
@@ -68,16 +68,18 @@ def plot(
     from tauto_core.charts import OF_A_SCENE, time_unit
     from tauto_core.pictures import check_picture
     from tauto_core.record import Voyage
+    from tauto_core.scene import load_scene
 
     file = out or Path(f'{title_of(source)}_{what}.svg')
     check_picture(what, file, part=from_time is not None or to_time is not None)
     given = given_values(settings, duration)
     if what in OF_A_SCENE and not is_bag(source):
-        scene = _loaded(source, given)
+        scene = load_scene(source, **given)
+        say_oddities(scene, source, anyway=True)  # it does not sail
         with naming(source, scene.name):
             Voyage(scene, {}, {}).plot(what, file)
     else:
-        voyage = _voyage(source, given)
+        voyage = _voyage(source, given, anyway)
         unit_s, _ = time_unit(float(voyage.time_s[-1]))
         begin, end = (None if at is None else at * unit_s for at in (from_time, to_time))
         voyage.plot(what, file, from_s=begin, to_s=end)
@@ -94,6 +96,7 @@ def report(
     ] = None,
     duration: Duration = None,
     settings: Settings = None,
+    anyway: Anyway = False,
 ) -> None:
     """Write a page of all figures, with the machine as it moves."""
     from tauto_core.reporting import check_report, write_report
@@ -103,16 +106,17 @@ def report(
     command = (
         shlex.join(['tauto', *sys.argv[1:]]) if len(sys.argv) > 1 else f'tauto report {source}'
     )
-    voyage = _voyage(source, given_values(settings, duration))
+    voyage = _voyage(source, given_values(settings, duration), anyway)
     say('drawing')
     write_report(voyage, file, command)
     _written(file)
 
 
-def _voyage(source: str, given: dict[str, Any]) -> Voyage:
+def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
     from tauto_core.api import is_bag
     from tauto_core.cli.progress import progress_bar
     from tauto_core.record import replay_voyage, sail_voyage
+    from tauto_core.scene import load_scene
 
     if is_bag(source):
         if given:
@@ -123,24 +127,14 @@ def _voyage(source: str, given: dict[str, Any]) -> Voyage:
         voyage = replay_voyage(Path(source))
         said = voyage.result['warnings']
     else:
-        scene = _loaded(source, given)
+        scene = load_scene(source, **given)
+        say_oddities(scene, source, anyway=anyway)
         with progress_bar(scene.name) as progress:
-            voyage = sail_voyage(scene, origin=source, progress=progress)
+            voyage = sail_voyage(scene, origin=source, anyway=anyway, progress=progress)
         said = ()
     for warning in said:
         say(warning)
     return voyage
-
-
-def _loaded(source: str, given: dict[str, Any]) -> Scene:
-    """Return a scene, after saying what is implausible in it."""
-    from tauto_core.scene import load_scene
-    from tauto_core.scene.plausible import implausible
-
-    scene = load_scene(source, **given)
-    for warning in implausible(scene):
-        say(warning)
-    return scene
 
 
 def title_of(source: str) -> str:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from tauto_core.scene import Scene
 
 _state = {'quiet': False}
 
@@ -24,6 +27,29 @@ def say(words: str) -> None:
     """Print a message on stderr that is useful but not part of the result."""
     if not is_quiet():
         typer.echo(f'tauto: {words}', err=True)
+
+
+def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
+    """Print and return warnings about a scene to be sailed; refuse it beyond all that is known.
+
+    Args:
+        scene: the scene.
+        origin: file or name that the user gave.
+        anyway: do not refuse it.
+
+    Raises:
+        SceneError: see `readiness.check_known`.
+    """
+    from tauto_core.readiness import check_known, oddities
+    from tauto_core.scene.errors import naming
+
+    with naming(origin, scene.name):
+        if not anyway:
+            check_known(scene)
+        odd = oddities(scene)
+    for warning in odd:
+        say(warning)
+    return odd
 
 
 def say_warnings() -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from tauto_core.comparison.roll import significant_roll_deg, with_roll
-from tauto_core.readiness import check_scene
+from tauto_core.readiness import check_known, check_scene
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError, UsageError, naming
 
@@ -56,6 +56,7 @@ def make_entries(
     duration: float | None = None,
     rolls_deg: Sequence[float] = (),
     cases: Cases = 'both',
+    anyway: bool = False,
 ) -> list[Entry]:
     """Return the entries of a comparison, each checked as before a voyage.
 
@@ -67,6 +68,7 @@ def make_entries(
         duration: duration of the run [s].
         rolls_deg: significant amplitudes of the roll [deg]; none: as the ship rolls.
         cases: 'with' and 'without' suspension, or 'both' where a scene has one.
+        anyway: sail machines and ships beyond all that are known, too; rolls asked for may be.
 
     Raises:
         SceneError: a scene that cannot run.
@@ -74,6 +76,10 @@ def make_entries(
             asked for that a scene does not have.
     """
     scenes = _scenes(names or CLOCKS, ship_of, duration)
+    for origin, scene in scenes:
+        if not anyway:
+            with naming(origin, scene.name):
+                check_known(scene)
     _check_names(scenes)
     _check_shared(scenes)
     if len(set(rolls_deg)) < len(rolls_deg):

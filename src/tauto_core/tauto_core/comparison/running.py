@@ -137,7 +137,13 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
     scene, began = entry.scene, time.process_time()
     trace, report, stopped = ErrorTrace(scene), {}, None
     try:
-        report = voyage.sail(scene, origin=entry.origin, progress=progress, watch=trace.feed)
+        report = voyage.sail(
+            scene,
+            origin=entry.origin,
+            anyway=True,  # checked before its roll was scaled
+            progress=progress,
+            watch=trace.feed,
+        )
     except PropagationError as error:
         stopped = Stop(error.time_s, str(error))
     clock, longitude = report.get('clock', {}), report.get('longitude', {})

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from tauto_core.fleets.draws import Normal, OneOf, Uniform, Value
+from tauto_core.readiness import check_known
 from tauto_core.scene import Scene, scene_yaml
-from tauto_core.scene.errors import Problem, SceneError, UsageError
+from tauto_core.scene.errors import Problem, SceneError, UsageError, naming
 from tauto_core.scene.loader import check_key, checked_scene, put_value
 from tauto_core.scene.paths import value_at
 from tauto_core.scene.yaml_text import read_mapping
@@ -108,16 +109,29 @@ class Plan:
             first, *further = error.problems
             raise self._refused(number, first, *further) from None
 
-    def check(self) -> None:
+    def check(self, *, anyway: bool = False) -> None:
         """Refuse a fleet in which the scene of any ship is invalid, before any of them sails.
+
+        Args:
+            anyway: let ships sail with machines beyond all that are known, too.
 
         Raises:
             SceneError: naming the ship, the key, the value that was drawn and the limit.
         """
         for key in self.draws:
             check_key(self.content, key, self.drawn_by)
+        if not anyway and not self.draws:
+            with naming(self.origin, self.scene.name):
+                check_known(self.scene)
         for number in range(self.ships):
-            self.ship(number)
+            scene = self.ship(number).scene
+            if anyway or not self.draws:
+                continue
+            try:
+                check_known(scene)
+            except SceneError as error:
+                first, *further = error.problems
+                raise self._refused(number, first, *further) from None
 
     def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
         said = f'ship {number}, as drawn: {first.problem}'

@@ -44,6 +44,8 @@ def sail_fleet(
     crew: Crew,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
+    *,
+    anyway: bool = False,
 ) -> Fleet:
     """Sail a fleet, or the rest of it.
 
@@ -53,6 +55,7 @@ def sail_fleet(
         out: folder for the rows, written as ships finish; ships that have a row there do not sail
             again. None: the rows are only returned.
         progress: called with the number of ships done, parts of voyages included.
+        anyway: sail machines and ships beyond all that are known, too.
 
     Raises:
         SceneError: the scene of a ship, as drawn, is invalid; no ship has sailed then.
@@ -61,7 +64,7 @@ def sail_fleet(
         WorkerError: there are no processes available, or ships were lost with them.
     """
     store = None if out is None else Store(out, plan)
-    plan.check()
+    plan.check(anyway=anyway)
     first = plan.ship(0).scene
     with naming(plan.origin, first.name):
         check_scene(first)

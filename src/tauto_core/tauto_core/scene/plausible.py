@@ -1,8 +1,11 @@
-"""Warnings for numbers that are possible but probably in the wrong unit.
+"""Warnings for numbers that are possible but probably in the wrong unit; the worst are refused.
 
 The bounds are about an order of magnitude outside the shipped scenes, the machines of Sully,
 Harrison and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks.
-Numbers that double precision cannot compute with are refused elsewhere (`magnitudes`).
+Machine, gravity and ship beyond the largest of them are not sailed unless that is asked for: what
+they do was never tried, and may take minutes. Smaller ones are safe, and so are a passage, a log
+or observations of any size: these are warned of. Numbers that double precision cannot compute
+with are refused elsewhere (`magnitudes`).
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from tauto_core.scene.errors import Problem
 from tauto_core.wording import span
 
 if TYPE_CHECKING:
@@ -88,18 +92,43 @@ _SIZES = tuple(
 )
 
 
+_REFUSED = ('gravity', 'trochlea', 'regulator', 'escapement', 'suspension', 'ship', 'clock')
+"""Sections of which no number may be larger than any known."""
+_WARNED_OF = 'ship.rate'
+"""A key in them that only says how the motion is sampled."""
+
+
+def beyond_known(scene: Scene) -> list[Problem]:
+    """Return the numbers of machine, gravity and ship that are larger than any known."""
+    found = []
+    for key, value, sizes in _odd(scene):
+        larger = abs(value) > sizes.most and key != _WARNED_OF
+        if larger and key.partition('.')[0] in _REFUSED:
+            said, meant = _comparison(value, sizes), _meant(key, value, sizes)
+            found.append(
+                Problem(key, value, said, f'{meant} To sail it all the same, say --anyway.')
+            )
+    return found
+
+
 def implausible(scene: Scene) -> list[str]:
     """Return a warning for each number of a scene that is probably in the wrong unit.
 
     Each names the key, its value, the size it is compared with, and the value in the unit that was
     probably meant.
     """
-    found = []
+    return [
+        f'{key} = {value:g}: {_comparison(value, sizes)}. {_meant(key, value, sizes)}'
+        for key, value, sizes in _odd(scene)
+    ]
+
+
+def _odd(scene: Scene) -> Iterator[tuple[str, float, _Sizes]]:
+    """Yield key and value of each number outside the range that is known of it, and that range."""
     for key, value in _numbers('', scene.model_dump(exclude_none=True)):
         sizes = next((each for each in _SIZES if re.fullmatch(each.key, key)), None)
         if sizes is not None and value and not sizes.least <= abs(value) <= sizes.most:
-            found.append(_warning(key, value, sizes))
-    return found
+            yield key, value, sizes
 
 
 def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
@@ -113,18 +142,22 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
         yield path, content
 
 
-def _warning(key: str, value: float, sizes: _Sizes) -> str:
-    beyond, name = abs(value) > sizes.most, key.rpartition('.')[2]
+def _comparison(value: float, sizes: _Sizes) -> str:
+    beyond = abs(value) > sizes.most
     limit = sizes.most if beyond else sizes.least
-    said = f'{key} = {value:g}: {_turns(value, sizes)}{"more" if beyond else "less"} than '
-    said += f'{_size(limit, sizes.unit)}, the {"most" if beyond else "least"} that any known '
-    said += 'machine or voyage has. '
+    said = f'{_turns(value, sizes)}{"more" if beyond else "less"} than {_size(limit, sizes.unit)}'
+    return f'{said}, the {"most" if beyond else "least"} that any known machine or voyage has'
+
+
+def _meant(key: str, value: float, sizes: _Sizes) -> str:
+    """Return what was probably meant, as a sentence."""
+    name = key.rpartition('.')[2]
     meant = [
         f'in {unit}, write {name}: {value * size:.4g}'
         for unit, size in sizes.slips
         if sizes.least <= abs(value * size) <= sizes.most
     ]
-    return said + (f'If it is {"; ".join(meant)}.' if meant else f'Its unit is {sizes.unit or 1}.')
+    return f'If it is {"; ".join(meant)}.' if meant else f'Its unit is {sizes.unit or 1}.'
 
 
 def _turns(value: float, sizes: _Sizes) -> str:

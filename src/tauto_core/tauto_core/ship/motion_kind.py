@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 from pydantic import Field
 
@@ -15,9 +15,6 @@ from tauto_core.scene.kinds import Kind
 from tauto_core.scene.voyages import Voyage
 from tauto_core.ship.fading import Fades
 from tauto_core.ship.waves import Harmonics
-
-if TYPE_CHECKING:
-    from tauto_core.ship.weather_kind import State
 
 FOLDER = 'tauto_core.ship.motions'
 
@@ -89,14 +86,14 @@ class WorstSea(NamedTuple):
 
     Attributes:
         why: `highest`, `met fastest`, or both.
-        state: its state of the weather; None where there is no weather.
+        figures: its state of the weather as reports have it; None where there is no weather.
         ship: the ship in it.
         lasts_s: time in it that makes errors as large as those by sampling all seas of the
             scene, where errors do not grow after it [s].
     """
 
     why: str
-    state: State | None
+    figures: dict[str, Any] | None
     ship: ShipKind
     lasts_s: float
 

@@ -176,7 +176,7 @@ class SeaShip(ShipKind):
         return tuple(
             WorstSea(
                 why,
-                state,
+                told((state,))[0],
                 # a shortened voyage may end before she leaves a calm
                 StillShip() if state.sea is None else self.in_state(state),
                 lasts_s if state is states[fastest] else scene.duration,
