@@ -29,7 +29,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import DriftStage, LongitudeStage, coefficient_runs
 from tauto_core.readiness import check_scene
-from tauto_core.samples import Batches, Samples, Stage
+from tauto_core.samples import SHIP_IMU, Batches, Samples, Stage
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.models import StillShip
 from tauto_core.ship.felt_step import felt_parts
@@ -161,6 +161,7 @@ def measured(repeats: int) -> dict[str, float]:
         steps, events = steps_of(scene := sailed(name, AT_SEA_S))
         rest_ns = clock_ns(scene) - events * found['NS_AN_EVENT']
         found[f'NS_A_STEP_OF_THREAD {kind}'] = rest_ns / steps
+    found['NS_A_NEWTON_STEP'] = _newton_step_ns(repeats)
     hung = sailed('suspended_weight_at_sea', 600.0)
     case_ns = clock_ns(hung) - steps_of(hung)[0] * found['NS_A_STEP']
     found['SUSPENDED_NS_A_SAMPLE'] = case_ns / (check_scene(hung)[1].total * felt_parts(hung))
@@ -168,6 +169,15 @@ def measured(repeats: int) -> dict[str, float]:
     found['COVARIATE_NS_A_SAMPLE'] = _covariates(weight, repeats)
     found['COEFFICIENT_RUNS_S'] = max(_trials(repeats))
     return found | {f'START_S {name}': _start_s(of, repeats) for name, of in STARTS.items()}
+
+
+def _newton_step_ns(repeats: int) -> float:
+    """Return the cost of a step whose equations take Newton's method [ns]: of a heavy weight."""
+    scene = sailed('measured', 60.0, trochlea__cam__base_radius=5.0)
+    clock = TrochleaStage(scene)
+    clock.feed({SHIP_IMU: check_scene(scene)[1].produce(60 * 20 + 5)})
+    clock.finish()
+    return stage_ns(scene, repeats)['clock'] / int(clock.state()['propagator']['newton'])
 
 
 def _on_land(repeats: int) -> dict[str, float]:

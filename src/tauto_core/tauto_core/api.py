@@ -120,6 +120,9 @@ def replay(
 def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
     """Check a scene without sailing it, and return what would run.
 
+    Machines and ships beyond all that are known are among the `warnings`, where `sail` refuses
+    them without `anyway=True`.
+
     Args:
         scene: as for `load`.
         overrides: as for `load`.

@@ -280,7 +280,11 @@ def scenes(as_json: AsJson = False) -> None:
 
 @scene_commands.command()
 def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) -> None:
-    """Check a scene without sailing it, and say what would run."""
+    """Check a scene without sailing it, and say what would run.
+
+    Machines and ships beyond all that are known are warned of, where commands that sail refuse
+    them without --anyway.
+    """
     from tauto_core.cli.facts import facts_table
     from tauto_core.cli.progress import progress_bar
     from tauto_core.scene import load_scene
