@@ -302,9 +302,12 @@ def _closely_logged(scene: Scene, longest_s: float) -> Scene:
     if scene.log_interval_ns <= most_ns:
         return scene
     step_ns = 1 if scene.lies_still else scene.step_ns
-    steps = max(int(most_ns / step_ns), 1)
-    steps -= steps % STRIDE if steps > STRIDE else 0
-    interval_ns = min(steps * step_ns, scene.log_interval_ns)
+    steps = scene.log_interval_ns // step_ns
+    fewest = math.ceil(scene.log_interval_ns / most_ns)
+    # parts of the interval come to the end of the scene; otherwise as many steps as there may be
+    parts = [n for n in range(fewest, 4 * fewest) if steps % n == 0]
+    whole = [steps // n for n in parts if steps // n % STRIDE == 0] or [steps // n for n in parts]
+    interval_ns = step_ns * (whole[0] if whole else max(int(most_ns / step_ns), 1))
     log = scene.log.model_copy(update={'interval': interval_ns / NS_PER_S})
     return scene.model_copy(update={'log': log})
 
