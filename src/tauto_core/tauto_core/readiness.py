@@ -92,25 +92,33 @@ def check_known(scene: Scene) -> None:
     Raises:
         SceneError: numbers larger than any known, or drag in which the wheel does not swing.
     """
-    found = beyond_known(scene)
-    if not found and scene.drag is not None and scene.drag.viscous > 0.0:
-        machine = compile_machine(scene)
-        critical = 2.0 * machine.inertia * machine.frequency
-        if scene.drag.viscous > critical:
-            problem = f'keeps the wheel from swinging, as {critical:.3g} N m s and more do'
-            remedy = f'Use a hundredth of that, {0.01 * critical:.3g} N m s, or less. To sail it '
-            remedy += 'all the same, say --anyway.'
-            found = [Problem('drag.viscous', scene.drag.viscous, problem, remedy)]
+    found = [*beyond_known(scene)] or _overdamped(scene)
     if found:
-        first, *further = found
+        anyway = 'To sail it all the same, say --anyway.'
+        first, *further = (
+            replace(problem, remedy=f'{problem.remedy} {anyway}') for problem in found
+        )
         raise SceneError(
             scene.name, first.key, first.value, first.problem, first.remedy, further=further
         )
 
 
+def _overdamped(scene: Scene) -> list[Problem]:
+    """Return what is wrong with drag in which the wheel does not swing."""
+    if scene.drag is None or scene.drag.viscous == 0.0:
+        return []
+    machine = compile_machine(scene)
+    critical = 2.0 * machine.inertia * machine.frequency
+    if scene.drag.viscous <= critical:
+        return []
+    problem = f'keeps the wheel from swinging, as {critical:.3g} N m s and more do'
+    remedy = f'Use a hundredth of that, {0.01 * critical:.3g} N m s, or less.'
+    return [Problem('drag.viscous', scene.drag.viscous, problem, remedy)]
+
+
 def oddities(scene: Scene) -> list[str]:
     """Return warnings about a scene that can run: possible values that are probably mistakes."""
-    found = implausible(scene)
+    found = [*implausible(scene), *map(str, _overdamped(scene))]
     if scene.voyage is None:
         return found
     passage = Passage(scene, scene.voyage)

@@ -105,9 +105,7 @@ def beyond_known(scene: Scene) -> list[Problem]:
         larger = abs(value) > sizes.most and key != _WARNED_OF
         if larger and key.partition('.')[0] in _REFUSED:
             said, meant = _comparison(value, sizes), _meant(key, value, sizes)
-            found.append(
-                Problem(key, value, said, f'{meant} To sail it all the same, say --anyway.')
-            )
+            found.append(Problem(key, value, said, meant))
     return found
 
 
