@@ -140,7 +140,8 @@ def test_trials_that_cost_more_than_predicted_are_cut_and_count_what_they_cost(m
     """Sailing ten minutes of it took 30 s of processor time, in 3.5 million steps."""
     monkeypatch.setattr('tauto_core.voyage_cost.LONGEST_TRIAL_S', 0.5)
     monkeypatch.setattr('tauto_core.trial.COMPILING_S', 0.0)
-    began_s, shares = time.thread_time(), []
+    began_s = time.thread_time()
+    shares: list[float] = []
     scene = load_scene('measured', **SLIP)
     told = forecast(scene, compile_machine(scene), ShipMotion(scene), shares.append)
     # every run goes on for a chunk or two when the time is over

@@ -108,6 +108,8 @@ def _overdamped(scene: Scene) -> list[Problem]:
     if scene.drag is None or scene.drag.viscous == 0.0:
         return []
     machine = compile_machine(scene)
+    if isinstance(machine, FluidPendulum):  # its fluid alone resists
+        return []
     critical = 2.0 * machine.inertia * machine.frequency
     if scene.drag.viscous <= critical:
         return []

@@ -36,7 +36,7 @@ SAFETY = 3.0
 may add up more unfavourably than those tried.
 """
 
-FINER = (*range(4, 65), 3, 2)
+FINER: tuple[int, ...] = (*range(4, 65), 3, 2)
 """Numbers of parts into which the finer run divides a step; the first that gives whole nanoseconds
 is used.
 """
@@ -259,7 +259,7 @@ def try_out(
     if seen.was_cut and tried < 2:
         return seen
     errors = [error if error is None else error[:tried] for error in (sampling, steps)]
-    times = np.arange(tried) * interval_s
+    times: FloatArray = np.arange(tried, dtype=np.float64) * interval_s
     grows = seen.growth is not None and seen.growth.grows
     sampled_s = ends_s if grows else min(lasts_s, ends_s)
     bounds = [
@@ -432,7 +432,8 @@ class _Growing:
         apart = apart[apart <= SMALL_APART]
         if len(apart) <= GROWTH_PIECES:
             return None
-        times = np.arange(len(apart)) * (scene.log_interval_ns / NS_PER_S)
+        interval_s = scene.log_interval_ns / NS_PER_S
+        times: FloatArray = np.arange(len(apart), dtype=np.float64) * interval_s
         return cls(times, np.log(np.maximum(apart / RELEASED_APART, 1.0)))
 
     @property
@@ -489,4 +490,4 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
     power = min(doubling / math.log(2.0), STEEPEST)
     slope = abs(float(np.polyfit(times, error, 1)[0]))
     longer = most + slope * (end_s - tried_s)
-    return min(max(most * (end_s / tried_s) ** power, longer), end_s)
+    return min(max(most * math.pow(end_s / tried_s, power), longer), end_s)
