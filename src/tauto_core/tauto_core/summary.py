@@ -23,7 +23,7 @@ from tauto_core.navigation import (
     forgets_its_start,
     projection,
 )
-from tauto_core.navigation.assumptions import dial_model
+from tauto_core.navigation.assumptions import dial_model, expected_walk_per_s
 from tauto_core.navigation.estimates import has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
@@ -184,7 +184,7 @@ class Summary:
         A random walk with the density q departs from its mean over T by √(qT/3).
         """
         elapsed_s = (end[0] - start[0]) / NS_PER_S
-        density = self._scene.clock.random_walk_fm_per_s
+        density = expected_walk_per_s(self._scene)
         return SECONDS_PER_DAY * math.sqrt(density * elapsed_s / 3.0)
 
     def longitude(self) -> dict[str, Any]:

@@ -26,6 +26,9 @@ CLOCKS = (
 SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'ship', 'voyage', 'drift', 'log')
 """Keys of a scene that describe the passage, not the clock."""
 
+OF_THE_CLOCK = ('white_fm', 'random_walk_fm')
+"""Keys of `drift` that describe the clock."""
+
 Cases: TypeAlias = Literal['both', 'with', 'without']
 
 
@@ -108,8 +111,17 @@ def _scenes(
     if not taken:
         return scenes
     return [
-        (name, _as_given(name, scene.model_copy(update=taken), ship_of)) for name, scene in scenes
+        (name, _as_given(name, scene.model_copy(update=_own(scene, taken)), ship_of))
+        for name, scene in scenes
     ]
+
+
+def _own(scene: Scene, taken: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys taken from a passage, with what the scene's `drift` says of its clock."""
+    if 'drift' not in taken:
+        return taken
+    kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
+    return {**taken, 'drift': taken['drift'].model_copy(update=kept)}
 
 
 def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
@@ -148,15 +160,19 @@ def _check_names(scenes: Sequence[tuple[str, Scene]]) -> None:
 def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
     """Refuse clocks that are not on the same ship."""
     (first, scene), *others = scenes
-    passage = scene.model_dump(include=set(SHARED))
+    passage = _passage(scene)
     for origin, other in others:
-        apart = list(_differences('', passage, other.model_dump(include=set(SHARED))))
+        apart = list(_differences('', passage, _passage(other)))
         if apart:
             told = '; '.join(f'{key} = {theirs} against {ours}' for key, ours, theirs in apart)
             raise UsageError(
                 f'{origin} does not make the passage of {first}: {told}. Let the scenes agree, '
                 f'or take one passage for all with --ship-of {first}'
             )
+
+
+def _passage(scene: Scene) -> dict[str, Any]:
+    return scene.model_dump(include=set(SHARED), exclude={'drift': set(OF_THE_CLOCK)})
 
 
 def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, Any]]:

@@ -16,6 +16,24 @@ Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 
 
+def white_s(white_fm: float) -> float:
+    """Return q1, the variance of the reading after a second [s²/s].
+
+    Args:
+        white_fm: standard deviation of the reading after a day [s].
+    """
+    return white_fm**2 / DAY_S
+
+
+def walk_per_s(random_walk_fm: float) -> float:
+    """Return q2, the variance of the relative rate after a second [1/s].
+
+    Args:
+        random_walk_fm: standard deviation of the rate after a day [s/day].
+    """
+    return (random_walk_fm / DAY_S) ** 2 / DAY_S
+
+
 class Clock(Section):
     """The dial. Without a nominal period it is set for small swings of the regulator.
 
@@ -39,12 +57,12 @@ class Clock(Section):
     @property
     def white_fm_s(self) -> float:
         """q1: variance of the reading after a second [s²/s]."""
-        return (self.white_fm or 0.0) ** 2 / DAY_S
+        return white_s(self.white_fm or 0.0)
 
     @property
     def random_walk_fm_per_s(self) -> float:
         """q2: variance of the relative rate after a second [1/s]."""
-        return ((self.random_walk_fm or 0.0) / DAY_S) ** 2 / DAY_S
+        return walk_per_s(self.random_walk_fm or 0.0)
 
     @property
     def is_noisy(self) -> bool:
@@ -118,6 +136,18 @@ class DriftSettings(Section):
         default=5.0,
         description='number of standard deviations beyond which an observation is refused as an '
         'outlier, 1 to 1e9 (1e9: none is)',
+    )
+    white_fm: Wander | None = Field(
+        default=None,
+        description='white frequency noise that the navigator expects of the clock at sea: '
+        'standard deviation of the reading after a day, which grows with the square root of time, '
+        '0 to 86400 [s]; it is not simulated (when left out: clock.white_fm)',
+    )
+    random_walk_fm: Wander | None = Field(
+        default=None,
+        description='random walk of the rate that the navigator expects of the clock at sea: '
+        'standard deviation of the rate after a day, which grows with the square root of time, 0 '
+        'to 86400 [s/day]; it is not simulated (when left out: clock.random_walk_fm)',
     )
     covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
         default=None,

@@ -84,6 +84,8 @@ _LEFT_OUT: dict[str, Any] = {
     'ship.recorded.topic': '/imu/data',
     'clock.white_fm': 0.1,
     'clock.random_walk_fm': 0.01,
+    'drift.white_fm': 0.1,
+    'drift.random_walk_fm': 0.01,
     'drift.covariates': ['heave', 'roll'],
     'drift.coefficients.heave': {'value': 1.0, 'sigma': 0.05},
     'drift.coefficients.roll': {'value': 0.01, 'sigma': 0.02},
