@@ -160,13 +160,13 @@ def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None
     voyage += 'arrival: [50.7, -1.3], sails_at: 1800, arrives_at: 3600}'
     given = {'voyage': yaml.safe_load(voyage), 'drift.observation_interval': 60.0}
     table = outputs.passage_table(
-        "sail involute_weight_at_sea --duration 3610 --set 'drift.observation_interval=60' "
+        "sail sully_lever_at_sea --duration 3610 --set 'drift.observation_interval=60' "
         f"--set 'voyage={voyage}'"
     )
     rows = cells(table)[2:]
     assert [row[0] for row in rows] == list(outputs.NAVIGATORS)
     sailed = tauto.sail(
-        'involute_weight_at_sea',
+        'sully_lever_at_sea',
         duration=3610.0,
         **given,
         **{'drift.covariates': ['heave', 'roll']},

@@ -14,6 +14,7 @@ from rich.console import Console
 
 import tauto_core as tauto
 from tauto_core.cli.facts import facts_table
+from tauto_core.machines import SlackThreadError
 from tauto_core.scene import load_scene, scene_yaml
 
 IDEAL = yaml.safe_load(scene_yaml(load_scene('ideal')))
@@ -278,6 +279,33 @@ def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
     (row,) = (line for line in said.getvalue().splitlines() if 'coefficient of roll' in line)
     assert '0.0000 ± 0.0050, from trial runs: 0 in waves of 6 s' in row
     assert '0 in waves of 13 s' in row
+
+
+def test_a_scene_is_told_that_its_rate_walks_more_than_the_navigator_expects(
+    tmp_path: Path,
+) -> None:
+    content = yaml.safe_load(scene_yaml(load_scene('hanging_thread_at_sea')))
+    scene = tmp_path / 'scene.yaml'
+    scene.write_text(yaml.safe_dump(content))
+    assert 'warnings' not in tauto.check(scene)
+    del content['drift']['random_walk_fm']
+    scene.write_text(yaml.safe_dump(content))
+    (warning,) = tauto.check(scene)['warnings']
+    _, _, advised = warning.rpartition('Write drift.random_walk_fm: ')
+    content['drift']['random_walk_fm'] = float(advised)
+    scene.write_text(yaml.safe_dump(content))
+    assert 'warnings' not in tauto.check(scene)
+
+
+def test_a_machine_that_the_trial_sea_stops_is_told_and_not_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def slack(*_: object) -> None:
+        raise SlackThreadError('the thread went slack')
+
+    monkeypatch.setattr('tauto_core.scene_facts.fit', slack)
+    (warning,) = tauto.check('hanging_thread_at_sea')['warnings']
+    assert 'could not be tried: the thread went slack' in warning
 
 
 def test_without_covariates_no_coefficient_is_told(tmp_path: Path) -> None:

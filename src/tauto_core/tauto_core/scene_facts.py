@@ -10,6 +10,7 @@ from typing import Any
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
+    HangingMachine,
     LeverMachine,
     Machine,
     NoSteadySwing,
@@ -17,11 +18,18 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.motion import propagator_name
-from tauto_core.navigation.coefficient_runs import coefficients, runs
+from tauto_core.navigation.assumptions import dial_model
+from tauto_core.navigation.coefficient_runs import coefficients, fit, runs
 from tauto_core.readiness import check_scene, oddities
 from tauto_core.scene import Scene
+from tauto_core.scene.errors import TautoError
 from tauto_core.voyage_cost import LONGEST_TRIAL_S, MEASURED_ON, RESOLUTION_S, forecast, tolerance
 from tauto_core.what_runs import hangs, left_out, reason, resonances, thread, way
+
+WALK_FACTOR = 5.0
+"""Six runs of three hours give a random walk from few large changes, within such a factor: of the
+shipped threads 25 and 2,500 s/day where many runs need 150 and 1,400.
+"""
 
 
 def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
@@ -41,7 +49,12 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         MotionDataError: its measured motion cannot be used.
     """
     machine, motion = check_scene(scene)
-    warnings = [*oddities(scene), *motion.warnings, *resonances(scene, machine)]
+    warnings = [
+        *oddities(scene),
+        *motion.warnings,
+        *resonances(scene, machine),
+        *_wandering(scene, machine),
+    ]
     name = propagator_name(machine, still=scene.lies_still)
     expected = forecast(scene, machine, motion, progress)
     stepping = expected.steps_a_swing is not None
@@ -116,6 +129,31 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
         'free_rate_s_per_day': rate_s_per_day(found.free_period, nominal),
         'time_constant_s': settling if math.isfinite(settling) else None,
     }
+
+
+def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+    """Return a warning where the sea makes the rate walk at random by more than is expected.
+
+    Only a thread that swings is tried, which nothing damps; a trial takes up to two seconds.
+    """
+    if scene.lies_still or not isinstance(machine, HangingMachine):
+        return []
+    try:
+        found = fit(scene, ())
+    except TautoError as error:
+        # the trial sea may be higher than the scene's, which can be sailed
+        return [
+            f'{scene.name}: drift.random_walk_fm: whether the sea makes the rate walk at random '
+            f'could not be tried: {error}'
+        ]
+    if found.is_expected(dial_model(scene), WALK_FACTOR):
+        return []
+    return [
+        f'{scene.name}: drift.random_walk_fm: the sea swings the thread, and the rate of such a '
+        f'clock walks at random, by at least about {found.advised:g} s/day in a day in trial '
+        'runs; the navigator expects less, so his errors will be larger than he states. '
+        f'Write drift.random_walk_fm: {found.advised:g}'
+    ]
 
 
 def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:

@@ -51,8 +51,8 @@ NS_A_HALF_SWING = 4800.0
 NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
 NAVIGATION_NS_A_LOG = 440.0
 COVARIATE_NS_A_SAMPLE = 53.0
-COEFFICIENT_RUNS_S = 0.71
-"""Run time of trial runs in small waves, for the most expensive machine [s]."""
+COEFFICIENT_RUNS_S = 1.5
+"""Run time of the trial runs, for the most expensive machine without a suspension [s]."""
 
 PERIOD_ERROR = 1e-14
 """Largest relative error of a period by quadrature (tests of machines)."""

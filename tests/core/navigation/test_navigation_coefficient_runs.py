@@ -2,18 +2,25 @@
 
 import math
 
+import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tauto_core.navigation import clock_model
+from tauto_core.navigation import clock_model, coefficient_runs
 from tauto_core.navigation.coefficient_runs import (
+    FITS,
     HEAVE,
     HEAVE_PERIODS_S,
     ROLL_PERIODS_S,
+    SEA_S,
+    Fit,
+    fit,
     runs,
 )
+from tauto_core.navigation.kalman import ClockModel
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
+from tauto_core.scene.sections import walk_per_s
 
 SCENE = """
 duration: 600.0
@@ -42,6 +49,11 @@ SECOND_CAM = {
     'cam': '{kind: hole, lever_rate: 0.010}',
     'thread': '{kind: hole, distance: 0.080}',
     'power': '{kind: force, force: 2.0}',
+}
+HANGING = {
+    'cam': '{kind: involute, base_radius: 0.005}',
+    'thread': '{kind: hanging, length: 1.0}',
+    'power': '{kind: weight, mass: 0.322}',
 }
 
 
@@ -122,3 +134,76 @@ def test_waves_that_the_motion_does_not_show_are_not_tried():
 def test_impossible_covariates_are_refused_by_name(covariates, more, words):
     with pytest.raises(SceneError, match=words):
         scene_of(LINEAR, covariates, more)
+
+
+@pytest.mark.parametrize('machine', [LINEAR, SECOND_CAM], ids=['weight', 'force'])
+def test_an_equation_that_explains_the_rate_departs_by_less_than_its_priors(machine):
+    scene = scene_of(machine)
+    found = fit(scene, tuple(each.coefficient for each in runs(scene)))
+    assert found.sigmas < 0.5
+    assert len(clock_model(scene).coefficients) == 2
+
+
+def test_a_clock_that_no_rate_equation_fits_is_refused_with_what_covers_it():
+    """The sea swings the thread, which no regressor sees."""
+    with pytest.raises(SceneError, match='no rate equation fits this machine') as caught:
+        clock_model(scene_of(HANGING))
+    assert caught.value.key == 'drift.covariates'
+    key, _, advised = caught.value.remedy.rstrip('.').rpartition(': ')
+    assert key.endswith('drift.random_walk_fm')
+    # with the random walk that the refusal names the scene is accepted and expects it
+    walking = scene_of(HANGING, more=f', random_walk_fm: {float(advised)}')
+    assert clock_model(walking).random_walk_fm_per_s == walk_per_s(float(advised))
+    # a little less is refused as before
+    with pytest.raises(SceneError, match='no rate equation'):
+        clock_model(scene_of(HANGING, more=f', random_walk_fm: {0.9 * float(advised)}'))
+
+
+def test_stated_coefficients_are_not_tested():
+    more = ', coefficients: {heave: {value: 1.0, sigma: 0.05}, roll: {value: 0.0, sigma: 0.1}}'
+    assert len(clock_model(scene_of(HANGING, more=more)).coefficients) == 2
+
+
+def test_the_departure_is_in_sigmas_of_the_priors():
+    scene = scene_of(LINEAR, 'heave')
+    (tried,) = (each.coefficient for each in runs(scene))
+    # a wrong coefficient departs by its error over its sigma, whatever the seas
+    wrong = tried._replace(value=tried.value + 4.0 * tried.sigma)
+    assert fit(scene, (wrong,)).sigmas == pytest.approx(4.0, abs=0.3)
+    assert FITS < 4.0
+
+
+def test_the_walk_is_the_one_that_bends_the_error_as_much(monkeypatch):
+    """An error c t² bends by 2 c τ² in two times τ; a walk of density q by √(2/3 q τ³)."""
+
+    class Bent:
+        def __init__(self, _scene, length_s):
+            self.at_s = np.linspace(0.0, length_s, 181)
+
+        def error_s(self, ship, _seed=0):
+            return 3.0 + ship.is_random * 1e-9 * self.at_s**2
+
+    monkeypatch.setattr(coefficient_runs, '_Run', Bent)
+    coefficient_runs._fit.cache_clear()
+    tau_s = 0.5 * SEA_S
+    q = (2.0 * 1e-9 * tau_s**2) ** 2 / (2.0 / 3.0 * tau_s**3)
+    found = fit(scene_of(HANGING), ())
+    coefficient_runs._fit.cache_clear()
+    assert found.random_walk_fm == pytest.approx(86_400.0 * math.sqrt(q * 86_400.0), rel=1e-9)
+
+
+def test_white_noise_that_bends_the_error_as_much_is_expected_too():
+    tau_days, found = 0.5 * SEA_S / 86_400.0, Fit(9.0, 100.0)
+    enough = 100.0 * tau_days / math.sqrt(3.0)
+    for white_fm, expected in ((1.01 * enough, True), (0.99 * enough, False)):
+        model = ClockModel(0.5, 1e-2, white_fm_s=white_fm**2 / 86_400.0)
+        assert found.is_expected(model) is expected
+        assert found.is_expected(model, factor=1.1)
+
+
+@pytest.mark.parametrize(
+    ('found', 'said'), [(124.7, 130.0), (25.0, 25.0), (2402.8, 2500.0), (0.0171, 0.018)]
+)
+def test_a_random_walk_is_advised_in_two_digits_and_never_too_small(found, said):
+    assert Fit(9.0, found).advised == pytest.approx(said, rel=1e-12)
+    assert Fit(9.0, found).advised >= found
