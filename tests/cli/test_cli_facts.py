@@ -297,6 +297,22 @@ def test_a_scene_is_told_that_its_rate_walks_more_than_the_navigator_expects(
     assert 'warnings' not in tauto.check(scene)
 
 
+@pytest.mark.parametrize(
+    ('scene', 'given', 'wanders'),
+    [
+        ('clock_sully_lever', {}, True),
+        ('clock_sully_lever', {'drift.white_fm': 45.0}, False),
+        ('clock_second_cam_force', {}, False),
+    ],
+)
+def test_a_weight_in_a_hung_case_is_told_that_its_rate_wanders(
+    scene: str, given: dict[str, float], *, wanders: bool
+) -> None:
+    """The force and the spring do not feel how the case swings."""
+    found = tauto.check(scene, duration=3600.0, **given).get('warnings', [])
+    assert any('nothing damps the swing of the case' in each for each in found) == wanders
+
+
 def test_a_machine_that_the_trial_sea_stops_is_told_and_not_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -132,12 +132,23 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
 
 
 def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
-    """Return a warning where the sea makes the rate walk at random by more than is expected.
+    """Return a warning where the sea makes the rate wander by more than the navigator expects.
 
-    Only a thread that swings is tried, which nothing damps; a trial takes up to two seconds.
+    Only a thread that swings is tried, which nothing damps; a trial takes up to two seconds. One
+    of a hung case takes ten, so that its warning says no figure.
     """
-    if scene.lies_still or not isinstance(machine, HangingMachine):
+    if scene.lies_still or isinstance(machine, FluidPendulum):
         return []
+    if not isinstance(machine, HangingMachine):
+        expects = scene.drift.white_fm or scene.drift.random_walk_fm
+        if scene.suspension is None or not machine.feels_gravity or expects:
+            return []
+        return [
+            f'{scene.name}: drift.white_fm: nothing damps the swing of the case, and the rate of '
+            'a weight wanders with it; the navigator expects that of the dial alone, so after a '
+            'day his errors will be larger than he states. Write drift.white_fm, in s a day, or '
+            'drift.random_walk_fm'
+        ]
     try:
         found = fit(scene, ())
     except TautoError as error:
