@@ -347,7 +347,7 @@ def test_quiet_keeps_warnings_to_itself_wherever_it_stands(tmp_path: Path, place
     scene = tmp_path / 'slip.yaml'
     text = OFF_THE_CAM.replace('0.020', '0.2').replace('release_angle: 3.1', 'release_angle: 0.5')
     scene.write_text(text.replace('mass: 0.3', 'mass: 60.0'), encoding='utf-8')
-    words = ['sail', str(scene), '--duration', '20']
+    words = ['sail', str(scene), '--anyway', '--duration', '20']
     assert 'trochlea.power.mass = 60' in tauto(*words).stderr
     quiet = tauto(*words[:place], '--quiet', *words[place:])
     assert quiet.exit_code == 0
