@@ -255,7 +255,7 @@ STOPPED = {
             'drag': {'viscous': 1e-4},
             'escapement': {'kind': 'impulse', 'energy': 1e-9, 'angle': 0.6},
         },
-        'too small to reach the impulse, at 0.6000 rad',
+        'too small to reach the impulse, at 0.600 rad',
     ),
 }
 
