@@ -142,7 +142,7 @@ def test_the_passage_of_the_readme_is_that_of_the_table(outputs: ModuleType) -> 
     dial, port, equation, lunars = (
         [float(cell.replace(',', '')) if cell != '–' else 0.0 for cell in row[1:]] for row in rows
     )
-    _, story = README.split('is the passage without a kind harbour', 1)
+    _, story = README.split('rated in a calm harbour', 1)
     story = ' '.join(story.partition('Elsewhere')[0].split())
     for words in (
         f'he corrected longitude is {port[0]:.0f} nautical miles wrong',
