@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.subscription import Subscription
 
 RCLError = rclpy_implementation.RCLError
@@ -19,12 +19,12 @@ RCLError = rclpy_implementation.RCLError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 
 
-def overrides_of(node: Node) -> Mapping[str, Parameter]:
+def overrides_of(node: Node) -> Mapping[str, RosParameter]:
     """Return the parameters that command line, files and caller set, undeclared ones included.
 
     `Node` lists them publicly only after it has declared all of them, without our table.
     """
-    overrides: Mapping[str, Parameter] = node._parameter_overrides
+    overrides: Mapping[str, RosParameter] = node._parameter_overrides
     return overrides
 
 

@@ -215,9 +215,9 @@ class Frame(Scope):
         """Translate the body of a loop once for each item."""
         if leaves_early(s):
             raise KernelError('break or continue in a loop over what is known when compiling')
-        for item in items:
+        for each in items:
             if self.reached:
-                self.put(s.target, item)
+                self.put(s.target, each)
                 self.run(s.body)
 
     def _loop(self, s: Any, count: Any = None) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from tauto_core.samples import NS_PER_S, IntArray, TimeSamples
+from tauto_core.samples import IntArray, TimeSamples
 from tauto_core.scene import Scene
-from tauto_core.scene.times import nanoseconds
+from tauto_core.scene.times import NS_PER_S, nanoseconds
 from tauto_core.ship.passage import Passage
 
 PORT, LANDFALL, LUNAR = 'port', 'landfall', 'lunar'

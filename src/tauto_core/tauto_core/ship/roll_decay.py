@@ -14,10 +14,7 @@ from tauto_core.scene.errors import ABSENT, SceneError
 from tauto_core.scene.fields import LONGEST_TEXT, NonNegative, Positive, Section, Text
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    FloatArray = NDArray[np.float64]
+    from tauto_core.samples import FloatArray
 
 FEWEST_A_CYCLE = 8
 """Samples that a cycle of the roll must have."""

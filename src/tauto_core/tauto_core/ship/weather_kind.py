@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, Strict
 
+from tauto_core.samples import NS_PER_S
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag
 from tauto_core.scene.kinds import Kind
-from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Surroundings
 from tauto_core.ship.sea_sections import ComponentCount, Sea
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.scene.times import NS_PER_S
+from tauto_core.samples import NS_PER_S
 from tauto_core.ship.fading import Fades
 from tauto_core.ship.waves import Harmonics
 from tauto_core.ship.weather_kind import State
