@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from tauto_core.kernels import KernelCacheWarning, optimised, source, store, used
-from tauto_core.kernels.progress import listening
+from tauto_core.kernels import KernelCacheWarning, entries, optimised, source
+from tauto_core.kernels.marks import listening
 
 LAWS = """
 from typing import NamedTuple
@@ -67,7 +67,7 @@ class Program:
 def program(tmp_path, monkeypatch):
     monkeypatch.setenv('TAUTO_CACHE_DIR', str(tmp_path / 'cache'))
     monkeypatch.setattr(sys, 'dont_write_bytecode', True)
-    monkeypatch.setattr(store, '_warned', set())
+    monkeypatch.setattr(entries, '_warned', set())
     yield Program(tmp_path)
     for name in ('laws_of_a_test', 'kernel_of_a_test'):
         sys.modules.pop(name, None)
@@ -76,13 +76,13 @@ def program(tmp_path, monkeypatch):
 
 def forget_sources():
     """Files are read once a process: a change is seen by the next."""
-    for known in (source._definitions, source._plan_of, used.contents, used.digest):
+    for known in (source._definitions, source._plan_of, source.contents, source.digest):
         known.cache_clear()
 
 
 def kept_header() -> dict[str, Any]:
     """What is written beside the code that is kept."""
-    kept = store.read(next(path.name for path in store.folder().iterdir()))
+    kept = entries.read(next(path.name for path in entries.folder().iterdir()))
     assert kept is not None
     return kept[0]
 
@@ -115,14 +115,14 @@ def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
     """No file has changed, but the value that a name stands for is part of the code."""
     assert program.run() == (19.0, 1)
     header = kept_header()
-    assert used.is_as_it_was(header['files'], header['names'])
+    assert source.is_as_it_was(header['files'], header['names'])
     monkeypatch.setattr(sys.modules['laws_of_a_test'], 'FACTOR', 4.0)
-    assert not used.is_as_it_was(header['files'], header['names'])
+    assert not source.is_as_it_was(header['files'], header['names'])
 
 
 def test_a_file_cut_short_is_compiled_anew(program):
     program.run()
-    (kept,) = store.folder().iterdir()
+    (kept,) = entries.folder().iterdir()
     whole = kept.read_bytes()
     for damaged in (b'', whole[:100], whole[:-1], whole[:-1] + bytes([whole[-1] ^ 1])):
         kept.write_bytes(damaged)
@@ -132,14 +132,14 @@ def test_a_file_cut_short_is_compiled_anew(program):
 
 def test_the_folder_and_its_files_are_the_users_alone(program):
     program.run()
-    folder = store.folder()
+    folder = entries.folder()
     assert folder.stat().st_mode & 0o777 == 0o700
     assert [path.stat().st_mode & 0o777 for path in folder.iterdir()] == [0o600]
 
 
 def test_what_others_may_write_is_not_run(program):
     program.run()
-    store.folder().chmod(0o777)
+    entries.folder().chmod(0o777)
     with pytest.warns(
         KernelCacheWarning, match='others may write there. Set TAUTO_CACHE_DIR'
     ) as said:
@@ -176,7 +176,7 @@ def test_another_processor_or_version_has_code_of_its_own(program, monkeypatch):
     program.run()
     monkeypatch.setattr(entry_module_of(), '_stamp', lambda: 'another')
     assert program.run() == (19.0, 1)
-    assert len(list(store.folder().iterdir())) == 2
+    assert len(list(entries.folder().iterdir())) == 2
 
 
 def entry_module_of():
@@ -194,32 +194,32 @@ def test_two_processes_at_once_leave_one_whole_file(program):
         for _ in range(2)
     ]
     assert [process.communicate()[0] for process in both] == ['19.0\n', '19.0\n']
-    assert len(list(store.folder().iterdir())) == 1
+    assert len(list(entries.folder().iterdir())) == 1
     assert program.run() == (19.0, 0)
 
 
 def test_the_cache_has_a_place_where_nothing_says_so(monkeypatch):
     monkeypatch.delenv('TAUTO_CACHE_DIR', raising=False)
     monkeypatch.setenv('XDG_CACHE_HOME', '/somewhere')
-    assert store.folder() == Path('/somewhere/tauto')
+    assert entries.folder() == Path('/somewhere/tauto')
     monkeypatch.delenv('XDG_CACHE_HOME')
-    assert store.folder() == Path.home() / '.cache' / 'tauto'
+    assert entries.folder() == Path.home() / '.cache' / 'tauto'
 
 
 def test_the_compiler_itself_is_a_source(program, monkeypatch):
     program.run()
     header = kept_header()
     own = {Path(path).name for path in header['files'] if '/kernels/' in path}
-    assert {'translation.py', 'operations.py', 'program.py', 'target.py'} <= own
+    assert {'translation.py', 'operations.py', 'program.py', 'values.py'} <= own
     other = dict.fromkeys(header['files'], 'another')
-    assert not used.is_as_it_was(other, header['names'])
+    assert not source.is_as_it_was(other, header['names'])
 
 
 def test_what_has_run_for_a_while_is_optimised_once(program, monkeypatch):
     assert [program.run(), program.again()] == [(19.0, 1), (19.0, 0)]
     monkeypatch.setattr(entry_module_of(), 'OPTIMISED_AFTER_S', 0.0)
     assert [program.again(), program.again()] == [(19.0, 1), (19.0, 0)]
-    assert len(list(store.folder().iterdir())) == 2
+    assert len(list(entries.folder().iterdir())) == 2
 
 
 def test_another_run_prefers_what_has_been_optimised(program, monkeypatch):
@@ -227,7 +227,7 @@ def test_another_run_prefers_what_has_been_optimised(program, monkeypatch):
         assert program.run() == (19.0, 1)
     monkeypatch.setattr(entry_module_of(), 'OPTIMISED_AFTER_S', 0.0)
     assert [program.run(), program.again()] == [(19.0, 0), (19.0, 0)]
-    assert len(list(store.folder().iterdir())) == 1
+    assert len(list(entries.folder().iterdir())) == 1
 
 
 def test_where_nothing_may_stall_quick_code_is_optimised_at_once(program):

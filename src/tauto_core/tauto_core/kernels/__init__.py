@@ -1,9 +1,14 @@
 """Kernels: functions in a subset of Python that are compiled through LLVM (docs/kernels.md)."""
 
 from tauto_core.kernels.entries import Entry, entry, optimised
-from tauto_core.kernels.errors import KernelCacheWarning, KernelError
-from tauto_core.kernels.marks import compiled, inlined, intrinsic
-from tauto_core.kernels.progress import listening
+from tauto_core.kernels.marks import (
+    KernelCacheWarning,
+    KernelError,
+    compiled,
+    inlined,
+    intrinsic,
+    listening,
+)
 
 __all__ = [
     'Entry',

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.marks import KernelError
 
 ENTRY = 'entry'
 """Name of an entry in its object code."""

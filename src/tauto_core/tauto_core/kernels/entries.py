@@ -2,21 +2,27 @@
 
 LLVM's optimisation is most of the time that compiling takes, and a run of minutes never earns it
 back. So an entry is compiled without it first, and again, optimised, when it has run for a while.
+What was compiled is kept on disk.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import hashlib
+import json
+import os
+import stat
+import tempfile
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from tauto_core.kernels import store
 from tauto_core.kernels.arguments import (
     ENTRY,
     check_arrays,
@@ -26,9 +32,92 @@ from tauto_core.kernels.arguments import (
     structure_of,
     unpacker,
 )
-from tauto_core.kernels.errors import KernelError
-from tauto_core.kernels.progress import compiling
-from tauto_core.kernels.used import digest, is_as_it_was
+from tauto_core.kernels.marks import KernelCacheWarning, KernelError, compiling
+from tauto_core.kernels.source import digest, is_as_it_was
+
+# -----------------------------------------------------------------------------
+# Compiled kernels on disk: in a folder that is the user's alone, each file whole or not there.
+
+VARIABLE = 'TAUTO_CACHE_DIR'
+_REMEDY = (
+    f'Set {VARIABLE} to a folder that only you may write. Until then each run compiles its '
+    'kernels anew, which takes seconds.'
+)
+_NOT_PRIVATE = (
+    'compiled kernels are neither kept in {} nor used from there: others may write there'
+)
+_warned: set[str] = set()
+
+
+def folder() -> Path:
+    """Return where compiled kernels are kept.
+
+    Raises:
+        RuntimeError: neither the environment nor the system gives this user a home folder.
+    """
+    given = os.environ.get(VARIABLE)
+    if given:
+        return Path(given).expanduser()
+    home = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
+    return Path(home) / 'tauto'
+
+
+def _warn(message: str) -> None:
+    if message not in _warned:
+        _warned.add(message)
+        warnings.warn(f'{message}. {_REMEDY}', KernelCacheWarning, stacklevel=2)
+
+
+def _is_private(place: Path) -> bool:
+    """Return whether nobody else may have put something there: it will be run."""
+    if not hasattr(os, 'getuid'):
+        return True
+    found = place.stat()
+    return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def read(name: str) -> tuple[dict[str, Any], bytes] | None:
+    """Return what is kept under a name, and its object code; None if there is nothing whole."""
+    try:
+        place = folder()
+        if not _is_private(place):
+            _warn(_NOT_PRIVATE.format(place))
+            return None
+        whole = (place / name).read_bytes()
+        seal, header, code = whole.split(b'\n', 2)
+        if hashlib.sha256(header + b'\n' + code).hexdigest() != seal.decode():
+            return None
+        return json.loads(header), code
+    except (OSError, ValueError, RuntimeError):
+        return None
+
+
+def write(name: str, header: dict[str, Any], code: bytes) -> None:
+    """Keep object code under a name; two processes at once leave the one's or the other's."""
+    try:
+        place = folder()
+    except RuntimeError:
+        _warn('compiled kernels cannot be kept: this user has no home folder')
+        return
+    try:
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not _is_private(place):
+            _warn(_NOT_PRIVATE.format(place))
+            return
+        body = json.dumps(header).encode() + b'\n' + code
+        seal = hashlib.sha256(body).hexdigest().encode()
+        handle, draft = tempfile.mkstemp(dir=place, prefix='.draft')
+        try:
+            with os.fdopen(handle, 'wb') as file:
+                file.write(seal + b'\n' + body)
+            os.replace(draft, place / name)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(draft)
+            raise
+    except OSError as error:
+        _warn(f'compiled kernels cannot be kept in {place}: {error.strerror or error}')
+
 
 _LOCK = threading.RLock()
 """LLVM is used by one thread at a time."""
@@ -56,7 +145,7 @@ def optimised() -> Iterator[None]:
 @cache
 def _stamp() -> str:
     """Return processor and versions, on which compiled code depends beside its sources."""
-    from tauto_core.kernels.target import versions
+    from tauto_core.kernels.program import versions
 
     return '\n'.join(versions())
 
@@ -113,7 +202,7 @@ class Entry:
             if any(old(*plain(args)) is not None for old, *_ in self._made):
                 return
             check_arrays()
-            from tauto_core.kernels.target import Effort
+            from tauto_core.kernels.program import Effort
 
             efforts = [Effort.OPTIMISED] if _no_hurry else [Effort.OPTIMISED, Effort.QUICK]
             layout, call, effort = self._compiled(structures, efforts)
@@ -124,7 +213,7 @@ class Entry:
 
     def _timed(self, quick: Any, structures: list[Any]) -> Any:
         """Return quick code that gives way to optimised code when it has run for a while."""
-        from tauto_core.kernels.target import Effort
+        from tauto_core.kernels.program import Effort
 
         ran_s, best = 0.0, None
 
@@ -147,11 +236,11 @@ class Entry:
 
         What is kept of the first effort is taken, else of the next; else the last is made.
         """
-        from tauto_core.kernels.target import loaded
+        from tauto_core.kernels.program import loaded
 
         for effort in efforts:
             file, name = self._file_and_name(structures, effort)
-            kept = store.read(file)
+            kept = read(file)
             if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
                 return kept[0]['result'], loaded(kept[1], name), effort
         layout, code = self._translated(structures, efforts[-1])
@@ -173,8 +262,7 @@ class Entry:
 
     def _translated(self, structures: list[Any], effort: Any) -> tuple[Any, bytes]:
         """Compile, and keep it; return the layout of the result and object code."""
-        from tauto_core.kernels.program import Program
-        from tauto_core.kernels.target import object_code, processor
+        from tauto_core.kernels.program import Program, object_code, processor
 
         function, (file, name) = self.python, self._file_and_name(structures, effort)
         with compiling(f'{function.__module__}.{function.__qualname__}') as translated:
@@ -184,7 +272,7 @@ class Entry:
             code = object_code(text, processor(), effort)
         used = program.used
         header = {'files': _compiler() | used.files, 'names': used.names, 'result': program.result}
-        store.write(file, header, code)
+        write(file, header, code)
         return program.result, code
 
 

@@ -1,30 +1,41 @@
-"""Operators on values that are known when compiling, and on those known at run time."""
+"""Operators, functions of Python and NumPy, items, and phi nodes, as instructions of LLVM."""
 
 from __future__ import annotations
 
 import ast
+import math
 import operator
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
+import numpy as np
 from llvmlite import ir
 
-from tauto_core.kernels.emission import Emission
-from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.marks import KernelError
 from tauto_core.kernels.values import (
     BOOL,
+    BYTE,
     DOUBLE,
+    ELEMENTS,
     FLOAT,
     INT,
     UINT,
     WORD,
+    Array,
+    Conflict,
+    Emission,
+    Fields,
     Group,
     Kind,
+    Pointer,
+    Record,
     Value,
     at_run_time,
     described,
     is_number,
     is_static,
+    leaves,
+    rebuilt,
 )
 
 STATIC: dict[type, Callable[[Any, Any], Any]] = {
@@ -208,3 +219,452 @@ def compare(out: Emission, op: Any, x: Any, y: Any) -> Any:
             raise KernelError(f'{x.kind} and {y.kind} are compared')
         return Value(BOOL, out.b.icmp_unsigned(sign, x.ir, y.ir))
     return Value(BOOL, out.b.icmp_signed(sign, out.int(x), out.int(y)))
+
+
+# -----------------------------------------------------------------------------
+# The functions of Python, math and NumPy that kernels may call.
+#
+# Each takes the emission, then the arguments.
+
+
+def _float_function(name: str) -> Callable[..., Any]:
+    """Return a function of floats, of LLVM or the C library."""
+
+    def call(out: Emission, *args: Any) -> Any:
+        return Value(FLOAT, out.external(name, DOUBLE, [out.float(x) for x in args]))
+
+    return call
+
+
+def _to_whole(name: str) -> Callable[..., Any]:
+    """Return a function that rounds a float to a whole number."""
+
+    def call(out: Emission, x: Any) -> Any:
+        x = at_run_time(x)
+        if isinstance(x, Value) and x.kind in (INT, UINT):
+            return x
+        return Value(INT, out.b.fptosi(out.external(name, DOUBLE, [out.float(x)]), WORD))
+
+    return call
+
+
+def _extreme(sign: str) -> Callable[..., Any]:
+    """Return min or max: the first of equals, as Python has it."""
+
+    def call(out: Emission, *args: Any) -> Any:
+        args = tuple(args[0]) if len(args) == 1 else args
+        given = [at_run_time(x) for x in args]
+        if any(not isinstance(x, Value) or x.kind.lanes for x in given):
+            raise KernelError(f'min or max of {", ".join(described(x) for x in given)}')
+        kept, b = given[0], out.b
+        for x in given[1:]:
+            if FLOAT in (kept.kind, x.kind):
+                old, new = out.float(kept), out.float(x)
+                kept = Value(FLOAT, b.select(b.fcmp_ordered(sign, new, old), new, old))
+            else:
+                old, new = out.int(kept), out.int(x)
+                kept = Value(INT, b.select(b.icmp_signed(sign, new, old), new, old))
+        return kept
+
+    return call
+
+
+def _abs(out: Emission, x: Any) -> Any:
+    if is_number(x):
+        return abs(x)
+    if isinstance(x, Value) and x.kind is INT:
+        below = out.b.icmp_signed('<', x.ir, ir.Constant(WORD, 0))
+        return Value(INT, out.b.select(below, out.b.neg(x.ir), x.ir))
+    return Value(FLOAT, out.external('llvm.fabs.f64', DOUBLE, [out.float(x)]))
+
+
+def _as(kind: Kind, plain: Callable[[Any], Any]) -> Callable[..., Any]:
+    def call(out: Emission, x: Any) -> Any:
+        return plain(x) if is_number(x) else out.convert(x, kind)
+
+    return call
+
+
+def _len(_out: Emission, x: Any) -> Any:
+    if isinstance(x, Array):
+        return Value(INT, x.shape[0])
+    if isinstance(x, Value):
+        raise KernelError(f'{described(x)} has no length')
+    return len(x)
+
+
+def _isinstance(_out: Emission, x: Any, wanted: Any) -> bool:
+    """Return what is known about a value's class: for NamedTuples, None and numbers."""
+    classes = tuple(wanted) if isinstance(wanted, (tuple, Group)) else (wanted,)
+    if isinstance(x, Group):
+        return issubclass(x.instance_class or tuple, classes)
+    if isinstance(x, Value):
+        own = {FLOAT: float, INT: int, BOOL: bool}.get(x.kind)
+        return own is not None and issubclass(own, classes)
+    return isinstance(x, classes)
+
+
+def _isfinite(out: Emission, x: Any) -> Any:
+    value = out.float(x)
+    less = out.b.fsub(value, value)
+    return Value(BOOL, out.b.fcmp_ordered('ord', less, less))
+
+
+ALIGNED = 64
+"""Rooms begin at cache lines; the address to give back stands in the word before."""
+
+
+def _empty(out: Emission, shape: Any, dtype: Any = np.float64) -> Array:
+    if out.depth:
+        raise KernelError('an array is made in a branch or a loop: make it at the beginning')
+    lengths = shape if isinstance(shape, (tuple, Group)) else (shape,)
+    b, kind = out.b, ELEMENTS.get(np.dtype(dtype).str[1:])
+    if kind is None:
+        raise KernelError(f'kernels know no arrays of {dtype}')
+    dims = [out.int(length) for length in lengths]
+    size = ir.Constant(WORD, 1 if kind is BOOL else 8)
+    for length in dims:
+        size = b.mul(size, length)
+    address = BYTE.as_pointer()
+    malloc = out.module.globals.get('malloc')
+    if malloc is None:
+        malloc = ir.Function(out.module, ir.FunctionType(address, [WORD]), 'malloc')
+        malloc.return_value.attributes.add('noalias')
+    whole = b.call(malloc, [b.add(size, ir.Constant(WORD, 8 + ALIGNED))])
+    behind = b.add(b.ptrtoint(whole, WORD), ir.Constant(WORD, 8 + ALIGNED - 1))
+    first = b.and_(behind, ir.Constant(WORD, -ALIGNED))
+    kept = b.inttoptr(b.sub(first, ir.Constant(WORD, 8)), address.as_pointer())
+    b.store(whole, kept)
+    out.rooms.append(whole)
+    data = b.inttoptr(first, kind.stored.as_pointer())
+    return Array(kind, data, dims, whole)
+
+
+def _empty_like(out: Emission, x: Array) -> Array:
+    if not isinstance(x, Array):
+        raise KernelError(f'empty_like of {described(x)}')
+    kinds = {FLOAT: np.float64, INT: np.int64, UINT: np.uint64, BOOL: np.bool_}
+    return _empty(out, tuple(Value(INT, n) for n in x.shape), kinds[x.kind])
+
+
+FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    abs: _abs,
+    bool: Emission.truth,
+    float: _as(FLOAT, float),
+    int: _as(INT, int),
+    isinstance: _isinstance,
+    len: _len,
+    max: _extreme('>'),
+    min: _extreme('<'),
+    round: _to_whole('llvm.rint.f64'),
+    math.ceil: _to_whole('llvm.ceil.f64'),
+    math.floor: _to_whole('llvm.floor.f64'),
+    math.isfinite: _isfinite,
+    np.empty: _empty,
+    np.empty_like: _empty_like,
+    np.float64: _as(FLOAT, float),
+    np.int64: _as(INT, int),
+    np.uint64: _as(UINT, np.uint64),
+}
+for _name in ('sqrt', 'sin', 'cos', 'exp', 'log', 'copysign'):
+    FUNCTIONS[getattr(math, _name)] = _float_function(f'llvm.{_name}.f64')
+for _name in (
+    *('tan', 'asin', 'acos', 'atan', 'atan2', 'hypot', 'expm1', 'log1p'),
+    *('sinh', 'cosh', 'tanh', 'asinh', 'acosh', 'atanh'),
+):
+    FUNCTIONS[getattr(math, _name)] = _float_function(_name)
+
+
+def place_right_of(values: Any, x: float, side: str) -> int:
+    """Return where x would stand in sorted values, behind its equals: np.searchsorted."""
+    if side != 'right':
+        raise TypeError("searchsorted of kernels knows the side 'right' only")
+    low, high = 0, len(values)
+    while low < high:
+        middle = (low + high) >> 1
+        if x < values[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+IN_PYTHON = {np.searchsorted: place_right_of}
+"""Functions that are kernels themselves."""
+
+
+# -----------------------------------------------------------------------------
+# Items of tuples and arrays: where they are, and parts of arrays.
+
+
+def picked(out: Emission, items: Any, i: Any) -> Any:
+    """Return an item of a tuple; of a place known at run time, all must be of one kind."""
+    if isinstance(i, (int, slice)):
+        return items[i]
+    values, b = [at_run_time(x) for x in items], out.b
+    kinds = {x.kind if isinstance(x, Value) else None for x in values}
+    if len(kinds) != 1 or None in kinds:
+        raise KernelError(
+            f'an item of {described(items)} is picked by a number known at run time only'
+        )
+    kind = values[0].kind
+    # at the function's head: the room is there once, however often a loop comes by
+    with b.goto_block(out.f.blocks[0]):
+        room = b.alloca(ir.ArrayType(kind.type, len(values)))
+    for k, value in enumerate(values):
+        b.store(value.ir, b.gep(room, [ir.Constant(WORD, 0), ir.Constant(WORD, k)]))
+    place = b.gep(room, [ir.Constant(WORD, 0), out.int(i)])
+    return Value(kind, b.load(place))
+
+
+def item(out: Emission, base: Any, where: Any) -> Any:
+    """Return an item of an array or behind a pointer; a row or rows, where indices are missing."""
+    if isinstance(base, Array):
+        if isinstance(where, slice):
+            return _slice(out, base, where)
+        if len(where) < len(base.shape):
+            return _rows(out, base, where)
+    return out.load(*place_of(out, base, where))
+
+
+def place_of(out: Emission, base: Any, where: list[Any]) -> tuple[ir.Value, Any]:
+    """Return the address and kind of an item of an array, or behind a pointer."""
+    if isinstance(base, Array) and len(where) == len(base.shape):
+        return _at(out, base, _flat(out, base.shape, where)), base.kind
+    if isinstance(base, Value) and isinstance(base.kind, Pointer) and len(where) == 1:
+        return out.b.gep(base.ir, [out.int(where[0])]), base.kind.item
+    raise KernelError(f'{described(base)} with {len(where)} indices')
+
+
+def fill(out: Emission, part: Any, value: Any) -> None:
+    """Set all items of a row to a number."""
+    if not isinstance(part, Array) or len(part.shape) != 1:
+        raise KernelError(f'{described(part)} cannot be filled')
+    b, came = out.b, out.b.block
+    value = out.convert(value, part.kind)
+    head, body, after = out.block('fill'), out.block('item'), out.block('filled')
+    out.go_on([came], head)
+    i = b.phi(WORD)
+    b.cbranch(b.icmp_signed('<', i, part.shape[0]), body, after)
+    b.position_at_end(body)
+    out.save(b.gep(part.data, [i]), part.kind, value)
+    i.add_incoming(ir.Constant(WORD, 0), came)
+    i.add_incoming(b.add(i, ir.Constant(WORD, 1)), body)
+    out.go_on([body], head)
+    b.position_at_end(after)
+
+
+def _slice(out: Emission, base: Array, where: slice) -> Array:
+    b, first = out.b, base.shape[0]
+    stop = first if where.stop is None else _index(out, where.stop, first)
+    if where.start is None:
+        return Array(base.kind, base.data, [stop, *base.shape[1:]], base.room)
+    start = _index(out, where.start, first)
+    data = _rows(out, base, [Value(INT, start)]).data
+    return Array(base.kind, data, [b.sub(stop, start), *base.shape[1:]])
+
+
+def _rows(out: Emission, base: Array, where: list[Any]) -> Array:
+    offset = _flat(out, base.shape, where)
+    for n in base.shape[len(where) :]:
+        offset = out.b.mul(offset, n)
+    return Array(base.kind, _at(out, base, offset), base.shape[len(where) :])
+
+
+def _at(out: Emission, base: Array, offset: ir.Value) -> ir.Value:
+    if isinstance(base.kind, Fields):
+        offset = out.b.mul(offset, ir.Constant(WORD, base.kind.dtype.itemsize))
+    return out.b.gep(base.data, [offset])
+
+
+def _flat(out: Emission, shape: Any, where: list[Any]) -> ir.Value:
+    """Return the number of an item, counted through the rows."""
+    b, offset = out.b, None
+    for n, i in zip(shape, where, strict=False):
+        place = _index(out, i, n)
+        offset = place if offset is None else b.add(b.mul(offset, n), place)
+    return offset if offset is not None else ir.Constant(WORD, 0)
+
+
+def _index(out: Emission, i: Any, length: ir.Value) -> ir.Value:
+    """Return a place as LLVM's integer: one known when compiling may count from the end."""
+    if isinstance(i, int) and i < 0:
+        return out.b.add(length, ir.Constant(WORD, int(i)))
+    return out.int(i)
+
+
+# -----------------------------------------------------------------------------
+# Phi nodes: the values of variables where branches meet, and in the header of a loop.
+
+BackEdge: TypeAlias = Callable[[Any, ir.Block], None]
+"""Adds the value that a variable has at the end of a round, in the block from which it returns."""
+
+
+def joined(
+    out: Emission, values: Sequence[Any], blocks: Sequence[ir.Block], after: ir.Block, name: str
+) -> Any:
+    """Return the value in `after` of a variable that differs between the blocks before it.
+
+    The blocks have no end yet, so that numbers can be converted there.
+    """
+    first = values[0]
+    if all(_same(x, first) for x in values):
+        return first
+    if any(isinstance(x, Conflict) for x in values):
+        return next(x for x in values if isinstance(x, Conflict))
+    grouped = [group for group in map(_grouped, values) if group is not None]
+    if len(grouped) == len(values) and all(_alike(g, grouped[0]) for g in grouped):
+        columns = zip(*[g.items for g in grouped], strict=True)
+        items = [joined(out, column, blocks, after, name) for column in columns]
+        return Group(items, grouped[0].instance_class)
+    if isinstance(first, (Array, Record)) and all(_alike(x, first) for x in values):
+        columns = zip(*[leaves(x) for x in values], strict=True)
+        one = rebuilt(first, iter([_phi(out, column, blocks, after) for column in columns]))
+        if isinstance(first, Array) and all(x.room is first.room for x in values):
+            one.room = first.room
+        return one
+    kind = common_kind(values)
+    if kind is None:
+        said = ' or '.join(dict.fromkeys(described(x) for x in values))
+        return Conflict(f'{name} is {said}, by the way taken')
+    converted = []
+    for x, block in zip(values, blocks, strict=True):
+        out.b.position_at_end(block)
+        converted.append(out.convert(x, kind).ir)
+    return Value(kind, _phi(out, converted, blocks, after))
+
+
+def _phi(
+    out: Emission, values: Sequence[ir.Value], blocks: Sequence[ir.Block], after: ir.Block
+) -> ir.Value:
+    if all(value is values[0] for value in values):
+        return values[0]
+    out.b.position_at_end(after)
+    phi = out.b.phi(values[0].type)
+    for value, block in zip(values, blocks, strict=True):
+        phi.add_incoming(value, block)
+    return phi
+
+
+def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict[str, Any]:
+    """Join several branches; return the variables there."""
+    if len(ends) == 1:
+        out.b.position_at_end(ends[0][0])
+        return ends[0][1]
+    after, blocks = out.block('after'), [block for block, _ in ends]
+    together: dict[str, Any] = {}
+    for name in dict.fromkeys(name for _, variables in ends for name in variables):
+        found = [variables.get(name, _unset(name)) for _, variables in ends]
+        together[name] = joined(out, found, blocks, after, name)
+    out.go_on(blocks, after)
+    return together
+
+
+class Header:
+    """The header of a loop, with a phi node for each number that the loop carries.
+
+    Its kinds are those before the loop, since the loop's end is not translated yet.
+
+    Attributes:
+        out: the function that is written.
+        loop: the loop's node in the syntax tree.
+        preheader: the block before the loop.
+        block: the header's block.
+    """
+
+    def __init__(self, out: Emission, loop: Any, preheader: ir.Block, block: ir.Block) -> None:
+        self.out, self.loop, self.preheader, self.block = out, loop, preheader, block
+
+    def carried(self, x: Any, name: str) -> tuple[Any, BackEdge]:
+        """Return a variable in the header, and what adds its value at the end of a round.
+
+        Args:
+            x: its value before the loop.
+            name: its name.
+        """
+        group = _grouped(x)
+        if group is not None:
+            return self._group(group, name)
+        if isinstance(x, Value) or is_number(x):
+            return self._number(at_run_time(x), name)
+        why = (
+            f'{name} is {described(x)} before a loop that sets it: loops carry numbers and tuples'
+        )
+        return Conflict(x.why if isinstance(x, Conflict) else why), lambda _x, _block: None
+
+    def _group(self, group: Group, name: str) -> tuple[Any, BackEdge]:
+        pairs = [self.carried(item, name) for item in group]
+
+        def from_group(end: Any, block: ir.Block) -> None:
+            other = _grouped(end)
+            if other is None or not _alike(other, group):
+                raise _changed(name, group, end)
+            for (_, from_item), item in zip(pairs, other, strict=True):
+                from_item(item, block)
+
+        return Group([item for item, _ in pairs], group.instance_class), from_group
+
+    def _number(self, x: Value, name: str) -> tuple[Any, BackEdge]:
+        self.out.b.position_at_end(self.block)
+        phi = self.out.b.phi(x.kind.type)
+        phi.add_incoming(x.ir, self.preheader)
+
+        def from_number(end: Any, block: ir.Block) -> None:
+            if common_kind([x, end]) is not x.kind:
+                raise _changed(name, x, end)
+            self.out.b.position_at_end(block)
+            phi.add_incoming(self.out.convert(end, x.kind).ir, block)
+
+        return Value(x.kind, phi), from_number
+
+
+def _changed(name: str, x: Any, end: Any) -> KernelError:
+    return KernelError(
+        f'{name} is {described(x)} before the loop and {described(end)} at its end. Give it one '
+        'kind, for example 0.0 in place of 0, or use another name in the loop'
+    )
+
+
+def common_kind(values: Sequence[Any]) -> Kind | None:
+    """Return the common kind of numbers: a float for a float and a whole number."""
+    kinds: list[Kind] = []
+    for x in values:
+        if isinstance(x, Conflict) or not (isinstance(x, Value) or is_number(x)):
+            return None
+        kind = at_run_time(x).kind
+        if kind not in kinds:
+            kinds.append(kind)
+    if len(kinds) == 1:
+        return kinds[0]
+    if all(kind in (FLOAT, INT, BOOL) for kind in kinds):
+        return FLOAT if FLOAT in kinds else INT
+    return None
+
+
+def _unset(name: str) -> Conflict:
+    return Conflict(f'{name} may not have been set')
+
+
+def _same(x: Any, y: Any) -> bool:
+    if x is y:
+        return True
+    if isinstance(x, Value) and isinstance(y, Value):
+        return x.ir is y.ir and x.kind is y.kind
+    if not (is_static(x) and is_static(y)) or type(x) is not type(y):
+        return False
+    return repr(x) == repr(y) if is_number(x) or isinstance(x, tuple) else False
+
+
+def _grouped(x: Any) -> Group | None:
+    if isinstance(x, tuple):
+        return Group(x, type(x) if hasattr(x, '_fields') else None)
+    return x if isinstance(x, Group) else None
+
+
+def _alike(x: Any, y: Any) -> bool:
+    """Return whether two tuples, arrays or records differ in their numbers only."""
+    if isinstance(x, Group):
+        return x.instance_class is y.instance_class and len(x) == len(y)
+    if isinstance(x, Array) and isinstance(y, Array):
+        return x.kind is y.kind and len(x.shape) == len(y.shape)
+    return isinstance(x, Record) and isinstance(y, Record) and x.kind is y.kind

@@ -1,4 +1,4 @@
-"""What a variable of a kernel may be while the kernel is compiled.
+"""What a variable of a kernel may be while the kernel is compiled, and the function being written.
 
 What is known when compiling is called static, and is any Python object: a number, None, a tuple, a
 function, a class. Known at run time only are `Value`s, which are numbers, lanes or pointers,
@@ -8,14 +8,16 @@ never built in memory: each of its numbers is an SSA value of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import builtins
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
 
-from tauto_core.kernels.errors import KernelError
+from tauto_core.kernels.marks import KernelError
 
 DOUBLE, WORD, BIT, BYTE, INDEX = (
     ir.DoubleType(),
@@ -216,3 +218,255 @@ def described(x: Any) -> str:
     if isinstance(x, Record):
         return f'record {x.kind.name}'
     return x.why if isinstance(x, Conflict) else repr(x)
+
+
+# -----------------------------------------------------------------------------
+# The function of LLVM that is being written, and how its numbers are converted and stored.
+
+FIELD_ROW = 8
+"""Numbers in a row of lanes behind a field that holds several, not in rows of its own."""
+
+
+class Emission:
+    """The emitted part of one function of LLVM, and the place of the next instruction.
+
+    Attributes:
+        module: LLVM's module with all functions of an entry.
+        f: LLVM's function.
+        b: writes instructions.
+        depth: number of branches and loops around; code within them may run never, or many times.
+        rooms: addresses of the memory that has been allocated.
+    """
+
+    def __init__(self, module: Any, f: ir.Function) -> None:
+        self.module, self.f = module, f
+        self.b = ir.IRBuilder(f.append_basic_block('start'))
+        self.depth = 0
+        self.rooms: list[ir.Value] = []
+
+    def block(self, name: str) -> ir.Block:
+        """Return a new block, in which nothing is yet."""
+        return self.f.append_basic_block(name)
+
+    @contextmanager
+    def nested(self) -> Any:
+        """Mark what is emitted as not run exactly once."""
+        self.depth += 1
+        yield
+        self.depth -= 1
+
+    def external(self, name: str, result: ir.Type, args: Sequence[ir.Value]) -> ir.Value:
+        """Call an intrinsic of LLVM or a function of the C library without side effects."""
+        found = self.module.globals.get(name)
+        if found is None:
+            kind = ir.FunctionType(result, [arg.type for arg in args])
+            found = ir.Function(self.module, kind, name)
+            if not name.startswith('llvm.'):
+                found.attributes.add('nounwind')
+                found.attributes.add('readnone')
+        return self.b.call(found, args)
+
+    # numbers
+
+    def convert(self, x: Any, kind: Kind) -> Value:
+        """Return a number as another kind.
+
+        Raises:
+            KernelError: it is no number, or would not keep its value.
+        """
+        x = at_run_time(x)
+        if isinstance(x, Value):
+            if x.kind is kind:
+                return x
+            change = self._change(x, kind)
+            if change is not None:
+                return Value(kind, change)
+        raise KernelError(f'{described(x)} where {kind} is wanted')
+
+    def _change(self, x: Value, kind: Kind) -> ir.Value | None:
+        b, was = self.b, x.kind
+        if kind is FLOAT:
+            if was is INT:
+                return b.sitofp(x.ir, DOUBLE)
+            return b.uitofp(x.ir, DOUBLE) if was in (UINT, BOOL) else None
+        if kind in (INT, UINT):
+            if was is FLOAT:
+                return (b.fptosi if kind is INT else b.fptoui)(x.ir, WORD)
+            if was is BOOL:
+                return b.zext(x.ir, WORD)
+            return x.ir if was in (INT, UINT) else None
+        if kind is BOOL:
+            truth = self.truth(x)
+            return truth.ir if isinstance(truth, Value) else None
+        return self.spread(self.float(x), kind.lanes) if kind.lanes and not was.lanes else None
+
+    def float(self, x: Any) -> ir.Value:
+        """Return LLVM's value of a number as a float."""
+        return self.convert(x, FLOAT).ir
+
+    def int(self, x: Any) -> ir.Value:
+        """Return LLVM's value of a whole number."""
+        x = at_run_time(x)
+        if not isinstance(x, Value) or x.kind not in (INT, UINT, BOOL):
+            raise KernelError(f'{described(x)} where a whole number is wanted')
+        return self.convert(x, INT).ir if x.kind is BOOL else x.ir
+
+    def truth(self, x: Any) -> Any:
+        """Return whether a value is true: a bool where that is known when compiling."""
+        if is_static(x):
+            return bool(x)
+        if isinstance(x, Value):
+            if x.kind is BOOL:
+                return x
+            if x.kind in (INT, UINT):
+                return Value(BOOL, self.b.icmp_signed('!=', x.ir, ir.Constant(WORD, 0)))
+            if x.kind is FLOAT:
+                return Value(BOOL, self.b.fcmp_unordered('!=', x.ir, ir.Constant(DOUBLE, 0.0)))
+        raise KernelError(f'{described(x)} is neither true nor false')
+
+    # lanes
+
+    def lanes(self, x: Any) -> ir.Value:
+        """Return LLVM's vector of lanes."""
+        if not isinstance(x, Value) or not x.kind.lanes:
+            raise KernelError(f'{described(x)} where lanes are wanted')
+        return x.ir
+
+    def as_lanes(self, vector: ir.Value) -> Value:
+        """Return a vector of LLVM as lanes."""
+        return Value(lanes_of(vector.type.count), vector)
+
+    def as_float(self, value: ir.Value) -> Value:
+        """Return a double of LLVM as a float."""
+        return Value(FLOAT, value)
+
+    def as_int(self, value: ir.Value) -> Value:
+        """Return an integer of LLVM as a whole number; of fewer bits, as if zeros followed."""
+        return Value(INT, value if value.type == WORD else self.b.zext(value, WORD))
+
+    def group(self, items: Sequence[Any]) -> Group:
+        """Return values as a tuple."""
+        return Group(items)
+
+    def item(self, vector: ir.Value, i: Any) -> ir.Value:
+        """Return a double of a vector; i is a number, or LLVM's."""
+        return self.b.extract_element(vector, self.index(i))
+
+    def index(self, i: Any) -> ir.Value:
+        """Return a place in a vector."""
+        return ir.Constant(INDEX, i) if is_number(i) else self.b.trunc(self.int(i), INDEX)
+
+    def vector_function(self, name: str, *vectors: ir.Value) -> ir.Value:
+        """Call LLVM's intrinsic of a name for vectors, or for doubles, of their own type."""
+        kind = vectors[0].type
+        suffix = f'v{kind.count}f64' if isinstance(kind, ir.VectorType) else 'f64'
+        return self.external(f'llvm.{name}.{suffix}', kind, vectors)
+
+    def row(self, rows: Any, count: builtins.int, number: ir.Value) -> ir.Value:
+        """Return the address of a row of so many doubles in an array or behind a pointer."""
+        if isinstance(rows, Array) and rows.kind is FLOAT:
+            data = rows.data
+        elif isinstance(rows, Value) and isinstance(rows.kind, Pointer):
+            data = rows.ir
+        else:
+            raise KernelError(f'{described(rows)} where rows of floats are wanted')
+        known = isinstance(number, ir.Constant)
+        size = ir.Constant(WORD, count * number.constant if known else count)
+        first = self.b.gep(data, [size if known else self.b.mul(number, size)])
+        return self.b.bitcast(first, ir.VectorType(DOUBLE, count).as_pointer())
+
+    def next(self, number: ir.Value, step: builtins.int) -> ir.Value:
+        """Return a whole number some steps further."""
+        return self.b.add(number, ir.Constant(WORD, step))
+
+    def shuffled(self, a: ir.Value, c: ir.Value, order: Sequence[builtins.int]) -> ir.Value:
+        """Return lanes picked from two vectors, one behind the other."""
+        mask = ir.Constant(ir.VectorType(INDEX, len(order)), list(order))
+        return self.b.shuffle_vector(a, c, mask)
+
+    def spread(self, x: ir.Value, lanes: builtins.int) -> ir.Value:
+        """Return a double in all of so many lanes."""
+        nothing = ir.Constant(ir.VectorType(DOUBLE, lanes), ir.Undefined)
+        first = self.b.insert_element(nothing, x, ir.Constant(INDEX, 0))
+        return self.shuffled(first, nothing, [0] * lanes)
+
+    def zeros(self, vector: ir.Value) -> ir.Value:
+        """Return a vector of zeros like another."""
+        return ir.Constant(vector.type, [0.0] * vector.type.count)
+
+    def bits(self, vector: ir.Value) -> ir.Value:
+        """Return a vector of bits as one integer, the first in the lowest."""
+        return self.b.bitcast(vector, ir.IntType(vector.type.count))
+
+    # memory
+
+    def reloaded(self, vector: ir.Value) -> ir.Value:
+        """Return where the numbers of a vector in memory are, as LLVM cannot know.
+
+        They are then read from there, though it still has them in a register.
+        """
+        first = self.b.bitcast(vector, DOUBLE.as_pointer())
+        kind = ir.FunctionType(first.type, [first.type])
+        return self.b.asm(kind, '', '=r,0', [first], False)
+
+    def number(self, first: ir.Value, i: builtins.int) -> ir.Value:
+        """Return the double that is i numbers behind an address."""
+        return self.b.load(self.b.gep(first, [ir.Constant(WORD, i)]))
+
+    def load(self, address: ir.Value, kind: Any) -> Any:
+        """Return what an address holds; of a field with several numbers, where they are."""
+        if isinstance(kind, Array):
+            return kind
+        if isinstance(kind, Fields):
+            return Record(kind, address)
+        if isinstance(kind, Pointer):
+            return Value(kind, address)
+        found = self.b.load(address)
+        if kind is BOOL:
+            found = self.b.icmp_unsigned('!=', found, ir.Constant(BYTE, 0))
+        return Value(kind, found)
+
+    def save(self, address: ir.Value, kind: Any, x: Any) -> None:
+        """Write a number where it is kept."""
+        if isinstance(kind, Fields | Pointer | Array):
+            raise KernelError('a whole record cannot be set, only its fields and their items')
+        value = self.convert(x, kind).ir
+        self.b.store(self.b.zext(value, BYTE) if kind is BOOL else value, address)
+
+    def field(self, record: Record, name: str) -> tuple[ir.Value, Any]:
+        """Return the address and kind of a field of a record."""
+        fields: Any = record.kind.dtype.fields or {}
+        if name not in fields:
+            raise KernelError(f'the record has no field {name}; it has {", ".join(fields)}')
+        dtype, offset = fields[name][:2]
+        place = self.b.gep(record.data, [ir.Constant(WORD, offset)])
+        if dtype.base.fields is not None:
+            own, shape = fields_of(dtype.base), [ir.Constant(WORD, n) for n in dtype.shape]
+            return place, Array(own, place, shape) if shape else own
+        kind = element(dtype.base)
+        address = self.b.bitcast(place, kind.stored.as_pointer())
+        if dtype.subdtype is None:
+            return address, kind
+        row = dtype.shape[-1] if dtype.ndim > 1 else FIELD_ROW
+        return address, pointer_to(kind, row)
+
+    # blocks
+
+    def go_on(self, blocks: Sequence[ir.Block], after: ir.Block) -> None:
+        """Let several blocks continue in another one, and write there."""
+        for block in blocks:
+            self.b.position_at_end(block)
+            self.b.branch(after)
+        self.b.position_at_end(after)
+
+
+def element(dtype: Any) -> Kind:
+    """Return the kind of the items of an array.
+
+    Raises:
+        KernelError: kernels do not support such items.
+    """
+    kind = ELEMENTS.get(dtype.str[1:])
+    if kind is None or dtype.byteorder == '>':
+        raise KernelError(f'kernels know no arrays of {dtype}')
+    return kind

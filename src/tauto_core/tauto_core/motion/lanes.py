@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from tauto_core.kernels import intrinsic
 
 if TYPE_CHECKING:
-    from tauto_core.kernels.emission import Emission
+    from tauto_core.kernels.values import Emission
 
 SIZE, WIDE_SIZE = 8, 16
 
