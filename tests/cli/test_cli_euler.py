@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.euler import fluid_1729
-from tauto_core.euler.papers import all_claims
+from tauto_core.euler.page import all_claims
 
 
 def test_json_holds_every_claim_in_order() -> None:

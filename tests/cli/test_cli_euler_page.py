@@ -14,8 +14,7 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.euler.claim import Claim
 from tauto_core.euler.figures import plates, write_plates
-from tauto_core.euler.page import PageError, page, write_page
-from tauto_core.euler.papers import all_claims
+from tauto_core.euler.page import PageError, all_claims, page, write_page
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
 CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)

@@ -33,7 +33,7 @@ def euler(
 
     Exit code 1 if a claim that should hold does not, or the other way round.
     """
-    from tauto_core.euler.papers import all_claims, summary
+    from tauto_core.euler.page import all_claims, summary
 
     claims = all_claims()
     if page is not None:

@@ -1,4 +1,4 @@
-"""The page of claims: every claim of the papers in tables, with the figures drawn again.
+"""All claims, their summary, and the page: tables of the claims, with the figures drawn again.
 
 Numbers are rounded to so few digits that the text is the same on every machine.
 """
@@ -6,14 +6,35 @@ Numbers are rounded to so few digits that the text is the same on every machine.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
 
+from tauto_core.euler import axle_1780, fluid_1729, trochlea_1727
 from tauto_core.euler.claim import Claim, Paper
 from tauto_core.euler.figures import plates, write_plates
-from tauto_core.euler.papers import summary
 from tauto_core.scene.errors import TautoError
+
+# -----------------------------------------------------------------------------
+# The claims of all three papers, in their order.
+
+
+def all_claims() -> list[Claim]:
+    """Return the claims in the order of paper and paragraph."""
+    return [*trochlea_1727.claims(), *fluid_1729.claims(), *axle_1780.claims()]
+
+
+def summary(claims: Sequence[Claim]) -> str:
+    """Return how many claims there are and of each verdict, and what that does not say."""
+    count = Counter(claim.verdict for claim in claims)
+    return (
+        f'{len(claims)} claims: {count["holds"]} hold as they stand, {count["corrected"]} once '
+        f'corrected, {count["fails"]} do not hold; {count["added"]} are additions of Tauto and '
+        'hold. The text is a transcription by machine: which of its faults are in the print, only '
+        'scans can tell, and none were compared'
+    )
+
 
 TITLES: dict[Paper, str] = {
     'A': 'A. The trochlea: *De novo quodam curvarum tautochronarum genere* (1727, E6)',
