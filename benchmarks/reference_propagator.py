@@ -24,8 +24,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
 
 from tauto_core.machines import Machine
-from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.limits import edge_reached, released_beyond, thread_slack
+from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
 from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError

@@ -16,7 +16,7 @@ from reference_propagator import Reference
 from stress_cases import FORCE, HOLE, HOLE_CAM, LEVER_RATE, Row, scene_of, weight
 
 from tauto_core.machines import Machine, compile_machine
-from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.wheel import Collocation
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
 

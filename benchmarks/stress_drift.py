@@ -20,7 +20,7 @@ from scipy.special import ellipe, ellipeinc
 from stress_cases import Row, exponent, machine_of, states, weight
 
 from tauto_core.machines import Machine
-from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.wheel import Collocation
 from tauto_core.samples import FloatArray
 
 TOLERANCE = 1e-15
@@ -64,7 +64,7 @@ def _turns_of_weight(machine: Machine, state: FloatArray) -> FloatArray:
 
 
 def _angle(machine: Machine, arc: float) -> float:
-    from tauto_core.motion.arc_length import angle_of
+    from tauto_core.motion.wells import angle_of
 
     return angle_of(arc, math.sqrt(_eps(machine)) / abs(machine.release_angle))
 

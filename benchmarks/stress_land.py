@@ -21,10 +21,10 @@ from stress_cases import (
 )
 
 from tauto_core.machines import Machine
-from tauto_core.motion import layout
-from tauto_core.motion.action_angle import ActionAngle
-from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.step_size import TOLERANCE
+from tauto_core.motion import events
+from tauto_core.motion.closed_forms import ActionAngle
+from tauto_core.motion.stepping import TOLERANCE
+from tauto_core.motion.wheel import Collocation
 from tauto_core.samples import JOINT_STATES, PHASE, FloatArray
 from tauto_core.scene.errors import PropagationError
 
@@ -82,8 +82,8 @@ def _laid_out(machine: Machine, engine: Collocation, count: int) -> int:
     if not machine.cam.kinked:
         return count
     half_swing_s = 0.5 * machine.period(machine.release_angle)
-    beyond_s = layout.BEYOND / (math.pi / half_swing_s)
-    return math.ceil((half_swing_s + beyond_s) / engine.longest_step_s - layout.SPARE)
+    beyond_s = events.BEYOND / (math.pi / half_swing_s)
+    return math.ceil((half_swing_s + beyond_s) / engine.longest_step_s - events.SPARE)
 
 
 def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float, int, int]:

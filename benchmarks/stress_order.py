@@ -16,9 +16,8 @@ from mpmath import mp
 from stress_cases import WELLS, Row, land, machine_of
 
 from tauto_core.machines import Machine
-from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.wheel_nodes import NODES
-from tauto_core.motion.work import make_work
+from tauto_core.motion.gauss_step import make_work
+from tauto_core.motion.wheel import NODES, Collocation
 
 PHASE = 0.77
 """Beginning of the spans, in rad after the release, away from any symmetry of the well."""

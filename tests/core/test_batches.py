@@ -43,9 +43,8 @@ from tauto_core.machines import (
 )
 from tauto_core.machines.amplitude import swing_energy
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
-from tauto_core.motion.action_angle import ActionAngle
-from tauto_core.motion.arc_length import angles_of
-from tauto_core.motion.harmonic import Harmonic
+from tauto_core.motion.closed_forms import ActionAngle, Harmonic
+from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.filtering import Known, filter_phases
 from tauto_core.navigation.kalman import ClockModel, predict, prior
 from tauto_core.navigation.phases import observed_phases

@@ -23,7 +23,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
-from tauto_core.motion.bearing import BearingMotion
+from tauto_core.motion.suspended_case import BearingMotion
 from tauto_core.samples import JOINT_STATES, NS_PER_S, SHIP_IMU, Batches, JointSamples
 from tauto_core.scene import Scene
 from tauto_core.ship import ShipMotion
@@ -95,7 +95,7 @@ def _stepped(problem: Problem, setting: str, duration_s: float) -> Outcome:
 
 def _hung(case: HungCase, setting: str, duration_s: float) -> Outcome:
     began = time.perf_counter()
-    from tauto_core.motion.axle_swing import AxleSwing  # imports kernels
+    from tauto_core.motion.suspended_case import AxleSwing  # imports kernels
 
     first, tolerance = setting.split(' Hz ')
     rate, gravity = float(first), case.gravity

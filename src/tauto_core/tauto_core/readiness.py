@@ -163,8 +163,8 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
     still = scene.lies_still
     if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
         return
-    from tauto_core.motion.action_angle import LARGEST_DEGREE
-    from tauto_core.motion.lever_shape import MOST_TERMS
+    from tauto_core.motion.closed_forms import LARGEST_DEGREE
+    from tauto_core.motion.lever import MOST_TERMS
 
     lever = isinstance(machine, LeverMachine)
     works = _resolvable(machine, lambda tried: _is_resolved(tried, still))
@@ -212,7 +212,7 @@ def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
         if name == 'action_angle':
             make_propagator(machine, still=True)
         elif isinstance(machine, LeverMachine):
-            from tauto_core.motion.lever_shape import lever_shape
+            from tauto_core.motion.lever import lever_shape
 
             lever_shape(machine)
     except (PropagationError, QuadratureError):

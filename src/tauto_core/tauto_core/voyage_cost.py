@@ -28,8 +28,8 @@ from tauto_core.ship.waves import Harmonics
 from tauto_core.trial import WORK, Dial, Growth, Limit, Trial, try_out
 
 if TYPE_CHECKING:
-    from tauto_core.motion.collocation import Collocation
     from tauto_core.motion.real_threads import RealThreads
+    from tauto_core.motion.wheel import Collocation
 
 # Processor times, the least of four runs: `python -m benchmarks.voyage_cost`, whose results are in
 # benchmarks/voyage_cost.json. Intel Xeon, Python 3.11; the kernels were compiled and optimised.
@@ -269,7 +269,7 @@ def tolerance(scene: Scene) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
     if scene.solver is not None and scene.solver.tolerance is not None:
         return scene.solver.tolerance
-    from tauto_core.motion.step_size import TOLERANCE  # imports kernels
+    from tauto_core.motion.stepping import TOLERANCE  # imports kernels
 
     return TOLERANCE
 

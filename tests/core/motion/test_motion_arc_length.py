@@ -12,16 +12,9 @@ from motion_cases import scene_of
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
-from tauto_core.motion.action_angle import ActionAngle
-from tauto_core.motion.arc_length import (
-    MARGIN,
-    MAX_TERMS,
-    angle_of,
-    arc_of,
-    arc_shape,
-)
-from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.on_arc import SLOPE
+from tauto_core.motion.closed_forms import ActionAngle
+from tauto_core.motion.wells import MARGIN, MAX_TERMS, SLOPE, angle_of, arc_of, arc_shape
+from tauto_core.motion.wheel import Collocation
 
 RATE = 0.01
 

@@ -14,9 +14,7 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
 from tauto_core.machines.modes import modes
-from tauto_core.motion.axle_modes import AxleModes
-from tauto_core.motion.axle_swing import AxleSwing
-from tauto_core.motion.bearing import BearingMotion, CaseMotion
+from tauto_core.motion.suspended_case import AxleModes, AxleSwing, BearingMotion, CaseMotion
 from tauto_core.scene.errors import PropagationError
 
 E, C, K, G = 0.015, 0.1, 0.05, 9.80665

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from tauto_core.motion.gauss import gauss
+from tauto_core.motion.gauss_step import gauss
 
 STAGES = pytest.mark.parametrize('stages', [8, 16])
 

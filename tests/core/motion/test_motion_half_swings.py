@@ -12,8 +12,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.machines.reverse_swing import duration_excess, end_arc
 from tauto_core.motion import Forcing, make_propagator, propagator_name
-from tauto_core.motion.half_swings import HalfSwings
-from tauto_core.motion.swing_laws import SwingTable
+from tauto_core.motion.fluid import HalfSwings, SwingTable
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError

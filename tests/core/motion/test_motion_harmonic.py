@@ -10,7 +10,7 @@ from mpmath import mpf
 
 from tauto_core.curves import Hole
 from tauto_core.machines import Machine
-from tauto_core.motion.harmonic import Harmonic
+from tauto_core.motion.closed_forms import Harmonic
 from tauto_core.motion.phase import half_turns
 
 HUNDRED_DAYS_NS = 100 * 86_400 * 10**9

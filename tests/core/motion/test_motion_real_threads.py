@@ -15,8 +15,8 @@ from thread_references import HangingReference, LeverReference, swing
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import LeverMachine, compile_machine
 from tauto_core.motion import Forcing, make_propagator, propagator_name
+from tauto_core.motion.closed_forms import UnevenWell
 from tauto_core.motion.real_threads import RealThreads
-from tauto_core.motion.uneven_well import UnevenWell
 from tauto_core.samples import JOINT_STATES, PHASE, READING, take
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.motion.responses import TURN, Law, Shape, responses, sorted_out
+from tauto_core.motion.linear import TURN, Law, Shape, responses, sorted_out
 
 OMEGA, LENGTH_S, BEGIN, END = 6.3, 2.0, 0.125, 0.875
 

@@ -17,10 +17,8 @@ from motion_cases import scene_of
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_collocation
-from tauto_core.motion.axle_modes import AxleModes
-from tauto_core.motion.axle_swing import AxleSwing
-from tauto_core.motion.bearing import BearingMotion
-from tauto_core.motion.stages import SETTLED
+from tauto_core.motion.gauss_step import SETTLED
+from tauto_core.motion.suspended_case import AxleModes, AxleSwing, BearingMotion
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
 

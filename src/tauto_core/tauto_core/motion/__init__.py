@@ -21,8 +21,8 @@ from tauto_core.samples import State
 from tauto_core.scene.errors import CamRangeError
 
 if TYPE_CHECKING:
-    from tauto_core.motion.collocation import Collocation
     from tauto_core.motion.real_threads import RealThreads
+    from tauto_core.motion.wheel import Collocation
 
 __all__ = [
     'Forcing',
@@ -108,12 +108,12 @@ def make_propagator(
             the propagator's default.
     """
     if isinstance(machine, FluidPendulum):
-        from tauto_core.motion.half_swings import HalfSwings
+        from tauto_core.motion.fluid import HalfSwings
 
         return HalfSwings(machine)
     match propagator_name(machine, still=still), machine:
         case 'harmonic', Machine():
-            from tauto_core.motion.harmonic import Harmonic
+            from tauto_core.motion.closed_forms import Harmonic
 
             return Harmonic(machine)
         case 'forced_harmonic', Machine():
@@ -121,11 +121,11 @@ def make_propagator(
 
             return ForcedHarmonic(machine)
         case 'action_angle', Machine():
-            from tauto_core.motion.action_angle import ActionAngle
+            from tauto_core.motion.closed_forms import ActionAngle
 
             return ActionAngle(machine)
         case 'action_angle', LeverMachine():
-            from tauto_core.motion.uneven_well import UnevenWell
+            from tauto_core.motion.closed_forms import UnevenWell
 
             return UnevenWell(machine)
         case _:
@@ -147,7 +147,7 @@ def make_collocation(
 ) -> Collocation | RealThreads:
     """Return the general propagator for a machine, which takes steps; imports kernels."""
     if isinstance(machine, Machine):
-        from tauto_core.motion.collocation import Collocation
+        from tauto_core.motion.wheel import Collocation
 
         return Collocation(machine, tolerance)
     from tauto_core.motion.real_threads import RealThreads

@@ -1,25 +1,713 @@
-"""A step by Gauss collocation in a rotating frame: its solution, error, end and interior.
+"""A step by Gauss–Legendre collocation in a rotating (Lawson) frame.
 
-Eight stages make the method symmetric, symplectic and of order 16 in the length of the step,
-sixteen of order 32. The error falls with the strength of the disturbance, too: undisturbed motion
-is exact. The state is kept in twofold numbers (`rotation`) and rotated in twofold precision, so
-that rounding errors of n steps grow like √n. The equations are those of `stages`.
-
-Source: M. Antoñana, J. Makazaga, A. Murua, Reducing and monitoring round-off error propagation for
-symplectic implicit Runge–Kutta schemes, Numer. Algorithms 76 (2017).
+In order: the method's coefficients, the workspace, rotations, the stage equations, Newton's method
+where their iteration does not converge, and the step with its error, end and interior.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
+from collections.abc import Sequence
+from decimal import Decimal, localcontext
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.lanes import combined, fma, load, store, total, width
-from tauto_core.motion.rotation import multiply_exactly, rotation, sum_exactly
-from tauto_core.motion.stage_newton import newton
-from tauto_core.motion.stages import MAX_SWEEPS, Step, fill_rotations, start_stages, sweep
-from tauto_core.motion.work import Omega, Planes, Work
+from tauto_core.motion.lanes import (
+    SIZE,
+    WIDE_SIZE,
+    Lanes,
+    combined,
+    combined_both,
+    filled,
+    fma,
+    folded_both,
+    lane,
+    larger,
+    largest,
+    load,
+    store,
+    total,
+    width,
+)
+from tauto_core.samples import FloatArray
+
+if TYPE_CHECKING:
+    from tauto_core.motion.system import Mode
+
+
+# -----------------------------------------------------------------------------
+# Gauss–Legendre collocation with s stages on [0, 1]: order 2s, symmetric, symplectic.
+#
+# The stage derivatives f(c_j) determine a polynomial of degree s − 1, in Legendre polynomials of
+# t = 2x − 1 and as its integral in powers of t, whose coefficients stay smaller than those of x:
+#
+#     f(x) = Σ_n F_n P_n(t),         F = projection · (f(c_1) … f(c_s)),
+#     ∫_0^x f = x · Σ_n G_n t^n,     G = integral · (f(c_1) … f(c_s)).
+#
+# Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.7; J.
+# C. Butcher, Implicit Runge–Kutta processes, Math. Comp. 18 (1964).
+
+DIGITS = 50
+"""Digits of the decimal arithmetic: all constants are rounded once, at the end."""
+
+
+class Gauss(NamedTuple):
+    """The constants of a method of s stages.
+
+    Attributes:
+        nodes: c_i, (s,).
+        weights: b_i, (s,).
+        projection: the matrix from values at the nodes to Legendre coefficients F_n, (s, s).
+        columns: columns[j, i] = a_ij = ∫_0^{c_i} ℓ_j, with Lagrange's polynomials ℓ_j, (s, s).
+        integral: the matrix from values at the nodes to the powers G_n, (s, s).
+        folded: `columns` by sums and differences over mirrored nodes j′ = s + 1 − j, for even s
+            and h = s/2, (h + 1, s). Row j ≤ h is p_1j … p_hj q_1j … q_hj, with
+            p_ij = (a_ij + a_ij′ − b_j)/2 and q_ij = (a_ij − a_ij′)/2; the last one is
+            b_1/2 … b_h/2, twice (`lanes.folded_both`).
+    """
+
+    nodes: FloatArray
+    weights: FloatArray
+    projection: FloatArray
+    columns: FloatArray
+    integral: FloatArray
+    folded: FloatArray
+
+
+def _polynomials(x: Any, stages: int) -> Any:
+    """Return P_0 … P_s at x, (s + 1, n), by their recurrence."""
+    rows = [0 * x + 1, x]
+    for n in range(1, stages):
+        rows.append(((2 * n + 1) * x * rows[n] - n * rows[n - 1]) / (n + 1))
+    return np.array(rows)
+
+
+def _powers(stages: int) -> Any:
+    """Return the coefficients of ∫ P_n(2x − 1) / x, (s, s): [j, n] of t^j.
+
+    ∫ from −1 to t is (P_n+1 − P_n−1)/(2n + 1), half that in x, and divided by x = (1 + t)/2.
+    """
+    nothing = [Decimal(0)] * (stages + 1)
+    series = [[Decimal(1), *nothing[1:]], [Decimal(0), Decimal(1), *nothing[2:]]]
+    for n in range(1, stages):
+        raised = [Decimal(0), *series[n][:-1]]
+        pairs = zip(raised, series[n - 1], strict=True)
+        series.append([((2 * n + 1) * a - n * b) / (n + 1) for a, b in pairs])
+    before = [-Decimal(1), *nothing[1:]], *series
+    columns = []
+    for n in range(stages):
+        pairs = zip(series[n + 1], before[n], strict=True)
+        integral = [(a - b) / (2 * n + 1) for a, b in pairs]
+        left, column = Decimal(0), []
+        for j in range(stages, 0, -1):
+            left = integral[j] - left
+            column.append(left)
+        columns.append(column[::-1])
+    return np.array(columns).T
+
+
+def _folded(columns: Any, weights: Any) -> Any:
+    half = len(weights) // 2
+    near, far = columns[:half, :half], columns[-1 : -half - 1 : -1, :half]
+    shared = weights[:half] / 2
+    rows = np.hstack([(near + far) / 2 - shared[:, None], (near - far) / 2])
+    return np.vstack([rows, np.tile(shared, 2)])
+
+
+@cache
+def gauss(stages: int) -> Gauss:
+    """Return the constants, each correctly rounded."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        roots = np.array([Decimal(float(x)) for x in legendre.leggauss(stages)[0]])
+        for _ in range(3):
+            values = _polynomials(roots, stages)
+            slope = stages * (roots * values[-1] - values[-2]) / (roots * roots - 1)
+            roots = roots - values[-1] / slope
+        values = _polynomials(roots, stages)
+        weights = (1 - roots * roots) / (stages * values[-2]) ** 2
+        degree = np.array([[Decimal(2 * n + 1)] for n in range(stages)])
+        projection = degree * weights * values[:-1]
+        integrals = (values[2:] - values[:-2]) / (2 * degree[1:])
+        integrals = np.concatenate([[(roots + 1) / 2], integrals])
+        columns = projection.T @ integrals
+        found = (
+            (roots + 1) / 2,
+            weights,
+            projection,
+            columns,
+            _powers(stages) @ projection,
+            _folded(columns, weights),
+        )
+    return Gauss(*(np.array(each, np.float64) for each in found))
+
+
+# -----------------------------------------------------------------------------
+# The workspace of the steps: one record of named rows, made once, so that no kernel allocates.
+
+TERMS = 24
+"""Most powers of the polynomials that stand for the forcing."""
+
+PLANE = np.dtype([(name, 'f8') for name in ('x', 'x_rest', 'y', 'y_rest')])
+ROTATION = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])
+WHOLE_STEP, PART_STEP = 0, 1
+"""Tables of rotations: of steps that are laid out, mostly alike, and of steps of any length."""
+
+
+class PlaneState(Protocol):
+    """X and Y of a rotating plane (stages), and what rounding left over of each."""
+
+    x: float
+    x_rest: float
+    y: float
+    y_rest: float
+
+
+Planes: TypeAlias = Sequence[PlaneState]
+
+Omega: TypeAlias = tuple[float, ...]
+"""Frequencies of the rotating planes [rad/s]."""
+
+
+class Rotation(Protocol):
+    """The rotation of a plane over a step: its length h [s], then cos ωh and sin ωh, twofold."""
+
+    h: float
+    cos: float
+    cos_rest: float
+    sin: float
+    sin_rest: float
+
+
+class Work(Protocol):
+    """The record in compiled code; a row has a number for each stage, where nothing else is said.
+
+    Attributes:
+        coefficients: a_ij of stage i in row j (gauss).
+        folded: the same folded (`gauss.Gauss.folded`), then two rows to work in for each plane.
+        expansion: row j: powers of the integral of the polynomial that is 1 at stage j alone.
+        quadrature, fractions, tail: weights and nodes of the quadrature, and the weights of the
+            last Legendre coefficient.
+        piece: the polynomials of the ship's motion, a power of x in each row of eight (`outside`).
+        u, v, k1, k2, x, y, d1, d2: the variables of `stages`, a row for each plane; k1 and k2 are
+            the slopes of u and v, d1 and d2 stay zero unless a system writes them.
+        f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
+        cosine, sine: of ωt at the stages, a row for each plane: of WHOLE_STEP, then of PART_STEP.
+        slopes: slopes in Newton's method, a row for each U, then for each V.
+        nodes: a record of rows of the system's own.
+        end: X and Y of each plane at the end of a step.
+        rotations: over a step, one for each plane: of WHOLE_STEP, then of PART_STEP.
+        matrix, right: the linear equations of Newton's method.
+    """
+
+    coefficients: FloatArray
+    folded: FloatArray
+    expansion: FloatArray
+    quadrature: FloatArray
+    fractions: FloatArray
+    tail: FloatArray
+    piece: FloatArray
+    u: FloatArray
+    v: FloatArray
+    k1: FloatArray
+    k2: FloatArray
+    x: FloatArray
+    y: FloatArray
+    d1: FloatArray
+    d2: FloatArray
+    f1: FloatArray
+    f2: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    slopes: FloatArray
+    nodes: Any
+    end: Planes
+    rotations: Sequence[Rotation]
+    matrix: FloatArray
+    right: FloatArray
+
+
+def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[np.void]:
+    """Return the record of a system of so many planes, with rows of its own at the nodes.
+
+    Rows begin at cache lines: one that lies across two costs twice the time.
+    """
+    unknowns = 2 * planes * stages
+    rows = {
+        **dict.fromkeys(('coefficients', 'expansion'), stages),
+        'folded': stages // 2 + 1 + 2 * planes,
+        **dict.fromkeys(('quadrature', 'fractions', 'tail'), 1),
+        **dict.fromkeys(('u', 'v', 'k1', 'k2', 'x', 'y', 'd1', 'd2', 'f1', 'f2'), planes),
+        **dict.fromkeys(('cosine', 'sine', 'slopes'), 2 * planes),
+    }
+    own = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
+    kind = np.dtype(
+        [
+            ('piece', 'f8', (TERMS, SIZE)),
+            *((name, 'f8', (count, stages)) for name, count in rows.items()),
+            *([('nodes', own)] if nodes else []),
+            ('end', PLANE, (planes,)),
+            ('rotations', ROTATION, (2 * planes,)),
+            ('matrix', 'f8', (unknowns * unknowns,)),
+            ('right', 'f8', (unknowns,)),
+        ]
+    )
+    size = kind.itemsize // 8
+    raw = np.zeros(size + stages)
+    first = -(raw.ctypes.data // raw.itemsize) % stages
+    work = raw[first : first + size].view(kind).reshape(())
+    constants = gauss(stages)
+    work['coefficients'], work['expansion'] = constants.columns, constants.integral.T
+    work['folded'][: stages // 2 + 1] = constants.folded
+    work['quadrature'], work['fractions'] = constants.weights, constants.nodes
+    work['tail'] = constants.projection[-1]
+    work['rotations']['h'] = np.nan
+    return work
+
+
+# -----------------------------------------------------------------------------
+# Rotations by ωh: to the stages of a step in double, over the step in twofold precision.
+#
+# A twofold number is an unevaluated sum of two doubles, some 106 bits. A rotation matrix rounded
+# to doubles would rotate a little too far, or stretch, by the same amount each step, and the
+# error of n steps would grow like n, instead of √n. Source: T. J. Dekker, A floating-point
+# technique for extending the available precision, Numer. Math. 18 (1971).
+
+_TERMS = 14
+"""Terms of the twofold series: at an eighth of MAX_ANGLE the next one is below 1e-31."""
+
+_HALVINGS = 3
+"""Times that an angle is halved before its series, and the result doubled after it."""
+
+_SINE = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800)
+_SINE_REST = (-1 / 1307674368000, 1 / 355687428096000, -1 / 121645100408832000)
+_COSINE = (0.5, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600, 1 / 87178291200)
+_COSINE_REST = (-1 / 20922789888000, 1 / 6402373705728000, -1 / 2432902008176640000)
+SINE = _SINE + _SINE_REST
+COSINE = _COSINE + _COSINE_REST
+"""Taylor's coefficients of sin(x)/x and (1 − cos x)/x² in powers of x²."""
+
+MAX_ANGLE = 6.5
+"""Largest ωh of a rotation: twice what the series take; the first term left out is then 6e-16."""
+
+
+@inlined
+def sum_exactly(a: float, b: float) -> tuple[float, float]:
+    """Return a + b as rounded, and its rounding error."""
+    whole = a + b
+    part = whole - a
+    return whole, (a - (whole - part)) + (b - part)
+
+
+@inlined
+def multiply_exactly(a: float, b: float) -> tuple[float, float]:
+    """Return a·b as rounded, and its rounding error."""
+    whole = a * b
+    return whole, fma(a, b, -whole)
+
+
+@compiled
+def _sum(a: Any, b: Any) -> Any:
+    """Return the sum of two twofold numbers."""
+    whole, rest = sum_exactly(a[0], b[0])
+    return sum_exactly(whole, rest + a[1] + b[1])
+
+
+@compiled
+def _product(a: Any, b: Any) -> Any:
+    """Return the product of two twofold numbers."""
+    whole, rest = multiply_exactly(a[0], b[0])
+    return sum_exactly(whole, rest + (a[0] * b[1] + a[1] * b[0]))
+
+
+@compiled
+def _quotient(a: Any, n: float) -> Any:
+    """Return a twofold number divided by a small whole number."""
+    whole = a[0] / n
+    return sum_exactly(whole, (fma(-whole, n, a[0]) + a[1]) / n)
+
+
+@compiled
+def twofold_rotation(rate: float, time: float) -> Any:
+    """Return cos and sin of rate · time, each as two doubles, good to 1e-30.
+
+    Args:
+        rate: ω [rad/s].
+        time: h [s]; |ωh| ≤ MAX_ANGLE.
+    """
+    part = 0.5**_HALVINGS
+    whole, rest = multiply_exactly(rate, time)
+    angle = whole * part, rest * part
+    square = _product(angle, angle)
+    sine = term = angle
+    for n in range(1, _TERMS):
+        term = _quotient(_product(term, square), -(2.0 * n) * (2.0 * n + 1.0))
+        sine = _sum(sine, term)
+    # 1 − cos, unlike cos, keeps the digits of a small angle through the doublings
+    short = term = _quotient(square, 2.0)
+    for n in range(2, _TERMS):
+        term = _quotient(_product(term, square), -(2.0 * n) * (2.0 * n - 1.0))
+        short = _sum(short, term)
+    for _ in range(_HALVINGS):
+        cosine = _sum((1.0, 0.0), (-short[0], -short[1]))
+        doubled = _product(sine, sine)
+        short = 2.0 * doubled[0], 2.0 * doubled[1]
+        turned = _product(sine, cosine)
+        sine = 2.0 * turned[0], 2.0 * turned[1]
+    return _sum((1.0, 0.0), (-short[0], -short[1])), sine
+
+
+@inlined
+def _series(c: Any, x: Any) -> Any:
+    """Return Σ c_n x^n of ten terms by Estrin's scheme: few operations wait for others."""
+    square = x * x
+    fourth = square * square
+    low = fma(fma(x, c[3], c[2]), square, fma(x, c[1], c[0]))
+    high = fma(fma(x, c[7], c[6]), square, fma(x, c[5], c[4]))
+    return fma(fma(x, c[9], c[8]), fourth * fourth, fma(high, fourth, low))
+
+
+@inlined
+def sine_versine(angle: Any) -> Any:
+    """Return sin and 1 − cos of lanes or a float, |angle| ≤ π, with errors of 5e-16 and 2e-15.
+
+    Taylor's series at half the angle, and the formulas of the double angle.
+    """
+    half = 0.5 * angle
+    square = half * half
+    sine, short = half * _series(SINE, square), _series(COSINE, square)
+    twice = 2.0 * sine
+    return twice * fma(-square, short, 1.0), twice * sine
+
+
+@inlined
+def rotation(angle: Any) -> Any:
+    """Return cos and sin of lanes or a float, |angle| ≤ MAX_ANGLE."""
+    sine, versine = sine_versine(0.5 * angle)
+    return 1.0 - 2.0 * (sine * sine), 2.0 * (sine * (1.0 - versine))
+
+
+# -----------------------------------------------------------------------------
+# The stage equations of a step: Gauss collocation in a rotating (Lawson) frame.
+#
+# A system consists of rotating planes (modes). Each is a harmonic oscillator with a disturbance:
+#
+#     Ẋ = ωY + d₁,    Ẏ = −ωX + d₂          (X a coordinate, ωY nearly its rate)
+#
+# In the frame that rotates with ω from the beginning t₀ of the step on,
+#
+#     X = cU + sV,    Y = cV − sU,    c = cos ω(t − t₀),    s = sin ω(t − t₀),
+#
+# the undisturbed motion stands still, and only the disturbance is left to integrate:
+#
+#     U̇ = c d₁ − s d₂,    V̇ = s d₁ + c d₂.
+#
+# With Gauss's coefficients a_ij (`gauss`) the stages U_i, V_i of a step of length h obey
+#
+#     U_i = U₀ + h Σ_j a_ij U̇_j,            V_i likewise.
+#
+# They are solved by fixed-point iteration, whose rate of convergence is h times the strength of
+# the disturbance, or by Newton's method (`stage_newton`) where that is too large. What disturbs
+# is said by `System.disturb`: it reads the rows x and y of the record `work` and writes d1 and
+# d2.
+#
+# Source: J. D. Lawson, Generalized Runge–Kutta processes for stable systems with large Lipschitz
+# constants, SIAM J. Numer. Anal. 4 (1967).
+
+ROUNDING = 2.0**-53
+"""Largest relative error of one rounding."""
+
+SETTLED = 0.25 * ROUNDING
+"""Smallest share of the state to which iterating the stages makes sense."""
+
+MAX_SWEEPS = 60
+"""Most sweeps: an iteration that halves its error each time has reached rounding before."""
+
+
+class Disturbed(Protocol):
+    """A system, as far as a step knows it."""
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill the rows d1 and d2 from x and y."""
+
+
+class Step(NamedTuple):
+    """A step.
+
+    Attributes:
+        system: the system that disturbs the planes.
+        mode: passed to its `disturb`.
+        omega: ω of each plane [rad/s].
+        h: length [s], |ωh| ≤ `rotation.MAX_ANGLE`.
+        kind: WHOLE_STEP or PART_STEP: which of the tables of rotations it uses.
+        planes: X₀ = U₀ and Y₀ = V₀ of each plane, at the beginning.
+        work: from `make_work`.
+    """
+
+    system: Disturbed
+    mode: Mode
+    omega: Omega
+    h: float
+    kind: int
+    planes: Planes
+    work: Work
+
+
+@inlined
+def _short_of_one(cosine: float, sine: float) -> float:
+    """Return 1 − cos² − sin² of rounded numbers, to a relative error of about one rounding."""
+    first, first_rest = multiply_exactly(cosine, cosine)
+    second, second_rest = multiply_exactly(sine, sine)
+    square, rest = sum_exactly(first, second)
+    return (1.0 - square) - (rest + first_rest + second_rest)
+
+
+@compiled
+def fill_rotations(step: Step) -> None:
+    """Fill the rotations to the stages and to the end of a step, unless they are there.
+
+    Whole steps are mostly of one length, whose angle must be exact, since its error would recur in
+    each. Steps to events have lengths of their own, so that the rounding of their angles varies:
+    doubles are enough for them, corrected so that they neither stretch nor shrink the state.
+    """
+    _, _, omega, h, kind, _, work = step
+    first = kind * len(omega)
+    if work.rotations[first].h == h:
+        return
+    for p in range(len(omega)):
+        over, angle = work.rotations[first + p], omega[p] * h
+        c, s = rotation(load(work.fractions) * angle)
+        store(work.cosine, first + p, c)
+        store(work.sine, first + p, s)
+        over.h = h
+        if kind == WHOLE_STEP:
+            cosine, sine = twofold_rotation(omega[p], h)
+            over.cos, over.cos_rest = cosine
+            over.sin, over.sin_rest = sine
+        else:
+            rounded_cosine, rounded_sine = rotation(angle)
+            stretch = 0.5 * _short_of_one(rounded_cosine, rounded_sine)
+            over.cos, over.cos_rest = rounded_cosine, stretch * rounded_cosine
+            over.sin, over.sin_rest = rounded_sine, stretch * rounded_sine
+
+
+@inlined
+def _evaluate(step: Step) -> None:
+    """Fill the slopes k1 = U̇ and k2 = V̇ at the stages u, v."""
+    system, mode, omega, _, kind, _, work = step
+    first = kind * len(omega)
+    for p in range(len(omega)):
+        c, s = load(work.cosine, first + p), load(work.sine, first + p)
+        u, v = load(work.u, p), load(work.v, p)
+        store(work.x, p, fma(c, u, s * v))
+        store(work.y, p, fma(c, v, -(s * u)))
+    system.disturb(mode, omega, work)
+    for p in range(len(omega)):
+        c, s = load(work.cosine, first + p), load(work.sine, first + p)
+        d1, d2 = load(work.d1, p), load(work.d2, p)
+        store(work.k1, p, fma(c, d1, -(s * d2)))
+        store(work.k2, p, fma(s, d1, c * d2))
+
+
+@inlined
+def _move_stages(step: Step) -> float:
+    """Move the stages to where their slopes lead; return the largest change of a stage."""
+    _, _, omega, h, _, planes, work = step
+    change = filled(work.u, 0.0)
+    for p in range(len(omega)):
+        k1, k2 = load(work.k1, p), load(work.k2, p)
+        if width(work.u) == WIDE_SIZE:
+            u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1 + 2 * p, k1, k2)
+        else:
+            u, v = combined_both(work.coefficients, 0, k1, k2)
+        u, v = fma(u, h, planes[p].x), fma(v, h, planes[p].y)
+        moved = larger(u - load(work.u, p), v - load(work.v, p))
+        change = larger(change, moved)
+        store(work.u, p, u)
+        store(work.v, p, v)
+    return largest(change)
+
+
+@inlined
+def largest_stage(omega: Omega, work: Work) -> float:
+    """Return the largest |U_i| or |V_i|."""
+    size = filled(work.u, 0.0)
+    for p in range(len(omega)):
+        size = larger(larger(size, load(work.u, p)), load(work.v, p))
+    return largest(size)
+
+
+@inlined
+def start_stages(step: Step) -> None:
+    """Let all stages be the state at the beginning of the step."""
+    _, _, omega, _, _, planes, work = step
+    for p in range(len(omega)):
+        store(work.u, p, filled(work.u, planes[p].x))
+        store(work.v, p, filled(work.v, planes[p].y))
+
+
+@compiled
+def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
+    """Sweep until the stages have settled; return whether they have, and their size.
+
+    A sweep evaluates the slopes and moves the stages. If Δ and Δ′ are the changes of the last
+    sweep and the one before, the rate of convergence is Δ/Δ′, and Δ²/(Δ′ − Δ) is still to come:
+    the stages have settled when that is at most `settled` times their size. If Δ does not fall any
+    more, only rounding may be left, for which 64 roundings are allowed. The slopes are evaluated
+    once more at the last stages, which keeps the error of the iteration from adding up.
+
+    With `most` = 0 the slopes are evaluated and nothing else. All evaluations are made here, so
+    that the disturbance is compiled once.
+
+    Args:
+        step: to be solved.
+        settled: error allowed, relative to the state.
+        most: most sweeps.
+    """
+    before, size, floor = math.inf, 0.0, 0.0
+    settles, ends = False, False
+    for n in range(most + 1):
+        _evaluate(step)
+        if ends or n == most:
+            break
+        change = _move_stages(step)
+        if n == 0:
+            size = largest_stage(step.omega, step.work)
+            floor = settled * size
+        if change <= floor or (n > 0 and change * change <= floor * (before - change)):
+            settles = ends = True
+        elif not change < before and n > 0:
+            settles, ends = change <= 64.0 * ROUNDING * size, True
+        before = change
+    return settles, size
+
+
+# -----------------------------------------------------------------------------
+# Newton's method for the stage equations, where the fixed-point iteration does not converge.
+#
+# The unknowns are U_i and V_i of all planes and stages, the equations
+#
+#     U_i − U₀ − h Σ_j a_ij U̇_j = 0,            V_i likewise.
+#
+# The slopes at a stage depend on the unknowns at that stage alone, so that one central difference
+# for each of U and V of each plane gives the whole matrix I − h A ∂(U̇, V̇)/∂(U, V).
+
+MAX_ITERATIONS = 12
+
+
+@inlined
+def _rows_of(
+    r: int, omega: Omega, first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, int]:
+    """Return the array and the row of unknown r: U of each plane come first, then V of each."""
+    return (first, r) if r < len(omega) else (second, r - len(omega))
+
+
+@inlined
+def _slope(r: int, omega: Omega, work: Work) -> Lanes:
+    """Return the slope of unknown r at the stages."""
+    rows, p = _rows_of(r, omega, work.k1, work.k2)
+    return load(rows, p)
+
+
+@compiled
+def _fill_matrix(step: Step) -> None:
+    """Fill the matrix I − h A ∂(U̇, V̇)/∂(U, V), by central differences at all stages together."""
+    _, _, omega, h, _, _, work = step
+    unknowns, stages = 2 * len(omega), width(work.u)
+    side = unknowns * stages
+    for column in range(unknowns):
+        rows, p = _rows_of(column, omega, work.u, work.v)
+        there = load(rows, p)
+        # near the cube root of a rounding, at which truncation and rounding err alike
+        away = 1e-6 * (largest(there) + 1e-9)
+        store(rows, p, there + away)
+        sweep(step, 0.0, 0)
+        for r in range(unknowns):
+            store(work.slopes, r, _slope(r, omega, work))
+        store(rows, p, there - away)
+        sweep(step, 0.0, 0)
+        store(rows, p, there)
+        for r in range(unknowns):
+            slope = (load(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
+            for i in range(stages):
+                for j in range(stages):
+                    a = work.coefficients[j * stages + i] * h * lane(slope, j)
+                    work.matrix[(r * stages + i) * side + column * stages + j] = -a
+    for i in range(side):
+        work.matrix[i * side + i] += 1.0
+
+
+@compiled
+def _eliminate(n: int, matrix: FloatArray, right: FloatArray) -> float:
+    """Solve matrix · x = right in place, with pivots; return the largest |x|, NaN if singular."""
+    for c in range(n):
+        pivot = c
+        for r in range(c + 1, n):
+            pivot = r if abs(matrix[r * n + c]) > abs(matrix[pivot * n + c]) else pivot
+        if not abs(matrix[pivot * n + c]) > 0.0:
+            return math.nan
+        for k in range(c, n):
+            low, high = c * n + k, pivot * n + k
+            matrix[low], matrix[high] = matrix[high], matrix[low]
+        right[c], right[pivot] = right[pivot], right[c]
+        for r in range(c + 1, n):
+            factor = matrix[r * n + c] / matrix[c * n + c]
+            for k in range(c + 1, n):
+                matrix[r * n + k] -= factor * matrix[c * n + k]
+            right[r] -= factor * right[c]
+    biggest = 0.0
+    for c in range(n - 1, -1, -1):
+        for k in range(c + 1, n):
+            right[c] -= matrix[c * n + k] * right[k]
+        right[c] /= matrix[c * n + c]
+        biggest = biggest if biggest > abs(right[c]) else abs(right[c])
+    return biggest
+
+
+@compiled
+def newton(step: Step) -> tuple[bool, float]:
+    """Solve the stage equations; return whether the method converges, and the stages' size.
+
+    It has converged when a correction is within four roundings, or within 256 and no smaller than
+    the one before. A correction four times the one before ends it: it diverges.
+    """
+    _, _, omega, h, _, planes, work = step
+    unknowns, stages, right = 2 * len(omega), width(work.u), work.right
+    start_stages(step)
+    before, size = math.inf, 0.0
+    for _ in range(MAX_ITERATIONS):
+        _fill_matrix(step)
+        sweep(step, 0.0, 0)
+        for r in range(unknowns):
+            rows, p = _rows_of(r, omega, work.u, work.v)
+            begin = planes[p].x if r < len(omega) else planes[p].y
+            moved = combined(work.coefficients, 0, _slope(r, omega, work))
+            wanted = fma(moved, h, begin) - load(rows, p)
+            for i in range(stages):
+                right[r * stages + i] = lane(wanted, i)
+        change = _eliminate(unknowns * stages, work.matrix, right)
+        for r in range(unknowns):
+            rows, p = _rows_of(r, omega, work.u, work.v)
+            for i in range(stages):
+                rows[p * stages + i] += right[r * stages + i]
+        size = largest_stage(omega, work)
+        if not math.isfinite(change):
+            return False, size
+        floor = 4.0 * ROUNDING * size
+        if change <= floor or (not change < before and change <= 64.0 * floor):
+            sweep(step, 0.0, 0)
+            return True, size
+        if not change < 4.0 * before:
+            return False, size
+        before = change
+    return False, size
+
 
 Twofold: TypeAlias = tuple[float, float]
 

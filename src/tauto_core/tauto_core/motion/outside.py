@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.gauss_step import Work
 from tauto_core.motion.lanes import Lanes, filled, fma, lane, load, width
-from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
 LINE, LINE_RATE, LINE_BEND, TILT, TILT_RATE, TILT_BEND, GRAVITY = range(7)

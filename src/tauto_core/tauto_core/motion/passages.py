@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
-from tauto_core.motion.gauss_step import fill_integrals
+from tauto_core.motion.gauss_step import Work, fill_integrals
 from tauto_core.motion.lanes import (
     Lanes,
     fma,
@@ -30,7 +30,6 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
 from tauto_core.motion.system import Mode, Run, Watch, mode_of, planes_of
-from tauto_core.motion.work import Work
 from tauto_core.samples import FloatArray
 
 APART = 0.1

@@ -15,18 +15,15 @@ from numpy.typing import NDArray
 from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.drag import Drag
 from tauto_core.machines.threads.hanging import LEAST_FREE
-from tauto_core.motion import hanging_planes, lever_plane, stepping
-from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.hanging_planes import Hanging
+from tauto_core.motion import lever, stepping, threads
+from tauto_core.motion.forcing import Forcing, Motion, thread_slack
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.lever_plane import Lever
-from tauto_core.motion.lever_shape import lever_shape
-from tauto_core.motion.limits import thread_slack
+from tauto_core.motion.lever import Lever, lever_shape
 from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import polar, polar_rate
-from tauto_core.motion.step_size import ERROR_OF_LAST_STRONG, MARGIN, MIN_ANGLE
 from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
-from tauto_core.motion.threads import OnWheel
+from tauto_core.motion.stepping import ERROR_OF_LAST_STRONG, MARGIN, MIN_ANGLE
+from tauto_core.motion.threads import Hanging, OnWheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
@@ -119,15 +116,15 @@ class RealThreads(Stepped):
     ) -> None:
         self._machine = machine
         allowed = tolerance_of(tolerance, ERROR_OF_LAST_STRONG, COARSEN)
-        nodes: tuple[str, ...] = hanging_planes.NODES
+        nodes: tuple[str, ...] = threads.NODES
         if isinstance(machine, LeverMachine):
-            self._model, nodes = _lever(machine, allowed.settled), lever_plane.NODES
+            self._model, nodes = _lever(machine, allowed.settled), lever.NODES
         else:
             self._model = _hanging(machine)
         super().__init__(machine, len(self._model.omega), nodes, SIZE, allowed)
         self.longest_step_s = self._longest_step()
 
-    def _moved(self, forcing: Forcing) -> Moved:  # noqa: ARG002
+    def _moved(self, forcing: Forcing) -> Moved:
         return self._model
 
     def release(self, forcing: Forcing) -> Motion:

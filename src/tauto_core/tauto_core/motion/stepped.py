@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from tauto_core.machines import AnyMachine
 from tauto_core.motion import stepping
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
+from tauto_core.motion.gauss_step import TERMS, Omega, make_work
 from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import since_start
-from tauto_core.motion.step_size import TOLERANCE, carried_within, settled_at
+from tauto_core.motion.stepping import TOLERANCE, carried_within, settled_at
 from tauto_core.motion.system import Tolerance, restore_record, state_of, state_type
-from tauto_core.motion.work import TERMS, Omega, make_work
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 

@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.gauss_step import inside
+from tauto_core.motion.gauss_step import PLANE, Omega, Planes, Work, inside
 from tauto_core.motion.lanes import Lanes, lane, least, load, width
 from tauto_core.motion.outside import Outside, Pieces, Place, outside_at
-from tauto_core.motion.work import PLANE, Omega, Planes, Work
 
 NOWHERE = 2.0
 """A fraction beyond any step."""

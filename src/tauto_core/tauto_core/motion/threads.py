@@ -1,27 +1,41 @@
-"""What Sully's lever and the swinging thread share as systems of the driver."""
+"""The swinging thread in two rotating planes, and what it shares with Sully's lever."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.events import is_due
-from tauto_core.motion.lanes import Lanes, fma, largest, least
-from tauto_core.motion.layout import BEYOND, phase_to
-from tauto_core.motion.lever_arm import Number
-from tauto_core.motion.outside import Outside, Pieces, outside_at
+from tauto_core.motion.events import BEYOND, is_due, phase_to
+from tauto_core.motion.gauss_step import Omega, Work, sine_versine
+from tauto_core.motion.lanes import Lanes, fma, largest, least, load, store
+from tauto_core.motion.outside import (
+    GRAVITY,
+    LINE,
+    LINE_RATE,
+    TILT_RATE,
+    Outside,
+    Pieces,
+    Place,
+    column,
+    difference,
+    nodes_of,
+    outside_at,
+)
+from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
     Beyond,
+    Instant,
     Mode,
+    Plane,
     State,
     System,
     first_below,
     mode_of,
     planes_of,
 )
-from tauto_core.motion.wells import term
-from tauto_core.motion.work import Omega, Work
+from tauto_core.motion.wells import Number, term
+from tauto_core.samples import FloatArray
 
 WELL_WITHIN = 0.05
 """Margin at all nodes from which on a step counts as within the range between them, too."""
@@ -140,3 +154,227 @@ def case_bounds(pieces: Pieces, k: int) -> tuple[float, float]:
         value += size
         slope += j * size
     return value, slope / pieces.length_s[k]
+
+
+# -----------------------------------------------------------------------------
+# The swinging thread in two rotating planes: its normal modes of small swings.
+#
+# The absolute angles of wheel and thread are ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i
+# Y_i, i = 1, 2. All that is not linear in (A.3), and all that the ship does, disturbs the planes.
+# The accelerated axle enters by the apparent gravity alone (theory E2), so that no derivative of
+# the ship's motion is needed but α̇, the rate of the case, for the drag.
+
+NODES = 'vertical', 'gravity', 'alpha_rate'
+"""Rows of β, g_eff and α̇ at the nodes."""
+
+Pair: TypeAlias = tuple[Number, Number]
+"""One number for each plane, or one for the wheel and one for the thread."""
+
+
+class Nodes(Protocol):
+    """The rows NODES."""
+
+    vertical: FloatArray
+    gravity: FloatArray
+    alpha_rate: FloatArray
+
+
+class _Numbers(NamedTuple):
+    """The constants of the equations.
+
+    Attributes:
+        radius: r of the involute [m].
+        length: l₀ of the free thread at rest [m].
+        least: free thread at the end of the range [m].
+        ratio: m r/I [1/m].
+        wheel: E_ψ1 and E_ψ2.
+        thread: E_δ1 and E_δ2.
+        to_first: X₁ per ψ and per δ: the first row of the inverse of (E_ψ, E_δ).
+        to_second: X₂ per ψ and per δ.
+        on_wheel: what acts on the wheel.
+    """
+
+    radius: float
+    length: float
+    least: float
+    ratio: float
+    wheel: tuple[float, float]
+    thread: tuple[float, float]
+    to_first: tuple[float, float]
+    to_second: tuple[float, float]
+    on_wheel: OnWheel
+
+
+class Hanging(_Numbers, ThreadSystem):
+    """The swinging thread as `system.System`."""
+
+    def at_nodes(self, place: Place, work: Work) -> None:
+        """Fill β, g_eff and α̇."""
+        x, nodes = nodes_of(place, work), work.nodes
+        store(nodes.vertical, 0, column(LINE, place.terms, x, work))
+        store(nodes.gravity, 0, column(GRAVITY, place.terms, x, work))
+        store(nodes.alpha_rate, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what the accelerations add to the rotation of the planes; d1 stays zero."""
+        psi_bend, delta_bend, _, _ = _at_stages(self, mode, omega, work)
+        bends = _modes(self, psi_bend, delta_bend)
+        for p in range(len(omega)):
+            store(work.d2, p, omega[p] * load(work.x, p) + bends[p] * (1.0 / omega[p]))
+
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+        """Return whether the step winds up the whole thread, or the thread goes slack."""
+        _, _, tension, free = _at_stages(self, mode, omega, work)
+        return beyond_by(tension, free - self.least, self.coordinates(work), work)
+
+    def coordinates(self, work: Work) -> Lanes:
+        """Return u = ψ − δ at the nodes."""
+        psi, delta = _angles(self, load(work.x, 0), load(work.x, 1))
+        return psi - delta
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return u."""
+        psi, delta = _angles(self, planes[0].x, planes[1].x)
+        return psi - delta
+
+    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+        """Return a bound of α² + (α̇/ω)² over piece k, ω the frequency of the swing."""
+        value, rate = case_bounds(pieces, k)
+        rate = rate / self.pace
+        return value * value + rate * rate
+
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
+        """Return whether u swings wider at all nodes than θ − u = δ − α can be.
+
+        Widths are those in the phase plane, of (u, u̇/ω).
+        """
+        (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
+        u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
+        inclined = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
+        apart = math.sqrt(inclined) + math.sqrt(square)
+        return least(u * u + u_rate * u_rate) > CLEAR * (apart * apart)
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return wheel and thread at an instant."""
+        return _instant(self, mode, omega, planes, at)
+
+    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+        """Return Ẋ and ωẎ of each mode."""
+        psi_rate = now.rate + (at.line.rate - at.tilt.rate)
+        psi_bend = now.bend + (at.line.bend - at.tilt.bend)
+        rates = _modes(self, psi_rate, psi_rate - now.speed)
+        bends = _modes(self, psi_bend, psi_bend - now.acceleration)
+        return Plane(rates[0], bends[0]), Plane(rates[1], bends[1])
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ = ψ − α."""
+        psi, _ = _angles(self, planes[0].x, planes[1].x)
+        return psi - (at.line.value - at.tilt.value)
+
+    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+        """Let an impulse change both rates: the taut thread by −r/l of what the wheel takes.
+
+        The energy goes into ½(I + m r²u²)θ̇².
+        """
+        radius, u, planes = self.radius, now.coordinate, state.planes
+        mass = 1.0 + self.ratio * radius * u * u
+        struck = mode.direction * math.sqrt(now.rate * now.rate + self.on_wheel.energy / mass)
+        kick = struck - now.rate
+        thread_kick = -radius / (self.length - 0.5 * radius * u * u) * kick
+        first, second = _modes(self, kick, thread_kick)
+        planes[0].y += first / omega[0]
+        planes[1].y += second / omega[1]
+        planes[0].y_rest = planes[1].y_rest = 0.0
+
+
+@inlined
+def _angles(system: Hanging, first: Number, second: Number) -> Pair:
+    """Return ψ and δ of the coordinates of the modes, or the rates of these of their rates."""
+    wheel, thread = system.wheel, system.thread
+    return wheel[0] * first + wheel[1] * second, thread[0] * first + thread[1] * second
+
+
+@inlined
+def _stages(system: Hanging, omega: Omega, work: Work) -> tuple[Pair, Pair]:
+    """Return ψ, δ and their rates at the stages."""
+    angles = _angles(system, load(work.x, 0), load(work.x, 1))
+    return angles, _angles(system, omega[0] * load(work.y, 0), omega[1] * load(work.y, 1))
+
+
+@inlined
+def _pushed(
+    system: Hanging,
+    psi: Number,
+    delta: Number,
+    rates: Pair,
+    cosine: Number,
+    sine: Number,
+    g: Number,
+    drag: Number,
+) -> tuple[Number, Number, Number, Number]:
+    """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
+
+    Args:
+        system: the constants.
+        psi, delta: ψ and δ.
+        rates: ψ̇ and δ̇.
+        cosine, sine: of δ − β.
+        g: g_eff.
+        drag: torques of drag and recoil, reversed, over I.
+    """
+    psi_rate, delta_rate = rates
+    radius, u = system.radius, psi - delta
+    free = system.length - (0.5 * radius) * (u * u)
+    pulled = g * cosine + free * (delta_rate * delta_rate) + radius * (psi_rate * psi_rate)
+    mass = 1.0 + (system.ratio * radius) * (u * u)
+    psi_bend = -(system.ratio * (u * pulled) + drag) / mass
+    wound = radius * (u * delta_rate) * (2.0 * psi_rate - delta_rate)
+    delta_bend = (wound - g * sine - radius * psi_bend) / free
+    return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
+
+
+@inlined
+def _modes(system: Hanging, psi: Number, delta: Number) -> Pair:
+    """Return the coordinates of the modes of ψ and δ, or the rates of these of their rates."""
+    first, second = system.to_first, system.to_second
+    return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
+
+
+@inlined
+def _at_stages(
+    system: Hanging, mode: Mode, omega: Omega, work: Work
+) -> tuple[Lanes, Lanes, Lanes, Lanes]:
+    """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
+    (psi, delta), rates = _stages(system, omega, work)
+    nodes: Nodes = work.nodes
+    sine, versine = sine_versine(delta - load(nodes.vertical))
+    drag = resistance(system.on_wheel, mode, rates[0] - load(nodes.alpha_rate))
+    gravity = load(nodes.gravity)
+    return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
+
+
+@compiled
+def _instant(
+    system: Hanging, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
+) -> Instant:
+    """Return wheel and thread at an instant: as `_at_stages`, and the torque of the thread."""
+    line, tilt = at.line, at.tilt
+    psi, delta = _angles(system, planes[0].x, planes[1].x)
+    rates = _angles(system, omega[0] * planes[0].y, omega[1] * planes[1].y)
+    rate = rates[0] - (line.rate - tilt.rate)
+    drag = resistance(system.on_wheel, mode, rate)
+    lean = delta - line.value
+    psi_bend, delta_bend, tension, free = _pushed(
+        system, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
+    )
+    return Instant(
+        angle=psi - (line.value - tilt.value),
+        rate=rate,
+        bend=psi_bend - (line.bend - tilt.bend),
+        tension=tension,
+        margin=free - system.least,
+        torque=psi_bend + drag,
+        coordinate=psi - delta,
+        speed=rates[0] - rates[1],
+        acceleration=psi_bend - delta_bend,
+    )

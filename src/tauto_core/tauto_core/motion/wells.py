@@ -1,35 +1,453 @@
-"""The equation of motion of a wheel with one degree of freedom, term by term, in compiled code.
+"""The equation of motion of a wheel with one degree of freedom, term by term.
 
-The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
-w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (theory E2) no second derivative of the ship's
-motion is needed:
-
-    q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
-    ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I               θ̇ = q̇ + τ̇
-
-with t(q) the lever arm [m], t′ = dt/dq, pull = F/I, γ the neutral line, τ = γ − α_c its tilt in
-the case, θ = q + τ, d the sign of θ̇ and s that of the last impulse, both constant between events.
-
-A heavy weight on a linear lever arm has a `shape` (`arc_length`): there the coordinate is the arc
-s of the well and the momentum p = ṡ + γ̇n, n = dϑ/ds. Below, x and w are the coordinate and the
-momentum of either kind. As in `system` and `outside`, `rate` is θ̇, `speed` q̇ and `line` γ.
-
-Absent terms are `None`, and are not in the compiled code.
+The arc as its coordinate, the lever arm of the thread, the well, and Coulomb's friction at rest.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
-from tauto_core.curves.levers import Lever
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.polynomial.polynomial import polyval
+
+from tauto_core.curves.levers import (
+    ArcLever,
+    Lever,
+    LinearLever,
+    SmoothLever,
+    SpringLever,
+    TableLever,
+)
+from tauto_core.curves.newton import bracketed_newton
 from tauto_core.kernels import compiled, inlined
+from tauto_core.machines import Machine
 from tauto_core.machines.escapement import Ebb
-from tauto_core.motion.arc_length import ArcShape
-from tauto_core.motion.lever_arm import Number, lever_arm
-from tauto_core.motion.on_arc import angle_along, arc_of
-from tauto_core.motion.outside import Outside
-from tauto_core.motion.system import Mode
+from tauto_core.motion.events import is_due
+from tauto_core.motion.gauss_step import Omega, sine_versine
+from tauto_core.motion.lanes import (
+    Lanes,
+    filled,
+    fma,
+    is_lanes,
+    lane,
+    largest,
+    negative,
+    root,
+    width,
+    with_lane,
+)
+from tauto_core.motion.outside import Outside, Place, outside_at
+from tauto_core.motion.system import Mode, Run, State, mode_of
+from tauto_core.samples import FloatArray
+
+if TYPE_CHECKING:
+    from tauto_core.motion.wheel import Wheel
+
+
+# -----------------------------------------------------------------------------
+# The arc as the coordinate of a wheel that lifts a heavy weight by a linear lever arm.
+#
+# With the lever arm t = bϑ and k² = mb²/I the inertia M/I = 1 + k²ϑ² grows with the angle. Along
+# the arc s = ∫√(M/I) dϑ = ½ (ϑ√(1 + k²ϑ²) + asinh(kϑ)/k) it is one. With n = dϑ/ds and the
+# momentum p = ṡ + γ̇n,
+#
+#     (P.2)   ṡ = p − γ̇n,    ṗ = ṡγ̇ dn/ds − n (pull · t + drag).
+#
+# Steps need functions of s that are even, and take them as polynomials in u = s²/limit that agree
+# with them to rounding (interpolated at Chebyshev nodes). Beyond the limit the functions
+# themselves are evaluated. In s the disturbance of the rotating plane is half that in ϑ and
+# smoother: at five steps a swing the error falls thirteenfold.
+
+MAX_TERMS = 20
+"""Largest number of terms; with more, steps would take longer than with ϑ as the coordinate."""
+
+MARGIN = 1.5
+"""How far beyond the release the polynomials reach: as far as a sea or an escapement commonly
+drives the wheel. Beyond it the functions take longer, to the same accuracy.
+"""
+
+_ASINH = [(-0.25) ** n * math.comb(2 * n, n) / (2 * n + 1) for n in range(1, 18)]
+"""Coefficients of x^2n in asinh(x)/x − 1, |x| < 1: (−1/4)^n (2n over n)/(2n + 1)."""
+
+_SERIES_TO = 0.3
+"""Largest kϑ for that series: the first term left out is 0.0036 · 0.3^36 = 5e-22."""
+
+_CHECKED = (np.arange(64) + 0.5) / 64
+"""u at which polynomials are compared with the functions."""
+
+_AGREED = 4e-15
+"""Largest difference there, as a share of the function's largest value."""
+
+
+SETTLED = 4e-16
+"""Change of ϑ, as a share of s, at which Newton's method ends: two roundings."""
+
+
+class ArcShape(NamedTuple):
+    """A machine with a heavy weight along its arc.
+
+    Attributes:
+        rate: b = dt/dϑ [m/rad].
+        k: b√(m/I) [1/rad].
+        limit: s² up to which the polynomials hold [rad2].
+        per_limit: 1/limit.
+        terms: coefficients of u^j of n, (dn/ds)/s, (nt/s − b)/u and ϑ/s, (4, count); the count
+            is even, since two powers are summed side by side.
+    """
+
+    rate: float
+    k: float
+    limit: float
+    per_limit: float
+    terms: FloatArray
+
+
+@compiled
+def arc_of(angle: float, k: float) -> float:
+    """Return the arc s of the angle ϑ."""
+    return 0.5 * (angle * math.hypot(1.0, k * angle) + math.asinh(k * angle) / k)
+
+
+@compiled
+def angle_of(arc: float, k: float) -> float:
+    """Return the angle ϑ of the arc s.
+
+    Newton's method converges monotonically from above, since s(ϑ) is convex for ϑ > 0; it starts
+    from bounds that s ≥ ϑ and s ≥ ½kϑ² give.
+    """
+    size = abs(arc)
+    angle = min(size, math.sqrt(2.0 * size / k))
+    for _ in range(60):
+        root = math.sqrt(1.0 + (k * angle) * (k * angle))
+        step = (0.5 * (angle * root + math.asinh(k * angle) / k) - size) / root
+        angle -= step
+        if abs(step) <= SETTLED * size:
+            break
+    return math.copysign(angle, arc)
+
+
+def angles_of(arcs: FloatArray, k: float) -> FloatArray:
+    """Return the angles ϑ of many arcs s, as `angle_of`."""
+    sizes = np.abs(arcs)
+    beyond = np.minimum(sizes, np.sqrt(2.0 * sizes / k))
+
+    def excess(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+        root = np.sqrt(1.0 + (k * angles) ** 2)
+        return 0.5 * (angles * root + np.arcsinh(k * angles) / k) - sizes, root
+
+    angles = bracketed_newton(excess, beyond, (0.0, math.inf), absolute=SETTLED * sizes)
+    return np.copysign(angles, arcs)
+
+
+def arc_shape(machine: Machine) -> ArcShape | None:
+    """Return the shape of a machine; None where ϑ itself is the better coordinate.
+
+    That is so where the lever arm is not linear or no weight rides along, where the polynomials
+    take more than `MAX_TERMS`, and with a spring, whose pull grows with the lift.
+    """
+    rate = machine.cam.linear_rate
+    if rate is None or machine.carried_mass == 0.0 or machine.stiffness > 0.0:
+        return None
+    k = rate * math.sqrt(machine.carried_mass / machine.inertia)
+    reach = min(machine.cam.range_rad, MARGIN * abs(machine.release_angle) + 0.1)
+    return _fitted(k, arc_of(reach, k) ** 2, rate)
+
+
+@lru_cache(maxsize=64)  # the machines of a fleet are often alike
+def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
+    for terms in range(2, MAX_TERMS + 1):
+        nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
+        rows = [_polynomial(nodes, values) for values in _functions(nodes, limit, k, rate)]
+        found = [np.asarray(polyval(_CHECKED, row), np.float64) for row in rows]
+        wanted = _functions(_CHECKED, limit, k, rate)
+        if all(_agree(a, b) for a, b in zip(found, wanted, strict=True)):
+            slope = np.append(rows[0][1:] * np.arange(1, terms), 0.0) * (2.0 / limit)
+            padded = np.pad([rows[0], slope, *rows[1:]], ((0, 0), (0, terms % 2)))
+            return ArcShape(rate, k, limit, 1.0 / limit, np.ascontiguousarray(padded))
+    return None
+
+
+def _agree(found: FloatArray, wanted: FloatArray) -> bool:
+    return bool(np.all(np.abs(found - wanted) <= _AGREED * np.max(np.abs(wanted))))
+
+
+def _functions(u: FloatArray, limit: float, k: float, rate: float) -> tuple[FloatArray, ...]:
+    """Return n, (nt/s − b)/u and ϑ/s at u = s²/limit."""
+    arcs = np.sqrt(limit * u)
+    angles = angles_of(arcs, k)
+    square = (k * angles) ** 2
+    n = 1.0 / np.sqrt(1.0 + square)
+    return (
+        n,
+        rate * _departure(angles, arcs, n, square) / u,
+        angles / arcs,
+    )
+
+
+def _departure(
+    angles: FloatArray, arcs: FloatArray, n: FloatArray, square: FloatArray
+) -> FloatArray:
+    """Return nϑ/s − 1 = ((n − 1) ϑ − (s − ϑ))/s without cancellation.
+
+    s − ϑ = ½ϑ (√(1 + k²ϑ²) − 1 + asinh(kϑ)/(kϑ) − 1) and n − 1 = −k²ϑ²n²/(1 + n).
+    """
+    x = np.sqrt(square)
+    asinh = np.where(
+        x < _SERIES_TO,
+        square * polyval(square, _ASINH),
+        np.arcsinh(x) / x - 1.0,
+    )
+    longer = 0.5 * angles * (square / (1.0 + np.sqrt(1.0 + square)) + asinh)
+    shorter = -square * n * n / (1.0 + n)
+    return (shorter * angles - longer) / arcs
+
+
+def _polynomial(nodes: FloatArray, values: FloatArray) -> FloatArray:
+    """Return the coefficients of u^j of the polynomial with some values at Chebyshev nodes."""
+    series = chebyshev.chebfit(2.0 * nodes - 1.0, values, len(nodes) - 1)
+    polynomial = chebyshev.Chebyshev(series, domain=[0.0, 1.0])
+    coefficients = polynomial.convert(kind=np.polynomial.Polynomial, domain=[-1, 1]).coef
+    return np.asarray(np.pad(coefficients, (0, len(nodes) - len(coefficients))))
+
+
+# -----------------------------------------------------------------------------
+# The functions of the arc s in compiled code, for a heavy weight on a linear lever arm.
+#
+# `arc_length` defines them and fits polynomials in u = s²/limit to them; beyond the limit they
+# are computed by their definitions.
+
+SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
+"""Rows of `ArcShape.terms`."""
+
+
+class OnArc(NamedTuple):
+    """The functions of the arc s at the stages.
+
+    Attributes:
+        n: dϑ/ds.
+        n_slope: (dn/ds)/s.
+        lever_deficit: b − nt/s, by which the arm along the arc falls short of the linear one.
+        angle: ϑ.
+    """
+
+    n: Lanes
+    n_slope: Lanes
+    lever_deficit: Lanes
+    angle: Lanes
+
+
+@inlined
+def _even(terms: FloatArray, row: int, u: float) -> float:
+    """Return a row of `ArcShape.terms`, a polynomial, at u = s²/limit."""
+    last = terms.shape[1] - 1
+    value = fma(u, terms[row, last], terms[row, last - 1])
+    for j in range(last - 2, -1, -1):
+        value = fma(value, u, terms[row, j])
+    return value
+
+
+@compiled
+def angle_along(shape: ArcShape, arc: float) -> float:
+    """Return ϑ at the arc s."""
+    u = arc * arc / shape.limit
+    if u <= 1.0:
+        return arc * _even(shape.terms, ANGLE, u)
+    return angle_of(arc, shape.k)
+
+
+@compiled
+def _on_arc_exactly(shape: ArcShape, s: Lanes) -> OnArc:
+    """Return the functions of the arc by their definitions: where the polynomials end."""
+    n_all = n_slope = lever_deficit = q_all = filled(s, 0.0)
+    for i in range(width(s)):
+        arc = lane(s, i)
+        q = angle_of(arc, shape.k)
+        ratio = q / arc if arc != 0.0 else 1.0
+        n = 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q))
+        n_all = with_lane(n_all, i, n)
+        n_slope = with_lane(n_slope, i, -(shape.k * shape.k) * ratio * (n * n) * (n * n))
+        lever_deficit = with_lane(lever_deficit, i, shape.rate * (1.0 - n * ratio))
+        q_all = with_lane(q_all, i, q)
+    return OnArc(n_all, n_slope, lever_deficit, q_all)
+
+
+@inlined
+def on_arc(shape: ArcShape, s: Lanes) -> OnArc:
+    """Return the functions of the arc at the stages."""
+    u = (s * s) * shape.per_limit
+    if negative(1.0 - u) != 0:
+        return _on_arc_exactly(shape, s)
+    terms, square = shape.terms, u * u
+    last = terms.shape[1] - 1
+    n, n_odd = _pair(terms, SHORTENING, last, s)
+    n_slope, n_slope_odd = _pair(terms, SLOPE, last, s)
+    lever, lever_odd = _pair(terms, LEVER, last, s)
+    angle, angle_odd = _pair(terms, ANGLE, last, s)
+    # four polynomials side by side, even and odd powers of each apart: eight chains of
+    # multiplications, none of which waits for another
+    for j in range(last - 3, -1, -2):
+        n, n_odd = _next(terms, SHORTENING, j, square, n, n_odd)
+        n_slope, n_slope_odd = _next(terms, SLOPE, j, square, n_slope, n_slope_odd)
+        lever, lever_odd = _next(terms, LEVER, j, square, lever, lever_odd)
+        angle, angle_odd = _next(terms, ANGLE, j, square, angle, angle_odd)
+    lever = fma(lever_odd, u, lever)
+    return OnArc(
+        fma(n_odd, u, n),
+        fma(n_slope_odd, u, n_slope),
+        -(u * lever),
+        s * fma(angle_odd, u, angle),
+    )
+
+
+@inlined
+def _pair(terms: FloatArray, row: int, last: int, like: Lanes) -> tuple[Lanes, Lanes]:
+    """Return the last even and the last odd coefficient as lanes."""
+    return filled(like, terms[row, last - 1]), filled(like, terms[row, last])
+
+
+@inlined
+def _next(
+    terms: FloatArray, row: int, j: int, square: Lanes, even: Lanes, odd: Lanes
+) -> tuple[Lanes, Lanes]:
+    """Return both after the next coefficients, by Horner's scheme in u²."""
+    return fma(even, square, terms[row, j]), fma(odd, square, terms[row, j + 1])
+
+
+# -----------------------------------------------------------------------------
+# The lever arm of the thread in compiled code: t, dt/dϑ and the lift at any cam angle.
+#
+# The laws are those of `curves.levers`, as plain numbers. A `Number` is a float or `Lanes`; one
+# formula serves both wherever it can.
+
+Number: TypeAlias = Any
+"""A float, or lanes of them."""
+
+
+class Arm(NamedTuple):
+    """The lever arm at a cam angle.
+
+    Attributes:
+        t: lever arm [m].
+        t_prime: dt/dϑ [m/rad].
+        lift: ∫t dϑ, by which weight or spring is drawn [m].
+    """
+
+    t: Number
+    t_prime: Number
+    lift: Number
+
+
+@compiled
+def _spline(lever: TableLever | SmoothLever, q: float) -> Arm:
+    """Return the arm of a law in pieces: t is odd in q, t′ and the lift are even."""
+    size = abs(q)
+    knots = lever.knots
+    k = min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
+    x = size - knots[k]
+    t = t_prime = lift = 0.0
+    for j in range(lever.coefficients.shape[1] - 1, -1, -1):
+        coefficient = lever.coefficients[k, j]
+        t_prime = fma(t_prime, x, t)
+        t = fma(t, x, coefficient)
+        lift = lift * x + coefficient / (j + 1.0)
+    return Arm(math.copysign(t, q), t_prime, lever.lifts[k] + lift * x)
+
+
+@compiled
+def _smooth_at(lever: SmoothLever, q: float) -> Arm:
+    """Return the arm of an analytic law: even polynomials of q about the middle, pieces beyond."""
+    if abs(q) > lever.knots[1]:
+        return _spline(lever, q)
+    u = q / lever.knots[1]
+    u = u * u
+    t_over_q = t_prime = lift_over_square = 0.0
+    for j in range(lever.middle.shape[1] - 1, -1, -1):
+        t_over_q = fma(t_over_q, u, lever.middle[0, j])
+        t_prime = fma(t_prime, u, lever.middle[1, j])
+        lift_over_square = fma(lift_over_square, u, lever.middle[2, j])
+    return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
+
+
+@compiled
+def _splines(lever: TableLever | SmoothLever, q: Lanes) -> Arm:
+    """Return the arm of a law in pieces at the stages, each of which may lie in another piece."""
+    t = t_prime = lift = filled(q, 0.0)
+    for i in range(width(q)):
+        one = _spline(lever, lane(q, i))
+        t = with_lane(t, i, one.t)
+        t_prime = with_lane(t_prime, i, one.t_prime)
+        lift = with_lane(lift, i, one.lift)
+    return Arm(t, t_prime, lift)
+
+
+@inlined
+def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
+    """Return the arm of an analytic law at the stages, most of which lie about the middle."""
+    if largest(q) > lever.knots[1]:
+        return _splines(lever, q)
+    middle = lever.middle
+    u = q * (1.0 / lever.knots[1])
+    u = u * u
+    last = middle.shape[1] - 1
+    t_over_q, t_prime = filled(q, middle[0, last]), filled(q, middle[1, last])
+    lift_over_square = filled(q, middle[2, last])
+    for j in range(last - 1, -1, -1):
+        t_over_q = fma(t_over_q, u, middle[0, j])
+        t_prime = fma(t_prime, u, middle[1, j])
+        lift_over_square = fma(lift_over_square, u, middle[2, j])
+    return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
+
+
+@inlined
+def _spring(lever: SpringLever, q: Number) -> Arm:
+    """Return the arm of a spring's own cam: t = q·rate/√(1 + bend·q²)."""
+    square = q * q
+    stretched = 1.0 + lever.bend * square
+    stretched_root = root(stretched)
+    t_over_q = lever.rate / stretched_root
+    return Arm(q * t_over_q, t_over_q / stretched, lever.rate * square / (1.0 + stretched_root))
+
+
+@compiled
+def _arc(lever: ArcLever, side: float, q: Number) -> Arm:
+    """Return the arm of a cheek of circular arc; `side` is the sign of ϑ that is felt."""
+    sine, versine = sine_versine(q)
+    cosine = 1.0 - versine
+    return Arm(
+        lever.root_depth * sine + (side * lever.radius) * versine,
+        lever.root_depth * cosine + (side * lever.radius) * sine,
+        lever.root_depth * versine + (side * lever.radius) * (q - sine),
+    )
+
+
+@inlined
+def lever_arm(lever: Lever, side: float, q: Number) -> Arm:
+    """Return the arm at the cam angle q.
+
+    The law of a kinked cam on one `side` is continued smoothly over the kink, so that a step may
+    reach beyond it.
+    """
+    if isinstance(lever, LinearLever):
+        return Arm(lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q))
+    if isinstance(lever, ArcLever):
+        return _arc(lever, side, q)
+    if isinstance(lever, SpringLever):
+        return _spring(lever, q)
+    if isinstance(lever, SmoothLever):
+        return _smooth(lever, q) if is_lanes(q) else _smooth_at(lever, q)
+    return _splines(lever, q) if is_lanes(q) else _spline(lever, q)
+
+
+@inlined
+def excess(lever: Lever, q: Number, t: Number, pull: Number, square: float) -> Number:
+    """Return ω²q − pull·t, the excess of the harmonic torque over that of the well."""
+    if isinstance(lever, LinearLever):
+        # the difference of two large terms would lose digits
+        return (square - lever.rate * pull) * q
+    return square * q - pull * t
 
 
 class Impulse(NamedTuple):
@@ -187,3 +605,67 @@ def kick(
     strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
     energy = impulse.energy * strength
     return direction * math.sqrt(rate * rate + energy / mass_of(mu, t)) - rate
+
+
+# -----------------------------------------------------------------------------
+# Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
+
+BISECTIONS = 60
+"""As many as leave no doubt in a double."""
+
+
+@compiled
+def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    """Set the state at θ = angle, θ̇ = 0: held if the torque allows, or the way it sets off."""
+    coulomb = wheel.per_inertia.coulomb
+    q = angle - at.tilt.value
+    state.side = 1 if q > 0.0 or (q == 0.0 and state.side > 0) else -1
+    torque = holding_torque(wheel, mode_of(state), angle, at)
+    _place_at_rest(wheel, omega, angle, at, state)
+    if coulomb is not None and abs(torque) <= coulomb:
+        state.held, state.held_angle = True, angle
+        return
+    state.held = False
+    if torque != 0.0:
+        state.direction = -1 if torque > 0.0 else 1
+    state.armed = is_due(wheel, state, float(state.direction), angle)
+
+
+@compiled
+def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    """Put the wheel at rest in the moving case at θ = angle."""
+    q, plane = angle - at.tilt.value, state.planes[0]
+    x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
+    plane.x, plane.x_rest = x, 0.0
+    plane.y, plane.y_rest = w / omega[0], 0.0
+
+
+@compiled
+def ride_along(run: Run, place: Place) -> float:
+    """Move the held wheel with the case; return the fraction of the step at which it breaks loose.
+
+    1 if it does not. The torque is looked at twice as often as a step has nodes, or at the end
+    alone where it is constant.
+    """
+    wheel: Wheel = run.system  # type: ignore[assignment]
+    state, work = run.state, run.work
+    angle, mode, coulomb = state.held_angle, mode_of(state), term(wheel.per_inertia.coulomb, 1.0)
+    probes = (
+        1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work.fractions)
+    )
+    for i in range(1, probes + 1):
+        b = i / probes
+        at = outside_at(place.terms, place.begin + b * place.size, work)
+        if abs(holding_torque(wheel, mode, angle, at)) > coulomb:
+            a = (i - 1) / probes
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (a + b)
+                at = outside_at(place.terms, place.begin + middle * place.size, work)
+                loose = abs(holding_torque(wheel, mode, angle, at)) > coulomb
+                a, b = (a, middle) if loose else (middle, b)
+            at = outside_at(place.terms, place.begin + b * place.size, work)
+            set_off_or_hold(wheel, run.omega, angle, at, state)
+            return b
+    at = outside_at(place.terms, place.begin + place.size, work)
+    _place_at_rest(wheel, run.omega, angle, at, state)
+    return 1.0

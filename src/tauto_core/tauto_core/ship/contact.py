@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.motion.bearing import BearingMotion, CaseMotion
+from tauto_core.motion.suspended_case import BearingMotion, CaseMotion
 from tauto_core.samples import FloatArray
 
 

@@ -7,8 +7,8 @@ import math
 from typing import Any
 
 from tauto_core.kernels import entry, inlined
-from tauto_core.motion.exact_turns import short_cosine_sine
 from tauto_core.motion.lanes import SIZE, splat, store, with_lane
+from tauto_core.motion.linear import short_cosine_sine
 from tauto_core.samples import FloatArray
 from tauto_core.ship.source_kernels import eight
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
-from tauto_core.motion.chebyshev_fit import coefficients, nodes
+from tauto_core.motion.closed_forms import coefficients, nodes
 from tauto_core.samples import FloatArray
 
 EQUATOR_M = 6_378_137.0

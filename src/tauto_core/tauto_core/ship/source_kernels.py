@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import entry, inlined
-from tauto_core.motion.exact_turns import cosine_sine, short_cosine_sine
 from tauto_core.motion.lanes import SIZE, fma, lane, largest, load, splat, store, with_lane
+from tauto_core.motion.linear import cosine_sine, short_cosine_sine
 from tauto_core.samples import FloatArray
 
 BLOCKS_TOGETHER = 8

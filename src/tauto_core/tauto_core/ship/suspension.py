@@ -14,8 +14,8 @@ import math
 
 import numpy as np
 
-from tauto_core.motion.bearing import BearingMotion, CaseMotion, CaseSwing
-from tauto_core.motion.limits import beyond_small_angles, lifted_off
+from tauto_core.motion.forcing import beyond_small_angles, lifted_off
+from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, CaseSwing
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer
@@ -212,9 +212,9 @@ def _check_contact(contact: FloatArray, end_ns: IntArray) -> None:
 
 def _swing_of(large: bool, case: Case, tolerance: float | None) -> CaseSwing:
     if large:
-        from tauto_core.motion.axle_swing import AxleSwing  # imports kernels
+        from tauto_core.motion.suspended_case import AxleSwing  # imports kernels
 
         return AxleSwing(*case, tolerance=tolerance)
-    from tauto_core.motion.axle_modes import AxleModes
+    from tauto_core.motion.suspended_case import AxleModes
 
     return AxleModes(*case)

@@ -6,8 +6,7 @@ import mpmath
 import numpy as np
 
 from tauto_core.kernels import entry
-from tauto_core.motion.exact_turns import cosine_sine, turns_at
-from tauto_core.motion.linear import oscillator
+from tauto_core.motion.linear import cosine_sine, oscillator, turns_at
 
 OMEGA = Decimal('7.0710678118654752440084436210484903928483593768847')
 

@@ -15,10 +15,17 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry
-from tauto_core.motion.gauss_step import collocate, copy_planes, finish
+from tauto_core.motion.gauss_step import (
+    PLANE,
+    SETTLED,
+    WHOLE_STEP,
+    Step,
+    collocate,
+    copy_planes,
+    finish,
+    make_work,
+)
 from tauto_core.motion.lanes import filled, load, store
-from tauto_core.motion.stages import SETTLED, Step
-from tauto_core.motion.work import PLANE, WHOLE_STEP, make_work
 
 OMEGA = 1.0, 1.7
 
@@ -29,7 +36,7 @@ class Coupled(NamedTuple):
     coupling: float
     damping: float
 
-    def disturb(self, mode: Any, omega: Any, work: Any) -> None:  # noqa: ARG002
+    def disturb(self, mode: Any, omega: Any, work: Any) -> None:
         planes = len(omega)
         last = planes - 1
         first_x, last_x = load(work.x), load(work.x, last)

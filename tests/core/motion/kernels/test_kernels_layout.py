@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry
-from tauto_core.motion.layout import back_to, lay_out, phase_to
+from tauto_core.motion.events import back_to, lay_out, phase_to
 
 
 @entry

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry
+from tauto_core.motion.forced_harmonic import BEYOND_SAMPLES, _bound_of_all, _rough
 from tauto_core.motion.forcing import Polynomials
-from tauto_core.motion.linear_passages import BEYOND_SAMPLES, _bound_of_all, _rough
 
 OMEGA0, STEP_S, SAMPLES = 6.3, 0.5, 400
 

@@ -10,9 +10,9 @@ from numpy.polynomial import Polynomial
 from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
-from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.gauss_step import TERMS, make_work
 from tauto_core.motion.outside import Pieces, outside_at, set_piece
-from tauto_core.motion.work import TERMS, make_work
+from tauto_core.motion.wheel import Collocation
 from tauto_core.ship.interpolation import (
     FORCE_BEFORE,
     MAX_STRIDE,

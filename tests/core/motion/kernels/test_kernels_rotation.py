@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry
-from tauto_core.motion.lanes import load, store
-from tauto_core.motion.rotation import (
+from tauto_core.motion.gauss_step import (
     MAX_ANGLE,
     multiply_exactly,
     rotation,
@@ -19,6 +18,7 @@ from tauto_core.motion.rotation import (
     sum_exactly,
     twofold_rotation,
 )
+from tauto_core.motion.lanes import load, store
 
 
 @entry

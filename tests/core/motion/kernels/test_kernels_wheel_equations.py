@@ -19,12 +19,11 @@ from motion_cases import scene_of
 from tauto_core.kernels import entry
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
-from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.outside import Channel, Outside
 from tauto_core.motion.system import Mode, Plane
-from tauto_core.motion.wheel_nodes import NODES
-from tauto_core.motion.work import make_work
+from tauto_core.motion.wheel import NODES, Collocation
 
 HEAVY = {
     'cam': {'kind': 'involute', 'base_radius': 0.012},

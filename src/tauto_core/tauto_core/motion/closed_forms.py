@@ -1,0 +1,419 @@
+"""Propagators of motions that are known at any time, so that they have no running state.
+
+The ideal cam on a platform at rest, any even conservative well by action and angle, and Sully's
+lever, whose well is uneven.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from decimal import Decimal, localcontext
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from tauto_core.curves.newton import bracketed_newton
+from tauto_core.machines import LeverMachine, Machine
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.phase import (
+    BELOW_ONE,
+    DIGITS,
+    PI,
+    half_turns,
+    phase_rate,
+    polar_rate,
+    two_floats,
+    within_turn,
+)
+from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.scene.errors import PropagationError
+
+# -----------------------------------------------------------------------------
+# Chebyshev series of functions that are known at the Chebyshev nodes of the first kind.
+
+
+def nodes(count: int) -> FloatArray:
+    """Return the nodes x_k = cos(π (k + ½)/n), k = 0 … n − 1, which fall from 1 to −1, (n,)."""
+    return np.asarray(np.cos(math.pi / count * (np.arange(count) + 0.5)))
+
+
+def coefficients(values: FloatArray) -> FloatArray:
+    """Return the coefficients c_j of the polynomials Σ c_j T_j(x) with given values, (…, n).
+
+    c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of that for j = 0. This discrete cosine
+    transform is computed as the Fourier transform of the values and their mirror image.
+
+    Args:
+        values: values at `nodes(n)`, (…, n).
+    """
+    count = values.shape[-1]
+    mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
+    half_a_node = np.exp(-0.5j * math.pi / count * np.arange(count))
+    found = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
+    found[..., 0] *= 0.5
+    return np.ascontiguousarray(found)
+
+
+# -----------------------------------------------------------------------------
+# Propagators of motions that are known at any time, so that they have no running state.
+
+
+class ClosedForm(ABC):
+    """A propagator whose motion is a function of the time since the release."""
+
+    @abstractmethod
+    def motion_at(self, time_ns: IntArray) -> Motion:
+        """Return the motion at times since the release [ns], (n,)."""
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Return the motion at the start."""
+        del forcing
+        return self.motion_at(np.zeros(1, np.int64))
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Return the motion at the logged ends of the spans."""
+        return self.motion_at(forcing.end_ns[forcing.logged])
+
+    def state(self) -> State:
+        """Return the empty state: the motion is known at any time."""
+        return {}
+
+    def restore(self, state: State) -> None:
+        """Accept the empty state."""
+        del state
+
+
+# -----------------------------------------------------------------------------
+# The ideal cam on a platform at rest: harmonic motion in closed form.
+#
+# A wheel released at rest at ϑ = A moves as s = s(A) cos ωt along the arc s = ∫√M dϑ, with M the
+# moment of inertia and ω² = F t'(0)/I (A §XV–XIX: isochronous with a simple pendulum of length I
+# g/(P r)). Where nothing but the wheel has inertia, s is proportional to ϑ; with the cam
+# corrected for a weight it is not (theory D).
+#
+# t · ω/π is reduced to half turns with ω/π in twice the working precision, so that even after a
+# hundred days the phase is exact to its own rounding.
+
+HARMONIC = 'harmonic'
+
+
+def frequency(machine: Machine) -> Decimal:
+    """Return ω = √(F t'(0)/I) in `DIGITS` digits; the machine's numbers are exact [rad/s]."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        pull = Decimal(machine.force) + Decimal(machine.pulling_mass) * Decimal(machine.gravity)
+        rate = Decimal(float(machine.cam.lever_rate(0.0)))
+        return (pull * rate / Decimal(machine.inertia)).sqrt()
+
+
+def half_turns_per_ns(omega: Decimal) -> tuple[float, float]:
+    """Return ω/π per nanosecond as the sum of two floats."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        return two_floats(omega / PI / 10**9)
+
+
+class Harmonic(ClosedForm):
+    """Propagator of an ideal cam on a platform at rest."""
+
+    name = HARMONIC
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._half_turns_per_ns = half_turns_per_ns(frequency(machine))
+
+    def motion_at(self, time_ns: IntArray) -> Motion:
+        """Return the motion at times since the release [ns], (n,)."""
+        machine = self._machine
+        omega = machine.frequency
+        half, fraction = half_turns(time_ns, self._half_turns_per_ns)
+        turned = np.pi * fraction
+        sign = np.where(half % 2, -1.0, 1.0)
+        cosine, sine = sign * np.cos(turned), sign * np.sin(turned)
+        angle, rate, torque = self._swing(cosine, sine)
+        return Motion(
+            angle=angle,
+            rate=rate,
+            torque=torque,
+            half_turns=half,
+            fraction=fraction,
+            phase_rate=np.full(len(time_ns), omega),
+            beats=half + (fraction > 0.5),
+        )
+
+    def _swing(
+        self, cosine: FloatArray, sine: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return ϑ, ϑ̇ and the torque Iϑ̈ where the phase has this cosine and sine.
+
+        From ṡ = √M ϑ̇ and s̈ = −ω²s: ϑ̈ = −(ω²s + m t t' ϑ̇²/√M)/√M.
+        """
+        machine = self._machine
+        omega = machine.frequency
+        if machine.is_linear:
+            angle = machine.release_angle * cosine
+            rate = -machine.release_angle * omega * sine
+            return angle, rate, -machine.inertia * omega * omega * angle
+        top = float(machine.arc(machine.release_angle))
+        angle = machine.angle_of_arc(top * cosine)
+        root = np.sqrt(machine.mass(angle))
+        rate = -top * omega * sine / root
+        arm, slope = machine.cam.lever_arm(angle), machine.cam.lever_rate(angle)
+        ride = machine.carried_mass * arm * slope * rate * rate / root
+        return angle, rate, -machine.inertia * (omega * omega * top * cosine + ride) / root
+
+
+# -----------------------------------------------------------------------------
+# Any even conservative well on a steady platform: exact at any time, at no cost per swing.
+#
+# With V(ϑ) = V(A) cos²W the swing runs once round in W: ϑ = A at W = 0, the middle at W = π/2,
+# and the time since the top is t(W) = ∫ g dW with
+#
+#     g(W) = √(2 V(A) M) · cos W / V'(ϑ),      ϑ̇ = −√(2 V(A)/M) sin W,
+#
+# smooth up to the turning points, since V' vanishes with cos W. The quarter swing 0 ≤ W ≤ π/2 is
+# cut at the cam's joints; on each part g is a Chebyshev series to rounding, integrated term by
+# term. The other quarters follow by symmetry, also where the well has a kink in the middle.
+# Inverting t(W) is one bracketed Newton iteration per instant; whole swings are taken off
+# beforehand, exactly.
+#
+# Source: action–angle variables of one degree of freedom, e.g. Arnold, Mathematical Methods of
+# Classical Mechanics, §50; the substitution is that of `machines.Machine.period`.
+
+ACTION_ANGLE = 'action_angle'
+
+LARGEST_DEGREE = 4096
+SMALLEST_DEGREE = 16
+NEAR = 2.0**-32
+"""Change of x at which Newton's method ends: its next step is exact to rounding."""
+
+LONGEST_INVERTED = 256
+"""Largest number of coefficients of a series that is inverted beforehand."""
+
+TAIL = 2.0**-50
+"""Size of the last coefficients, relative to the first, at which a series counts as complete."""
+
+
+class ActionAngle(ClosedForm):
+    """Propagator of a conservative well at rest; nothing changes but the time.
+
+    Raises:
+        PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
+        SlackThreadError: a swing in which the thread goes slack.
+    """
+
+    name = ACTION_ANGLE
+
+    def __init__(self, machine: Machine) -> None:
+        self._machine = machine
+        self._amplitude = abs(machine.release_angle)
+        self._sign = math.copysign(1.0, machine.release_angle)
+        self._top = float(machine.potential(self._amplitude))
+        joints = machine.cam.joints
+        inside = joints[joints < self._amplitude]
+        cuts = np.arccos(np.sqrt(machine.potential(inside) / self._top))[::-1]
+        self._edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
+        pairs = zip(self._edges, self._edges[1:], strict=False)
+        parts = [series_of(lambda w: self._curve(w)[1], a, b) for a, b in pairs]
+        self._parts = [rising(part) for part in parts]
+        self._times = np.concatenate([[0.0], np.cumsum([part.top for part in self._parts])])
+        period = machine.period(self._amplitude)
+        # whole swings are counted by the quadrature of the period, not by the sum of the series
+        with localcontext() as context:
+            context.prec = DIGITS
+            self._per_ns = two_floats(2 / Decimal(period) / 10**9)
+
+    def _curve(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ϑ ≥ 0 and g at W in [0, π/2]."""
+        machine = self._machine
+        cosine = np.cos(w)
+        lift = machine.lift_of_potential(self._top * cosine * cosine)
+        angle = np.minimum(machine.cam.angle_of_lift(lift), self._amplitude)
+        slope = machine.pull(lift) * machine.cam.lever_arm(angle)
+        return angle, np.sqrt(2.0 * self._top * machine.mass(angle)) * cosine / slope
+
+    def _w_at(self, time: FloatArray) -> FloatArray:
+        """Return W in [0, π/2] at times since the top, 0 ≤ t ≤ a quarter swing [s]."""
+        part = np.clip(np.searchsorted(self._times, time, 'right') - 1, 0, len(self._parts) - 1)
+        result = np.empty_like(time)
+        for index, risen in enumerate(self._parts):
+            rows = part == index
+            if rows.any():
+                a, b = self._edges[index], self._edges[index + 1]
+                x = inverse(risen, time[rows] - self._times[index])
+                result[rows] = a + 0.5 * (b - a) * (1.0 + x)
+        return result
+
+    def motion_at(self, time_ns: IntArray) -> Motion:
+        """Return the motion at times since the release [ns], (n,)."""
+        machine = self._machine
+        half, fraction = half_turns(time_ns, self._per_ns)
+        falling = fraction <= 0.5
+        quarter = np.where(falling, fraction, 1.0 - fraction) * 2.0
+        w = self._w_at(quarter * self._times[-1])
+        size, _ = self._curve(w)
+        sign = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
+        angle = sign * np.where(falling, size, -size)
+        mass = machine.mass(angle)
+        rate = -sign * np.sqrt(2.0 * self._top / mass) * np.sin(w)
+        arm, slope = machine.cam.lever_arm(angle), machine.cam.lever_rate(angle)
+        pull = machine.pull(machine.cam.lift(angle))
+        carried = machine.carried_mass
+        acceleration = -(pull * arm + carried * arm * slope * rate * rate) / mass
+        tension = pull + carried * (slope * rate * rate + arm * acceleration)
+        turned = within_turn(machine, sign * angle, sign * rate, sign * acceleration) / math.pi
+        return Motion(
+            angle=angle,
+            rate=rate,
+            torque=-tension * arm,
+            half_turns=half,
+            # the top itself, from either side, is where the half turns join
+            fraction=np.where(
+                fraction < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE)
+            ),
+            phase_rate=phase_rate(machine, angle, rate, acceleration),
+            beats=half + (fraction > 0.5),
+        )
+
+
+def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> FloatArray:
+    """Return the Chebyshev coefficients on [−1, 1] of t(W) = ∫_a^W (dt/dW) dW over [a, b].
+
+    Args:
+        slope: dt/dW of W [s/rad], > 0.
+        a: where W begins [rad].
+        b: where it ends [rad].
+
+    Raises:
+        PropagationError: more than 4096 coefficients.
+    """
+    degree = SMALLEST_DEGREE
+    while degree <= LARGEST_DEGREE:
+        w = a + 0.5 * (b - a) * (1.0 + nodes(degree + 1))
+        found = coefficients(slope(w))
+        if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
+            kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
+            return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
+        degree *= 2
+    raise PropagationError(
+        'the swing released takes more than 4096 Chebyshev coefficients. Smooth the table of the '
+        'cam, or release at a smaller angle',
+        0.0,
+    )
+
+
+def _value(series: FloatArray, x: FloatArray | float) -> FloatArray:
+    """Return a Chebyshev series at x."""
+    return np.asarray(chebyshev.chebval(x, series))
+
+
+@dataclass(frozen=True)
+class Rising:
+    """An increasing Chebyshev series on [−1, 1], 0 at −1, with an estimate of its inverse.
+
+    Attributes:
+        series: its coefficients.
+        slope: those of its derivative.
+        top: its value at 1.
+        back: an estimate of x, as a series of 2·value/top − 1, from which Newton's method starts;
+            a straight line where the series is too long to be inverted beforehand.
+    """
+
+    series: FloatArray
+    slope: FloatArray
+    top: float
+    back: FloatArray
+
+
+def rising(series: FloatArray) -> Rising:
+    """Return an increasing series with an estimate of its inverse."""
+    slope = np.asarray(chebyshev.chebder(series), np.float64)
+    straight = Rising(series, slope, float(_value(series, 1.0)), np.array([0.0, 1.0]))
+    if len(series) > LONGEST_INVERTED:
+        return straight
+    found = coefficients(inverse(straight, 0.5 * straight.top * (1.0 + nodes(2 * len(series)))))
+    return replace(straight, back=np.asarray(chebyshev.chebtrim(found, NEAR), np.float64))
+
+
+def inverse(risen: Rising, value: FloatArray) -> FloatArray:
+    """Return x in [−1, 1] at which an increasing series has the value, 0 to its top."""
+    return bracketed_newton(
+        lambda x: (_value(risen.series, x) - value, _value(risen.slope, x)),
+        _value(risen.back, 2.0 * value / risen.top - 1.0),
+        (-1.0, 1.0),
+        absolute=NEAR,
+    )
+
+
+# -----------------------------------------------------------------------------
+# Sully's lever on a steady platform: exact at any time, at no cost per swing.
+#
+# As in `action_angle`, but the well is not even. With V = V(A) cos²W a half swing, from one
+# turning point to the other, takes W from 0 to π, and the way back takes as long. dt/dW is one
+# Chebyshev series, integrated term by term and inverted.
+
+UNEVEN_WELL = 'action_angle'
+
+
+class UnevenWell(ClosedForm):
+    """Propagator of Sully's lever at rest; nothing changes but the time.
+
+    Raises:
+        PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
+    """
+
+    name = UNEVEN_WELL
+
+    def __init__(self, machine: LeverMachine) -> None:
+        self._machine, self._amplitude = machine, machine.release_angle
+        self._sign = math.copysign(1.0, machine.release_angle)
+        self._time = rising(
+            series_of(lambda w: machine.swing(self._amplitude, w)[1], 0.0, math.pi)
+        )
+        with localcontext() as context:
+            context.prec = DIGITS
+            # whole swings are counted by the quadrature of the period, not by the series
+            per_ns = 2 / Decimal(machine.period(self._amplitude)) / 10**9
+            self._per_ns = two_floats(per_ns)
+
+    def motion_at(self, time_ns: IntArray) -> Motion:
+        """Return the motion at times since the release [ns], (n,)."""
+        machine = self._machine
+        half, fraction = half_turns(time_ns, self._per_ns)
+        there = half % 2 == 0
+        part = np.where(there, fraction, 1.0 - fraction)
+        w = 0.5 * math.pi * (1.0 + inverse(self._time, part * self._time.top))
+        tau, _ = machine.swing(self._amplitude, w)
+        _, beta, _, _ = machine.geometry.pose(tau)
+        slope, bend = machine.geometry.slopes(tau)
+        turned, weight = machine.turned_inertia, machine.weight_torque
+        mass = machine.inertia + turned * slope * slope
+        top = weight * float(np.sin(machine.beta(self._amplitude)))
+        away = -self._sign * np.where(there, 1.0, -1.0)
+        rate = away * np.sqrt(2.0 * top / mass) * np.sin(w)
+        ride = turned * slope * bend * rate * rate
+        acceleration = -(weight * np.cos(beta) * slope + ride) / mass
+        angle = machine.geometry.theta(tau)
+        x, speed = machine.arc(angle), np.sqrt(mass) * rate
+        pushed = -weight * np.cos(beta) * slope / np.sqrt(mass)
+        return Motion(
+            angle=angle,
+            rate=rate,
+            torque=machine.inertia * acceleration,
+            half_turns=half,
+            fraction=self._fraction(x, speed, half, fraction),
+            phase_rate=polar_rate(x, speed, pushed, machine.frequency),
+            beats=half + (away * angle > 0.0),
+        )
+
+    def _fraction(
+        self, x: FloatArray, speed: FloatArray, half: IntArray, time: FloatArray
+    ) -> FloatArray:
+        """Return the phase since the last turning point, in half turns, within [0, 1)."""
+        side = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
+        turned = np.arctan2(0.0 - side * speed / self._machine.frequency, side * x) / math.pi
+        # the turning point itself, from either side, is where the half turns join
+        return np.where(time < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE))

@@ -1,0 +1,525 @@
+"""The suspended case and its bearing: at any angles, and at small ones by both modes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+
+from tauto_core.kernels import inlined
+from tauto_core.machines.modes import Modes, exact_lengths, modes
+from tauto_core.motion import stepping
+from tauto_core.motion.forcing import Polynomials, lifted_off, turned_over
+from tauto_core.motion.gauss_step import Omega, Work, make_work, sine_versine
+from tauto_core.motion.lanes import SIZE, WIDE_SIZE, Lanes, fma, larger, load, store
+from tauto_core.motion.linear import (
+    STATE,
+    Law,
+    Oscillator,
+    Shape,
+    Spans,
+    oscillator,
+    propagate,
+    responses,
+    sorted_out,
+)
+from tauto_core.motion.outside import GRAVITY, LINE, Outside, Pieces, Place, column, nodes_of
+from tauto_core.motion.phase import DIGITS
+from tauto_core.motion.stepped import tolerance_of
+from tauto_core.motion.stepping import TOLERANCE
+from tauto_core.motion.system import (
+    Beyond,
+    Instant,
+    Mode,
+    Plane,
+    System,
+    first_below,
+    restore_record,
+    state_of,
+    state_type,
+)
+from tauto_core.motion.wells import Number
+from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.scene.errors import PropagationError
+
+# -----------------------------------------------------------------------------
+# The motion of the bearing in which a case hangs, and the motion of the case.
+
+
+@dataclass(frozen=True)
+class BearingMotion:
+    """The specific force at the bearing's centre over n consecutive pieces, as polynomials.
+
+    x runs from 0 to 1 over a piece. The motion of the case is computed at the ends of equal parts
+    of each piece, rounded to whole nanoseconds.
+
+    Attributes:
+        begin_ns: time of each piece's beginning from the start of the run [ns], (n,).
+        length_ns: its length [ns], (n,).
+        parts: number of parts that it is divided into, ≥ 1, (n,).
+        sway: coefficients of x^j of ÿ, to port [m/s2], (n, m).
+        lift: the same of g + z̈, up [m/s2], (n, m).
+    """
+
+    begin_ns: IntArray
+    length_ns: IntArray
+    parts: IntArray
+    sway: FloatArray
+    lift: FloatArray
+
+    @cached_property
+    def piece(self) -> IntArray:
+        """Index of the piece that each part belongs to, (Σ parts,)."""
+        return np.repeat(np.arange(len(self.parts)), self.parts)
+
+    @cached_property
+    def end_ns(self) -> IntArray:
+        """Time of each part's end from the start of the run [ns], (Σ parts,)."""
+        piece = self.piece
+        number = np.arange(1, len(piece) + 1) - (np.cumsum(self.parts) - self.parts)[piece]
+        length, parts = self.length_ns[piece], self.parts[piece]
+        return self.begin_ns[piece] + ends_of_parts(length, parts, number)
+
+    @cached_property
+    def end(self) -> FloatArray:
+        """x at which each part ends in its piece, 0 < x ≤ 1, (Σ parts,)."""
+        piece = self.piece
+        ends: FloatArray = (self.end_ns - self.begin_ns[piece]) / self.length_ns[piece]
+        return ends
+
+    def at_ends(self) -> tuple[FloatArray, FloatArray]:
+        """Return ÿ and g + z̈ at the ends of the parts [m/s2], (Σ parts,)."""
+        sway, lift = np.zeros((2, len(self.end)))
+        for j in range(self.sway.shape[1] - 1, -1, -1):
+            sway = sway * self.end + self.sway[self.piece, j]
+            lift = lift * self.end + self.lift[self.piece, j]
+        return sway, lift
+
+
+def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: IntArray) -> IntArray:
+    """Return when the number-th of equal parts of a length ends, rounded to nanoseconds [ns].
+
+    Args:
+        length_ns: length of the whole [ns].
+        parts: number of parts.
+        number: of the part, 1 to `parts`; 0 gives the beginning.
+    """
+    ends: IntArray = (2 * number * length_ns + parts) // (2 * parts)
+    return ends
+
+
+@dataclass(frozen=True)
+class CaseMotion:
+    """The motion of the case at n instants, all (n,).
+
+    Attributes:
+        theta: tilt θ of the contact's normal [rad].
+        phi: tilt φ of the case [rad].
+        theta_rate: θ̇ [rad/s].
+        phi_rate: φ̇ [rad/s].
+    """
+
+    theta: FloatArray
+    phi: FloatArray
+    theta_rate: FloatArray
+    phi_rate: FloatArray
+
+
+class CaseSwing(Protocol):
+    """Propagator of the case; how the motion is divided into calls does not change the result."""
+
+    def release(self, sway: float, lift: float) -> float:
+        """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2], > 0.
+        """
+        ...
+
+    def advance(self, bearing: BearingMotion) -> CaseMotion:
+        """Return the motion at the ends of the parts; the pieces follow those of the last call."""
+        ...
+
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        ...
+
+
+# -----------------------------------------------------------------------------
+# The suspended case at any angles, as a system of two rotating planes: those of its modes.
+#
+# With θ the tilt of the contact's normal, φ that of the case and δ = φ − θ, (C.2) and (C.3)
+# become in a bearing that moves (theory E3)
+#
+#     N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
+#     φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ.
+#
+# θ = c (q + q′) and φ = Bq + B′q′ (`machines.modes`); X and Y are q and q̇/ω of each mode. What
+# disturbs the planes is then of the third order in the swing, or the motion of the bearing.
+#
+# The driver's names are those of a wheel. Here its line is ÿ, its gravity g + z̈, the angle θ,
+# the coordinate φ, and the tension N/M.
+
+PLANES = 2
+NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
+"""Rows of ÿ, g + z̈, N/M, θ and δ at the nodes."""
+
+OVER = 3.0
+"""|θ| or |δ| at which the case counts as turned over [rad]."""
+
+ERROR_OF_LAST = 1.0
+"""Error of a step over the square of its last Legendre coefficient, at most (`step_size`)."""
+
+Pair: TypeAlias = tuple[Number, Number]
+"""θ and φ, or their rates."""
+
+
+class Nodes(Protocol):
+    """The rows NODES."""
+
+    sway: FloatArray
+    lift: FloatArray
+    contact: FloatArray
+    theta: FloatArray
+    delta: FloatArray
+
+
+class _Numbers(NamedTuple):
+    """The constants of the equations [m]: e, c, k, and B and B′ of the modes."""
+
+    e: float
+    c: float
+    k: float
+    B: float
+    B_prime: float
+
+
+class SuspendedCase(_Numbers, System):
+    """The case as `system.System`."""
+
+    @property
+    def pace(self) -> float:
+        """One, since there are no events that the driver would measure in swings."""
+        return 1.0
+
+    def at_nodes(self, place: Place, work: Work) -> None:
+        """Fill ÿ and g + z̈."""
+        x, nodes = nodes_of(place, work), work.nodes
+        store(nodes.sway, 0, column(LINE, place.terms, x, work))
+        store(nodes.lift, 0, column(GRAVITY, place.terms, x, work))
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what disturbs the planes, and N/M, θ and δ; d1 stays zero.
+
+        The accelerations of the modes are q̈ = (c φ̈ − B′θ̈)/D and q̈′ = (B θ̈ − c φ̈)/D, with
+        D = c (B − B′).
+        """
+        e, c, k, B, B_prime = self
+        q, other = load(work.x, 0), load(work.x, 1)
+        nodes: Nodes = work.nodes
+        rate, other_rate = load(work.y, 0), load(work.y, 1)
+        theta, delta = c * (q + other), fma(other, B_prime - c, (B - c) * q)
+        rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
+        sway, lift = load(nodes.sway), load(nodes.lift)
+        contact, sin_theta, cos_theta, sin_delta, cos_delta = _contact(
+            self, theta, delta, rates, sway, lift
+        )
+        # the division in the contact force takes longest, so that little waits for it
+        free = fma(sin_delta, c * (rates[1] * rates[1]), -fma(lift, sin_theta, sway * cos_theta))
+        phi_bend = contact * (sin_delta * (-c / (k * k)))
+        e_theta_bend = fma(cos_delta * -c, phi_bend, free)
+        per = 1.0 / (c * (B - B_prime))
+        first, second = per / omega[0], per / omega[1]
+        slow = fma(phi_bend, c * first, omega[0] * q)
+        fast = fma(phi_bend, -c * second, omega[1] * other)
+        store(work.d2, 0, fma(e_theta_bend, -B_prime * first / e, slow))
+        store(work.d2, 1, fma(e_theta_bend, B * second / e, fast))
+        store(nodes.contact, 0, contact)
+        store(nodes.theta, 0, theta)
+        store(nodes.delta, 0, delta)
+
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+        """Return whether the case turns over, or its axle lifts off."""
+        nodes: Nodes = work.nodes
+        margin = OVER - larger(load(nodes.theta), load(nodes.delta))
+        edge, slack = first_below(margin, work), first_below(load(nodes.contact), work)
+        return Beyond(edge, slack, edge > 1.0, OVER)
+
+    def coordinates(self, work: Work) -> Lanes:
+        """Return φ at the nodes."""
+        return load(work.nodes.theta) + load(work.nodes.delta)
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return φ."""
+        return _angles(self, planes[0].x, planes[1].x)[1]
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return the case at an instant, without θ̈ and φ̈, for which nobody asks."""
+        theta, phi = _angles(self, planes[0].x, planes[1].x)
+        rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
+        contact = _contact(self, theta, phi - theta, rates, at.line.value, at.gravity)[0]
+        margin = OVER - max(abs(theta), abs(phi - theta))
+        return Instant(
+            angle=theta,
+            rate=rates[0],
+            bend=0.0,
+            tension=contact,
+            margin=margin,
+            torque=0.0,
+            coordinate=phi,
+            speed=rates[1],
+            acceleration=0.0,
+        )
+
+
+@inlined
+def _angles(system: SuspendedCase, q: Number, other: Number) -> Pair:
+    """Return θ and φ of q and q′, or the rates of these of their rates."""
+    return system.c * (q + other), system.B * q + system.B_prime * other
+
+
+@inlined
+def _contact(
+    system: SuspendedCase, theta: Number, delta: Number, rates: Pair, sway: Number, lift: Number
+) -> tuple[Number, Number, Number, Number, Number]:
+    """Return N/M, sin θ, cos θ, sin δ and cos δ."""
+    e, c, k = system.e, system.c, system.k
+    sin_theta, versine_theta = sine_versine(theta)
+    sin_delta, versine_delta = sine_versine(delta)
+    cos_theta, cos_delta = 1.0 - versine_theta, 1.0 - versine_delta
+    eccentric = (c / k) * sin_delta
+    centripetal = fma(c * (rates[1] * rates[1]), cos_delta, e * (rates[0] * rates[0]))
+    pressing = fma(lift, cos_theta, fma(-sway, sin_theta, centripetal))
+    contact = pressing / fma(eccentric, eccentric, 1.0)
+    return contact, sin_theta, cos_theta, sin_delta, cos_delta
+
+
+# -----------------------------------------------------------------------------
+# The suspended case at any angles, moved over pieces of the bearing's motion.
+
+LONG = 1.0
+"""Phase of the fast mode in a step [rad] beyond which sixteen stages cost less than eight."""
+
+
+class AxleSwing:
+    """Propagator of the case under the full equations, a step or more for each part of a piece.
+
+    Args:
+        e: support's radius less the axle's [m], > 0.
+        c: depth of the centre of gravity below the axle's centre [m], > 0.
+        k: radius of gyration [m], > 0.
+        gravity: g [m/s2]; it sets the rotating frame, while the acting force is g + z̈ of the
+            pieces.
+        tolerance: error allowed in a step, relative to the state; at least TOLERANCE.
+        step_s: length of the parts to come [s], which decides the number of stages; 0 where it
+            is not known.
+    """
+
+    def __init__(
+        self,
+        e: float,
+        c: float,
+        k: float,
+        gravity: float,
+        *,
+        tolerance: float | None = None,
+        step_s: float = 0.0,
+    ) -> None:
+        own = modes(e, c, k * k)
+        slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
+        self._omega = slow, fast
+        self._own, self._system = own, SuspendedCase(e, c, k, own.B, own.B_prime)
+        stages = WIDE_SIZE if fast * step_s > LONG else SIZE
+        self._tolerance = tolerance_of(
+            max(tolerance or TOLERANCE, TOLERANCE), ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
+        )
+        self._state = np.zeros((), state_type(PLANES))
+        self._work = make_work(PLANES, NODES, stages)
+
+    def release(self, sway: float, lift: float) -> float:
+        """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2], > 0.
+        """
+        tilt = math.atan2(-sway, lift)
+        self._state = np.zeros((), state_type(PLANES))
+        self._state['planes']['x'] = self._own.coordinates_at(tilt, self._system.c)
+        return tilt
+
+    def advance(self, bearing: BearingMotion) -> CaseMotion:
+        """Return the motion at the ends of the parts.
+
+        Raises:
+            PropagationError: the axle lifts off, the case turns over, or no convergence.
+        """
+        # x counts the parts of a piece: equal ones then have equal lengths to the last bit, and
+        # share the tables of their rotations
+        piece, parts = bearing.piece, bearing.parts
+        passed = (bearing.end_ns - bearing.begin_ns[piece]) * parts[piece]
+        end = np.asarray(passed / bearing.length_ns[piece], np.float64)
+        begin = np.roll(end, 1)
+        begin[np.cumsum(parts) - parts] = 0.0
+        length = np.asarray(bearing.length_ns * 1e-9 / parts, np.float64)[piece]
+        sway, lift = (
+            (channel / np.power(parts[:, None], np.arange(channel.shape[1], dtype=float)))[piece]
+            for channel in (bearing.sway, bearing.lift)
+        )
+        rows = np.empty(len(piece), stepping.ROW)
+        code, part, x = stepping.advance(
+            self._system,
+            self._omega,
+            self._tolerance,
+            math.inf,
+            Pieces(length, sway, None, lift),
+            stepping.Spans(begin, end, np.ones(len(piece), np.bool_)),
+            self._state,
+            self._work,
+            rows,
+        )
+        if code != stepping.OK:
+            at_s = float(bearing.begin_ns[piece[part]] * 1e-9 + x * length[part])
+            raise _failure(code, self._tolerance.step, at_s)
+        names = 'angle', 'coordinate', 'rate', 'speed'
+        return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
+
+    def state(self) -> State:
+        """Return the running state of the driver, X and Y of both planes among it."""
+        return state_of(self._state)
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        restore_record(self._state, state)
+
+
+def _failure(code: int, tolerance: float, time_s: float) -> PropagationError:
+    if code == stepping.SLACK:
+        return lifted_off(time_s)
+    if code == stepping.EDGE:
+        return turned_over(time_s)
+    return PropagationError(
+        f'no convergence to the tolerance {tolerance:g} of the suspended case. Raise '
+        'ship.rate, or give the case a larger gyration_radius',
+        time_s,
+    )
+
+
+# -----------------------------------------------------------------------------
+# The suspended case at small angles: both normal modes, by the exact steps of `linear`.
+#
+#     (E3.1)  e θ̈ + c φ̈ + g θ = −ÿ,    k² φ̈ + g c (φ − θ) = 0
+#
+# With θ = c (q + q′) and φ = Bq + B′q′ (`machines.modes`) each mode is an oscillator of its own,
+# q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/b, so that z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). The
+# same holds of q′ with B′ and b′.
+
+
+class _Mode(NamedTuple):
+    """A normal mode.
+
+    Attributes:
+        of: its oscillator.
+        share: 1/(ec + B²), the part of −ÿ that drives q [1/m2].
+    """
+
+    of: Oscillator
+    share: float
+
+
+def _both_modes(own: Modes, e: float, c: float, k: float, gravity: float) -> tuple[_Mode, _Mode]:
+    """Return the slow and the fast mode; ec = −BB′, so that ec + B² = B (B − B′)."""
+    with localcontext() as context:
+        context.prec = DIGITS
+        lengths = exact_lengths(Decimal(e), Decimal(c), Decimal(k) ** 2)
+        slow, fast = ((Decimal(gravity) / length).sqrt() for length in lengths)
+    apart = own.B - own.B_prime
+    return (
+        _Mode(oscillator(slow), 1.0 / (own.B * apart)),
+        _Mode(oscillator(fast), -1.0 / (own.B_prime * apart)),
+    )
+
+
+class AxleModes:
+    """The case as a sum of two modes.
+
+    Args:
+        e: support's radius less the axle's [m], > 0.
+        c: depth of the centre of gravity below the axle's centre [m], > 0.
+        k: radius of gyration [m], > 0.
+        gravity: g [m/s2].
+    """
+
+    def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
+        self._own = modes(e, c, k * k)
+        self._modes = _both_modes(self._own, e, c, k, gravity)
+        self._c, self._gravity = c, gravity
+        self._swings = [np.zeros((), STATE) for _ in self._modes]
+
+    def release(self, sway: float, lift: float) -> float:
+        """Start at rest, at the time 0, with θ = φ = −ÿ/g [rad], and return that.
+
+        Args:
+            sway: ÿ of the bearing then [m/s2].
+            lift: g + z̈ then [m/s2]; it does not matter at small angles.
+        """
+        tilt = -sway / self._gravity
+        self._swings = [np.zeros((), STATE) for _ in self._modes]
+        at_rest = self._own.coordinates_at(tilt, self._c)
+        for swing, mode, q in zip(self._swings, self._modes, at_rest, strict=True):
+            swing['im'] = mode.of.omega * q
+        return tilt
+
+    def advance(self, bearing: BearingMotion) -> CaseMotion:
+        """Return the motion at the ends of the parts; the lift does not matter."""
+        piece = bearing.piece
+        shape, shapes = _shapes(bearing)
+        # each part is a span, over which u = ÿ has the coefficients of its piece
+        sway = np.ascontiguousarray(bearing.sway)
+        u = Polynomials(np.empty(0), np.empty(0), -1 - piece, sway)
+        q, rate = np.empty((2, 2, len(piece)))
+        for m, (mode, swing) in enumerate(zip(self._modes, self._swings, strict=True)):
+            law = Law(mode.of.omega, 0.0, -mode.share, 0.0)
+            made = responses(law, shapes, (), bearing.sway.shape[1])
+            spans = Spans(int(bearing.begin_ns[0]), bearing.end_ns, shape, made, u)
+            rate[m], q[m] = propagate(mode.of, spans, swing).z(slice(None))
+            q[m] /= mode.of.omega
+        slow, fast = self._own.B, self._own.B_prime
+        return CaseMotion(
+            self._c * (q[0] + q[1]),
+            slow * q[0] + fast * q[1],
+            self._c * (rate[0] + rate[1]),
+            slow * rate[0] + fast * rate[1],
+        )
+
+    def state(self) -> State:
+        """Return Y of both modes."""
+        return {'swings': [swing.copy() for swing in self._swings]}
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._swings = [swing.copy() for swing in state['swings']]
+
+
+def _shapes(bearing: BearingMotion) -> tuple[IntArray, tuple[Shape, ...]]:
+    """Return the index of each part's shape, (Σ parts,), and the shapes."""
+    kind, kinds = sorted_out(bearing.length_ns, bearing.parts)
+    shapes: list[Shape] = []
+    first: list[int] = []
+    for length_ns, parts in kinds:
+        first.append(len(shapes))
+        ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1)) / length_ns
+        shapes += [Shape(length_ns * 1e-9, *edges) for edges in pairwise(ends.tolist())]
+    # from a part's index among all parts to that among the parts of its piece
+    shift = np.array(first)[kind] - (np.cumsum(bearing.parts) - bearing.parts)
+    return np.arange(len(bearing.piece)) + shift[bearing.piece], tuple(shapes)

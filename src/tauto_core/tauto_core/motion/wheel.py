@@ -1,0 +1,548 @@
+"""The wheel as a system of one rotating plane, and its propagator."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.curves.levers import ArcLever, Lever, LinearLever
+from tauto_core.kernels import compiled, inlined
+from tauto_core.machines import Machine
+from tauto_core.motion import stepping
+from tauto_core.motion.events import BEYOND, SPARE, phase_to
+from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
+from tauto_core.motion.gauss_step import Omega, Planes, Work
+from tauto_core.motion.lanes import SIZE, Lanes, fma, larger, largest, least, load, store
+from tauto_core.motion.outside import (
+    GRAVITY,
+    LINE_RATE,
+    TILT_RATE,
+    Outside,
+    Pieces,
+    Place,
+    column,
+    columns,
+    nodes_of,
+    outside_at,
+)
+from tauto_core.motion.passages import CLEAR, bounds_of
+from tauto_core.motion.phase import phase_rate, within_turn
+from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
+from tauto_core.motion.stepping import error_factor, longest_step, reference_frequency, stages_of
+from tauto_core.motion.system import NOWHERE, Beyond, Instant, Mode, Plane, State, first_below
+from tauto_core.motion.wells import (
+    ArcShape,
+    Impulse,
+    PerInertia,
+    angle_and_speed,
+    angle_at,
+    arc_shape,
+    coordinate_and_momentum,
+    excess,
+    kick,
+    lever_arm,
+    mass_of,
+    on_arc,
+    pull_of,
+    resistance,
+    ride,
+    set_off_or_hold,
+    speed_of,
+    term,
+)
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import PropagationError
+
+# -----------------------------------------------------------------------------
+# What the ship does at the nodes of a step, as far as the wheel feels it.
+
+NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'
+"""Rows of γ̇, γ̈, τ̇ and g_eff at the nodes."""
+
+
+class Nodes(Protocol):
+    """The rows NODES of `work.nodes`; those of absent channels are not set."""
+
+    line_rate: FloatArray
+    line_bend: FloatArray
+    tilt_rate: FloatArray
+    gravity: FloatArray
+
+
+class Felt(NamedTuple):
+    """Which channels of the ship's motion act: True, or None, which is known when compiling."""
+
+    line: bool | None
+    tilt: bool | None
+    gravity: bool | None
+
+
+@compiled
+def fill_nodes(felt: Felt, drag: bool, place: Place, work: Work) -> None:
+    """Fill the rows of the channels there are; τ̇ only if it is felt."""
+    x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
+    if felt.line is not None:
+        rate, bend = columns(LINE_RATE, terms, x, work)
+        store(nodes.line_rate, 0, rate)
+        store(nodes.line_bend, 0, bend)
+    if drag and felt.tilt is not None:
+        store(nodes.tilt_rate, 0, column(TILT_RATE, terms, x, work))
+    if felt.gravity is not None:
+        store(nodes.gravity, 0, column(GRAVITY, terms, x, work))
+
+
+@inlined
+def row_or_zero(channel: bool | None, row: FloatArray) -> Lanes:
+    """Return a row of the nodes; 0 where its channel is absent."""
+    return 0.0 if channel is None else load(row)
+
+
+# -----------------------------------------------------------------------------
+# Whether a step of the wheel leaves the range of the cam, or the thread goes slack.
+
+SURELY_WITHIN = 0.97
+"""Share of the range within which all nodes must lie if the step surely lies within it."""
+
+ALL_AGAINST = Mode(1.0, 1.0, 1.0)
+"""The mode in which, for a positive rate, drag and recoil add up."""
+
+
+@compiled
+def _motion_at_nodes(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> tuple[Lanes, Lanes]:
+    """Return ϑ and ϑ̇ at the nodes."""
+    line_rate = row_or_zero(wheel.felt.line, work.nodes.line_rate)
+    if wheel.shape is None:
+        q, w = load(work.x), omega[0] * load(work.y)
+        t = lever_arm(wheel.lever, mode.side, q).t
+        return q, speed_of(wheel.per_inertia.carried, t, w, line_rate)
+    n, _, _, angle = on_arc(wheel.shape, load(work.x))
+    return angle, n * (omega[0] * load(work.y) - line_rate * n)
+
+
+@compiled
+def _tension(wheel: Wheel, mode: Mode, q: Lanes, speed: Lanes, work: Work) -> Lanes:
+    """Return the thread's tension over I at the nodes, as `_instant` does."""
+    per_inertia, felt = wheel.per_inertia, wheel.felt
+    mu = per_inertia.carried
+    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
+    rate = speed + row_or_zero(felt.tilt, work.nodes.tilt_rate)
+    pull = pull_of(per_inertia, lift, row_or_zero(felt.gravity, work.nodes.gravity))
+    against = pull * t + resistance(per_inertia, rate, mode) + ride(mu, t, t_prime, speed)
+    line_bend = row_or_zero(felt.line, work.nodes.line_bend)
+    acceleration = -(against + line_bend) / mass_of(mu, t)
+    # adding 0·q makes lanes of a tension that is one number for all nodes
+    return 0.0 * q + (pull + term(mu, t_prime * (speed * speed) + t * acceleration))
+
+
+@compiled
+def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
+    """Return whether rough bounds show that no node is past the edge, and the thread taut.
+
+    On a linear lever arm M · tension = pull + μt′ϑ̇² − μt(γ̈ + resistance), M = 1 + μt²: it is
+    positive where pull exceeds the largest μ|t|·(|γ̈| + resistance). |ϑ| is at most the largest
+    |x|, and |θ̇| at most that of ωY, γ̇ and τ̇ together, in either coordinate.
+    """
+    if not isinstance(wheel.lever, LinearLever):
+        return False
+    per_inertia, felt, x = wheel.per_inertia, wheel.felt, load(work.x)
+    zeros = 0.0 * x
+    reach = largest(x)
+    line_rate = largest(zeros + row_or_zero(felt.line, work.nodes.line_rate))
+    line_bend = largest(zeros + row_or_zero(felt.line, work.nodes.line_bend))
+    tilt_rate = largest(zeros + row_or_zero(felt.tilt, work.nodes.tilt_rate))
+    rate = omega[0] * largest(load(work.y)) + line_rate + tilt_rate
+    pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
+    against = line_bend + resistance(per_inertia, rate, ALL_AGAINST)
+    lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
+    return reach <= wheel.range and least(zeros + pull) > lost
+
+
+@compiled
+def beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    """Return whether the step leaves the range: by rough bounds if they are enough."""
+    edge = slack = NOWHERE
+    reach = largest(load(work.x))
+    within = reach <= SURELY_WITHIN * wheel.range
+    if _surely_within(wheel, omega, work):
+        return Beyond(edge, slack, within, reach)
+    q, speed = _motion_at_nodes(wheel, mode, omega, work)
+    if largest(q) > wheel.range:
+        edge = first_below(wheel.range - larger(q, q), work)
+    if wheel.has_weight:
+        slack = first_below(_tension(wheel, mode, q, speed, work), work)
+    return Beyond(edge, slack, within, reach)
+
+
+# -----------------------------------------------------------------------------
+# The wheel as a system of one rotating plane: X is the coordinate of `wells`, ωY its momentum.
+#
+# The coordinate is the angle ϑ, or the arc s where the lever arm is linear and a weight moves
+# with the thread. The equation of motion stands here twice, since it is asked for at two places.
+# At the stages of a step (`_along_the_angle`, `_along_the_arc`) it is written as the small
+# disturbance of an oscillator, in which nothing cancels, and by polynomials. At an instant
+# (`_instant`, `_drift`) the accelerations and the tension are wanted, too.
+# `test_kernels_wheel_equations` compares both with the printed equation.
+
+
+class Wheel(NamedTuple):
+    """The wheel as `system.System`.
+
+    Attributes:
+        per_inertia: what acts on it.
+        lever: law of the lever arm.
+        shape: the functions of the arc, or None where the angle is the coordinate.
+        felt: the channels of the ship's motion that act.
+        impulse, pace: as in `System`.
+        range: largest |ϑ| [rad].
+        gravity: the acceleration of gravity at rest [m/s2].
+    """
+
+    per_inertia: PerInertia
+    lever: Lever
+    shape: ArcShape | None
+    felt: Felt
+    impulse: float
+    pace: float
+    range: float
+    gravity: float
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.per_inertia.impulse is not None
+
+    @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back."""
+        return self.per_inertia.recoil is not None
+
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.per_inertia.quadratic is not None or self.per_inertia.coulomb is not None
+
+    @property
+    def kinked(self) -> bool:
+        """Whether the cam has a kink."""
+        return isinstance(self.lever, ArcLever)
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel."""
+        return self.per_inertia.coulomb is not None
+
+    @property
+    def has_weight(self) -> bool:
+        """Whether a weight keeps the thread taut."""
+        return self.per_inertia.carried is not None or self.per_inertia.weight is not None
+
+    @property
+    def feels_drag(self) -> bool:
+        """Whether drag acts, so that θ̇ matters within a step and not ϑ̇ alone."""
+        return self.per_inertia.viscous is not None or self.turns_abruptly
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether θ or θ̇ matter within a span."""
+        return self.feels_drag or self.feels_impulse
+
+    def at_nodes(self, place: Place, work: Work) -> None:
+        """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
+        fill_nodes(self.felt, self.feels_drag, place, work)
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what disturbs the plane."""
+        if self.shape is not None:
+            _along_the_arc(self, self.shape, mode, omega, work)
+        else:
+            _along_the_angle(self, mode, omega, work)
+
+    def coordinates(self, work: Work) -> Lanes:
+        """Return ϑ, or the arc, at the nodes."""
+        return load(work.x)
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return ϑ, or the arc."""
+        return planes[0].x
+
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+        """Return whether the step leaves the cam, or its thread goes slack."""
+        return beyond(self, mode, omega, work)
+
+    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+        """Return the x² + y² above which the swing is surely clear of the tilt, over a piece.
+
+        θ = ϑ + τ may pass zero only while |ϑ| is at most the bound T of |τ|. If the momentum is so
+        large there that ϑ̇ and θ̇ keep its sign, both angles pass zero once each, the same way.
+        With M = (I + mt²)/I at ϑ = T, x² ≤ MT² there (the arc is at most √M times the angle), and
+        |y| > (M|τ̇| + |γ̇|)/ω suffices.
+        """
+        per = 1.0 / (pieces.length_s[k] * omega[0])
+        reach, reach_rate = bounds_of(pieces.tilt, k, per)
+        _, line_rate = bounds_of(pieces.line, k, per)
+        mass = mass_of(self.per_inertia.carried, lever_arm(self.lever, 1.0, reach).t)
+        momentum = mass * reach_rate + line_rate
+        return CLEAR * (mass * reach * reach + momentum * momentum)
+
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
+        """Return whether x² + y² exceeds that at all nodes."""
+        x, y = load(work.x), load(work.y)
+        return least(x * x + y * y) > square
+
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+        """Return the wheel at an instant."""
+        return _instant(self, mode, planes[0].x, omega[0] * planes[0].y, at)
+
+    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+        """Return the time derivatives of coordinate and momentum."""
+        return _drift(self, mode, at, now)
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ = ϑ + τ."""
+        return angle_at(self, planes[0].x) + at.tilt.value
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+        """Put the wheel at rest at θ = angle, held by friction or about to go."""
+        set_off_or_hold(self, omega, angle, at, state)
+
+    def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
+        """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
+
+        Then ϑ̇ points away from the kink at the beginning, and passes zero once in a step at most.
+        """
+        line_rate = row_or_zero(self.felt.line, work.nodes.line_rate)
+        fastest = largest(0.0 * load(work.x) + line_rate)
+        return mode.side * (omega[0] * planes[0].y) > fastest
+
+    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+        """Let an impulse change the momentum."""
+        per_inertia, q = self.per_inertia, now.coordinate
+        if per_inertia.impulse is None:
+            return
+        t = lever_arm(self.lever, mode.side, q).t
+        given, d = state.given, mode.direction
+        speed = now.speed + kick(per_inertia.impulse, per_inertia.carried, t, now.rate, d, given)
+        plane = state.planes[0]
+        _, momentum = coordinate_and_momentum(self, q, speed, at.line.rate, mode.side)
+        plane.y = momentum / omega[0]
+        plane.y_rest = 0.0
+
+    def ahead_s(
+        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
+    ) -> float:
+        """Return the time to a little after the next expected impulse or kink [s], or inf.
+
+        ϑ is taken to swing on harmonically while γ̇ stays as it is. The impulse is due at
+        θ = angle: τ is first taken from now, then from the time found with that. The frequency is
+        ω√(g_eff/g), with the mean of g_eff between both times.
+        """
+        ahead, pace = math.inf, omega[0]
+        if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
+            return ahead
+        line, tilt, gravity = outside_at(terms, x, work)
+        plane = state.planes[0]
+        q, y = angle_at(self, plane.x), plane.y - line.rate / omega[0]
+        if self.feels_impulse:
+            # without an impulse due, the next one comes after the turning point
+            way = float(state.direction if state.armed else -state.direction)
+            ahead = phase_to(way, q, y, self.impulse - way * tilt.value)
+            if ahead < math.inf:
+                then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
+                ahead = phase_to(way, q, y, self.impulse - way * then.tilt.value)
+                gravity = 0.5 * (gravity + then.gravity)
+        if self.kinked:
+            ahead = min(ahead, phase_to(-float(state.side), q, y, 0.0))
+        if gravity > 0.0:
+            pace *= math.sqrt(gravity / self.gravity)
+        return (ahead + BEYOND) / pace
+
+
+@inlined
+def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> None:
+    """Fill d₁ = q̇ − w and d₂ = (ẇ + ω²q)/ω of the first equations of `wells`."""
+    per_inertia, lever, felt = wheel.per_inertia, wheel.lever, wheel.felt
+    q, w = load(work.x), omega[0] * load(work.y)
+    line_rate = row_or_zero(felt.line, work.nodes.line_rate)
+    t, t_prime, lift = lever_arm(lever, mode.side, q)
+    speed = speed_of(per_inertia.carried, t, w, line_rate)
+    rate = speed + row_or_zero(felt.tilt, work.nodes.tilt_rate)
+    pull = pull_of(per_inertia, lift, row_or_zero(felt.gravity, work.nodes.gravity))
+    per_omega = 1.0 / omega[0]
+    pushed = excess(lever, q, t, pull, omega[0] * omega[0])
+    pushed = pushed + ride(per_inertia.carried, t, t_prime, speed)
+    pushed = pushed - resistance(per_inertia, rate, mode)
+    store(work.d1, 0, speed - w)
+    store(work.d2, 0, pushed * per_omega)
+
+
+@inlined
+def _along_the_arc(wheel: Wheel, shape: ArcShape, mode: Mode, omega: Omega, work: Work) -> None:
+    """Fill d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω, where, with nt = s(b − deficit),
+
+    ṗ + ω²s = s (ω² − b·pull + pull·deficit + ṡγ̇ (dn/ds)/s) − n·resistance.
+    """
+    per_inertia, felt = wheel.per_inertia, wheel.felt
+    s, p = load(work.x), omega[0] * load(work.y)
+    n, n_slope, lever_deficit, _ = on_arc(shape, s)
+    line_rate = row_or_zero(felt.line, work.nodes.line_rate)
+    arc_speed = fma(-line_rate, n, p)
+    rate = fma(n, arc_speed, row_or_zero(felt.tilt, work.nodes.tilt_rate))
+    pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
+    per_omega = 1.0 / omega[0]
+    excess_square = fma(pull, lever_deficit, omega[0] * omega[0] - shape.rate * pull)
+    pushed = s * fma(arc_speed, line_rate * n_slope, excess_square)
+    pushed = fma(-n, resistance(per_inertia, rate, mode), pushed)
+    store(work.d1, 0, -(line_rate * n))
+    store(work.d2, 0, pushed * per_omega)
+
+
+@compiled
+def _instant(wheel: Wheel, mode: Mode, x: float, w: float, at: Outside) -> Instant:
+    """Return the wheel at an instant.
+
+    (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − μtt′ϑ̇²; the tension is F + m d²h/dt², with
+    d²h/dt² = t′ϑ̇² + tϑ̈.
+    """
+    per_inertia, tilt = wheel.per_inertia, at.tilt
+    q, speed = angle_and_speed(wheel, x, w, at.line.rate, mode.side)
+    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
+    mu, rate = per_inertia.carried, speed + tilt.rate
+    pull = pull_of(per_inertia, lift, at.gravity)
+    against = at.line.bend + resistance(per_inertia, rate, mode) + pull * t
+    acceleration = -(against + ride(mu, t, t_prime, speed)) / mass_of(mu, t)
+    tension = pull + term(mu, t_prime * (speed * speed) + t * acceleration)
+    margin = wheel.range - abs(q)
+    return Instant(
+        angle=q + tilt.value,
+        rate=rate,
+        bend=acceleration + tilt.bend,
+        tension=tension,
+        margin=margin,
+        torque=-tension * t,
+        coordinate=q,
+        speed=speed,
+        acceleration=acceleration,
+    )
+
+
+@compiled
+def _drift(wheel: Wheel, mode: Mode, at: Outside, now: Instant) -> tuple[Plane, ...]:
+    """Return q̇ and ẇ, or ṡ and ṗ, of the equations of `wells`."""
+    per_inertia, q, speed = wheel.per_inertia, now.coordinate, now.speed
+    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
+    against = pull_of(per_inertia, lift, at.gravity) * t + resistance(per_inertia, now.rate, mode)
+    if wheel.shape is None:
+        return (Plane(speed, ride(per_inertia.carried, t, t_prime, speed) - against),)
+    k = wheel.shape.k
+    n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
+    n_slope = -(k * k) * q * (n * n) * (n * n)
+    return (Plane(speed / n, speed / n * at.line.rate * n_slope - n * against),)
+
+
+# -----------------------------------------------------------------------------
+# The general propagator of a wheel: Gauss collocation in the rotating frame, from event to event.
+#
+# No step is longer than `longest_step_s`. A step is halved where its error exceeds the tolerance
+# or its stage equations are not solved. Events – turning points where drag has a kink, the kink
+# of a cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
+
+
+def _or_none(value: float, inertia: float) -> float | None:
+    """Return a term per inertia; None if it is zero, so that compiled code does without it."""
+    return value / inertia if value else None
+
+
+class Collocation(Stepped):
+    """Propagator of any machine with one degree of freedom."""
+
+    def __init__(self, machine: Machine, tolerance: float | None = None) -> None:
+        self._machine = machine
+        self._omega = reference_frequency(machine)
+        self._shape = arc_shape(machine)
+        stages = stages_of(machine, self._shape)
+        factor = error_factor(machine, self._shape)
+        # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
+        # 2^8 times; a factor of two is left to spare.
+        coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
+        allowed = tolerance_of(tolerance, factor, coarsen)
+        super().__init__(machine, 1, NODES, stages, allowed)
+        self.longest_step_s = longest_step(
+            machine, self._shape, self._omega, factor=factor, tolerance=allowed.step
+        )
+
+    def steps_in(self, length_s: float) -> int:
+        """Return how many steps fill a piece of forcing; 1 if they end at events."""
+        if self.order == 2 * SIZE or self._machine.escapement is not None:
+            return 1
+        return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
+
+    def _moved(self, forcing: Forcing) -> Moved:
+        """Return the machine's numbers per inertia, absent ones as None."""
+        machine = self._machine
+        inertia = machine.inertia
+        force, weight = machine.force, machine.pulling_mass
+        if forcing.gravity is None:
+            force, weight = force + weight * machine.gravity, 0.0
+        drag, escapement = machine.drag, machine.escapement
+        per_inertia = PerInertia(
+            carried=_or_none(machine.carried_mass, inertia),
+            force=_or_none(force, inertia),
+            stiffness=_or_none(machine.stiffness, inertia),
+            weight=_or_none(weight, inertia),
+            viscous=_or_none(drag.viscous, inertia) if drag else None,
+            quadratic=_or_none(drag.quadratic, inertia) if drag else None,
+            coulomb=_or_none(drag.coulomb, inertia) if drag else None,
+            impulse=Impulse(2.0 * escapement.energy / inertia, escapement.ebb)
+            if escapement
+            else None,
+            recoil=_or_none(escapement.recoil, inertia) if escapement else None,
+        )
+        channels = forcing.neutral, forcing.tilt, forcing.gravity
+        wheel = Wheel(
+            per_inertia,
+            machine.cam.lever,
+            self._shape,
+            Felt(*(None if channel is None else True for channel in channels)),
+            impulse=escapement.angle if escapement else math.inf,
+            pace=self._omega,
+            range=machine.cam.range_rad,
+            gravity=machine.gravity,
+        )
+
+        return Moved(wheel, (self._omega,))
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the wheel at rest in the case at the beginning of the first span.
+
+        Raises:
+            PropagationError: the roll at the start puts the cam angle beyond the cam.
+        """
+        row, _ = self._released(forcing)
+        felt = float(row['coordinate'][0])
+        if not abs(felt) <= self._machine.cam.range_rad:
+            raise released_beyond(self._machine, felt)
+        return self._motion(row)
+
+    def _failure(self, code: int, time_s: float) -> PropagationError:
+        if code == stepping.EDGE:
+            return edge_reached(self._machine, time_s)
+        if code == stepping.SLACK:
+            return thread_slack(time_s)
+        return PropagationError(
+            f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
+            f'{stepping.MAX_LEVEL} of a sample interval (cam angle '
+            f'{self._state["planes"]["x"][0]:.6g} rad). Reduce the drag, or check '
+            'the cam; on a moving ship, raise ship.rate',
+            time_s,
+        )
+
+    def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
+        angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
+        return within_turn(self._machine, angle, rate, bend)
+
+    def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
+        angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
+        return phase_rate(self._machine, angle, rate, bend)
