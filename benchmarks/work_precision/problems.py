@@ -25,7 +25,7 @@ from functools import cache
 from typing import TypeAlias
 
 from tauto_core.machines import compile_ideal
-from tauto_core.machines.modes import modes
+from tauto_core.machines.axle_pendulum import modes
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import Scene, SeaShip
 from tauto_core.scene.constants import STANDARD_GRAVITY

@@ -24,13 +24,13 @@ from tauto_core.curves import (
     Table,
     TableLever,
     WeightCorrected,
-    fluid_outline,
-    series,
+    fluid,
+    numerics,
 )
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-from tauto_core.curves.descent_curve import ActaCurve, Cycloid, Mirrored, SymmetricCurve
+from tauto_core.curves.fluid import ActaCurve, Cycloid, Mirrored, SymmetricCurve
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.curves.quadrature import gauss, integrate
+from tauto_core.curves.numerics import gauss, integrate
 from tauto_core.curves.synthesis import PowerTrain, synthesise, synthesised_cam
 from tauto_core.machines import (
     HangingMachine,
@@ -38,11 +38,10 @@ from tauto_core.machines import (
     Machine,
     axle_pendulum,
     descent,
-    half_swing,
-    reverse_swing,
+    fluid_pendulum,
 )
-from tauto_core.machines.amplitude import swing_energy
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
+from tauto_core.machines.compiling import swing_energy
 from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.filtering import Known, filter_phases
@@ -159,7 +158,7 @@ def of_cam(cam):
 def of_curve(curve):
     arcs = max(curve.ascent_cusp, -5.0), min(curve.descent_cusp, 5.0)
     laws = laws_of(curve, {'arc': arcs})
-    for function in (fluid_outline.coordinates, fluid_outline.radius_of_curvature):
+    for function in (fluid.coordinates, fluid.radius_of_curvature):
         laws[function.__name__] = Law(partial(function, curve), arcs, numbers=True)
     if isinstance(curve, FluidTautochrone):
         low = float(curve.height(curve.lowest_arc))
@@ -207,14 +206,14 @@ def of_synthesis(train):
 def of_fluids():
     kappa, curve, symmetric = 0.3, CURVES['euler'], CURVES['symmetric']
     starts = np.linspace(0.1, 0.8, 8)
-    ends = np.array([half_swing.far_end(symmetric, start) for start in starts])
-    grid = half_swing.grid_for(symmetric, starts[-1], ends[-1])
+    ends = np.array([fluid_pendulum.far_end(symmetric, start) for start in starts])
+    grid = fluid_pendulum.grid_for(symmetric, starts[-1], ends[-1])
 
     def along(pick, time):
         row = np.minimum((8 * pick).astype(int), 7)
-        return half_swing.place(symmetric, 9.81, starts[row], ends[row], time, grid)
+        return fluid_pendulum.place(symmetric, 9.81, starts[row], ends[row], time, grid)
 
-    back = partial(reverse_swing.reverse_half_swing, kappa, 3.0)
+    back = partial(fluid_pendulum.reverse_half_swing, kappa, 3.0)
     return {
         'harmonic_of_arc': Law(partial(descent.harmonic_of_arc, kappa), (-2.0, 2.0), numbers=True),
         'arc_of_harmonic': Law(partial(descent.arc_of_harmonic, kappa), (-2.0, 2.0), numbers=True),
@@ -227,11 +226,11 @@ def of_fluids():
         'backward': Law(back, (0.01, 20.0), (0.0, 1.0), numbers=True),
         'by quadrature': Law(along, (0.0, 1.0), (0.0, 1.0)),
         'duration_excess': Law(
-            partial(reverse_swing.duration_excess, kappa), (1e-3, 9.0), numbers=True
+            partial(fluid_pendulum.duration_excess, kappa), (1e-3, 9.0), numbers=True
         ),
-        'end_arc': Law(partial(reverse_swing.end_arc, kappa), (1e-3, 9.0), numbers=True),
-        'quarter_period': Law(reverse_swing.quarter_period, (1e-9, 1.0)),
-        'amplitude': Law(reverse_swing.amplitude, (0.0, 1.5), (1e-9, 1.0)),
+        'end_arc': Law(partial(fluid_pendulum.end_arc, kappa), (1e-3, 9.0), numbers=True),
+        'quarter_period': Law(fluid_pendulum.quarter_period, (1e-9, 1.0)),
+        'amplitude': Law(fluid_pendulum.amplitude, (0.0, 1.5), (1e-9, 1.0)),
     }
 
 
@@ -262,7 +261,8 @@ def of_numerics():
 
     laws = {
         name: Law(function, (-0.9, 3.0))
-        for name, function in inspect.getmembers(series, inspect.isfunction)
+        for name, function in inspect.getmembers(numerics, inspect.isfunction)
+        if name.endswith(('_defect', '_mean'))
     }
     return laws | {
         'integrate': Law(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tauto_core.following import answers, case_following, lengths_between, thread_following
 from tauto_core.machines import compile_machine
-from tauto_core.machines.modes import modes
+from tauto_core.machines.axle_pendulum import modes
 from tauto_core.scene.loader import parse_scene
 
 G = 9.80665

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tauto_core as tauto
-from tauto_core.curves.fluid_outline import coordinates
+from tauto_core.curves.fluid import coordinates
 from tauto_core.machine_drawing import (
     BRASS_KG_M3,
     LEAD_KG_M3,

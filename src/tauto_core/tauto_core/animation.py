@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.curves import Cam, DescentCurve
-from tauto_core.curves.fluid_outline import coordinates
+from tauto_core.curves.fluid import coordinates
 from tauto_core.machine_drawing import Drawing, draw_machine
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.record import Voyage

@@ -15,7 +15,7 @@ import numpy as np
 from tauto_core.chart import Chart, Colour, Line, Mark
 from tauto_core.machine_drawing import cam_lines, draw_machine
 from tauto_core.machines import FluidPendulum, HangingMachine, compile_machine
-from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
+from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.record import Voyage
 from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, TimeSamples
 from tauto_core.scene.errors import EstimationError, UsageError

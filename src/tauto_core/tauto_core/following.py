@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine, Machine
-from tauto_core.machines.modes import Modes
+from tauto_core.machines.axle_pendulum import Modes
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene
 from tauto_core.ship.felt_step import case_modes

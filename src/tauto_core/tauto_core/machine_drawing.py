@@ -17,7 +17,7 @@ import numpy as np
 from tauto_core.cam_extent import cam_extent
 from tauto_core.chart import Line
 from tauto_core.curves import DescentCurve, cheeks
-from tauto_core.curves.fluid_outline import coordinates, fluid_outline
+from tauto_core.curves.fluid import coordinates, fluid_outline
 from tauto_core.curves.kind import Pull
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.samples import FloatArray

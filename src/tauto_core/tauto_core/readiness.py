@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.curves.nearest import that_work
+from tauto_core.curves.numerics import that_work
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from tauto_core.clockwork import SwingTally, TrochleaStage
 from tauto_core.machines import LeverMachine, Machine, compile_machine
-from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
+from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.samples import JOINT_STATES, PHASE, JointSamples, join, scalars, take
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion

@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
-from tauto_core.curves.curvature import hollow, too_sharp
-from tauto_core.curves.fitting import FitError, smooth_lever
+from tauto_core.curves.cam import FitError, hollow, smooth_lever, too_sharp
 from tauto_core.machines import Machine
 from tauto_core.scene.errors import CamRangeError
 

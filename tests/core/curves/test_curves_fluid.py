@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve
-from tauto_core.curves.descent_curve import ActaCurve, Mirrored
-from tauto_core.curves.fluid_outline import (
+from tauto_core.curves.fluid import (
+    ActaCurve,
+    Mirrored,
     abscissa,
     chained,
     coordinates,

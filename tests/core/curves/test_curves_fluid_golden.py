@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.curves import FluidTautochrone
-from tauto_core.curves.fluid_outline import abscissa, radius_of_curvature
+from tauto_core.curves.fluid import abscissa, radius_of_curvature
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 # Golden asks 1e-13; the formulas lose a few roundings. R near a cusp is the square root of what is

@@ -8,7 +8,7 @@ import pytest
 from numpy.polynomial import Chebyshev, Polynomial
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever, outline
-from tauto_core.curves.series import arctangent_defect, involute_defect, sine_defect
+from tauto_core.curves.numerics import arctangent_defect, involute_defect, sine_defect
 from tauto_core.scene.errors import CamRangeError, UsageError
 
 

@@ -10,10 +10,10 @@ import sys
 import numpy as np
 import pytest
 
+from tauto_core.curves.cam import possible_cam
 from tauto_core.curves.cams.hole import Hole
 from tauto_core.curves.cams.involute import Involute
 from tauto_core.curves.cams.weight_corrected import WeightCorrected
-from tauto_core.curves.curvature import possible_cam
 from tauto_core.scene.errors import CamRangeError
 
 KIND = '''
@@ -26,10 +26,10 @@ from typing import Literal
 import numpy as np
 
 from tauto_core.curves.cam import Cam
-from tauto_core.curves.inversion import invert_lift
+from tauto_core.curves.cam import invert_lift
 from tauto_core.curves.kind import CamKind
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.curves.levers import LinearLever
+from tauto_core.curves.cam import LinearLever
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
 from tauto_core.curves import FluidTautochrone
-from tauto_core.curves.descent_curve import ActaCurve, Mirrored
+from tauto_core.curves.fluid import ActaCurve, Mirrored
 from tauto_core.machines.descent import (
     arcs,
     composed_length,
@@ -22,15 +22,15 @@ from tauto_core.machines.descent import (
     velocity_height,
 )
 from tauto_core.machines.design import half_period
-from tauto_core.machines.half_swing import descent_time as integrated_descent
-from tauto_core.machines.immersed_body import ImmersedBody
-from tauto_core.machines.reverse_swing import (
+from tauto_core.machines.fluid_pendulum import (
     SERIES,
     duration_excess,
     end_arc,
     quarter_ratios,
     reverse_half_swing,
 )
+from tauto_core.machines.fluid_pendulum import descent_time as integrated_descent
+from tauto_core.machines.fluid_regulator import ImmersedBody
 from tauto_core.scene.errors import DescentError
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']

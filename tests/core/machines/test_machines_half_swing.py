@@ -8,13 +8,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve
-from tauto_core.curves.descent_curve import Mirrored
+from tauto_core.curves.fluid import Mirrored
 from tauto_core.machines import QuadratureError
-from tauto_core.machines.half_swing import far_end, grid_for, half_swing, place
-from tauto_core.machines.reverse_swing import (
+from tauto_core.machines.fluid_pendulum import (
     amplitude,
     duration_excess,
     end_arc,
+    far_end,
+    grid_for,
+    half_swing,
+    place,
     quarter_period,
     reverse_half_swing,
 )

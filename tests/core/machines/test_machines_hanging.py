@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tauto_core.machines import HangingMachine
-from tauto_core.machines.hanging_swing import SwingError
-from tauto_core.machines.modes import modes
+from tauto_core.machines.axle_pendulum import modes
+from tauto_core.machines.threads.hanging import SwingError
 from tauto_core.scene.errors import CamRangeError
 
 MACHINE = HangingMachine(4e-4, 0.05, 0.02, 0.3, 9.81, None, None, 1.0)

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauto_core.machines.modes import exact_lengths, modes
+from tauto_core.machines.axle_pendulum import exact_lengths, modes
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 TIGHT = 1e-14

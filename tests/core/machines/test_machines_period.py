@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipe, ellipk
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
-from tauto_core.curves.quadrature import integrate
+from tauto_core.curves.numerics import integrate
 from tauto_core.machines import Machine, SlackThreadError, rate_s_per_day
 from tauto_core.scene.errors import CamRangeError
 

@@ -17,7 +17,7 @@ from mpmath import mpf
 from numpy.polynomial import Polynomial
 
 from tauto_core.curves import CircularArc, Hole, Table, TableLever
-from tauto_core.curves.quadrature import integrate
+from tauto_core.curves.numerics import integrate
 from tauto_core.machines import Machine, QuadratureError
 
 INERTIA, GRAVITY = 4e-4, 9.81

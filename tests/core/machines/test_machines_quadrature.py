@@ -20,26 +20,26 @@ from tauto_core.curves import (
     FluidTautochrone,
     Involute,
     WeightCorrected,
-    quadrature,
+    numerics,
     synthesis,
 )
 from tauto_core.curves.cams import lever_corrected
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-from tauto_core.curves.descent_curve import Mirrored
+from tauto_core.curves.fluid import Mirrored
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import (
     LeverMachine,
     Machine,
     axle_pendulum,
     descent,
-    half_swing,
+    fluid_pendulum,
     trochlea,
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum
-from tauto_core.machines.reverse_swing import duration_excess
+from tauto_core.machines.fluid_pendulum import duration_excess
 from tauto_core.machines.threads import lever
 
-outline = importlib.import_module('tauto_core.curves.fluid_outline')
+outline = importlib.import_module('tauto_core.curves.fluid')
 
 ROUNDING = 2e-14
 """Rounding error of sums of about sixty terms, and of the terms."""
@@ -79,7 +79,7 @@ def test_a_panel_is_of_order_48():
     """
     width = np.array([44.0, 45.0, 46.0, 48.0, 50.0])
     exact = 2.0 * np.sin(0.5 * width)
-    errors = (exact - quadrature.gauss(np.cos, -0.5 * width, width)) / width
+    errors = (exact - numerics.gauss(np.cos, -0.5 * width, width)) / width
     expected = LEFT_OUT / math.factorial(48) * width**48 * np.exp(-(width**2) / 792.0)
     np.testing.assert_allclose(errors, expected, rtol=0.1)
     assert np.all(errors > 1e-12)
@@ -93,7 +93,7 @@ def test_the_rule_is_exact_to_degree_47():
     """
 
     def mean(power):
-        return quadrature.gauss(lambda x: (2.0 * x) ** power, np.full(1, -0.5), np.ones(1))[0]
+        return numerics.gauss(lambda x: (2.0 * x) ** power, np.full(1, -0.5), np.ones(1))[0]
 
     powers = [mean(n) for n in (46, 48)]
     assert powers[0] * 47 == pytest.approx(1.0, abs=1.5e-13)
@@ -190,7 +190,7 @@ def descent_of_a_globe():
     """(π/2) √(f/g) from anywhere, the cusp itself included."""
     curve = FluidTautochrone(0.4, 0.9, 1.0)
     exact = descent.descent_time(curve, GRAVITY)
-    return lambda: half_swing.descent_time(curve, GRAVITY, curve.descent_cusp), exact
+    return lambda: fluid_pendulum.descent_time(curve, GRAVITY, curve.descent_cusp), exact
 
 
 def swing_on_a_plane():
@@ -216,7 +216,7 @@ def swing_on_a_plane():
         (trochlea, arc_on_the_cheek_before_euler),
         (lever, period_of_a_lever),
         (lever, arc_of_a_lever),
-        (half_swing, descent_of_a_globe),
+        (fluid_pendulum, descent_of_a_globe),
         (axle_pendulum, swing_on_a_plane),
     ],
 )
@@ -248,12 +248,12 @@ KAPPA = 0.8
 def test_the_cosine_series_of_a_half_swing_is_spectral():
     """Backward on Euler's curve, where the duration is an elliptic integral."""
     curve, start = FluidTautochrone(KAPPA, 1.0, 1.0), 1.5
-    end = half_swing.far_end(Mirrored(curve), start)
+    end = fluid_pendulum.far_end(Mirrored(curve), start)
     exact = 1.0 + float(duration_excess(KAPPA, start))
     errors = []
     for nodes in (2, 4, 8, 16, 32, 64):
-        grid = half_swing.Grid(nodes, 4)
-        series = half_swing.cosines(Mirrored(curve), np.array([start]), np.array([end]), grid)
+        grid = fluid_pendulum.Grid(nodes, 4)
+        series = fluid_pendulum.cosines(Mirrored(curve), np.array([start]), np.array([end]), grid)
         errors.append(abs(series[0, 0] / exact - 1.0))
     assert spectral(errors), errors
 
@@ -261,16 +261,16 @@ def test_the_cosine_series_of_a_half_swing_is_spectral():
 def test_the_speed_within_a_half_swing_is_spectral(monkeypatch):
     """∫ e^{2κ(s−σ)} p dσ over one panel where five are asked for, κS = 16."""
     curve, start = FluidTautochrone(KAPPA, 1.0, 1e8), 20.0
-    end = np.array([half_swing.far_end(Mirrored(curve), start)])
+    end = np.array([fluid_pendulum.far_end(Mirrored(curve), start)])
     exact = 1e4 * (1.0 + float(duration_excess(KAPPA, start)))
     errors = []
     for nodes in (4, 8, 16, 32, 64):
         rule = np.polynomial.legendre.leggauss(nodes)
         with monkeypatch.context() as patched:
-            patched.setattr(half_swing, '_NODES', rule[0])
-            patched.setattr(half_swing, '_WEIGHTS', rule[1])
-            grid = half_swing.Grid(256, 1)
-            series = half_swing.cosines(Mirrored(curve), np.array([start]), end, grid)
+            patched.setattr(fluid_pendulum, '_NODES', rule[0])
+            patched.setattr(fluid_pendulum, '_WEIGHTS', rule[1])
+            grid = fluid_pendulum.Grid(256, 1)
+            series = fluid_pendulum.cosines(Mirrored(curve), np.array([start]), end, grid)
             errors.append(abs(series[0, 0] / exact - 1.0))
     assert spectral(errors), errors
 

@@ -10,7 +10,7 @@ import pytest
 from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, run, scene_of
 
 from tauto_core.machines import LeverMachine, Machine, SteadySwing, compile_machine, steady_swing
-from tauto_core.machines.amplitude import amplitude_of, recoil_energy, swing_energy
+from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.samples import JOINT_STATES, NS_PER_S, PHASE
 from tauto_core.scene import Scene
 

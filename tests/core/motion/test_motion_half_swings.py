@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
-from tauto_core.machines.reverse_swing import duration_excess, end_arc
+from tauto_core.machines.fluid_pendulum import duration_excess, end_arc
 from tauto_core.motion import Forcing, make_propagator, propagator_name
 from tauto_core.motion.fluid import HalfSwings, SwingTable
 from tauto_core.samples import JOINT_STATES, PHASE, READING

@@ -19,8 +19,7 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
-from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
-from tauto_core.machines.modes import modes
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces, modes
 from tauto_core.readiness import check_scene
 from tauto_core.samples import (
     JOINT_STATES,

@@ -14,8 +14,7 @@ from tauto_core.scene.errors import TautoError
 from tauto_core.whole_file import write_whole
 
 if TYPE_CHECKING:
-    from tauto_core.curves.drawing import Cheeks
-    from tauto_core.curves.workshop import Drawing
+    from tauto_core.curves.drawing import Cheeks, Drawing
     from tauto_core.machines.lever_cheeks import Cheek
 
 MM_PER_M = 1000.0
@@ -81,7 +80,7 @@ def write_svg(path: Path, drawing: Drawing) -> None:
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle
 
-    from tauto_core.curves.workshop import CUT, TEXT_MM
+    from tauto_core.curves.drawing import CUT, TEXT_MM
 
     left, low, right, top = _page(drawing)
     figure = Figure(figsize=((right - left) / MM_PER_INCH, (top - low) / MM_PER_INCH))
@@ -116,7 +115,7 @@ def write_svg(path: Path, drawing: Drawing) -> None:
 
 def _page(drawing: Drawing) -> tuple[float, float, float, float]:
     """Return left, bottom, right and top of the paper [mm]."""
-    from tauto_core.curves.workshop import LETTER
+    from tauto_core.curves.drawing import LETTER
 
     left, low, right, top = drawing.box
     longest = max(note.x + LETTER * drawing.text_mm * len(note.text) for note in drawing.notes)
@@ -133,7 +132,7 @@ def write_dxf(path: Path, drawing: Drawing) -> None:
     from ezdxf import units
     from ezdxf.filemanagement import new
 
-    from tauto_core.curves.workshop import CUT
+    from tauto_core.curves.drawing import CUT
 
     document = new('R2010', setup=False, units=units.MM)
     layers = [line.layer for line in drawing.lines]

@@ -15,7 +15,7 @@ from tauto_core.scene.errors import UsageError, naming
 if TYPE_CHECKING:
     from tauto_core.curves import Cam, DescentCurve
     from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-    from tauto_core.curves.workshop import Drawing
+    from tauto_core.curves.drawing import Drawing
     from tauto_core.machines.lever_cheeks import Cheek
     from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
@@ -123,8 +123,7 @@ def _cheeks(
         SceneError: a cam that cannot be built.
     """
     from tauto_core.cli import cam_files
-    from tauto_core.curves.drawing import cheeks, cheeks_meet_rad
-    from tauto_core.curves.workshop import draw
+    from tauto_core.curves.drawing import cheeks, cheeks_meet_rad, draw
 
     assert scene.trochlea is not None
     curve = scene.trochlea.made_cam(scene.gravity)
@@ -167,7 +166,7 @@ def _lever_cheeks(
 
     from tauto_core.cli import cam_files
     from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-    from tauto_core.curves.workshop import draw_uneven
+    from tauto_core.curves.drawing import draw_uneven
     from tauto_core.machines import LeverMachine, compile_machine
     from tauto_core.machines.lever_cheeks import cheek
 
@@ -255,8 +254,8 @@ def _in_fluid(
         SceneError: a curve that cannot be built.
     """
     from tauto_core.cli import cam_files
-    from tauto_core.curves.fluid_outline import fluid_outline
-    from tauto_core.curves.workshop import draw_in_fluid
+    from tauto_core.curves.drawing import draw_in_fluid
+    from tauto_core.curves.fluid import fluid_outline
     from tauto_core.machines import FluidPendulum, compile_machine
 
     machine = compile_machine(scene)
@@ -296,7 +295,7 @@ def _few_of_cam(curve: Cam, reach: float) -> Sequence[FloatArray]:
 def _few_of_fluid(curve: DescentCurve) -> Sequence[FloatArray]:
     import numpy as np
 
-    from tauto_core.curves.fluid_outline import coordinates, radius_of_curvature
+    from tauto_core.curves.fluid import coordinates, radius_of_curvature
 
     arc = np.linspace(0.0, curve.descent_cusp, 11)
     height, level = coordinates(curve, arc)

@@ -9,12 +9,7 @@ import numpy as np
 
 from tauto_core.clockwork.trochlea import PHASE_NAMES
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
-from tauto_core.machines.amplitude import (
-    amplitude_of,
-    nearest_period,
-    recoil_energy,
-    swing_energy,
-)
+from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
 from tauto_core.samples import (
     JOINT_STATES,
     NS_PER_S,

@@ -6,27 +6,26 @@ use.
 
 from typing import TYPE_CHECKING
 
-from tauto_core.curves.cam import Cam
-from tauto_core.curves.cams.circular_arc import CircularArc
-from tauto_core.curves.cams.hole import Hole
-from tauto_core.curves.cams.involute import Involute
-from tauto_core.curves.cams.spring_corrected import SpringCorrected
-from tauto_core.curves.cams.table import Fitted, Table, load_table
-from tauto_core.curves.cams.weight_corrected import WeightCorrected
-from tauto_core.curves.levers import (
+from tauto_core.curves.cam import (
     ArcLever,
+    Cam,
     Lever,
     LinearLever,
     SmoothLever,
     SpringLever,
     TableLever,
 )
+from tauto_core.curves.cams.circular_arc import CircularArc
+from tauto_core.curves.cams.hole import Hole
+from tauto_core.curves.cams.involute import Involute
+from tauto_core.curves.cams.spring_corrected import SpringCorrected
+from tauto_core.curves.cams.table import Fitted, Table, load_table
+from tauto_core.curves.cams.weight_corrected import WeightCorrected
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
-    from tauto_core.curves.descent_curve import Cycloid, DescentCurve, SymmetricCurve
     from tauto_core.curves.drawing import Cheeks, cheeks, outline
-    from tauto_core.curves.fluid_tautochrone import FluidTautochrone
+    from tauto_core.curves.fluid import Cycloid, DescentCurve, FluidTautochrone, SymmetricCurve
 
 __all__ = [
     'ArcLever',
@@ -57,10 +56,10 @@ __getattr__ = loaded_from(
     __name__,
     {
         'Cheeks': 'drawing',
-        'Cycloid': 'descent_curve',
-        'DescentCurve': 'descent_curve',
-        'FluidTautochrone': 'fluid_tautochrone',
-        'SymmetricCurve': 'descent_curve',
+        'Cycloid': 'fluid',
+        'DescentCurve': 'fluid',
+        'FluidTautochrone': 'fluid',
+        'SymmetricCurve': 'fluid',
         'cheeks': 'drawing',
         'outline': 'drawing',
     },

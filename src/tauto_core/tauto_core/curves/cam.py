@@ -1,28 +1,105 @@
 """The cam: a lever arm as a function of the angle, and the curve that gives it.
 
-Euler, *De novo quodam curvarum tautochronarum genere* (1727). The lever arm t(ϑ) is the distance
-of the thread's line from the axle, so the family of these lines in the wheel's frame has t as
-its support function and the cheek is their envelope. With ψ the direction of a line's normal:
-p = dt/dψ, contact point t (cos ψ, sin ψ) + p (−sin ψ, cos ψ), radius of curvature R = t + dp/dψ.
-A thread that hangs vertically has ψ = ϑ (§VII–XIV); through a hole at distance a from the axle
-ψ = ϑ + arcsin(t/a) (§XXII–XXIX).
-
-The frame turns with the wheel; +y points along the thread at rest, towards weight or hole.
-Angles are radians, lengths metres. Every function takes numbers or arrays of any shape.
+Its lever as plain numbers for kernels, Euler's linear cams, corrected cams, the inverse of the
+lift, whether a cheek can be cut, and any analytic lever arm as polynomials.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from collections.abc import Callable, Iterator
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from tauto_core.curves.levers import Lever
+from tauto_core.curves.lever_geometry import LeverShape
+from tauto_core.curves.numerics import bisect, bracketed_newton, farther, involute_defect
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import CamRangeError
+from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
+
+# -----------------------------------------------------------------------------
+# Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.
+#
+# Angles are in radians, lengths in metres. All are odd, t(−ϑ) = −t(ϑ); lifts h = ∫ t dϑ are even.
+
+
+class LinearLever(NamedTuple):
+    """t = rate·ϑ, h = rate·ϑ²/2: the involute, and Euler's cam for a hole.
+
+    Attributes:
+        rate: dt/dϑ [m/rad], > 0.
+    """
+
+    rate: float
+
+
+class ArcLever(NamedTuple):
+    """t = sgn ϑ (root_depth·sin|ϑ| + radius·(1 − cos ϑ)): a cheek of circular arc.
+
+    h = root_depth·(1 − cos ϑ) + radius·(|ϑ| − sin|ϑ|).
+
+    Attributes:
+        root_depth: depth of the cheek's root below the axle [m], > 0; it is t'(0).
+        radius: radius of the arc [m], > 0.
+    """
+
+    root_depth: float
+    radius: float
+
+
+class TableLever(NamedTuple):
+    """A quintic spline in |ϑ|, on n pieces.
+
+    On piece k, with x = |ϑ| − knots[k] and knots[k] ≤ |ϑ| ≤ knots[k + 1]:
+    |t| = Σ_j coefficients[k, j]·x^j and h = lifts[k] + Σ_j coefficients[k, j]·x^(j+1)/(j + 1).
+
+    Attributes:
+        knots: shape (n + 1,) [rad], strictly increasing from 0 to the cam's range.
+        coefficients: shape (n, 6), C order, [m/rad^j]; the even ones of piece 0 are exactly 0.
+        lifts: shape (n,) [m], the lift at knots[k]; lifts[0] = 0.
+    """
+
+    knots: FloatArray
+    coefficients: FloatArray
+    lifts: FloatArray
+
+
+class SpringLever(NamedTuple):
+    """t = rate·ϑ/√(1 + bend·ϑ²), h = rate·ϑ²/(1 + √(1 + bend·ϑ²)): a spring's own cam.
+
+    Attributes:
+        rate: t'(0) [m/rad], > 0.
+        bend: rate · stiffness/force of the spring [1/rad²], ≥ 0.
+    """
+
+    rate: float
+    bend: float
+
+
+class SmoothLever(NamedTuple):
+    """An analytic lever arm as polynomials in |ϑ|, whose joints are below rounding.
+
+    On n pieces as TableLever, of any degree. Up to knots[1], with u = (ϑ/knots[1])²,
+    t = ϑ Σ_j middle[0, j]·u^j, t' = Σ_j middle[1, j]·u^j and h = ϑ² Σ_j middle[2, j]·u^j.
+
+    Attributes:
+        knots: shape (n + 1,) [rad], strictly increasing from 0 to the cam's range.
+        coefficients: shape (n, d), C order, [m/rad^j].
+        lifts: shape (n,) [m], the lift at knots[k]; lifts[0] = 0.
+        middle: shape (3, (d + 1)/2), C order [m/rad], [m/rad], [m/rad²].
+    """
+
+    knots: FloatArray
+    coefficients: FloatArray
+    lifts: FloatArray
+    middle: FloatArray
+
+
+Lever: TypeAlias = LinearLever | ArcLever | TableLever | SpringLever | SmoothLever
+
 
 _ROUNDING = 16.0 * np.finfo(np.float64).eps
 """Relative rounding of an angle at the edge of a range, and of a lever arm there."""
@@ -237,3 +314,444 @@ class Cam(ABC):
             )
         arm = np.clip(arm, -a, a)
         return _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)
+
+
+# -----------------------------------------------------------------------------
+# Cams with a linear lever arm: Euler's two.
+
+
+class LinearCam(Cam):
+    """A cam whose lever arm is t = b·ϑ, h = b·ϑ²/2."""
+
+    @property
+    @abstractmethod
+    def linear_rate(self) -> float:
+        """Lever rate b [m/rad]."""
+
+    @property
+    def lever(self) -> LinearLever:
+        """The law of the lever arm as plain numbers."""
+        return LinearLever(self.linear_rate)
+
+    @property
+    def suits(self) -> tuple[float, float]:
+        """(0, 0): a constant pull without inertia."""
+        return 0.0, 0.0
+
+    def lever_arm(self, angle: ArrayLike) -> FloatArray:
+        """Return t = b·ϑ [m]."""
+        return self.linear_rate * self.within(angle)
+
+    def lever_rate(self, angle: ArrayLike) -> FloatArray:
+        """Return b [m/rad]."""
+        return np.full_like(self.within(angle), self.linear_rate)
+
+    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
+        """Return 0 [m/rad²]."""
+        return np.zeros_like(self.within(angle))
+
+    def lift(self, angle: ArrayLike) -> FloatArray:
+        """Return h = b·ϑ²/2 [m]."""
+        angle = self.within(angle)
+        return 0.5 * self.linear_rate * angle * angle
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return ϑ = √(2h/b) [rad], for 0 ≤ h ≤ h(range)."""
+        angle = np.sqrt(2.0 * np.asarray(lift, dtype=np.float64) / self.linear_rate)
+        return self.within(angle)
+
+    def _rate_gain(self, angle: FloatArray) -> FloatArray:
+        return np.zeros_like(angle)
+
+    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        b = self.linear_rate
+        return -b * involute_defect(angle), b * (np.cos(angle) + angle * np.sin(angle))
+
+
+# -----------------------------------------------------------------------------
+# Isochronous cams for powers with inertia or stiffness, for which Euler's two are not (theory D).
+#
+# The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
+# mass m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which
+# must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω².
+#
+# Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
+# strictly along the thread; a vertical thread is the limit of a long one (theory A).
+
+
+class CorrectedCam(Cam):
+    """A cam whose lever arm departs from t'(0)·ϑ so that one power train is isochronous."""
+
+    @property
+    def knows_angle_of_lift(self) -> bool:
+        """True: the lift determines the angle in closed form."""
+        return True
+
+    @abstractmethod
+    def _arm_gain(self, angle: FloatArray) -> FloatArray:
+        """Return t(ϑ) − t'(0)·ϑ [m], without cancellation."""
+
+    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        rate = float(self.lever_rate(0.0))
+        sine, cosine = np.sin(angle), np.cos(angle)
+        arm, gain = self._arm_gain(angle), self._rate_gain(angle)
+        x = -rate * involute_defect(angle) + (arm * cosine - gain * sine)
+        return x, rate * (cosine + angle * sine) + (arm * sine + gain * cosine)
+
+
+# -----------------------------------------------------------------------------
+# The angle at which a cam has lifted its thread by a given amount.
+
+_EXACT = 4.0 * np.finfo(np.float64).eps
+
+
+def invert_lift(cam: Cam, lift: ArrayLike) -> FloatArray:
+    """Return the ϑ ≥ 0 with h(ϑ) = lift [rad], to rounding.
+
+    Newton's method on √h, which is nearly linear in ϑ. The lever arm must be positive for ϑ > 0.
+
+    Raises:
+        CamRangeError: a lift that is negative, NaN or beyond that at the cam's range.
+    """
+    lift = np.asarray(lift, dtype=np.float64)
+    edge = cam.range_rad
+    highest = float(cam.lift(edge))
+    # the lift at the range is itself rounded
+    if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + _EXACT))):
+        worst = (float(np.min(lift)), float(np.max(lift)))
+        raise CamRangeError(
+            f'lifts from {worst[0]!r} to {worst[1]!r} m: the cam {cam!r} lifts by 0 to '
+            f'{highest!r} m and no more; use a smaller amplitude or a cam with a wider range'
+        )
+    goal = np.sqrt(lift)
+    start = np.minimum(np.sqrt(2.0 * lift / float(cam.lever_rate(0.0))), 0.5 * edge)
+
+    def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        root, arm = np.sqrt(cam.lift(angle)), cam.lever_arm(angle)
+        return root - goal, np.divide(arm, 2.0 * root, np.zeros_like(arm), where=root > 0.0)
+
+    return bracketed_newton(excess, start, (0.0, edge), relative=_EXACT)
+
+
+# -----------------------------------------------------------------------------
+# Whether a cam can be: a thread wraps only a convex cheek, has a thickness, and pulls back.
+#
+# `possible_cam` and `possible_lever` refuse what no kind of cam may make; every machine and every
+# drawing passes through them.
+#
+# R, the radius of curvature, must not be negative where the thread lies, or the thread would
+# bridge a hollow. A thread of thickness e has its centre line on the cam's curve, so the cheek is
+# the parallel curve e/2 inwards; where R < e/2 there is none. Every cam that is smooth through
+# rest has R = 0 at its tip, where a thick thread bends round the cheek's edge.
+
+_PROBES = 2000
+_FLAT = 1e-12
+_BY_DIFFERENCES = 1e-3
+"""Allowance for a radius of curvature from second differences of a lever's cam, as a share of its
+largest lever arm; they err by 1e-5 of it.
+"""
+
+
+def possible_cam(cam: Cam, kind: str) -> Cam:
+    """Return a cam that wheel, thread and hole allow, whatever its kind.
+
+    It is looked at over its range, or over a turn if that is unlimited.
+
+    Args:
+        cam: the cam.
+        kind: its kind, for the error.
+
+    Raises:
+        SceneError: a lever arm that is not a number or does not drive the wheel back, one longer
+            than the hole is away, or a hollow cheek.
+    """
+    edge = cam.range_rad if math.isfinite(cam.range_rad) else cam.drawn_rad
+    if not edge > 0.0:
+        raise _impossible(kind, f'has a range of {edge!r} rad', 'Give it a range above 0.')
+    angles = _probes(edge, 0.0)
+    arms = cam.lever_arm(angles)
+    at = _first(~(arms > 0.0))
+    if at is not None or not float(cam.lever_rate(0.0)) > 0.0:
+        where = 'at rest' if at is None else f'at {angles[at]:.6g} rad'
+        what = 'of 0 a radian' if at is None else f'of {arms[at]:.6g} m'
+        problem = f'has a lever arm {what} {where}, which does not drive the wheel back'
+        raise _impossible(kind, problem, 'Make the lever arm rise from rest, and end before 0.')
+    # the range is rounded, and the lever arm is steep there
+    allowed = cam.hole_distance + arm_rounding(angles, arms, cam.lever_rate(angles))
+    at = _first(~(arms <= allowed))
+    if at is not None:
+        problem = (
+            f'has a lever arm of {arms[at]:.6g} m at {angles[at]:.6g} rad, longer than the hole '
+            f'is away, trochlea.thread.distance = {cam.hole_distance!r} m'
+        )
+        sooner = f'End the cam before {angles[at]:.6g} rad{farther(float(arms.max()))}.'
+        raise _impossible(kind, problem, sooner)
+    stretch = hollow(cam, edge)
+    if stretch is not None:
+        problem = (
+            f'has a cheek that would be hollow from {stretch[0]:.6g} to {stretch[1]:.6g} rad (a '
+            'radius of curvature below 0), and a thread bridges a hollow'
+        )
+        sooner = f'End the cam before {stretch[0]:.6g} rad, or let' if stretch[0] > 0.0 else 'Let'
+        raise _impossible(kind, problem, f'{sooner} the lever arm bend down less there.')
+    return cam
+
+
+def possible_lever(shape: LeverShape, kind: str) -> LeverShape:
+    """Return cam, thread and lever of Sully's machine that are possible, whatever the kind.
+
+    Args:
+        shape: the shape, looked at between its edges.
+        kind: kind of the cam, for the error.
+
+    Raises:
+        SceneError: a lever arm that does not drive the wheel back, a wheel that turns back while
+            the lever rises, a thread that is wound up, or a hollow cheek.
+    """
+    low, high = shape.edges
+    if not low < 0.0 < high:
+        raise _impossible(kind, f'reaches from {low!r} to {high!r}', 'Let it reach to both sides.')
+    for edge in (low, high):
+        tau = np.linspace(0.0, edge, _PROBES // 4 + 1)[1:]
+        pose, theta_rate = shape.pose(tau), shape.rates(tau)[0]
+        arms = shape.base_radius * np.abs(tau) * shape.u_per_tau(tau)
+        wound = np.abs(pose.u)
+        radius = arms + np.gradient(np.gradient(arms, wound), wound)
+        # differences are one-sided at the ends
+        radius[:2], radius[-2:] = radius[2], radius[-3]
+        for bad, problem, remedy in (
+            (~(arms > 0.0), 'has a lever arm that does not drive the wheel back', 'End it before'),
+            (~(theta_rate > 0.0), 'turns the wheel back as the lever rises', 'End it before'),
+            (
+                ~(pose.free > 0.0),
+                'winds up the whole thread',
+                'Use a longer thread, or end before',
+            ),
+            (
+                ~(radius >= -_BY_DIFFERENCES * arms.max()),
+                'has a cheek that would be hollow, and a thread bridges a hollow,',
+                'Let the lever arm bend down less, or end before',
+            ),
+        ):
+            at = _first(bad)
+            if at is not None:
+                where = f'{pose.u[at]:.6g} rad of thread wound up'
+                raise _impossible(kind, f'{problem} at {where}', f'{remedy} that angle.')
+    return shape
+
+
+def _impossible(kind: str, problem: str, remedy: str) -> SceneError:
+    return SceneError('trochlea', 'trochlea.cam.kind', kind, problem, remedy)
+
+
+def _first(bad: np.ndarray) -> int | None:
+    """Return the index of the first that is bad; None if none is."""
+    found = np.flatnonzero(bad)
+    return int(found[0]) if len(found) else None
+
+
+def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
+    """Return the first interval of angles [rad] where R < 0; None where there is none.
+
+    Args:
+        cam: the cam.
+        reach_rad: largest angle; `cam.drawn_rad` when left out.
+    """
+    return _below(cam, 0.0, cam.drawn_rad if reach_rad is None else reach_rad)
+
+
+def too_sharp(
+    cam: Cam, radius: float, reach_rad: float | None = None
+) -> list[tuple[float, float]]:
+    """Return the intervals of angles [rad] where R is less than a radius.
+
+    Args:
+        cam: the cam.
+        radius: half the thickness of the thread [m]; 0 finds hollows.
+        reach_rad: as for `hollow`.
+    """
+    edge = cam.drawn_rad if reach_rad is None else reach_rad
+    found: list[tuple[float, float]] = []
+    start = 0.0
+    while start < edge and (stretch := _below(cam, radius, edge, start)) is not None:
+        found.append(stretch)
+        start = stretch[1]
+    return found
+
+
+def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[float, float] | None:
+    """Return the first interval beyond `start` where R is below a radius."""
+    angles = _probes(edge, start)
+    low = _excess(cam, angles, radius)
+    bad = np.flatnonzero(low < 0.0)
+    if not len(bad):
+        return None
+    first = int(bad[0])
+    good = np.flatnonzero(low[first:] >= 0.0)
+    begin = start if first == 0 else _crossing(cam, radius, angles[first - 1], angles[first])
+    if not len(good):
+        return begin, edge
+    last = first + int(good[0])
+    return begin, _crossing(cam, radius, angles[last], angles[last - 1])
+
+
+def _probes(edge: float, start: float) -> FloatArray:
+    """Return the angles between `start` and `edge` at which a cam is looked at [rad].
+
+    They are closer together at both ends, where R may vanish, and go down to the tip itself.
+    """
+    even = start + (edge - start) * np.sin(np.linspace(0.0, 0.5 * math.pi, _PROBES)) ** 2
+    angles = np.unique(np.concatenate([edge * np.logspace(-9.0, -4.0, 11), even[1:]]))
+    return np.asarray(angles[angles > start])
+
+
+def _excess(cam: Cam, angles: FloatArray, radius: float) -> FloatArray:
+    """Return R less the radius, with an allowance for rounding where R is a small difference."""
+    found = cam.radius_of_curvature(angles)
+    return found - radius + _FLAT * cam.lever_arm(angles)
+
+
+def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
+    """Return the angle at which R falls below the radius, between one above and one below."""
+    return bisect(lambda at: bool(_excess(cam, np.array([at]), radius)[0] >= 0.0), good, bad)[0]
+
+
+# -----------------------------------------------------------------------------
+# An analytic lever arm as polynomials to rounding, the form that kernels evaluate.
+#
+# Chebyshev interpolation on pieces, each as long as one degree can represent to rounding. Towards
+# a singularity just beyond the range the pieces shorten in proportion to its distance. The first
+# piece is a polynomial in ϑ², so that t keeps its relative accuracy down to rest.
+
+Law: TypeAlias = Callable[[FloatArray], FloatArray]
+
+TERMS = 12
+"""Terms of the first piece, in ϑ²; the others have twice as many, in ϑ."""
+
+RESOLVED = 4e-16
+"""Largest size of the last coefficients over the first."""
+
+SHORTEST = 2.0**-48
+_EPSILON = 2.0**-52
+_CHECKED = (np.arange(32) + 0.5) / 32
+
+
+class FitError(TautoError):
+    """A lever arm that no polynomials represent, since it is not smooth."""
+
+
+def smooth_lever(arm: Law, lift: Law, edge: float) -> SmoothLever:
+    """Return an odd analytic lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
+
+    Args:
+        arm: function that gives t of angles [m], to rounding.
+        lift: function that gives h of angles [m], to rounding.
+        edge: the range [rad], > 0 and finite.
+
+    Raises:
+        FitError: pieces of 2⁻⁴⁸ of the range do not resolve the lever arm.
+    """
+    first, even = _middle(arm, edge)
+    knots, rows = [0.0, first], [_odd(even, first)]
+    for right, row in _pieces(arm, first, edge):
+        knots.append(right)
+        rows.append(row)
+    powers = np.arange(TERMS)
+    middle = np.array([even, even * (2 * powers + 1), even / (2 * powers + 2)])
+    starts = np.array(knots)
+    lifts = np.concatenate([[0.0], lift(starts[1:-1])])
+    return SmoothLever(starts, np.array(rows), lifts, middle)
+
+
+def _middle(arm: Law, edge: float) -> tuple[float, FloatArray]:
+    """Return the first knot and the coefficients of t/ϑ in u = (ϑ/knot)² up to it."""
+    width = edge
+    while width > SHORTEST * edge:
+        knot = width
+
+        def ratio(u: FloatArray, knot: float = knot) -> FloatArray:
+            angle = knot * np.sqrt(u)
+            return arm(angle) / angle
+
+        found = _interpolated(ratio, TERMS)
+        if found is not None:
+            return knot, found
+        width *= 0.8
+    raise _rough(0.0)
+
+
+def _pieces(arm: Law, first: float, edge: float) -> Iterator[tuple[float, FloatArray]]:
+    """Yield right end and coefficients in ϑ − left end of the pieces beyond the first."""
+    left, width = first, first
+    while left < edge:
+        width = min(1.5 * width, edge - left)
+        while True:
+            # the last piece ends exactly at the edge
+            right = edge if width >= (1.0 - 1e-9) * (edge - left) else left + width
+            span = right - left
+
+            def piece(x: FloatArray, left: float = left, span: float = span) -> FloatArray:
+                return arm(np.minimum(left + span * x, edge))
+
+            found = _interpolated(piece, 2 * TERMS, 4.0 * _EPSILON * right / span)
+            if found is not None:
+                break
+            width *= 0.8
+            if width < SHORTEST * edge:
+                raise _rough(left)
+        yield right, found / span ** np.arange(2 * TERMS)
+        left = right
+
+
+def _odd(even: FloatArray, knot: float) -> FloatArray:
+    """Return the coefficients of ϑ^j of ϑ Σ even_j (ϑ/knot)^2j."""
+    row = np.zeros(2 * TERMS)
+    row[1::2] = even / knot ** (2 * np.arange(TERMS))
+    return row
+
+
+def _interpolated(function: Law, terms: int, blur: float = 0.0) -> FloatArray | None:
+    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1; None if they do not resolve it.
+
+    Args:
+        function: the function, accurate to rounding of its value, and of x by the blur.
+        terms: number of terms.
+        blur: rounding of x, which shows where the function is steep.
+    """
+    nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
+    values = function(nodes)
+    series = chebyshev.chebfit(2.0 * nodes - 1.0, values, terms - 1)
+    noise = blur * float(np.ptp(values))
+    if not np.max(np.abs(series[-2:])) <= RESOLVED * np.max(np.abs(series)) + noise:
+        return None
+    row = _monomials(np.asarray(series, np.float64))
+    wanted = function(_CHECKED)
+    wrong = np.abs(np.polynomial.polynomial.polyval(_CHECKED, row) - wanted)
+    return row if np.all(wrong <= 8.0 * (RESOLVED * np.abs(wanted) + noise)) else None
+
+
+def _monomials(series: FloatArray) -> FloatArray:
+    """Return the coefficients of x^j of Σ series_k T_k(2x − 1), by Clenshaw's recurrence.
+
+    `Chebyshev.convert` does the same with one object for each coefficient, at twenty times the
+    cost.
+    """
+    last, before = np.zeros((2, len(series)))
+    for coefficient in series[:0:-1]:
+        last, before = _plus_shifted(coefficient, -before, 2.0 * last), last
+    return _plus_shifted(series[0], -before, last)
+
+
+def _plus_shifted(constant: float, row: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the coefficients of a constant + Σ row_j x^j + (2x − 1) Σ other_j x^j."""
+    shifted = -other
+    shifted[1:] += 2.0 * other[:-1]
+    row[0] += constant
+    return row + shifted
+
+
+def _rough(angle: float) -> FitError:
+    return FitError(
+        f'the lever arm near {angle!r} rad is not smooth enough for polynomials of degree '
+        f'{2 * TERMS - 1}: use a smaller range, or tabulate the cam'
+    )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import ClassVar, NamedTuple
 
 from tauto_core.curves.cam import Cam
-from tauto_core.curves.lever_parts import LeverSetting, LeverShape
+from tauto_core.curves.lever_geometry import LeverSetting, LeverShape
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.kinds import Kind
 

@@ -1,27 +1,192 @@
-"""Sully's lever: the position of thread and lever for each angle of the wheel (Euler 1727, V).
-
-The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
-B to a lever AD that turns about A. At rest the lever is level and B below C. With u = θ − δ,
-n = (cos δ, sin δ) and d = (sin δ, −cos δ)
-
-    B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
-
-The distance of B from C is a function of u², and on the lever of its angle β. So everything
-follows without iteration from τ = ±√tan(β/2). τ has the sign of θ, and is smooth up to a dead
-point and through rest, where β is proportional to θ². The forms are free of cancellation.
-"""
+"""Sully's lever: the position of thread and lever for each angle of the wheel (Euler 1727, V)."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from tauto_core.curves import lever_parts
-from tauto_core.curves.lever_parts import Loads, Pose
-from tauto_core.curves.nearest import choices
+from tauto_core.curves.numerics import bisect, bracketed_newton, choices
 from tauto_core.samples import FloatArray
+
+# -----------------------------------------------------------------------------
+# What all of Sully's levers share, with any cam: parts, edges, and τ of θ.
+
+LEAST_COSINE = 0.1
+"""cos(β − δ) or cos β at the edge; beyond it the lever is within six degrees of a dead point (in
+line with the thread) or of upright.
+"""
+
+LEAST_FREE = 0.1
+"""Part of the thread that is still free at the edge."""
+
+_SCAN = 4096
+
+
+class LeverSetting(NamedTuple):
+    """The properties of the machine for which the cam of a lever is made.
+
+    Attributes:
+        inertia: I of the wheel [kg m2].
+        weight_torque: m g AD of the weight about the fulcrum, the lever level [N m].
+        turned_inertia: J of weight and lever about the fulcrum [kg m2].
+        arm: AB, from the fulcrum to the thread [m].
+        length: length of the free thread at rest [m].
+    """
+
+    inertia: float
+    weight_torque: float
+    turned_inertia: float
+    arm: float
+    length: float
+
+
+class Loads(NamedTuple):
+    """Torque and inertia of a lever as functions of the mass of its weight.
+
+    Attributes:
+        mass: mass of the present weight [kg].
+        period: period of small swings [s].
+        of_mass: torque [N m] and inertia [kg m2] about the fulcrum for a mass.
+    """
+
+    mass: float
+    period: float
+    of_mass: Callable[[float], tuple[float, float]]
+
+
+class Pose(NamedTuple):
+    """Positions of the parts, arrays of any one shape.
+
+    Attributes:
+        u: θ − δ, the direction of the thread's line in the wheel's frame; with an involute the
+            angle of thread that is wound up [rad].
+        beta: β of the lever above the level [rad].
+        delta: δ of the thread from the plumb line [rad].
+        free: length of the thread from the cam to B [m].
+    """
+
+    u: FloatArray
+    beta: FloatArray
+    delta: FloatArray
+    free: FloatArray
+
+
+class LeverShape(Protocol):
+    """Cam, thread and lever of Sully's machine; see `lever_geometry`."""
+
+    @property
+    def base_radius(self) -> float:
+        """r, dt/du at rest [m]."""
+        ...
+
+    @property
+    def arm(self) -> float:
+        """AB, from the fulcrum to the thread [m]."""
+        ...
+
+    @property
+    def length(self) -> float:
+        """l₀ of the free thread at rest [m]."""
+        ...
+
+    @property
+    def depth(self) -> float:
+        """Depth of B below C at rest, r + l₀ [m]."""
+        ...
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """Least and largest τ."""
+        ...
+
+    @property
+    def range_rad(self) -> float:
+        """Largest |θ| on both sides [rad]."""
+        ...
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return t/(r τ)."""
+        ...
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return the position of all parts."""
+        ...
+
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ, the wheel's angle [rad]."""
+        ...
+
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ."""
+        ...
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ and d²β/dθ² [1/rad]."""
+        ...
+
+    def tau_of(self, theta: FloatArray) -> FloatArray:
+        """Return τ of the wheel's angle, within the edges."""
+        ...
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        ...
+
+    def of_inertia(self, inertia: float) -> LeverShape:
+        """Return the shape for another wheel [kg m2]."""
+        ...
+
+
+def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:
+    """Return where lever and thread are within the limits, away from dead point, upright and end.
+
+    Args:
+        beta: β of the lever [rad], NaN where it cannot be.
+        delta: δ of the thread [rad], likewise.
+        free: length of the thread from the cam to B over that at rest, likewise.
+    """
+    least = np.minimum(np.cos(beta), np.cos(beta - delta))
+    return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE))
+
+
+def edges(usable: Callable[[FloatArray], np.ndarray]) -> tuple[float, float]:
+    """Return the least and largest τ between which everything is usable, by bisection.
+
+    Args:
+        usable: function of τ, (n,); false at τ = ±1, where the lever is upright.
+    """
+    return -_edge(usable, -1.0), _edge(usable, 1.0)
+
+
+def tau_of(
+    theta: FloatArray,
+    within: tuple[float, float],
+    angle: Callable[[FloatArray], FloatArray],
+    rate: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
+    """Return τ for the wheel's angle, by Newton's method within brackets.
+
+    Args:
+        theta: θ of the wheel [rad], of any shape.
+        within: least and largest τ.
+        angle: function θ of τ [rad], increasing.
+        rate: function dθ/dτ.
+    """
+    theta = np.asarray(theta, np.float64)
+    start = np.asarray(theta / rate(np.zeros(1))[0])
+    return bracketed_newton(
+        lambda tau: (angle(tau) - theta, rate(tau)), start, within, relative=2e-16
+    )
+
+
+def _edge(usable: Callable[[FloatArray], np.ndarray], side: float) -> float:
+    grid = side * np.arange(1, _SCAN + 1) / _SCAN
+    b = float(grid[np.argmin(usable(grid))])
+    return abs(bisect(lambda tau: bool(usable(np.array([tau]))[0]), b - side / _SCAN, b)[0])
 
 
 @dataclass(frozen=True)
@@ -81,12 +246,12 @@ class LeverGeometry:
 
     def tau_of(self, theta: FloatArray) -> FloatArray:
         """Return τ of the wheel's angle, within the edges."""
-        return lever_parts.tau_of(theta, self.edges, self.theta, lambda tau: self.rates(tau)[0])
+        return tau_of(theta, self.edges, self.theta, lambda tau: self.rates(tau)[0])
 
     @cached_property
     def edges(self) -> tuple[float, float]:
         """Least and largest τ: where a dead point or the end of the thread is near."""
-        return lever_parts.edges(self._usable)
+        return edges(self._usable)
 
     @property
     def range_rad(self) -> float:
@@ -132,4 +297,4 @@ class LeverGeometry:
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         pose = self.pose(tau)
-        return lever_parts.clear(pose.beta, pose.delta, pose.free / self.length)
+        return clear(pose.beta, pose.delta, pose.free / self.length)

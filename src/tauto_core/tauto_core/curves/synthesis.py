@@ -20,12 +20,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from tauto_core.curves.bisection import bisect
+from tauto_core.curves.cam import hollow, smooth_lever
 from tauto_core.curves.cams.table import Fitted
-from tauto_core.curves.curvature import hollow
-from tauto_core.curves.fitting import smooth_lever
-from tauto_core.curves.newton import bracketed_newton
-from tauto_core.curves.quadrature import integrate
+from tauto_core.curves.numerics import bisect, bracketed_newton, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 

@@ -12,16 +12,14 @@ import numpy as np
 
 from tauto_core.curves import Hole, Involute, WeightCorrected
 from tauto_core.curves.cam import Cam
-from tauto_core.curves.descent_curve import Cycloid
 from tauto_core.curves.drawing import outline
-from tauto_core.curves.fluid_outline import chained, coordinates, fluid_outline
-from tauto_core.curves.fluid_tautochrone import FluidTautochrone
+from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.claim import Paper
+from tauto_core.machines.axle_pendulum import modes
+from tauto_core.machines.compiling import rate_s_per_day
 from tauto_core.machines.descent import arcs, greatest_velocity_height, velocity_height
-from tauto_core.machines.isochronism import rate_s_per_day
-from tauto_core.machines.modes import modes
-from tauto_core.machines.reverse_swing import duration_excess, quarter_ratios
+from tauto_core.machines.fluid_pendulum import duration_excess, quarter_ratios
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray

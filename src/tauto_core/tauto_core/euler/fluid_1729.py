@@ -15,8 +15,7 @@ import math
 import numpy as np
 
 from tauto_core.curves import FluidTautochrone
-from tauto_core.curves.descent_curve import ActaCurve
-from tauto_core.curves.fluid_outline import abscissa, chained, coordinates
+from tauto_core.curves.fluid import ActaCurve, abscissa, chained, coordinates
 from tauto_core.euler import fluid_checks as check
 from tauto_core.euler.claim import Claim
 from tauto_core.euler.fluid_checks import (
@@ -37,7 +36,7 @@ from tauto_core.euler.fluid_checks import (
     N,
     S,
 )
-from tauto_core.machines.half_swing import descent_time
+from tauto_core.machines.fluid_pendulum import descent_time
 
 _QUARTER = 0.5 * math.pi * math.sqrt(F / G)
 _CURVE = FluidTautochrone(GLOBE, GAMMA, F)

@@ -5,21 +5,19 @@ The body in a fluid, which few scenes use, is loaded at its first use.
 
 from typing import TYPE_CHECKING
 
-from tauto_core.curves.quadrature import QuadratureError
+from tauto_core.curves.numerics import QuadratureError
 from tauto_core.first_use import loaded_from
 from tauto_core.machines.compiling import (
     AnyMachine,
+    Isochronism,
     compile_ideal,
     compile_machine,
     compile_trochlea,
     free_swings,
-)
-from tauto_core.machines.isochronism import (
-    Isochronism,
     isochronism,
     rate_s_per_day,
 )
-from tauto_core.machines.regulator import Regulator
+from tauto_core.machines.parts import Regulator
 from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine

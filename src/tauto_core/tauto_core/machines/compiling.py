@@ -1,25 +1,129 @@
-"""The machine of a scene, as numbers."""
+"""The machine of a scene as numbers, its period against amplitude, its amplitude."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
-from tauto_core.machines.drag import Drag
-from tauto_core.machines.escapement import EscapementKind
-from tauto_core.machines.fluid_regulator import (
-    FluidTautochroneRegulator,
-    compile_fluid_pendulum,
-)
-from tauto_core.machines.isochronism import Isochronism, isochronism
+import numpy as np
+
+from tauto_core.curves.numerics import QuadratureError
+from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator, compile_fluid_pendulum
+from tauto_core.machines.parts import Drag, EscapementKind, Regulator
 from tauto_core.machines.sections import Trochlea
-from tauto_core.machines.threads.hanging import HangingMachine
+from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
-from tauto_core.machines.trochlea import Machine
-from tauto_core.scene.errors import ABSENT, SceneError, naming
+from tauto_core.machines.trochlea import Machine, SlackThreadError
+from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, UsageError, naming
+from tauto_core.wording import printed
 
 if TYPE_CHECKING:
     from tauto_core.machines.fluid_pendulum import DescentIsochronism, FluidPendulum
+
+
+# -----------------------------------------------------------------------------
+# How the period depends on the amplitude.
+
+# 150,000 turns; beyond, the rounding of an angle shows in the clock.
+LARGEST_ANGLE = 1e6
+
+# Periods are computed to 1e-12, but a table ends where a reader can do nothing with more: the rate
+# at a thousandth of a second a day, than which no marine chronometer is steadier, and the period
+# at the nanosecond, a tenth of that in a day and the last digit of a stamp. `--json` has all.
+PERIOD = '.9f'
+_COLUMNS = {
+    'amplitude_rad': ('amplitude rad', 14, '.6g'),
+    'amplitude_m': ('amplitude m', 14, '.6g'),
+    'descent_s': ('descent s', 13, PERIOD),
+    'period_s': ('period s', 13, PERIOD),
+    'rate_s_per_day': ('rate s/day', 13, '+z,.3f'),
+}
+"""Heading, width and format of each column."""
+
+
+@dataclass(frozen=True, eq=False)
+class SwingTable:
+    """Figures of free swings at several amplitudes; `str` gives them as a table.
+
+    Attributes:
+        nominal_period_s: time by which the dial advances in a full swing [s].
+    """
+
+    nominal_period_s: float
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Return the arrays, by name."""
+        return {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+
+    def __str__(self) -> str:
+        table = []
+        for name, column in self.columns().items():
+            heading, width, form = _COLUMNS[name]
+            cells = [heading, *(printed(value, form) for value in column.tolist())]
+            table.append([f'{cell:>{width}}' for cell in cells])
+        lines = ('  '.join(row) for row in zip(*table, strict=True))
+        return '\n'.join([f'nominal period {self.nominal_period_s:{PERIOD}} s', *lines])
+
+
+@dataclass(frozen=True, eq=False)
+class Isochronism(SwingTable):
+    """Period and rate of free swings on land at several amplitudes; `str` gives a table.
+
+    Attributes:
+        nominal_period_s: time by which the dial advances in a full swing [s].
+        amplitude_rad: amplitude of the swing, (n,) [rad].
+        period_s: period of a full swing, (n,) [s].
+        rate_s_per_day: what the clock gains a day, (n,) [s/day]; fast is positive.
+    """
+
+    amplitude_rad: FloatArray
+    period_s: FloatArray
+    rate_s_per_day: FloatArray
+
+
+def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
+    """Return what a clock gains in a day of true time, 86400 (T₀ − T)/T [s/day].
+
+    Args:
+        period_s: T, of a full swing in true time [s], > 0.
+        nominal_period_s: T₀, time by which the dial advances in a full swing [s], > 0.
+    """
+    return SECONDS_PER_DAY * (nominal_period_s - period_s) / period_s
+
+
+def isochronism(
+    machine: Regulator, amplitudes: Iterable[float], nominal_period_s: float | None = None
+) -> Isochronism:
+    """Return period and rate of free swings on land at several amplitudes.
+
+    Args:
+        machine: the machine; its drag and escapement are ignored.
+        amplitudes: [rad], each > 0, within the machine's range and at most 1e6.
+        nominal_period_s: time by which the dial advances in a full swing; the small-amplitude
+            period when left out.
+
+    Raises:
+        UsageError: no amplitude, or one out of range, before anything is computed.
+        SlackThreadError: a swing in which the thread goes slack.
+    """
+    asked = [float(amplitude) for amplitude in amplitudes]
+    edge = min(machine.range_rad, LARGEST_ANGLE)
+    if not asked:
+        raise UsageError('amplitudes: none given; give at least one, in radians')
+    for amplitude in asked:
+        if not 0.0 < amplitude <= edge:
+            raise UsageError(
+                f'amplitude {amplitude!r} rad: must be > 0 and within the range of the machine, '
+                f'{edge!r} rad; give another'
+            )
+    nominal = machine.small_period if nominal_period_s is None else nominal_period_s
+    period = np.array([machine.period(amplitude) for amplitude in asked])
+    rate = np.array([rate_s_per_day(each, nominal) for each in period.tolist()])
+    return Isochronism(nominal, np.array(asked), period, rate)
+
 
 AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
@@ -146,3 +250,97 @@ def _check_release(name: str, machine: AnyMachine) -> None:
         f'beyond {machine.limited_by} ±{edge!r} rad',
         f'Release the wheel nearer to rest{machine.wider_range(abs(machine.release_angle))}.',
     )
+
+
+# -----------------------------------------------------------------------------
+# The amplitude of a wheel, from its angle and rate at any instant.
+
+_SAME = 4.0 * np.finfo(float).eps
+
+
+def swing_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return the energy V(θ) + ½ M θ̇² of a swing as on land [J], (n,).
+
+    For a thread that swings it is the energy of small swings.
+
+    Args:
+        machine: the machine.
+        angle: θ of the wheel in its case [rad], (n,); an angle beyond the range counts as its end.
+        rate: θ̇ [rad/s], (n,).
+    """
+    if isinstance(machine, HangingMachine):
+        small = (machine.frequency * angle) ** 2 + rate * rate
+        return np.asarray(0.5 * machine.inertia * small)
+    if isinstance(machine, LeverMachine):
+        angle = np.clip(angle, *machine.sides)
+        return machine.potential(angle) + 0.5 * machine.mass_at(angle) * rate * rate
+    angle = np.clip(angle, -machine.range_rad, machine.range_rad)
+    return machine.potential(angle) + 0.5 * machine.mass(angle) * rate * rate
+
+
+def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
+    """Return R s θ [J], (n,), the term that recoil adds to the conserved energy (theory E2).
+
+    s, the sign of the last impulse, is that of a swing that reaches both impulses: sgn θ̇ beyond
+    the angle of the impulse, −sgn θ̇ before it.
+
+    Args:
+        machine: the machine.
+        angle: θ of the wheel in its case [rad], (n,).
+        rate: θ̇ [rad/s], (n,).
+    """
+    escapement = machine.escapement
+    if escapement is None or escapement.recoil == 0.0:
+        return np.zeros_like(angle)
+    way = np.where(rate < 0.0, -1.0, 1.0)
+    struck = np.where(way * angle > escapement.angle, way, -way)
+    return escapement.recoil * struck * angle
+
+
+def amplitude_of(machine: AnyMachine, energy: float) -> float:
+    """Return the amplitude A on land [rad] of a swing of the energy V(A) + R A [J].
+
+    For the lever it is the turning point on the positive side. It is at most the end of the range.
+
+    Args:
+        machine: the machine.
+        energy: sum of `swing_energy` and `recoil_energy`; a negative one counts as 0.
+    """
+    energy = max(energy, 0.0)
+    free = _free_amplitude(machine, energy)
+    recoil = 0.0 if machine.escapement is None else machine.escapement.recoil
+
+    def above(amplitude: float) -> float:
+        at_rest = swing_energy(machine, np.array([amplitude]), np.zeros(1))
+        return float(at_rest[0]) + recoil * amplitude - energy
+
+    if recoil == 0.0 or above(free) <= 0.0:
+        return free
+    from scipy.optimize import brentq  # slow to import
+
+    return float(brentq(above, 0.0, free, xtol=_SAME * free, rtol=_SAME))
+
+
+def nearest_period(machine: AnyMachine, amplitude: float) -> float:
+    """Return the period on land of free swings of an amplitude [s], or of a smaller one.
+
+    Where no such swing exists, as with an amplitude that only the sea makes possible, it is that
+    of half the amplitude, and so on. Half the amplitude has at least half the period: a period
+    grows at most in proportion to the amplitude, where the weight alone has inertia.
+
+    Args:
+        machine: the machine.
+        amplitude: as `amplitude_of` returns [rad].
+    """
+    while amplitude > 0.0:
+        try:
+            return machine.period(amplitude)
+        except (CamRangeError, SlackThreadError, SwingError, QuadratureError):
+            amplitude *= 0.5
+    return machine.small_period
+
+
+def _free_amplitude(machine: AnyMachine, energy: float) -> float:
+    if isinstance(machine, HangingMachine):
+        return math.sqrt(2.0 * energy / machine.inertia) / machine.frequency
+    return machine.angle_of_potential(energy)

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tauto_core.curves.descent_curve import within
-from tauto_core.curves.fluid_tautochrone import FluidTautochrone
-from tauto_core.curves.series import exponential_mean, logarithmic_mean
+from tauto_core.curves.fluid import FluidTautochrone, within
+from tauto_core.curves.numerics import exponential_mean, logarithmic_mean
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.curves.bisection import bisect
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import UsageError
 

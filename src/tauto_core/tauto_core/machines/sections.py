@@ -11,12 +11,9 @@ from pydantic import Field
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.kind import FOLDER as CAMS
 from tauto_core.curves.kind import CamKind
-from tauto_core.machines.drag import Drag
-from tauto_core.machines.escapement import EscapementKind
-from tauto_core.machines.power import FOLDER as POWERS
-from tauto_core.machines.power import PowerKind
-from tauto_core.machines.thread import FOLDER as THREADS
-from tauto_core.machines.thread import Parts, ThreadKind
+from tauto_core.machines.parts import POWERS, Drag, EscapementKind, PowerKind
+from tauto_core.machines.trochlea import FOLDER as THREADS
+from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.scene.errors import Problem, SceneError
 from tauto_core.scene.fields import Number, Positive, Section
 from tauto_core.scene.kinds import OneOf, kind_of, kinds_in

@@ -20,9 +20,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.curves.quadrature import QuadratureError, panel_nodes, running, unresolved
-from tauto_core.machines.drag import Drag
-from tauto_core.machines.escapement import EscapementKind
+from tauto_core.curves.numerics import QuadratureError, panel_nodes, running, unresolved
+from tauto_core.machines.parts import Drag, EscapementKind
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray

@@ -15,7 +15,7 @@ from decimal import Decimal, localcontext
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from tauto_core.curves.newton import bracketed_newton
+from tauto_core.curves.numerics import bracketed_newton
 from tauto_core.machines import LeverMachine, Machine
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.phase import (

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from tauto_core.curves.fluid_tautochrone import FluidTautochrone
+from tauto_core.curves.fluid import FluidTautochrone
 from tauto_core.machines import FluidPendulum
 from tauto_core.machines.descent import half_swing
-from tauto_core.machines.half_swing import far_end, grid_for, place
-from tauto_core.machines.reverse_swing import reverse_half_swing
+from tauto_core.machines.fluid_pendulum import far_end, grid_for, place, reverse_half_swing
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.phase import BELOW_ONE, DIGITS, PI
 from tauto_core.samples import FloatArray, IntArray, State

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.machines import HangingMachine, LeverMachine
-from tauto_core.machines.drag import Drag
+from tauto_core.machines.parts import Drag
 from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from tauto_core.kernels import inlined
-from tauto_core.machines.modes import Modes, exact_lengths, modes
+from tauto_core.machines.axle_pendulum import Modes, exact_lengths, modes
 from tauto_core.motion import stepping
 from tauto_core.motion.forcing import Polynomials, lifted_off, turned_over
 from tauto_core.motion.gauss_step import Omega, Work, make_work, sine_versine

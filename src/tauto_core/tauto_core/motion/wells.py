@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.polynomial.polynomial import polyval
 
-from tauto_core.curves.levers import (
+from tauto_core.curves.cam import (
     ArcLever,
     Lever,
     LinearLever,
@@ -21,10 +21,10 @@ from tauto_core.curves.levers import (
     SpringLever,
     TableLever,
 )
-from tauto_core.curves.newton import bracketed_newton
+from tauto_core.curves.numerics import bracketed_newton
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
-from tauto_core.machines.escapement import Ebb
+from tauto_core.machines.parts import Ebb
 from tauto_core.motion.events import is_due
 from tauto_core.motion.gauss_step import Omega, sine_versine
 from tauto_core.motion.lanes import (

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.curves.levers import ArcLever, Lever, LinearLever
+from tauto_core.curves.cam import ArcLever, Lever, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.motion import stepping

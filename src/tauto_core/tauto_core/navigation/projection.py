@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine
-from tauto_core.machines.drag import Drag
+from tauto_core.machines.parts import Drag
 from tauto_core.navigation.estimates import mean_rate
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict
 from tauto_core.navigation.longitude import ARCMIN_PER_S

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.curves.newton import bracketed_newton
+from tauto_core.curves.numerics import bracketed_newton
 from tauto_core.navigation.noise_kinds import KINDS, weights_of_kinds
 from tauto_core.navigation.power_law import Difference, degrees_of_freedom
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray, TimeSamples

@@ -10,9 +10,8 @@ from tauto_core.first_use import loaded_from
 from tauto_core.scene.errors import SceneError, TautoError
 
 if TYPE_CHECKING:
-    from tauto_core.machines.drag import Drag
-    from tauto_core.machines.escapement import Rest
     from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
+    from tauto_core.machines.parts import Drag, Rest
     from tauto_core.machines.sections import Trochlea
     from tauto_core.scene.data import data_path
     from tauto_core.scene.loader import (
@@ -66,13 +65,13 @@ _of_a_section = loaded_from(
         'AxleSuspension': 'tauto_core.ship.axle_suspension',
         'Clock': 'sections',
         'Component': 'tauto_core.ship.motions.components',
-        'Drag': 'tauto_core.machines.drag',
+        'Drag': 'tauto_core.machines.parts',
         'DriftSettings': 'sections',
         'FluidTautochroneRegulator': 'tauto_core.machines.fluid_regulator',
         'Log': 'sections',
         'Rao': 'tauto_core.ship.sea_sections',
         'Recorded': 'tauto_core.ship.recorded',
-        'Rest': 'tauto_core.machines.escapement',
+        'Rest': 'tauto_core.machines.parts',
         'Roll': 'tauto_core.ship.sea_sections',
         'Scene': 'models',
         'Sea': 'tauto_core.ship.sea_sections',

@@ -12,10 +12,8 @@ from typing import Annotated
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.machines.drag import Drag
-from tauto_core.machines.escapement import FOLDER as ESCAPEMENTS
-from tauto_core.machines.escapement import EscapementKind
 from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
+from tauto_core.machines.parts import ESCAPEMENTS, Drag, EscapementKind
 from tauto_core.machines.sections import Trochlea
 from tauto_core.scene.constants import DAY_S, STANDARD_GRAVITY
 from tauto_core.scene.errors import ABSENT, Problem

@@ -21,12 +21,9 @@ from pydantic.fields import FieldInfo
 
 from tauto_core.curves.kind import FOLDER as CAMS
 from tauto_core.machines.compiling import compile_trochlea
-from tauto_core.machines.drag import Drag
-from tauto_core.machines.escapement import FOLDER as ESCAPEMENTS
-from tauto_core.machines.escapement import EscapementKind
-from tauto_core.machines.power import FOLDER as POWERS
+from tauto_core.machines.parts import ESCAPEMENTS, POWERS, Drag, EscapementKind
 from tauto_core.machines.sections import Trochlea
-from tauto_core.machines.thread import FOLDER as THREADS
+from tauto_core.machines.trochlea import FOLDER as THREADS
 from tauto_core.scene.constants import STANDARD_GRAVITY
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.explain import models_of, one_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from tauto_core.machines.modes import Modes, modes
+from tauto_core.machines.axle_pendulum import Modes, modes
 from tauto_core.samples import NS_PER_S
 from tauto_core.scene import AxleSuspension, Scene
 from tauto_core.scene.errors import SceneError

@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.cam import Cam
-from tauto_core.curves.inversion import invert_lift
+from tauto_core.curves.cam import ArcLever, Cam, invert_lift
 from tauto_core.curves.kind import CamKind, Setting
-from tauto_core.curves.levers import ArcLever
-from tauto_core.curves.series import sine_defect
+from tauto_core.curves.numerics import sine_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.fields import Positive
 

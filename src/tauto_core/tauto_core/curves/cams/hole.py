@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.cam import arm_rounding
+from tauto_core.curves.cam import LinearCam, arm_rounding
 from tauto_core.curves.kind import CamKind, Setting
-from tauto_core.curves.linear_cam import LinearCam
-from tauto_core.curves.nearest import farther
+from tauto_core.curves.numerics import farther
 from tauto_core.samples import FloatArray
 from tauto_core.scene.fields import Positive
 

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
+from tauto_core.curves.cam import LinearCam
 from tauto_core.curves.kind import CamKind, Setting
-from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.curves.lever_parts import LeverSetting
-from tauto_core.curves.linear_cam import LinearCam
-from tauto_core.curves.series import arctangent_defect
+from tauto_core.curves.lever_geometry import LeverGeometry, LeverSetting
+from tauto_core.curves.numerics import arctangent_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.fields import Positive
 

@@ -27,11 +27,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from tauto_core.curves import lever_parts
+from tauto_core.curves import lever_geometry
 from tauto_core.curves.kind import CamKind
-from tauto_core.curves.lever_parts import LeverSetting, Loads, Pose
-from tauto_core.curves.nearest import choices
-from tauto_core.curves.quadrature import integrate
+from tauto_core.curves.lever_geometry import LeverSetting, Loads, Pose
+from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.fields import Positive
 
@@ -120,12 +119,12 @@ class CorrectedLeverGeometry:
 
     def tau_of(self, theta: FloatArray) -> FloatArray:
         """Return τ of the wheel's angle, within the edges."""
-        return lever_parts.tau_of(theta, self.edges, self.theta, self._theta_rate)
+        return lever_geometry.tau_of(theta, self.edges, self.theta, self._theta_rate)
 
     @cached_property
     def edges(self) -> tuple[float, float]:
         """Least and largest τ at which thread, lever and a convex cam are compatible."""
-        return lever_parts.edges(self._usable)
+        return lever_geometry.edges(self._usable)
 
     def lever_arm(self, tau: FloatArray) -> FloatArray:
         """Return t, the distance of the thread from the axle, with the sign of θ [m]."""
@@ -225,7 +224,7 @@ class CorrectedLeverGeometry:
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         line = self._line(tau)
-        fits = lever_parts.clear(line.beta, line.delta, (line.reach - line.p) / self.length)
+        fits = lever_geometry.clear(line.beta, line.delta, (line.reach - line.p) / self.length)
         return np.asarray(fits & (self.radius_of_curvature(tau) > 0.0))
 
 

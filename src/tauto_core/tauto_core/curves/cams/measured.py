@@ -18,6 +18,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from pydantic import Field
 
+from tauto_core.curves.cam import TableLever
 from tauto_core.curves.cams.table import (
     HEADER,
     Table,
@@ -28,8 +29,7 @@ from tauto_core.curves.cams.table import (
     wrappable,
 )
 from tauto_core.curves.kind import CamKind, Setting
-from tauto_core.curves.levers import TableLever
-from tauto_core.curves.nearest import nearest_if_any
+from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.samples import FloatArray
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError

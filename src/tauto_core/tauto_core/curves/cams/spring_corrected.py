@@ -10,11 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.corrected_cam import CorrectedCam
-from tauto_core.curves.curvature import hollow
+from tauto_core.curves.cam import CorrectedCam, SpringLever, hollow
 from tauto_core.curves.kind import CamKind, Setting, rate_for_period
-from tauto_core.curves.levers import SpringLever
-from tauto_core.curves.nearest import farther, nearest
+from tauto_core.curves.numerics import farther, nearest
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.fields import Positive

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
+from tauto_core.curves.cam import FitError
 from tauto_core.curves.cams.table import Fitted
-from tauto_core.curves.fitting import FitError
 from tauto_core.curves.kind import CamKind, Setting, rate_for_period
 from tauto_core.curves.synthesis import PowerTrain, SynthesisError, synthesise, synthesised_cam
 from tauto_core.scene.errors import SceneError

@@ -15,11 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.cam import Cam
-from tauto_core.curves.curvature import hollow
-from tauto_core.curves.inversion import invert_lift
+from tauto_core.curves.cam import Cam, SmoothLever, TableLever, hollow, invert_lift
 from tauto_core.curves.kind import CamKind, Setting
-from tauto_core.curves.levers import SmoothLever, TableLever
 from tauto_core.samples import FloatArray
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError

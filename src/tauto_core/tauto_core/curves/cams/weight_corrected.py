@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.corrected_cam import CorrectedCam
-from tauto_core.curves.fitting import smooth_lever
+from tauto_core.curves.cam import CorrectedCam, SmoothLever, smooth_lever
 from tauto_core.curves.kind import CamKind, Setting, rate_for_period
-from tauto_core.curves.levers import SmoothLever
-from tauto_core.curves.nearest import farther, nearest
-from tauto_core.curves.newton import bracketed_newton
-from tauto_core.curves.series import arctangent_defect, sine_defect
+from tauto_core.curves.numerics import (
+    arctangent_defect,
+    bracketed_newton,
+    farther,
+    nearest,
+    sine_defect,
+)
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.scene.fields import Positive

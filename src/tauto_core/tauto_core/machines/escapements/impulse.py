@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from tauto_core.machines.escapement import Ebb, EscapementKind, Train
+from tauto_core.machines.parts import Ebb, EscapementKind, Train
 
 
 class Escapement(EscapementKind):

@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
-from tauto_core.machines.escapement import Ebb, EscapementKind, Train
+from tauto_core.machines.parts import Ebb, EscapementKind, Train
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.fields import Positive, Section
 

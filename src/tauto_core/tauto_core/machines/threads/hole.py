@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from tauto_core.machines.thread import ThreadKind
+from tauto_core.machines.trochlea import ThreadKind
 from tauto_core.scene.fields import Positive
 
 

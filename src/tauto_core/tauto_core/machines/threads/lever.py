@@ -19,12 +19,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.curvature import possible_lever
-from tauto_core.curves.lever_parts import LeverSetting, LeverShape, Loads
-from tauto_core.curves.quadrature import integrate
-from tauto_core.machines.drag import Drag
-from tauto_core.machines.escapement import EscapementKind
-from tauto_core.machines.thread import Parts, ThreadKind
+from tauto_core.curves.cam import possible_lever
+from tauto_core.curves.lever_geometry import LeverSetting, LeverShape, Loads
+from tauto_core.curves.numerics import integrate
+from tauto_core.machines.parts import Drag, EscapementKind
+from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 from tauto_core.scene.fields import NonNegative, Positive

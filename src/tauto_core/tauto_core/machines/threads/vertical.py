@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from tauto_core.machines.thread import ThreadKind
+from tauto_core.machines.trochlea import ThreadKind
 
 
 class VerticalThread(ThreadKind):

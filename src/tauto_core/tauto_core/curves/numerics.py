@@ -1,0 +1,325 @@
+"""Numerics of curves: small differences, roots, bisection, the nearest value, quadrature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import TautoError
+
+# -----------------------------------------------------------------------------
+# Differences of nearly equal functions, to full relative precision at small arguments.
+
+
+def sine_defect(x: FloatArray) -> FloatArray:
+    """Return x − sin x, by its power series where |x| < 1."""
+    small = np.where(np.abs(x) < 1.0, x, 0.0)
+    square = small * small
+    tail = np.ones_like(square)
+    for k in range(9, 1, -1):
+        tail = 1.0 - square / (2 * k * (2 * k + 1)) * tail
+    return np.where(np.abs(x) < 1.0, small * square / 6.0 * tail, x - np.sin(x))
+
+
+def involute_defect(x: FloatArray) -> FloatArray:
+    """Return sin x − x cos x, by its power series where |x| < 1."""
+    small = np.where(np.abs(x) < 1.0, x, 0.0)
+    square = small * small
+    tail = np.ones_like(square)
+    for k in range(9, 0, -1):
+        tail = 1.0 - square / (2 * k * (2 * k + 3)) * tail
+    return np.where(np.abs(x) < 1.0, small * square / 3.0 * tail, np.sin(x) - x * np.cos(x))
+
+
+def arctangent_defect(x: FloatArray) -> FloatArray:
+    """Return x − arctan x, by its power series where |x| < 1/2."""
+    small = np.where(np.abs(x) < 0.5, x, 0.0)
+    square = small * small
+    series = np.zeros_like(square)
+    for k in range(26, 0, -1):
+        series = 1.0 / (2 * k + 1) - square * series
+    return np.where(np.abs(x) < 0.5, small * square * series, x - np.arctan(x))
+
+
+def exponential_mean(z: FloatArray) -> FloatArray:
+    """Return (eᶻ − 1)/z, the mean of the exponential from 0 to z; 1 at 0."""
+    apart = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.expm1(apart) / apart)
+
+
+def exponential_defect(z: FloatArray) -> FloatArray:
+    """Return 2 (eᶻ − 1 − z)/z², 1 at 0, by its power series where |z| < 1."""
+    series = np.ones_like(z)
+    small = np.where(np.abs(z) < 1.0, z, 0.0)
+    for k in range(20, 2, -1):
+        series = 1.0 + small / k * series
+    large = np.where(np.abs(z) < 1.0, 1.0, z)
+    return np.where(np.abs(z) < 1.0, series, 2.0 * (np.expm1(large) - large) / (large * large))
+
+
+def logarithmic_mean(z: FloatArray) -> FloatArray:
+    """Return ln(1 + z)/z, 1 at 0, for z > −1."""
+    apart = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.log1p(apart) / apart)
+
+
+# -----------------------------------------------------------------------------
+# Newton's method for many equations at once, each independent of the others.
+
+_STEPS = 100
+
+
+def bracketed_newton(
+    equation: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    start: FloatArray,
+    bracket: tuple[FloatArray | float, FloatArray | float],
+    relative: float = 0.0,
+    absolute: FloatArray | float = 0.0,
+) -> FloatArray:
+    """Return the roots of increasing functions, in the shape of `start`.
+
+    Newton's method inside a bracket that only shrinks; where a step would leave the bracket, the
+    bracket is halved. An element whose last step was within the tolerance keeps its value while
+    others continue, so the bits of a root do not depend on the rest of the batch.
+
+    Args:
+        equation: value and derivative of the functions at x, element by element.
+        start: first x.
+        bracket: least and largest x, broadcast against `start`; infinite where Newton's method
+            cannot overshoot.
+        relative: tolerance of the last step, as a share of the root.
+        absolute: further tolerance of the last step, added to the first; broadcast too.
+    """
+    low, high = (np.broadcast_to(np.asarray(end, np.float64), start.shape) for end in bracket)
+    x, settled = np.clip(start, low, high), np.zeros(start.shape, np.bool_)
+    for _ in range(_STEPS):
+        value, slope = equation(x)
+        low, high = np.where(value <= 0.0, x, low), np.where(value >= 0.0, x, high)
+        # where the derivative is 0 the bracket is halved
+        with np.errstate(divide='ignore', invalid='ignore'):
+            trial = x - value / slope
+        inside = (trial >= low) & (trial <= high)
+        moved = np.where(inside, trial, 0.5 * (low + high))
+        near = np.abs(moved - x) <= absolute + relative * np.abs(moved)
+        x, settled = np.where(settled, x, moved), settled | near
+        if np.all(settled):
+            break
+    return np.asarray(x)
+
+
+# -----------------------------------------------------------------------------
+# Finding the place where a condition ceases to hold, by bisection.
+
+HALVINGS = 60
+"""Number of halvings, after which the interval is no longer than the rounding error of its first
+length.
+"""
+
+
+def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
+    """Return two neighbouring numbers: at the first a condition holds, at the second it does not.
+
+    Args:
+        holds: the condition, true from `good` up to one place and false from there to `bad`.
+        good: a number at which it holds.
+        bad: a number at which it does not, on either side.
+    """
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good, bad
+
+
+# -----------------------------------------------------------------------------
+# The nearest value that works, which errors name as the remedy.
+
+MOST_STEPS = 40
+# the interval is then narrower than the rounding to the printed digits
+_NEAREST_HALVINGS = 20
+_DIGITS = 4
+
+
+def nearest(value: float, factor: float, works: Callable[[float], bool]) -> float:
+    """Return the nearest value that works, in the direction of the factor.
+
+    It is rounded to four digits, away from the value that does not work.
+
+    Args:
+        value: > 0, does not work.
+        factor: other than 1; applied repeatedly until a value works.
+        works: test of a value; true for all values beyond the first that works.
+    """
+    bad, good = value, value * factor
+    while not works(good):
+        bad, good = good, good * factor
+    return _between(bad, good, works)
+
+
+def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
+    """Return the same, or None if 40 steps by the factor find nothing that works."""
+    bad, good = value, value * factor
+    for _ in range(MOST_STEPS):
+        if works(good):
+            return _between(bad, good, works)
+        bad, good = good, good * factor
+    return None
+
+
+def farther(arm: float) -> str:
+    """Return the remedy for a cam whose lever arm would be too long for its hole [m]."""
+    return f', or move the hole to at least {arm:.6g} m from the axle'
+
+
+def choices(*tried: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+    """Return the remedies that work, as the end of a sentence; empty if none does."""
+    found = that_work(*tried)
+    return f', or use {found}' if found else ''
+
+
+def that_work(*tried: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+    """Return the remedies that work: each as words, unit, value, direction and test."""
+    found = (
+        (words, unit, nearest_if_any(value, factor, works))
+        for words, unit, value, factor, works in tried
+    )
+    return ' or '.join(
+        f'{words} {value:.4g} {unit}' for words, unit, value in found if value is not None
+    )
+
+
+def _between(bad: float, good: float, works: Callable[[float], bool]) -> float:
+    up = good > bad
+    for _ in range(_NEAREST_HALVINGS):
+        middle = math.sqrt(bad) * math.sqrt(good)
+        bad, good = (bad, middle) if works(middle) else (middle, good)
+    exponent = math.floor(math.log10(good)) + 1 - _DIGITS
+    share = good / 10.0**exponent
+    digits, step = (math.ceil(share), 1) if up else (math.floor(share), -1)
+    # tests the number as it will be typed, since near the edge rounding decides
+    while not works(typed := float(f'{digits}e{exponent}')):
+        digits += step
+    return typed
+
+
+# -----------------------------------------------------------------------------
+# Integrals of smooth functions to rounding.
+
+_NODES = 24
+_HALVINGS = 48
+_PANELS = 1024
+_TOLERANCE = 1e-14
+
+
+class QuadratureError(TautoError):
+    """An integral that does not converge, since the function is not smooth."""
+
+
+def integrate(
+    function: Callable[[FloatArray], FloatArray], lower: FloatArray, upper: FloatArray
+) -> FloatArray:
+    """Return the integrals of a function over n intervals, shape (n,).
+
+    24-point Gauss–Legendre; each panel is halved until that changes it by less than 1e-14 of the
+    whole integral, and the value of the halves is returned. Layers as thin as 2⁻⁴⁸ of the interval
+    are found. The bits of an integral do not depend on the other intervals.
+
+    Args:
+        function: a function of an array of any shape, element by element, smooth within each
+            interval.
+        lower: lower limits, shape (n,).
+        upper: upper limits, shape (n,).
+
+    Raises:
+        QuadratureError: no such agreement after 48 halvings, or with 1024 panels at once.
+    """
+    count = len(lower)
+    owner, left, width = np.arange(count), lower, upper - lower
+    settled = np.zeros(count)
+    coarse = gauss(function, left, width)
+    for _ in range(_HALVINGS):
+        half = 0.5 * width
+        left, half = np.stack([left, left + half], axis=1), np.stack([half, half], axis=1)
+        fine = gauss(function, left.ravel(), half.ravel()).reshape(-1, 2)
+        both = fine[:, 0] + fine[:, 1]
+        whole = np.abs(settled + np.bincount(owner, both, count))
+        open_ = ~(np.abs(both - coarse) <= _TOLERANCE * whole[owner])
+        settled = settled + np.bincount(owner[~open_], both[~open_], count)
+        if not open_.any():
+            return settled
+        owner, coarse = np.repeat(owner[open_], 2), fine[open_].ravel()
+        left, width = left[open_].ravel(), half[open_].ravel()
+        if np.bincount(owner).max() > _PANELS:
+            break
+    raise QuadratureError(
+        f'an integral does not settle to {_TOLERANCE:g} of itself, with panels of {_NODES} nodes '
+        'halved again and again: the machine is too stiff; use a smaller amplitude'
+    )
+
+
+@lru_cache(maxsize=1)
+def _rule() -> tuple[FloatArray, FloatArray]:
+    return np.polynomial.legendre.leggauss(_NODES)
+
+
+def gauss(
+    function: Callable[[FloatArray], FloatArray], left: FloatArray, width: FloatArray
+) -> FloatArray:
+    """Return 24-point Gauss–Legendre sums over intervals, shape (n,).
+
+    Args:
+        function: a function of an array of any shape, element by element.
+        left: where the intervals begin, shape (n,).
+        width: lengths of the intervals, shape (n,).
+    """
+    nodes, weights = _rule()
+    values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
+    # along the last axis, so that the order of summation does not depend on the shape
+    total: FloatArray = np.sum(values * weights, axis=-1)
+    return 0.5 * width * total
+
+
+def panel_nodes(edges: FloatArray) -> FloatArray:
+    """Return the 24 Gauss–Legendre nodes of each panel between edges, shape (panels, 24)."""
+    return edges[:-1, None] + np.diff(edges)[:, None] * (0.5 * (1.0 + _rule()[0]))
+
+
+def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
+    """Return the integrals from the first edge to each node, and to the last edge.
+
+    Args:
+        values: the values of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
+        edges: edges of the panels, ascending, shape (panels + 1,).
+    """
+    width = 0.5 * np.diff(edges)
+    parts = width * np.sum(values * _rule()[1], axis=-1)
+    before = np.concatenate([[0.0], np.cumsum(parts)])
+    within = width[:, None] * np.sum(values[:, None, :] * _from_left(), axis=-1)
+    return before[:-1, None] + within, float(before[-1])
+
+
+def unresolved(values: FloatArray) -> float:
+    """Return the size of the last Legendre coefficients of the panels against the largest value.
+
+    Args:
+        values: the values at `panel_nodes`, shape (panels, 24).
+    """
+    nodes, weights = _rule()
+    last = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]
+    tails = np.abs(np.sum(values[..., None] * last, axis=1)) * _NODES
+    return float(np.max(tails) / np.max(np.abs(values)))
+
+
+@lru_cache(maxsize=1)
+def _from_left() -> FloatArray:
+    """Return the weights of the integrals from −1 to each node, shape (24, 24)."""
+    nodes, weights = _rule()
+    basis = np.polynomial.legendre.legvander(nodes, _NODES)
+    orders = np.arange(1, _NODES)
+    integrals = (basis[:, 2:] - basis[:, :-2]) / (2.0 * orders + 1.0)
+    integrals = np.concatenate([nodes[:, None] + 1.0, integrals], axis=1)
+    projection = basis[:, :_NODES] * (2.0 * np.arange(_NODES) + 1.0) * 0.5 * weights[:, None]
+    return np.asarray(integrals @ projection.T)

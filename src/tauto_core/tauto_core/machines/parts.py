@@ -1,0 +1,266 @@
+"""The parts of a regulator: what all drags, escapements and powers share, and what it tells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, NamedTuple, Protocol
+
+from pydantic import Field, Strict
+
+from tauto_core.curves.kind import Pull
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import Problem
+from tauto_core.scene.fields import NonNegative, Number, Section
+from tauto_core.scene.kinds import Kind
+
+# -----------------------------------------------------------------------------
+# The drag on the wheel: torques against its motion in the case (theory E2).
+
+
+class Drag(Section):
+    """Torque against the motion of the wheel in its case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇."""
+
+    viscous: NonNegative = Field(default=0.0, description='c₁ [N m s]')
+    quadratic: NonNegative = Field(default=0.0, description='c₂ [N m s2]')
+    coulomb: NonNegative = Field(default=0.0, description='c₀ [N m]')
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether all of it is 0."""
+        return not (self.viscous or self.quadratic or self.coulomb)
+
+    def torque(self, rate: FloatArray) -> FloatArray:
+        """Return the torque against the motion at θ̇ ≥ 0 [N m]."""
+        return self.viscous * rate + self.quadratic * rate * rate + self.coulomb
+
+    def with_friction(self, friction: float) -> Drag:
+        """Return the drag together with another friction [N m]."""
+        return Drag(
+            viscous=self.viscous, quadratic=self.quadratic, coulomb=self.coulomb + friction
+        )
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the terms that are 0."""
+        terms = {
+            'viscous drag': self.viscous,
+            'quadratic drag': self.quadratic,
+            'friction': self.coulomb,
+        }
+        return tuple(name for name, value in terms.items() if not value)
+
+
+# -----------------------------------------------------------------------------
+# What all kinds of escapement share: keys, energy of the impulses, messages.
+
+ESCAPEMENTS = 'tauto_core.machines.escapements'
+
+
+class Rest(Section):
+    """Friction and recoil of the tooth that rests on a pallet between impulses (theory E2)."""
+
+    friction: NonNegative = Field(
+        default=0.0, description='friction torque against the motion [N m]'
+    )
+    recoil: NonNegative = Field(
+        default=0.0,
+        description='constant torque against the direction of the last impulse, '
+        'until the next [N m]',
+    )
+
+
+class Ebb(NamedTuple):
+    """How the impulses weaken while the spring or weight that drives them runs down.
+
+    The impulse number k since the start has the energy·(1 + fall·(½ − u)), u = (k mod n + ½)/n,
+    with n impulses between windings; so the mean over a winding is the energy itself.
+
+    Attributes:
+        fall: fall of the energy from the first impulse after a winding to the last, relative to
+            its mean.
+        impulses: number n of impulses between two windings.
+    """
+
+    fall: float
+    impulses: int
+
+    def strength(self, given: int) -> float:
+        """Return the next impulse's energy relative to the mean, after `given` impulses."""
+        return 1.0 + self.fall * (0.5 - (given % self.impulses + 0.5) / self.impulses)
+
+
+class Train(Section):
+    """A driving train that weakens between two windings."""
+
+    fall: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
+        description='fall of the driving energy from one winding to just before the next, '
+        'relative to its mean, 0 to 1'
+    )
+    impulses: Annotated[int, Strict(), Field(ge=1, le=10**9)] = Field(
+        description='impulses of the escapement between two windings, 1 to 1e9'
+    )
+
+
+class EscapementKind(Kind):
+    """Impulse once a beat, at angle · sgn θ̇ (positive: after the middle).
+
+    Each kind is a module of `machines/escapements` that names its `KIND`.
+    """
+
+    kind: str
+    energy: NonNegative = Field(
+        description='energy given each beat [J]; 0 only where recoil drives the wheel'
+    )
+    angle: Number = Field(
+        default=0.0,
+        description='angle of the wheel in its case at the '
+        'impulse [rad], positive after the middle',
+    )
+    rest: Rest | None = Field(default=None, description='mapping: friction, recoil')
+
+    @property
+    def ebb(self) -> Ebb | None:
+        """How impulses weaken between windings; None if they are all equal."""
+        return None
+
+    @property
+    def recoil(self) -> float:
+        """Constant torque against the direction of the last impulse, until the next [N m]."""
+        return 0.0 if self.rest is None else self.rest.recoil
+
+    @property
+    def friction(self) -> float:
+        """Friction torque against the motion [N m]."""
+        return 0.0 if self.rest is None else self.rest.friction
+
+    @property
+    def work(self) -> float:
+        """Mean energy that it gives in a swing: two impulses, and the loop of the recoil [J]."""
+        return 2.0 * self.energy + 4.0 * self.recoil * self.angle
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between its keys."""
+        if self.energy == 0.0 and not self.work > 0.0:
+            yield Problem(
+                'escapement.energy',
+                0.0,
+                'must be greater than 0 J: nothing else drives the wheel, since recoil does so '
+                'only where it is held past the middle (escapement.rest.recoil and '
+                'escapement.angle greater than 0)',
+                'Give the impulse an energy, or both recoil and a positive angle.',
+            )
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the terms that it does not have."""
+        return () if self.recoil else ('recoil',)
+
+
+# -----------------------------------------------------------------------------
+# What all kinds of power share: keys, pull, messages.
+
+POWERS = 'tauto_core.machines.powers'
+
+
+class PowerKind(Kind):
+    """What pulls the thread. Each kind is a module of `machines/powers` that names its `KIND`.
+
+    Its mechanics, in Python and compiled, are its `pull`, whose form covers weights, springs,
+    constant forces and their sums.
+
+    Attributes:
+        words: name of the power in messages.
+    """
+
+    words: ClassVar[str]
+
+    kind: str
+
+    @property
+    def pull(self) -> Pull:
+        """The pull in the thread."""
+        raise NotImplementedError
+
+    @property
+    def acts_as(self) -> str:
+        """The effect that a cam would have to correct: `weight` or `spring`; `force`: none."""
+        pull = self.pull
+        if pull.carried_mass:
+            return 'weight'
+        return 'spring' if pull.stiffness else 'force'
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the terms that it does not have."""
+        return ()
+
+
+# -----------------------------------------------------------------------------
+# The attributes that every regulator has, whatever its construction.
+
+
+class Regulator(Protocol):
+    """A wheel that swings, with any kind of thread and power."""
+
+    @property
+    def inertia(self) -> float:
+        """I of the wheel about its axle [kg m2]."""
+        ...
+
+    @property
+    def drag(self) -> Drag | None:
+        """Drag torques against the motion in the case."""
+        ...
+
+    @property
+    def escapement(self) -> EscapementKind | None:
+        """The escapement."""
+        ...
+
+    @property
+    def release_angle(self) -> float:
+        """Angle of release of the wheel in its case, at rest at the start [rad]."""
+        ...
+
+    @property
+    def frequency(self) -> float:
+        """Small-amplitude angular frequency on land [rad/s]."""
+        ...
+
+    @property
+    def small_period(self) -> float:
+        """Small-amplitude period on land [s]."""
+        ...
+
+    @property
+    def range_rad(self) -> float:
+        """Largest angle, to either side, that cam and thread allow [rad]."""
+        ...
+
+    @property
+    def follows_apparent_vertical(self) -> bool:
+        """Whether the direction of the apparent vertical acts on it."""
+        ...
+
+    @property
+    def feels_gravity(self) -> bool:
+        """Whether the strength of the apparent gravity acts on it."""
+        ...
+
+    def felt_angle(self, angle: float, tilt: float) -> float:
+        """Return the angle that `range_rad` bounds [rad].
+
+        Args:
+            angle: angle of the wheel in its case [rad].
+            tilt: tilt of the apparent vertical in the case, β − α_c [rad].
+        """
+        ...
+
+    def period(self, amplitude: float) -> float:
+        """Return the period of free swings on land, without drag [s]."""
+        ...
+
+    def wider_range(self, amplitude: float) -> str:
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
+
+        Args:
+            amplitude: the amplitude that the range should include [rad], > 0.
+        """
+        ...
