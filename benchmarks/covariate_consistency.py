@@ -38,9 +38,8 @@ from scipy.stats import chi2
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import DriftStage, clock_model, prior
 from tauto_core.navigation.coefficient_runs import fit, runs
-from tauto_core.navigation.dense import covariance, means
 from tauto_core.navigation.hindsight import filtered_drift
-from tauto_core.navigation.kalman import ClockModel, predict
+from tauto_core.navigation.kalman import ClockModel, covariance, means, predict
 from tauto_core.navigation.regressors import RecordedIntegrals, Regressors, integral_names
 from tauto_core.samples import (
     CORRECTED,

@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 from tauto_core.navigation import ClockModel, Known, filter_phases, prior
-from tauto_core.navigation.track import Track
+from tauto_core.navigation.drift import Track
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY
 
 COUNT, ONE_BY_ONE, RUNS = 100_000, 10_000, 5

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.navigation.rate_scatter import TOO_SHORT
+from tauto_core.navigation.verdict import TOO_SHORT
 from tauto_core.scene import load_scene, shipped_scenes
 from tauto_core.voyage import sail
 

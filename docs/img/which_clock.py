@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from tauto_core.figure_file import write_figure
 from tauto_core.fleets import Fleet, Plan, sail_fleet
 from tauto_core.fleets.answers import distances, shares_within
-from tauto_core.navigation.prize import AWARDS
+from tauto_core.navigation.longitude import AWARDS
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.workers import Crew

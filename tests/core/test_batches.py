@@ -44,10 +44,9 @@ from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMo
 from tauto_core.machines.compiling import swing_energy
 from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
-from tauto_core.navigation.filtering import Known, filter_phases
-from tauto_core.navigation.kalman import ClockModel, predict, prior
-from tauto_core.navigation.phases import observed_phases
-from tauto_core.navigation.smoother import smooth
+from tauto_core.navigation.drift import observed_phases
+from tauto_core.navigation.hindsight import smooth
+from tauto_core.navigation.kalman import ClockModel, Known, filter_phases, predict, prior
 from tauto_core.ship.legs import wrap_degrees
 
 INERTIA, OMEGA = 4e-4, math.pi

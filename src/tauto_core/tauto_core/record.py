@@ -14,7 +14,7 @@ from tauto_core import replaying, voyage
 from tauto_core.bags import BagWriter, check_folder, read_bag
 from tauto_core.bags.writer import CUT_SHORT
 from tauto_core.call_words import in_words_of_calls
-from tauto_core.navigation.estimates import MEAN_RATE_NAMES
+from tauto_core.navigation.drift import MEAN_RATE_NAMES
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,

@@ -18,8 +18,8 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.motion import propagator_name
-from tauto_core.navigation.assumptions import dial_model
 from tauto_core.navigation.coefficient_runs import coefficients, fit, runs
+from tauto_core.navigation.drift import dial_model
 from tauto_core.readiness import check_scene, oddities
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import TautoError

@@ -23,8 +23,7 @@ from tauto_core.navigation import (
     forgets_its_start,
     projection,
 )
-from tauto_core.navigation.assumptions import dial_model, expected_walk_per_s
-from tauto_core.navigation.estimates import has_mean_rate, mean_rate
+from tauto_core.navigation.drift import dial_model, expected_walk_per_s, has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,

@@ -280,7 +280,7 @@ def test_estimator_and_longitude_begin_again_with_a_dial_set_anew():
 
 
 def test_a_fix_from_the_future_does_not_block_those_that_follow():
-    from tauto_core.navigation.route import Route
+    from tauto_core.navigation.longitude import Route
 
     longitude = LongitudeStage(SCENE, expect_fix=False)
     stamps = START_NS + 10**9 * np.arange(5)

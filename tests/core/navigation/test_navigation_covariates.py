@@ -6,11 +6,9 @@ from scipy.linalg import expm
 from scipy.stats import chi2
 
 from tauto_core.navigation import ClockModel, Known, filter_phases, predict, prior
-from tauto_core.navigation.coefficients import Coefficient
-from tauto_core.navigation.dense import covariance, means
-from tauto_core.navigation.kalman import same_fields
-from tauto_core.navigation.smoother import smooth
-from tauto_core.navigation.track import Track
+from tauto_core.navigation.drift import Track
+from tauto_core.navigation.hindsight import smooth
+from tauto_core.navigation.kalman import Coefficient, covariance, means, same_fields
 from tauto_core.samples import SECONDS_PER_DAY as DAY
 
 S = 1_000_000_000

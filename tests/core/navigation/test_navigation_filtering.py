@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.navigation import ClockModel, Known, filter_phases, predict, prior, update
-from tauto_core.navigation.filtering import REFUSED, REOPENED, USED
-from tauto_core.navigation.track import REMEMBERED, Track
+from tauto_core.navigation.drift import REMEMBERED, Track
+from tauto_core.navigation.kalman import REFUSED, REOPENED, USED
 
 DAY_S = 86_400.0
 DAY = 86_400_000_000_000

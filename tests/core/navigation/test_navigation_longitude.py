@@ -17,8 +17,7 @@ from tauto_core.navigation import (
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.navigation.longitude import wrap_degrees
-from tauto_core.navigation.route import fix_samples
+from tauto_core.navigation.longitude import fix_samples, wrap_degrees
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.navigation import DriftStage, LongitudeStage, drift_warnings, estimate_names
+from tauto_core.navigation.longitude import fix_samples
 from tauto_core.navigation.regressors import (
     HELD_S,
     MEAN_S,
@@ -15,7 +16,6 @@ from tauto_core.navigation.regressors import (
     Regressors,
     integral_names,
 )
-from tauto_core.navigation.route import fix_samples
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,

@@ -8,8 +8,8 @@ from scipy.linalg import expm
 from scipy.stats import chi2
 
 from tauto_core.navigation import ClockModel, Known, filter_phases, predict, prior
-from tauto_core.navigation.filtering import REFUSED, REOPENED
-from tauto_core.navigation.smoother import smooth
+from tauto_core.navigation.hindsight import smooth
+from tauto_core.navigation.kalman import REFUSED, REOPENED
 
 S = 1_000_000_000
 

@@ -9,8 +9,14 @@ import allantools
 import numpy as np
 import pytest
 
-from tauto_core.navigation.power_law import Difference, degrees_of_freedom
-from tauto_core.navigation.stability import FEWEST, error_of, stability, stability_of
+from tauto_core.navigation.stability import (
+    FEWEST,
+    Difference,
+    degrees_of_freedom,
+    error_of,
+    stability,
+    stability_of,
+)
 from tauto_core.samples import TimeSamples, same
 from tauto_core.scene.errors import EstimationError
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.fleets.plan import Plan
-from tauto_core.navigation.prize import AWARDS, LEAST_UNCHECKED_DAYS
+from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.wording import span
 

@@ -10,7 +10,7 @@ import numpy as np
 from tauto_core.figure_file import write_figure
 from tauto_core.fleets.answers import distances
 from tauto_core.fleets.sailing import Fleet
-from tauto_core.navigation.prize import AWARDS
+from tauto_core.navigation.longitude import AWARDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,22 +1,38 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
-from tauto_core.navigation.assumptions import clock_model
-from tauto_core.navigation.drift import DriftStage
-from tauto_core.navigation.drift_warnings import drift_warnings
-from tauto_core.navigation.estimates import ESTIMATE_NAMES, estimate_names
-from tauto_core.navigation.filtering import Filtered, Known, filter_phases
-from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior, update
-from tauto_core.navigation.longitude import ERROR_NAMES, LongitudeStage
-from tauto_core.navigation.prize import (
+from tauto_core.navigation.drift import (
+    ESTIMATE_NAMES,
+    DriftStage,
+    clock_model,
+    drift_warnings,
+    estimate_names,
+)
+from tauto_core.navigation.kalman import (
+    ClockModel,
+    Estimate,
+    Filtered,
+    Known,
+    filter_phases,
+    predict,
+    prior,
+    update,
+)
+from tauto_core.navigation.longitude import (
+    ERROR_NAMES,
     LEAST_UNCHECKED_DAYS,
+    LongitudeStage,
+    Route,
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.navigation.projection import forgets_its_start, projection
-from tauto_core.navigation.rate_scatter import RateError, RateScatter
-from tauto_core.navigation.rated_time import RatedTime
-from tauto_core.navigation.route import Route
-from tauto_core.navigation.tally import LongitudeTally
+from tauto_core.navigation.verdict import (
+    LongitudeTally,
+    RatedTime,
+    RateError,
+    RateScatter,
+    forgets_its_start,
+    projection,
+)
 
 __all__ = [
     'ERROR_NAMES',

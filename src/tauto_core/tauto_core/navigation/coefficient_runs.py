@@ -23,9 +23,8 @@ import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import LeverMachine, Machine, NoSteadySwing, compile_machine, steady_swing
-from tauto_core.navigation.assumptions import dial_model
-from tauto_core.navigation.coefficients import Coefficient
-from tauto_core.navigation.kalman import ClockModel
+from tauto_core.navigation.drift import dial_model
+from tauto_core.navigation.kalman import ClockModel, Coefficient
 from tauto_core.navigation.regressors import Regressors
 from tauto_core.samples import (
     NS_PER_S,

@@ -3,28 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from operator import sub
-from typing import ClassVar, cast
+from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
 from tauto_core.clockwork.dial_setting import DialSetting
-from tauto_core.navigation.assumptions import clock_model
-from tauto_core.navigation.estimates import Passed, estimates
-from tauto_core.navigation.filtering import REFUSED, REOPENED, Filtered, Known, filter_phases
-from tauto_core.navigation.kalman import predict, prior, reopen
-from tauto_core.navigation.ordering import AFTER_ALL, BEFORE_ALL, in_order
-from tauto_core.navigation.phases import observed_phases, on_line
-from tauto_core.navigation.regressors import HELD_S, Motion, Regressors
-from tauto_core.navigation.track import Track
+from tauto_core.navigation.kalman import (
+    LUNAR_SIGMA_S,
+    RANDOM_WALK_FM_FLOOR_PER_S,
+    REFUSED,
+    REOPENED,
+    WHITE_FM_FLOOR_S,
+    ClockModel,
+    Estimate,
+    Filtered,
+    Known,
+    covariances,
+    estimate_of,
+    filter_phases,
+    pairs,
+    predict,
+    prior,
+    reopen,
+    same_fields,
+)
+from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
+from tauto_core.navigation.regressors import HELD_S, Motion, Regressors, integral_names
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
     NS_PER_S,
     OBSERVATION,
     READING,
+    SECONDS_PER_DAY,
     Batches,
     FloatArray,
     IntArray,
@@ -32,10 +47,423 @@ from tauto_core.samples import (
     State,
     TimeSamples,
     join,
+    same,
+    scalars,
     take,
 )
 from tauto_core.scene import Scene
+from tauto_core.scene.sections import walk_per_s, white_s
 from tauto_core.ship.observations import schedule
+from tauto_core.wording import counted
+
+# -----------------------------------------------------------------------------
+# The clock's error at the instants of the observations, between the readings.
+
+
+def observed_phases(
+    stamp_ns: IntArray, reference_ns: IntArray, at_ns: IntArray, observed_ns: IntArray
+) -> FloatArray:
+    """Return reading minus observed time at each observation [s], (n,).
+
+    The error is linear between two readings. The result for one observation does not depend on the
+    others.
+
+    Args:
+        stamp_ns: stamps of the readings, increasing.
+        reference_ns: readings of the dial at these stamps.
+        at_ns: times of the observations, within the readings; (n,).
+        observed_ns: the true time as it was observed; (n,).
+    """
+    after = np.searchsorted(stamp_ns, at_ns)
+    before = np.maximum(after - 1, 0)
+    error = reference_ns - stamp_ns
+    left, right = error[before], error[after]
+    span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
+    # integers below 2^53 ns, 104 days, are exact
+    between = left + (right - left) * ((at_ns - stamp_ns[before]) / span)
+    dial_error = np.where(stamp_ns[after] == at_ns, right, between)
+    return np.asarray((dial_error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
+
+
+def on_line(stamp_ns: IntArray, values: FloatArray, at_ns: IntArray) -> FloatArray:
+    """Return values at instants between readings by linear interpolation, (n, c).
+
+    Args:
+        stamp_ns: stamps of the readings, increasing, (m,).
+        values: the values at these stamps, (m, c).
+        at_ns: within the readings, (n,).
+    """
+    after = np.searchsorted(stamp_ns, at_ns)
+    before = np.maximum(after - 1, 0)
+    span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
+    part = ((at_ns - stamp_ns[before]) / span)[:, None]
+    between = values[before] + (values[after] - values[before]) * part
+    return np.where((stamp_ns[after] == at_ns)[:, None], values[after], between)
+
+
+# -----------------------------------------------------------------------------
+# The assumptions of the navigator about the clock and the observations before the voyage.
+
+PATIENCE = 3.0
+"""Number of observation intervals for which the filter rejects outliers."""
+
+
+def clock_model(scene: Scene) -> ClockModel:
+    """Return the clock model of the scene's `drift`, with covariates.
+
+    The coefficients are those of the scene or, where it gives none, those from trial runs of its
+    machine (`coefficient_runs`).
+    """
+    model = dial_model(scene)
+    if not scene.drift.covariates:
+        return model
+    from tauto_core.navigation.coefficient_runs import coefficients
+
+    return replace(model, coefficients=coefficients(scene))
+
+
+def expected_walk_per_s(scene: Scene) -> float:
+    """Return the density of the random walk of the rate that the navigator expects [1/s].
+
+    The dial's own, which is simulated, or what the scene's `drift` says, whichever is larger.
+    """
+    return max(scene.clock.random_walk_fm_per_s, walk_per_s(scene.drift.random_walk_fm or 0.0))
+
+
+def dial_model(scene: Scene) -> ClockModel:
+    """Return the clock model of the scene's `drift`, with at least the noise of a good clock.
+
+    Outliers are refused for three observation intervals. After that, as at a landfall, a change of
+    the clock is more likely than an error of the observer.
+    """
+    drift, clock = scene.drift, scene.clock
+    return ClockModel(
+        observation_sigma_s=drift.observation_sigma,
+        prior_rate_sigma=drift.prior_rate_sigma / SECONDS_PER_DAY,
+        states=drift.states,
+        white_fm_s=max(WHITE_FM_FLOOR_S, clock.white_fm_s, white_s(drift.white_fm or 0.0)),
+        random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, expected_walk_per_s(scene)),
+        gate=drift.gate,
+        patience_s=PATIENCE * drift.observation_interval,
+        lunar_sigma_s=LUNAR_SIGMA_S if drift.lunars is None else drift.lunars.sigma,
+    )
+
+
+# -----------------------------------------------------------------------------
+# The contents of `drift/estimate` and `clock/corrected` for an estimate.
+
+ESTIMATE_NAMES = ('offset_s', 'offset_sigma_s', 'rate_s_per_day', 'rate_sigma_s_per_day')
+"""Names in every estimate; with covariates others follow (`estimate_names`)."""
+
+MEAN_RATE_NAMES = ('mean_rate_s_per_day', 'mean_rate_sigma_s_per_day')
+
+MOST_NS = 4e18
+"""Above the times of ROS, and within int64."""
+
+
+class Passed(NamedTuple):
+    """Time and integrals of readings since the first one.
+
+    Attributes:
+        elapsed_s: time since the first reading [s], (n,).
+        integrals_s: integrals of the covariates [s], (n, c).
+        gained_s: their growth since the first reading [s], (n, c).
+    """
+
+    elapsed_s: FloatArray
+    integrals_s: FloatArray
+    gained_s: FloatArray
+
+
+def estimate_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the values of an estimate with these covariates."""
+    if not covariates:
+        return ESTIMATE_NAMES
+    learned = [f'{name}_coefficient{part}' for name in covariates for part in ('', '_sigma')]
+    return (*ESTIMATE_NAMES, *MEAN_RATE_NAMES, *learned, *integral_names(covariates))
+
+
+def estimate_values(
+    now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed | None = None
+) -> FloatArray:
+    """Return the values of `estimate_names`, (n, names).
+
+    Args:
+        now: estimates, (n,).
+        covariates: the covariates of the model.
+        passed: with covariates, time and integrals since the first reading.
+    """
+    clock = [now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY]
+    if passed is None:
+        return np.column_stack(clock)
+    known = now._asdict()
+    learned = [
+        column for name in covariates for column in (known[name], np.sqrt(known[f'{name}_{name}']))
+    ]
+    return np.column_stack(
+        (*clock, *_mean_rate(now, covariates, passed), *learned, passed.integrals_s)
+    )
+
+
+def _mean_rate(
+    now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed
+) -> tuple[FloatArray, FloatArray]:
+    """Return y + Σ k_j ⟨x_j⟩ with the means since the first reading, and its sigma [s/day]."""
+    known, names = now._asdict(), ('y', *covariates)
+    elapsed = np.where(passed.elapsed_s > 0.0, passed.elapsed_s, np.inf)
+    weights = [np.ones(len(elapsed)), *(column / elapsed for column in passed.gained_s.T)]
+    rate = sum(weight * known[name] for weight, name in zip(weights, names, strict=True))
+    variance = np.zeros(len(elapsed))
+    for (i, j), field in zip(pairs(len(names)), covariances(names), strict=True):
+        variance = variance + (1.0 if i == j else 2.0) * weights[i] * weights[j] * known[field]
+    sigma = np.sqrt(np.maximum(variance, 0.0))
+    return rate * SECONDS_PER_DAY, sigma * SECONDS_PER_DAY
+
+
+def has_mean_rate(found: Mapping[str, float]) -> bool:
+    """Return whether an estimate by name has the mean rate of the voyage, due to covariates."""
+    return MEAN_RATE_NAMES[0] in found
+
+
+def mean_rate(found: Mapping[str, float]) -> tuple[float, float]:
+    """Return the rate of an estimate and its sigma [s/day], with covariates the voyage's mean.
+
+    Args:
+        found: an estimate by name.
+    """
+    rate, sigma = MEAN_RATE_NAMES if has_mean_rate(found) else ESTIMATE_NAMES[2:]
+    return found[rate], found[sigma]
+
+
+def estimates(
+    stamps: IntArray,
+    references: IntArray,
+    way: Filtered,
+    model: ClockModel,
+    passed: Passed | None,
+) -> Batches:
+    """Return estimate and corrected time for readings, each from the last state at its stamp.
+
+    Every reading is predicted from that state in one step, so the result does not depend on the
+    log interval.
+    """
+    place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
+    elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
+    gained = () if passed is None else tuple((passed.integrals_s - way.integrals_s[place]).T)
+    then = same_fields(way.states, (column[place] for column in way.states))
+    now = predict(then, elapsed, model, gained)
+    # absurd observations could exceed int64; no message has times as large as this limit
+    error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
+    corrected = references - np.rint(error_ns).astype(np.int64)
+    values = estimate_values(now, model.names, passed)
+    return {
+        ESTIMATE: scalars(stamps, estimate_names(model.names), values),
+        CORRECTED: TimeSamples(stamps, '', corrected, same('corrected', len(stamps))),
+    }
+
+
+# -----------------------------------------------------------------------------
+# The recent run of the filter, kept so that it can be repeated when an observation comes late.
+
+REMEMBERED = 64
+"""Least number of recent observations that the filter can repeat."""
+
+Observed: TypeAlias = tuple[int, float, float, tuple[float, ...]]
+"""Stamp [ns], phase and its sigma [s], and integrals of the covariates [s]."""
+
+
+class Seen(NamedTuple):
+    """An observation that the filter has seen, and its fate (`filtering`)."""
+
+    stamp_ns: int
+    phase_s: float
+    sigma_s: float
+    fate: int
+    integrals_s: tuple[float, ...] = ()
+
+    @property
+    def observed(self) -> Observed:
+        """The observation as it was given."""
+        return self.stamp_ns, self.phase_s, self.sigma_s, self.integrals_s
+
+
+class Track:
+    """Takes observations in any order, and gives the state as if they had come in order.
+
+    Args:
+        start: the state when the dial was set.
+        model: noise, variance of the observations, gate.
+    """
+
+    def __init__(self, start: Known, model: ClockModel) -> None:
+        self._model = model
+        self._base = self._last = start
+        self._oldest_ns = start.stamp_ns
+        self._seen: list[Seen] = []
+        self._counts = {REFUSED: 0, REOPENED: 0}
+
+    @property
+    def oldest_ns(self) -> int:
+        """The earliest stamp that an observation may still have."""
+        return self._oldest_ns
+
+    @property
+    def last(self) -> Known:
+        """The state after all observations so far."""
+        return self._last
+
+    def has(self, stamp_ns: int) -> bool:
+        """Return whether an observation of this stamp is among those kept."""
+        return any(seen.stamp_ns == stamp_ns for seen in reversed(self._seen))
+
+    def count(self, fate: int) -> int:
+        """Return the number of observations that were REFUSED or REOPENED the state."""
+        return self._counts[fate] + sum(seen.fate == fate for seen in self._seen)
+
+    def use(
+        self,
+        stamp_ns: Sequence[int],
+        phase_s: Sequence[float],
+        sigma_s: Sequence[float] | None = None,
+        integrals_s: Sequence[tuple[float, ...]] = (),
+    ) -> Filtered:
+        """Take observations of new stamps, none before `oldest_ns`; return the repeated run.
+
+        It begins at the last state before the first of them, or earlier. Arguments are those of
+        `filter_phases`.
+        """
+        if sigma_s is None:
+            sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
+        integrals_s = integrals_s or [()] * len(stamp_ns)
+        new = sorted(zip(stamp_ns, phase_s, sigma_s, integrals_s, strict=True))
+        start, kept = self._last, self._seen
+        if kept and new and new[0][0] < kept[-1].stamp_ns:
+            start, kept = self._base, []
+            new = sorted(new + [seen.observed for seen in self._seen])
+        way = self._filtered(start, new)
+        self._last = way.after(len(new))
+        self._remember(kept, new, way)
+        return way
+
+    def _filtered(self, start: Known, new: Sequence[Observed]) -> Filtered:
+        stamps, phases, sigmas, integrals = zip(*new, strict=True) if new else ((), (), (), ())
+        return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
+
+    def _remember(self, kept: list[Seen], new: list[Observed], way: Filtered) -> None:
+        """Move the base forward when more than enough observations have been seen since.
+
+        Args:
+            kept: observations since the base, before those of the run.
+            new: the observations of the run.
+            way: the result of the filter for them.
+        """
+        total = len(kept) + len(new)
+        first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
+        fates = way.fate[first:].tolist()
+        tail = [
+            Seen(stamp, phase, sigma, fate, integrals)
+            for (stamp, phase, sigma, integrals), fate in zip(new[first:], fates, strict=True)
+        ]
+        self._seen = kept + tail
+        if total < 2 * REMEMBERED:
+            return
+        if first:
+            self._base = way.after(first)
+            self._oldest_ns = new[first - 1][0] + 1
+            gone = [*(seen.fate for seen in kept), *way.fate[:first].tolist()]
+        else:
+            old, tail = self._seen[:-REMEMBERED], self._seen[-REMEMBERED:]
+            again = [seen.observed for seen in old]
+            self._base = self._filtered(self._base, again).after(len(old))
+            self._oldest_ns = old[-1].stamp_ns + 1
+            gone = [seen.fate for seen in old]
+        self._seen = tail
+        for fate in self._counts:
+            self._counts[fate] += gone.count(fate)
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {
+            'base': _plain(self._base),
+            'last': _plain(self._last),
+            'oldest_ns': self._oldest_ns,
+            'seen': [tuple(seen) for seen in self._seen],
+            'counts': dict(self._counts),
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._base, self._last = self._known(state['base']), self._known(state['last'])
+        self._oldest_ns = state['oldest_ns']
+        self._seen = [Seen(*seen) for seen in state['seen']]
+        self._counts = dict(state['counts'])
+
+    def _known(self, plain: tuple[Any, ...]) -> Known:
+        stamp_ns, estimate, *others = plain
+        return Known(stamp_ns, estimate_of(self._model.names)(*estimate), *others)
+
+
+def _plain(known: Known) -> tuple[Any, ...]:
+    stamp_ns, estimate, *others = known
+    return stamp_ns, tuple(estimate), *others
+
+
+# -----------------------------------------------------------------------------
+# The counters of the drift stage as text.
+
+_SAID = {
+    'readings_out_of_order': '{readings} {were} out of order and left out',
+    'observations_out_of_order': '{observations} came after later ones and {were} left out',
+    'observations_repeated': '{observations} had the stamp of another and {were} left out',
+    'observations_delayed': '{observations} came after later ones; the filter went back for '
+    '{them}',
+    'observations_from_future': '{observations} {were} stamped a day or more after the newest '
+    'reading and left out: check whose clock stamped {them}',
+    'observations_unscheduled': '{observations} {were} not at the times of the scene and left out',
+    'observations_missing': '{observations} of the scene did not come',
+    'observations_too_old': '{observations} {were} older than what is remembered and left out',
+    'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
+    'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
+    '{gate:g} sigmas',
+    'motion_refused': '{samples} of ship/imu could not be used and {were} left out',
+    'motion_gaps': 'ship/imu broke off {times}; what the motion adds to the rate went on as usual',
+    'motion_unknown': 'ship/imu did not reach {readings}; what the motion adds to the rate was '
+    'taken as usual',
+    'dial_stops': 'the dial had stood still {times}; the offset was moved and reopened by that',
+    'dial_settings': 'the dial was set anew {times}; the estimate began again',
+    'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
+    'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
+    '{prior:g} s/day)',
+}
+
+
+def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
+    """Return warnings for the counters of the drift stage.
+
+    Args:
+        health: its counters; those of other stages are ignored.
+        scene: the scene of the run.
+    """
+    values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
+    return [
+        f'drift: {words.format(**values, **_agreeing(health[name]))}'
+        for name, words in _SAID.items()
+        if health.get(name)
+    ]
+
+
+def _agreeing(number: int) -> dict[str, str]:
+    """Return words in the singular or plural."""
+    return {
+        'observations': counted(number, 'observation'),
+        'samples': counted(number, 'sample'),
+        'readings': counted(number, 'reading'),
+        'were': 'was' if number == 1 else 'were',
+        'them': 'it' if number == 1 else 'them',
+        'outliers': 'an outlier' if number == 1 else 'outliers',
+        'times': 'once' if number == 1 else f'{number} times',
+    }
+
 
 HELD_NS = round(HELD_S * NS_PER_S)
 

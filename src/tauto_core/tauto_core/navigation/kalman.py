@@ -1,35 +1,129 @@
-"""The navigator's clock model: a linear Kalman filter on phase, rate and ageing.
-
-State: offset x of the dial [s, fast is positive], rate y = dx/dt [1], ageing d = dy/dt [1/s].
-Over a time τ without observations (Brown and Hwang; Zucca and Tavella, Metrologia 2005):
-
-    x' = x + τ y + τ²/2 d,   y' = y + τ d,   d' = d,   P' = F P Fᵀ + Q(τ)
-
-    Q = | q1 τ + q2 τ³/3 + q3 τ⁵/20   q2 τ²/2 + q3 τ⁴/8   q3 τ³/6 |
-        |                             q2 τ + q3 τ³/3      q3 τ²/2 |
-        |  symmetric                                      q3 τ    |
-
-An observation is a scalar phase z = x + noise of variance R. With two states d and its variances
-are zero and remain so. Formulas are written out as sums and products, so floats and arrays, one
-sample or many, give the same bits.
-
-With covariates the rate is y + Σ k_j x_j, and the coefficients k_j are states too
-(`coefficients`).
-"""
+"""The navigator's clock model: a linear Kalman filter on phase, rate, ageing and coefficients."""
 
 from __future__ import annotations
 
 import math
 from collections import namedtuple
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import combinations_with_replacement, repeat
+from operator import sub
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
-from tauto_core.navigation.coefficients import Coefficient, correction, pairs, prediction
-from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray, IntArray
 from tauto_core.scene.errors import EstimationError
 from tauto_core.ship.observations import LUNAR
+
+# -----------------------------------------------------------------------------
+# The coefficients of the rate equation as further states of the drift filter (theory E11).
+#
+# The rate of the dial is y + Σ k_j x_j, with regressors x_j that an inertial sensor measures and
+# constant coefficients k_j. Over a time τ in which the integrals of the regressors grow by ΔX_j,
+# the transition of the clock (`kalman`) has these in the row of the offset:
+#
+#     x' = x + τ y + τ²/2 d + Σ ΔX_j k_j,   k_j' = k_j.
+#
+# As in `kalman`, formulas are sums and products in a fixed order, the same for floats and arrays.
+
+
+class Coefficient(NamedTuple):
+    """Prior of a coefficient, before any observation.
+
+    Attributes:
+        name: name of its covariate.
+        value: expected k [1].
+        sigma: its standard deviation [1], > 0.
+    """
+
+    name: str
+    value: float
+    sigma: float
+
+
+def pairs(size: int) -> list[tuple[int, int]]:
+    """Return the indices of a covariance that are kept: its upper triangle, row by row."""
+    return list(combinations_with_replacement(range(size), 2))
+
+
+def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
+    """Return the prediction step of `size` states, of which the first `clock` are the clock's.
+
+    Its arguments are the numbers (means, then the `pairs` of the covariance), the time t [s], q1,
+    q2, q3 of `kalman`, and the growth of each integral [s]. It returns the numbers after that
+    time.
+    """
+    kept = pairs(size)
+
+    def ahead(
+        now: tuple[Any, ...], t: Any, q1: float, q2: float, q3: float, *gained: Any
+    ) -> tuple[Any, ...]:
+        h = 0.5 * t * t
+        ageing = clock == 3
+        moved = {
+            0: [(1, t), *[(2, h)] * ageing, *zip(range(clock, size), gained, strict=True)],
+            1: [(2, t)] * ageing,
+        }
+        mean, p = list(now[:size]), _square(now, size)
+        for row, terms in moved.items():
+            for column, factor in terms:
+                mean[row] = mean[row] + factor * mean[column]
+                p[row] = [a + factor * b for a, b in zip(p[row], p[column], strict=True)]
+        for row, terms in moved.items():
+            for above in range(row + 1):
+                for column, factor in terms:
+                    p[above][row] = p[above][row] + factor * p[above][column]
+        p[0][0] = p[0][0] + t * (q1 + t * t * (q2 / 3.0 + t * t * (q3 / 20.0)))
+        p[0][1] = p[0][1] + h * (q2 + h * (q3 / 2.0))
+        p[1][1] = p[1][1] + t * (q2 + t * t * (q3 / 3.0))
+        if ageing:
+            p[0][2] = p[0][2] + h * t * (q3 / 3.0)
+            p[1][2] = p[1][2] + h * q3
+            p[2][2] = p[2][2] + t * q3
+        return (*mean, *(p[i][j] for i, j in kept))
+
+    return ahead
+
+
+def correction(size: int) -> Callable[..., tuple[float, ...]]:
+    """Return the update of `size` states by an observed phase, in Joseph's form.
+
+    Its arguments are the numbers predicted, the innovation ν, its variance s = P_xx + r, and r.
+    """
+    kept = pairs(size)
+
+    def corrected(
+        now: tuple[float, ...], innovation: float, s: float, r: float
+    ) -> tuple[float, ...]:
+        p = _square(now, size)
+        gain = [each / s for each in p[0]]
+        # 1 - P_xx/s would lose digits for a precise observation
+        g = r / s
+        left = [g * each for each in p[0]]
+
+        def less(i: int, j: int) -> Any:
+            if i == 0:
+                return g * left[j]
+            return (p[i][j] - gain[i] * p[0][j]) - gain[j] * left[i]
+
+        return (
+            *(now[i] + gain[i] * innovation for i in range(size)),
+            *(less(i, j) + gain[i] * gain[j] * r for i, j in kept),
+        )
+
+    return corrected
+
+
+def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
+    """Return the whole covariance, row by row."""
+    whole: list[list[Any]] = [[0.0] * size for _ in range(size)]
+    for (i, j), number in zip(pairs(size), now[size:], strict=True):
+        whole[i][j] = whole[j][i] = number
+    return whole
+
 
 Number = TypeVar('Number', float, FloatArray)
 
@@ -358,3 +452,217 @@ def _with(coefficients: tuple[str, ...], states: int) -> Law:
     size, known = len(names), estimate_of(coefficients)._fields
     fields = tuple(known.index(field) for field in (*names, *covariances(names)))
     return Law(fields, size, prediction(states, size), correction(size))
+
+
+# -----------------------------------------------------------------------------
+# The filter over a run of observations: which of them it uses, and the state after each.
+#
+# An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once
+# or twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped,
+# or was never as good as assumed, all later observations disagree. So the third in a row, and any
+# that comes later than `patience_s` after the last one used, is used after all. The covariance is
+# widened first: the state is reopened (`reopen`). The filter must first be confirmed by
+# observations. The first one is always used, and until three have been used since the beginning
+# or the last reopening, the second outlier in a row is used too.
+
+REFUSED_IN_A_ROW = 2
+"""Largest number of outliers in a row that are taken for blunders; with one more the clock is
+assumed to have changed.
+"""
+
+TRUSTED = 3
+"""Number of observations that must have been used before two outliers in a row are refused."""
+
+USED, REFUSED, REOPENED = 0, 1, 2
+"""The fate of an observation: used, refused as an outlier, or used after reopening the state."""
+
+
+class Known(NamedTuple):
+    """The state at the beginning of a run of observations.
+
+    Args:
+        stamp_ns: stamp of the last observation used, or of the setting of the dial.
+        estimate: the estimate at that stamp.
+        refused: number of outliers in a row since then.
+        used: number of observations used since the beginning or the last reopening.
+        integrals_s: integrals of the model's covariates at that stamp [s].
+    """
+
+    stamp_ns: int
+    estimate: Estimate[float]
+    refused: int = 0
+    used: int = 0
+    integrals_s: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """The result of the filter for n observations, of which it used m.
+
+    Args:
+        stamp_ns: stamps of the start and of the observations used, (m + 1,).
+        states: the states at these stamps, (m + 1,).
+        phase_s: the phases used, (m,).
+        sigma_s: sigma of each of them, (m,).
+        opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
+        fate: USED, REFUSED or REOPENED for each observation, (n,).
+        start: the state at the beginning.
+        integrals_s: integrals of the c covariates at these stamps [s], (m + 1, c).
+    """
+
+    stamp_ns: IntArray
+    states: Estimate[FloatArray]
+    phase_s: FloatArray
+    sigma_s: FloatArray
+    opened_s: FloatArray
+    fate: NDArray[np.int8]
+    start: Known
+    integrals_s: FloatArray
+
+    def after(self, count: int) -> Known:
+        """Return the state after the first `count` observations, 0 to n."""
+        fate = self.fate[:count]
+        used = np.flatnonzero(fate != REFUSED)
+        reopened = np.flatnonzero(fate == REOPENED)
+        place = len(used)
+        estimate = same_fields(self.states, (float(column[place]) for column in self.states))
+        return Known(
+            int(self.stamp_ns[place]),
+            estimate,
+            count - int(used[-1]) - 1 if place else self.start.refused + count,
+            int(np.sum(used >= reopened[-1])) if len(reopened) else self.start.used + place,
+            tuple(self.integrals_s[place].tolist()) if self.start.integrals_s else (),
+        )
+
+    def elapsed_s(self) -> FloatArray:
+        """Return the time from each observation used to the next [s], (m,)."""
+        return np.diff(self.stamp_ns) / NS_PER_S
+
+    def gained_s(self) -> tuple[FloatArray, ...]:
+        """Return the growth of each integral from each observation used to the next [s], (m,)."""
+        return tuple(np.diff(self.integrals_s, axis=0).T)
+
+    def expected(self, model: ClockModel) -> Estimate[FloatArray]:
+        """Return the states just before each observation used, widened where reopened, (m,)."""
+        elapsed = self.elapsed_s()
+        before = same_fields(self.states, (column[:-1] for column in self.states))
+        ahead = predict(before, elapsed, model, self.gained_s())
+        return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
+
+
+def _patience(used: int) -> int:
+    """Return how many outliers in a row are refused after so many observations were used.
+
+    Zero before the first observation, since only a prior could contradict it. One after that: of
+    two observations that disagree either may be the blunder, and the next one decides.
+    """
+    return REFUSED_IN_A_ROW if used >= TRUSTED else min(used, 1)
+
+
+def filter_phases(
+    start: Known,
+    stamp_ns: Sequence[int],
+    phase_s: Sequence[float],
+    model: ClockModel,
+    sigma_s: Sequence[float] | None = None,
+    integrals_s: Sequence[Sequence[float]] = (),
+) -> Filtered:
+    """Return the result of the filter for observed phases, in order of their stamps.
+
+    Single observations and batches give the same bits, since each is predicted in one step from
+    the last one used.
+
+    Args:
+        start: state at the beginning.
+        stamp_ns: stamps of the observations, increasing, none before the start; n values.
+        phase_s: reading minus observed true time [s]; n values.
+        model: noise, variance of the observations, gate.
+        sigma_s: sigma of each observation; n values. None: that of the model.
+        integrals_s: with covariates, their integrals at each observation [s]; n rows.
+    """
+    law, noise = law_of(model), noise_of(model)
+    ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
+    if sigma_s is None:
+        sigma_s = [model.observation_sigma_s] * len(stamp_ns)
+    limit = math.inf if model.gate is None else model.gate * model.gate
+    since, now, moved = start.stamp_ns, law.part(start.estimate), start.integrals_s
+    refused, trust = start.refused, start.used
+    stamps, numbers, fate = [since], list(now), bytearray()
+    used: list[float] = []
+    sigmas: list[float] = []
+    opened: dict[int, float] = {}
+    integrals, gained = list(moved), tuple[float, ...]()
+    rows = integrals_s if model.coefficients else repeat(moved, len(stamp_ns))
+    for stamp, phase, sigma, reached in zip(stamp_ns, phase_s, sigma_s, rows, strict=True):
+        r = sigma * sigma
+        elapsed = (stamp - since) / NS_PER_S
+        if moved:
+            gained = tuple(map(sub, reached, moved))
+        ahead = ahead_of(now, elapsed, *noise, *gained)
+        innovation = phase - ahead[0]
+        s = ahead[xx] + r
+        if innovation * innovation > limit * s:
+            if refused < _patience(trust) and elapsed <= model.patience_s:
+                refused += 1
+                fate.append(REFUSED)
+                continue
+            opened[len(used)] = innovation
+            # in zero time the rate cannot have changed
+            whole = law.whole(start.estimate, ahead)
+            ahead = law.part(reopen(whole, innovation, elapsed or math.inf))
+            s, trust = ahead[xx] + r, 0
+            fate.append(REOPENED)
+        else:
+            fate.append(USED)
+        now, since, refused = corrected(ahead, innovation, s, r), stamp, 0
+        trust += 1
+        stamps.append(stamp)
+        used.append(phase)
+        sigmas.append(sigma)
+        numbers += now
+        if moved:
+            moved = tuple(reached)
+            integrals += moved
+    table = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
+    rest = same_fields(start.estimate, (np.full(len(stamps), each) for each in start.estimate))
+    opened_s = np.zeros(len(used))
+    opened_s[list(opened)] = list(opened.values())
+    return Filtered(
+        np.array(stamps, np.int64),
+        law.whole(rest, tuple(table.T)),
+        np.array(used, np.float64),
+        np.array(sigmas, np.float64),
+        opened_s,
+        np.frombuffer(bytes(fate), np.int8),
+        start,
+        np.array(integrals, np.float64).reshape(len(stamps), len(moved)),
+    )
+
+
+# -----------------------------------------------------------------------------
+# Estimates at many instants as vectors and matrices, for use outside the filter's steps.
+
+
+def means(known: Estimate[FloatArray], coefficients: tuple[str, ...]) -> FloatArray:
+    """Return the means of x, y, d and the coefficients, (n, 3 + c)."""
+    return np.column_stack([getattr(known, name) for name in ('x', 'y', 'd', *coefficients)])
+
+
+def covariance(known: Estimate[FloatArray], coefficients: tuple[str, ...]) -> FloatArray:
+    """Return P of each instant, (n, 3 + c, 3 + c)."""
+    names = ('x', 'y', 'd', *coefficients)
+    p = np.empty((len(known.x), len(names), len(names)))
+    for (i, j), field in zip(pairs(len(names)), covariances(names), strict=True):
+        p[:, i, j] = p[:, j, i] = getattr(known, field)
+    return p
+
+
+def estimate(
+    mean: FloatArray, p: FloatArray, coefficients: tuple[str, ...]
+) -> Estimate[FloatArray]:
+    """Return the estimate with these means, (n, 3 + c), and covariances, (n, 3 + c, 3 + c)."""
+    names = ('x', 'y', 'd', *coefficients)
+    upper = zip(pairs(len(names)), covariances(names), strict=True)
+    return estimate_of(coefficients)(
+        **dict(zip(names, mean.T, strict=True)), **{field: p[:, i, j] for (i, j), field in upper}
+    )

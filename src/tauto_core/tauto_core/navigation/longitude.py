@@ -1,4 +1,4 @@
-"""The longitude stage: the ship's position by the clock, and its error."""
+"""The longitude stage: the ship's position by the clock, its error, and the prize."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.clockwork.dial_setting import DialSetting
-from tauto_core.navigation.ordering import BEFORE_ALL, in_order
-from tauto_core.navigation.route import POSITION_VARIANCE_M2, STATUS_FIX, Route, fix_samples
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -37,7 +35,99 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError
+from tauto_core.scene.voyages import WIDEST_AWARD_NMI
+from tauto_core.ship import Passage
 from tauto_core.ship.legs import wrap, wrap_degrees
+
+# -----------------------------------------------------------------------------
+# Selects the samples of a topic that come in order.
+
+BEFORE_ALL = int(np.iinfo(np.int64).min)
+"""Stamp for "nothing has come yet" [ns]."""
+
+AFTER_ALL = int(np.iinfo(np.int64).max)
+"""Stamp later than that of any sample [ns]."""
+
+
+def in_order(stamp_ns: IntArray, last_ns: int) -> NDArray[np.bool_]:
+    """Return which stamps are later than `last_ns` and than all stamps before them."""
+    if len(stamp_ns) == 1:  # nodes usually get one message at a time
+        return np.array([stamp_ns[0] > last_ns])
+    newest = np.maximum.accumulate(np.concatenate(([last_ns], stamp_ns)))[:-1]
+    kept: NDArray[np.bool_] = stamp_ns > newest
+    return kept
+
+
+# -----------------------------------------------------------------------------
+# The true positions of the ship.
+
+FRAME_ID = 'clock_mount'
+STATUS_FIX = 0
+SERVICE_UNKNOWN = 0
+COVARIANCE_DIAGONAL_KNOWN = 2
+POSITION_VARIANCE_M2 = 1.0
+"""Variance of each known coordinate [m²]; some readers of NavSatFix refuse zeros."""
+
+
+class Route:
+    """The true positions of a scene's ship, as fixes.
+
+    Until `voyage.sails_at` the ship lies at the departure, and after its arrival at the arrival.
+    In between it moves at constant speed over the waypoints (`ship.Passage`). Without a voyage it
+    lies at 0°, 0°, where a minute of longitude is a nautical mile.
+
+    Attributes:
+        length_m: length of the route [m]; 0 without a voyage.
+
+    Raises:
+        SceneError: a route that cannot be sailed, as `Passage` says.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._starts_at_ns = scene.starts_at_ns
+        self._passage = None if scene.voyage is None else Passage(scene, scene.voyage)
+        self.length_m = 0.0 if self._passage is None else self._passage.length_m
+
+    def fixes(self, stamp_ns: IntArray) -> FixSamples:
+        """Return the true positions at some stamps [ns]; degrees, altitude 0, frame `clock_mount`.
+
+        The frame is at the place whose position is given, as NavSatFix requires. Each position
+        depends on its own stamp alone.
+        """
+        if self._passage is None:
+            latitude, longitude = np.zeros((2, len(stamp_ns)))
+        else:
+            latitude, longitude = self._passage.places(stamp_ns - self._starts_at_ns)
+        variances = np.full((len(stamp_ns), 3), POSITION_VARIANCE_M2)
+        return fix_samples(stamp_ns, latitude, longitude, variances)
+
+
+def fix_samples(
+    stamp_ns: IntArray, latitude: FloatArray, longitude: FloatArray, variances_m2: FloatArray
+) -> FixSamples:
+    """Return positions as NavSatFix samples, with a valid fix at altitude 0.
+
+    Args:
+        stamp_ns: stamps [ns], (n,).
+        latitude: degrees, north positive, (n,).
+        longitude: degrees, east positive, (n,).
+        variances_m2: variances of east, north, up [m²], (n, 3).
+    """
+    n = len(stamp_ns)
+    covariance = np.zeros((n, 9))
+    covariance[:, [0, 4, 8]] = variances_m2
+    return FixSamples(
+        stamp_ns,
+        FRAME_ID,
+        np.full(n, STATUS_FIX, np.int8),
+        np.full(n, SERVICE_UNKNOWN, np.uint16),
+        latitude,
+        longitude,
+        np.zeros(n),
+        covariance,
+        np.full(n, COVARIANCE_DIAGONAL_KNOWN, np.uint8),
+    )
+
 
 ERROR_NAMES = (
     'raw_error_arcmin',
@@ -310,3 +400,54 @@ def _longitudes(
         LONGITUDE_FIX: fix_samples(stamps, fix.latitude, longitude, variances),
         LONGITUDE_ERROR: scalars(stamps, ERROR_NAMES, values),
     }
+
+
+# -----------------------------------------------------------------------------
+# The verdict of the Longitude Act of 1714 (13 Ann. c. 14).
+
+AWARDS = ((30.0, 20_000), (40.0, 15_000), (WIDEST_AWARD_NMI, 10_000))
+"""(distance [nautical miles], pounds): half a degree, two thirds of a degree, one degree."""
+
+LEAST_UNCHECKED_DAYS = 42.0
+"""Six weeks, a voyage to the West Indies; a shorter voyage does not qualify for the prize."""
+
+
+def prize_pounds(distance_nmi: float) -> int:
+    """Return what the Act pays for a longitude found within a distance [pounds].
+
+    £20,000 within 30 miles, £15,000 within 40, £10,000 within 60, the limits included, else 0
+    (theory E6).
+
+    Args:
+        distance_nmi: error of the longitude as a distance [nautical miles], >= 0.
+
+    Raises:
+        EstimationError: NaN or a negative distance.
+    """
+    if not distance_nmi >= 0.0:
+        raise EstimationError(
+            f'distance = {distance_nmi} nmi: must be a number >= 0. '
+            'Give the magnitude of the error in nautical miles'
+        )
+    return next((pounds for limit, pounds in AWARDS if distance_nmi <= limit), 0)
+
+
+def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
+    """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
+
+    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, since the clock was last compared with
+    the true time (theory E6).
+
+    Args:
+        days: time since that comparison [days], > 0.
+        latitude_deg: latitude of the landfall [degrees].
+
+    Raises:
+        EstimationError: no time has passed.
+    """
+    if not days > 0.0:
+        raise EstimationError(
+            f'days = {days}: must be > 0. Give the time since the clock was last compared'
+        )
+    seconds = AWARDS[0][0] / (ARCMIN_PER_S * math.cos(math.radians(latitude_deg)))
+    return seconds / days

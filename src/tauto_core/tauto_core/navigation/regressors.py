@@ -1,12 +1,4 @@
-"""The regressors of the rate equation, integrated from `ship/imu` (theory E11).
-
-For each sample, with f the apparent gravity that pulls a weight at the clock and ⟨f⟩ its running
-mean,
-
-    x_heave = -(f - ⟨f⟩)²/(8 g²),    x_roll = ρ².
-
-Between samples the regressors are linear, and their integral X is exact.
-"""
+"""The regressors of the rate equation, integrated from `ship/imu` (theory E11)."""
 
 from __future__ import annotations
 
@@ -15,7 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from tauto_core.navigation.ordering import BEFORE_ALL, in_order
+from tauto_core.kernels import entry
+from tauto_core.navigation.longitude import BEFORE_ALL, in_order
 from tauto_core.samples import (
     NS_PER_S,
     SHIP_IMU,
@@ -31,6 +24,25 @@ from tauto_core.scene import Scene
 from tauto_core.scene.times import MAX_GAP_S
 from tauto_core.ship.continuity import Continuity
 from tauto_core.ship.imu import content_reasons, imu_from_roll, plain, screen
+
+# -----------------------------------------------------------------------------
+# The running mean of a signal, compiled; import on first use only.
+
+
+@entry
+def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray) -> None:
+    """Fill the running mean of a value, which becomes m + c (v - m) at each sample.
+
+    Args:
+        value: v, shape (n,).
+        share: c of each sample, 0 to 1, shape (n,).
+        mean: m before the first sample.
+        out: output, shape (n,).
+    """
+    for i in range(len(value)):
+        mean = mean + share[i] * (value[i] - mean)
+        out[i] = mean
+
 
 MEAN_S = 300.0
 """Time constant of ⟨f⟩, a first-order high-pass [s]. It removes an accelerometer's bias, and
@@ -294,7 +306,6 @@ def _followed(value: FloatArray, steps: FloatArray, time_s: float, mean: float) 
         time_s: τ [s].
         mean: m before the first sample.
     """
-    from tauto_core.navigation.regressor_kernels import followed
 
     means = np.empty_like(value)
     followed(np.ascontiguousarray(value), steps / (time_s + steps), mean, means)

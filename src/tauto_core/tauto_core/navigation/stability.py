@@ -1,24 +1,225 @@
-"""Stability of a clock: the Allan deviation and related ones, with confidence intervals.
-
-`allantools` computes the deviations (Riley, Handbook of Frequency Stability Analysis, NIST SP
-1065, 2008). Each interval weights the possible kinds of noise by their probability
-(`noise_kinds`), with the degrees of freedom of each kind (`power_law`).
-"""
+"""Stability of a clock: the Allan deviation and related ones, with confidence intervals."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tauto_core.curves.numerics import bracketed_newton
-from tauto_core.navigation.noise_kinds import KINDS, weights_of_kinds
-from tauto_core.navigation.power_law import Difference, degrees_of_freedom
 from tauto_core.samples import NS_PER_S, FloatArray, IntArray, TimeSamples
 from tauto_core.scene.errors import EstimationError
+
+# -----------------------------------------------------------------------------
+# Estimated variances of power-law noise: their expectation and their scatter.
+#
+# The errors of a clock are sampled phases with the spectrum S_x(f) ~ (2 sin πfτ₀)^(α−2), the
+# noise of Kasdin and Walter (IEEE Frequency Control Symposium, 1992): α = 2 is white PM, 0 white
+# FM, −2 random-walk FM. A variance of the Allan family is the mean square of M overlapping
+# differences of order d over m samples; for a modified one, phases are first averaged over m
+# samples. The differences are stationary, with the spectrum
+#
+#     S_z(f) ~ (2 sin πfτ₀)^(α−2+2d) D^2d (D/m)²,    D = sin πmfτ₀/sin πfτ₀,
+#
+# without (D/m)² where phases are not averaged, and with an autocorrelation ρ_j. For Gaussian
+# noise the estimate then scatters as χ² with ν = M/(1 + 2 Σ (1 − j/M) ρ_j²) degrees of freedom.
+# Greenhall and Riley (Uncertainty of stability variances based on finite differences, PTTI 2003)
+# give ν for phases that were averaged over the sampling interval. A dial is read at an instant,
+# which at m = 1 makes ν smaller by up to a sixth, or larger by a third.
+
+LARGEST = 64
+"""Averaging time, in intervals, beyond which it may be taken as continuous."""
+
+_PERIODS = 32
+"""Length of the transform in spans of the difference; beyond it ρ² is below 1e-6."""
+
+
+class Difference(NamedTuple):
+    """The difference of phases whose mean square is a variance.
+
+    Attributes:
+        order: d, 2 (Allan) or 3 (Hadamard).
+        factor: m, the averaging time in sampling intervals.
+        modified: whether phases are averaged over m samples first.
+    """
+
+    order: int
+    factor: int
+    modified: bool
+
+    @property
+    def span(self) -> int:
+        """Number of samples over which one difference extends, less one."""
+        return self.order * self.factor + (self.factor - 1 if self.modified else 0)
+
+
+class Pair(NamedTuple):
+    """The relation of two estimates from the same readings.
+
+    Attributes:
+        ratio: expectation of the mean square of the second difference over that of the first.
+        shared: covariance of the relative errors of both mean squares.
+    """
+
+    ratio: float
+    shared: float
+
+
+def degrees_of_freedom(alpha: int, difference: Difference, count: int) -> float:
+    """Return the degrees of freedom of an estimated variance, 2/(its relative variance).
+
+    Args:
+        alpha: α of the noise, at least 2 − 2d.
+        difference: the difference whose mean square is the variance.
+        count: number of the readings.
+    """
+    return 2.0 / pair(alpha, difference, difference, count).shared
+
+
+def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
+    """Return the ratio and the covariance of the mean squares of two differences.
+
+    Where the averaging time is many intervals, only its ratio to the length of the record matters.
+    Phase noise that is not averaged is an exception: there neighbouring samples are independent.
+
+    Args:
+        alpha: α of the noise, at least 2 − 2d of both.
+        first: one of them.
+        second: the other, of the same order, modified or not as the first.
+        count: number of the readings.
+    """
+    factor = max(first.factor, second.factor)
+    if factor > LARGEST and (first.modified or alpha <= 0):
+        count = round(count * LARGEST / factor)
+        first, second = (
+            each._replace(factor=round(each.factor * LARGEST / factor)) for each in (first, second)
+        )
+    return _pair(alpha, first, second, count)
+
+
+@lru_cache(maxsize=4096)
+def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
+    span = max(first.span, second.span)
+    length = 2 ** math.ceil(math.log2(min(_PERIODS * (span + 1), 2 * count)))
+    spectrum = _sine(length) ** (alpha - 2 + 2 * first.order)
+    one = _response(first, length)
+    other = one if first == second else _response(second, length)
+    crossed = np.fft.irfft(spectrum * one * other)
+    sizes = [_mean(spectrum * each * each) for each in (one, other)]
+    counts = count - first.span, count - second.span
+    # differences are paired by the distance of their middles
+    apart = np.arange(min(max(counts), length // 2))
+    pairs = np.clip(0.5 * sum(counts) - apart, 0.0, min(counts))
+    squares = crossed[: len(apart)] ** 2 * pairs
+    total = float(2.0 * np.sum(squares) - squares[0]) / (sizes[0] * sizes[1])
+    return Pair(sizes[1] / sizes[0], 2.0 * total / (counts[0] * counts[1]))
+
+
+def _mean(spectrum: FloatArray) -> float:
+    """Return the covariance at lag zero, the mean over both halves of a spectrum."""
+    return float(np.sum(spectrum[:-1]) + np.sum(spectrum[1:])) / (2.0 * (len(spectrum) - 1))
+
+
+def _sine(length: int) -> FloatArray:
+    """Return 2 sin πf on the frequencies of a transform."""
+    return np.asarray(2.0 * np.sin(np.pi / length * np.arange(length // 2 + 1)))
+
+
+def _response(difference: Difference, length: int) -> FloatArray:
+    """Return D^d, times D/m of a modified variance, on the frequencies of a transform."""
+    m, place = difference.factor, np.arange(1, length // 2 + 1)
+    # reduced in integers, so that high frequencies are rounded no more than low ones
+    turned = np.sin(np.pi / length * (place * m % (2 * length)))
+    ratio = np.append(float(m), turned / np.sin(np.pi / length * place))
+    response: FloatArray = ratio**difference.order
+    return response * (ratio / m) if difference.modified else response
+
+
+# -----------------------------------------------------------------------------
+# The kind of noise of a clock at each averaging time, with its probability.
+#
+# From m to 2m the mean square of third differences of averaged phases changes by about 2^(1−α):
+# by a half for white PM, twofold for white FM, eightfold for random-walk FM, whatever the drift
+# of the rate. Expectation and scatter of each such ratio are known for each kind (`power_law`),
+# so Bayes' rule gives the probabilities of the kinds. All are equal at first. At each doubling a
+# kind may change into another with a small probability, since a clock has different kinds of
+# noise at short and at long times. So long averaging times, of which a record has few, also use
+# the shorter ones.
+
+KINDS = {
+    2: 'white PM',
+    1: 'flicker PM',
+    0: 'white FM',
+    -1: 'flicker FM',
+    -2: 'random walk FM',
+    -3: 'flicker walk FM',
+}
+"""Kinds of noise by the exponent α of the spectrum of the frequency, S_y ~ f^α."""
+
+ORDER = 3
+
+CHANGE = 0.05
+"""Probability that the noise is of another kind at twice an averaging time."""
+
+
+def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
+    """Return the probability of each of the `KINDS` at m = 1, 2, 4, …, (octaves, kinds).
+
+    Args:
+        phase: evenly spaced phases without their trend, at least 4·2^octaves of them.
+        octaves: number of averaging times, ≥ 2.
+    """
+    differences = [Difference(ORDER, 2**k, True) for k in range(octaves)]
+    squares = [mean_square(phase, difference) for difference in differences]
+    weight = np.full(len(KINDS), 1.0 / len(KINDS))
+    found = []
+    for before, after, *sizes in zip(
+        differences, differences[1:], squares, squares[1:], strict=False
+    ):
+        weight = (1.0 - CHANGE) * weight + CHANGE * (1.0 - weight) / (len(KINDS) - 1)
+        if min(sizes) > 0.0:
+            grown = math.log(sizes[1] / sizes[0])
+            fit = np.array([_log_likelihood(grown, a, before, after, len(phase)) for a in KINDS])
+            weight = weight * np.exp(fit - np.max(fit))
+            weight = weight / np.sum(weight)
+        found.append(weight)
+    # the first ratio also gives the kind at m = 1
+    return np.array([found[0], *found])
+
+
+def mean_square(phase: FloatArray, difference: Difference) -> float:
+    """Return the mean square of all overlapping differences of phases."""
+    m = difference.factor
+    if difference.modified:
+        sums = np.concatenate([[0.0], np.cumsum(phase)])
+        phase = (sums[m:] - sums[:-m]) / m
+    for _ in range(difference.order):
+        phase = phase[m:] - phase[:-m]
+    return float(np.mean(phase * phase))
+
+
+def _log_likelihood(
+    grown: float, alpha: int, before: Difference, after: Difference, count: int
+) -> float:
+    """Return the log-likelihood of the logarithm of a ratio of mean squares, less a constant.
+
+    Each of the two is χ² with its degrees of freedom; the logarithm of their ratio is nearly
+    normal.
+    """
+    from scipy import special  # slow to import
+
+    halves = np.array([1.0 / pair(alpha, each, each, count).shared for each in (before, after)])
+    both = pair(alpha, before, after, count)
+    lower, upper = (special.digamma(halves) - np.log(halves)).tolist()
+    # the trigamma function is the zeta function of order two
+    variance = float(np.sum(special.zeta(2.0, halves))) - 2.0 * both.shared
+    wrong = grown - (math.log(both.ratio) + upper - lower)
+    return float(-0.5 * (wrong * wrong / variance + math.log(variance)))
+
 
 CONFIDENCE = 0.95
 """Probability that a confidence interval contains the true deviation of the clock."""

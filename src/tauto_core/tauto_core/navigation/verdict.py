@@ -1,0 +1,594 @@
+"""The verdict on a whole voyage, its projection, and the scatter of its rate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine
+from tauto_core.machines.parts import Drag
+from tauto_core.navigation.drift import mean_rate
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict
+from tauto_core.navigation.longitude import (
+    ARCMIN_PER_S,
+    BEFORE_ALL,
+    ERROR_NAMES,
+    LEAST_UNCHECKED_DAYS,
+    column,
+    prize_pounds,
+    required_rate_s_per_day,
+)
+from tauto_core.samples import (
+    NS_PER_S,
+    SECONDS_PER_DAY,
+    FixSamples,
+    FloatArray,
+    IntArray,
+    JointSamples,
+    TimeSamples,
+    count,
+)
+from tauto_core.scene import Scene
+from tauto_core.ship.observations import LANDFALL, LUNAR
+from tauto_core.wording import span
+
+# -----------------------------------------------------------------------------
+# The time over which the filter takes the rate of the clock for one and the same.
+
+GROWTH = 1.5
+"""Least growth of the rate's sigma where the state is reopened.
+
+An outlier ν is beyond 5 √S, and S is at least τ² times the variance of the rate. Reopened and
+updated, its sigma is about ν/(2τ), so it has grown by 2.5. Any other observation reduces it.
+"""
+
+
+@dataclass
+class _Check:
+    """An observation, and the reading at its stamp; the stamp alone until that has come."""
+
+    stamp_ns: int
+    reading: tuple[int, int] | None = None
+
+
+class RatedTime:
+    """Finds when the rate that is estimated now began, from observations, readings and estimates.
+
+    The model of the clock has one rate, which walks slowly, until an outlier that has to be
+    believed reopens the state: then the rate may have changed since the observation before. Once
+    a later observation has come, the rate is measured from the reopening. Of each topic the
+    batches come in order; observations come no later than the readings and estimates at their
+    stamps, and readings no later than estimates.
+    """
+
+    def __init__(self) -> None:
+        self._checks: list[_Check] = []
+        self._read = self._told = 0
+        self._reopened: int | None = None
+        self._sigma = np.inf
+
+    def observe(self, observations: TimeSamples) -> None:
+        """Take the next batch of `clock/observation`."""
+        last = self._checks[-1].stamp_ns if self._checks else -1
+        stamps = np.unique(observations.stamp_ns[observations.stamp_ns > last])
+        self._checks += [_Check(stamp) for stamp in stamps.tolist()]
+
+    def read(self, readings: TimeSamples) -> None:
+        """Take the next batch of `clock/reading`."""
+        stamps = readings.stamp_ns
+        for check in self._checks[self._read :]:
+            place = int(np.searchsorted(stamps, check.stamp_ns))
+            if place == len(stamps):
+                return
+            check.reading = int(stamps[place]), int(readings.time_ref_ns[place])
+            self._read += 1
+
+    def estimate(self, estimates: JointSamples) -> None:
+        """Take the next batch of `drift/estimate`, n > 0."""
+        stamps = estimates.stamp_ns
+        known = estimates.position[:, estimates.name.index('rate_sigma_s_per_day')]
+        sigmas = np.concatenate(([self._sigma], known))
+        for check in self._checks[self._told :]:
+            place = int(np.searchsorted(stamps, check.stamp_ns))
+            if place == len(stamps):
+                break
+            if sigmas[place + 1] > GROWTH * sigmas[place]:
+                self._reopened = self._told
+            self._told += 1
+        self._sigma = float(known[-1])
+
+    def start(self) -> tuple[int, int] | None:
+        """Return stamp and reading where the time begins [ns]; None where that is the start."""
+        if self._reopened is None:
+            return None
+        measured = self._told > self._reopened + 1
+        place = self._reopened if measured else self._reopened - 1
+        return self._checks[place].reading if place >= 0 else None
+
+
+# -----------------------------------------------------------------------------
+# The standard error of a run's mean rate, from the slowest changes of its rate.
+
+PARTS = 1024
+"""Enough that the slowest changes are seen apart from the jitter of the single readings, which
+waves and escapement cause.
+"""
+
+LEAST_PARTS = 32
+
+COSINES = 20
+"""Number of coefficients from which the memory of the rate is found."""
+
+SLOWEST = 4
+"""Number of those that give the error; more would include faster changes, which say less of the
+mean, fewer leave it uncertain by more than a third of itself.
+"""
+
+MEMORIES = np.geomspace(0.003, 1.0, 30)
+"""Times for which a rate may remember, in lengths of the run, equally likely beforehand. A
+shorter one has the same coefficients as none, and of a longer one nothing can be known.
+"""
+
+LONGEST = 0.1
+"""Memory, in lengths of the run, beyond which the run is too short: ten of its parts would not be
+independent.
+"""
+
+NEGLIGIBLE_S_PER_DAY = 0.001
+"""Standard error that is good enough however long the memory: it is 0.02 nmi after 81 days."""
+
+TOO_SHORT = 'cannot be projected from so short a run: '
+"""Beginning of the reasons that a longer run removes."""
+
+
+class RateError(NamedTuple):
+    """How well the mean rate of a run is known.
+
+    Attributes:
+        standard_error_s_per_day: of the mean rate [s/day]; None where it cannot be known.
+        length_s: length of the run [s].
+        why_unknown: the reason for None, with the remedy where there is one; otherwise empty.
+    """
+
+    standard_error_s_per_day: float | None
+    length_s: float
+    why_unknown: str = ''
+
+
+class RateScatter:
+    """Takes the readings of a dial in order, in batches of any size, and keeps 1,025 of them.
+
+    With y the rate and T the length of the run, the coefficients
+
+        c_j = √2/T ∫ y(t) cos(πjt/T) dt,   j = 1, 2, …
+
+    have the variance of the mean rate itself where y has no memory longer than T/j, however it is
+    correlated over shorter times: both are the density of y at frequencies near zero, over T. So
+    the mean of the first `SLOWEST` c_j² is the square of the standard error (the equally weighted
+    cosine estimator: Müller, J. Econometrics 141, 2007; Lazarus, Lewis, Stock and Watson, JBES
+    36, 2018). It holds in two more cases. Jitter of the readings at both ends of the run gives
+    c_j² twice the variance of the mean. A transient at the start that has died away gives c_j √2
+    times the bias of the mean.
+
+    A rate that forgets e-fold in θ has c_j² that fall off as 1/(1 + (πjθ/T)²), and a mean of the
+    variance c_0² (1 − θ/T (1 − exp(−T/θ))). The likelihood of the first `COSINES`, normal and
+    independent, weighs the `MEMORIES`; the square of the standard error is the mean over them.
+    Where a memory beyond `LONGEST` is likelier than not, the error is not known.
+
+    Args:
+        first_ns: stamp of the first reading [ns].
+        length_ns: length of the run [ns], > 0; it may end early.
+    """
+
+    def __init__(self, first_ns: int, length_ns: int) -> None:
+        self._ends_ns = np.array(
+            [first_ns + part * length_ns // PARTS for part in range(PARTS + 1)], dtype=np.int64
+        )
+        self._passed = 0
+        self._kept: list[tuple[int, int]] = []
+
+    def feed(self, readings: TimeSamples) -> None:
+        """Keep the first reading at or after the end of each part."""
+        stamps = readings.stamp_ns
+        if not len(stamps):
+            return
+        reached = int(np.searchsorted(self._ends_ns, stamps[-1], side='right'))
+        places = np.unique(np.searchsorted(stamps, self._ends_ns[self._passed : reached]))
+        self._passed = max(self._passed, reached)
+        for reading in zip(
+            stamps[places].tolist(), readings.time_ref_ns[places].tolist(), strict=True
+        ):
+            if reading not in self._kept[-1:]:
+                self._kept.append(reading)
+
+    def rate_error(self) -> RateError:
+        """Return how well the mean rate of the readings so far is known."""
+        kept = np.array(self._kept, dtype=np.int64).reshape(-1, 2)
+        parts = max(len(kept) - 1, 0)
+        length_s = float(kept[-1, 0] - kept[0, 0]) / NS_PER_S if parts else 0.0
+        if parts < LEAST_PARTS:
+            return RateError(
+                None,
+                length_s,
+                f'{TOO_SHORT}it is logged {len(kept)} times, and how its rate scatters shows in '
+                f'{LEAST_PARTS + 1} or more. Sail longer, or log more often',
+            )
+        squares = _cosines(kept) ** 2
+        if not squares.any():
+            return RateError(0.0, length_s)
+        shape = 1.0 / (1.0 + (np.pi * np.outer(MEMORIES, np.arange(1, COSINES + 1))) ** 2)
+        levels = squares / shape
+        likely = -0.5 * np.sum(np.log(shape) + np.log(np.mean(levels, 1))[:, None], axis=1)
+        chance = np.exp(likely - np.max(likely))
+        chance /= np.sum(chance)
+        of_mean = 1.0 - MEMORIES * (1.0 - np.exp(-1.0 / MEMORIES))
+        sigma = math.sqrt(float(np.sum(chance * np.mean(levels[:, :SLOWEST], 1) * of_mean)))
+        if np.sum(chance[MEMORIES > LONGEST]) > 0.5 and sigma > NEGLIGIBLE_S_PER_DAY:
+            return RateError(
+                None,
+                length_s,
+                f'{TOO_SHORT}its rate still changes from one end to the other, so the mean is '
+                f'known to {sigma:.2g} s/day at best. Sail longer',
+            )
+        return RateError(sigma, length_s)
+
+
+def _cosines(kept: IntArray) -> FloatArray:
+    """Return c_j [s/day] for j = 1 to `COSINES`, the rate being constant in each part.
+
+    Args:
+        kept: stamps and readings [ns], (n, 2), n > 1.
+    """
+    elapsed, gained = kept[:, 0] - kept[0, 0], kept[:, 1] - kept[:, 0]
+    rate = np.diff(gained) / np.diff(elapsed) * SECONDS_PER_DAY
+    turns = math.pi * np.arange(1, COSINES + 1)[:, None]
+    weights = np.diff(np.sin(turns * (elapsed / elapsed[-1])), axis=1) / turns
+    cosines: FloatArray = math.sqrt(2.0) * np.sum(weights * rate, axis=1)
+    return cosines
+
+
+# -----------------------------------------------------------------------------
+# The error that the rate of a short run would cause on a voyage of the Act of 1714.
+
+PROJECTED_DAYS = (42.0, 81.0)
+"""Six weeks, about a passage to the West Indies, to which the Act sends the clock; and the days
+that H4 went between its comparisons at Portsmouth and in Jamaica, 1761 to 1762.
+"""
+
+HALF_TURN_S = 0.5 * SECONDS_PER_DAY
+"""Error of a clock that is half a turn of longitude; no place is farther off."""
+
+FORGOTTEN = 10.0
+"""Number of time constants of the swing after which a run no longer depends on its start: the
+standard error is then too small by a factor of 1.5 at most, as for a rate of that memory.
+"""
+
+AMPLITUDE_SHARE = 0.1
+"""Share by which waves may change the amplitude of a swing that nothing holds; in the shipped
+scenes it is 0.05 after an hour.
+"""
+
+LEAST_EFFECT_S_PER_DAY = 0.01
+"""Effect on the rate that no longitude shows: 0.2 nmi after 81 days."""
+
+_CANNOT = 'cannot be projected: '
+_WANDERS = 'so it keeps what the waves give it, and wanders for ever'
+
+
+def forgets_its_start(
+    scene: Scene, machine: AnyMachine | FluidPendulum, found: RateError
+) -> RateError:
+    """Return how well the mean rate is known, if the swing has forgotten how it began.
+
+    What release and first waves gave to a swing that nothing damps stays for as long as the run,
+    and the next: the rate scatters about a mean of its own, and the run alone does not show it.
+    That matters where the rate depends on the amplitude by more than its standard error.
+
+    Args:
+        scene: the scene of the run.
+        machine: its regulator.
+        found: how well the run itself shows the mean rate.
+    """
+    if isinstance(machine, FluidPendulum):
+        return found
+    least = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
+    why = _kept(scene, machine, least, found.length_s)
+    return RateError(None, found.length_s, why) if why else found
+
+
+def _kept(scene: Scene, machine: AnyMachine, least_s_per_day: float, length_s: float) -> str:
+    """Return what keeps the swing from forgetting its start, or ''.
+
+    Args:
+        scene: the scene of the run.
+        machine: its regulator.
+        least_s_per_day: least effect on the rate that counts [s/day].
+        length_s: length of the run [s].
+    """
+    drag = None if machine.drag is None or machine.drag.is_zero else machine.drag
+    if drag is not None and machine.escapement is None:
+        return (
+            f'{_CANNOT}the swing dies away, since there is drag and no escapement to make good '
+            'for it. Give the clock an escapement'
+        )
+    if scene.lies_still:
+        return ''
+    if isinstance(machine, HangingMachine):
+        return f'{_CANNOT}nothing holds the swing of the thread, {_WANDERS}'
+    amplitude = abs(machine.release_angle)
+    less, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
+    depends = abs(less / full - 1.0) * SECONDS_PER_DAY > least_s_per_day
+    if depends and drag is None:
+        return (
+            f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, {_WANDERS}. '
+            'Give the clock drag and an escapement'
+        )
+    if scene.suspension is not None and (depends or machine.feels_gravity):
+        return (
+            f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, {_WANDERS}'
+        )
+    settled_s = 0.0
+    if depends and drag is not None:
+        greatest = machine.frequency * amplitude
+        settled_s = FORGOTTEN * _time_constant_s(drag, machine.inertia, greatest)
+    words = (
+        f'{TOO_SHORT}its rate depends on the amplitude, which takes {span(settled_s, 2)} to '
+        'settle. Sail longer'
+    )
+    return words if length_s < settled_s else ''
+
+
+def _time_constant_s(drag: Drag, inertia: float, rate: float) -> float:
+    """Return the time in which the energy of a harmonic swing comes e-fold nearer to the steady.
+
+    J θ̇ₘ/P′ with P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π, the mean power of the drag.
+
+    Args:
+        drag: not all of it 0.
+        inertia: J [kg m2].
+        rate: θ̇ₘ, the greatest angular velocity of the swing [rad/s].
+    """
+    return inertia / (
+        drag.viscous + 4.0 / math.pi * drag.quadratic * rate + 2.0 / math.pi * drag.coulomb / rate
+    )
+
+
+def projection(
+    rate_s_per_day: float,
+    error: RateError,
+    estimate: Mapping[str, float],
+    model: ClockModel,
+    latitude_deg: float,
+    random_walk_fm_per_s: float = 0.0,
+) -> dict[str, Any]:
+    """Return the error after `PROJECTED_DAYS` unchecked of a clock set right at departure.
+
+    The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west. With the standard
+    error s of y over a run of the length T₀ the gain has the variance s² T² + s² T₀ T: the rate of
+    the run may differ from that of all runs, and that of the voyage too. Random-walk noise q of
+    the dial adds q T₀ T²/3 + q T³/3. Correction by the estimated rate ŷ leaves (y − ŷ) T. Besides
+    what the navigator does not know by his own model (`kalman.predict`, from an exact offset), its
+    standard deviation has that of y, since he has rated the clock in this run alone.
+
+    Nothing is projected where the standard error is not known, nor beyond half a turn.
+
+    Args:
+        rate_s_per_day: y, the mean rate of the dial over the run [s/day, fast is positive].
+        error: how well y is known.
+        estimate: the last estimate, with ŷ and its standard deviation (`estimates.mean_rate`). A
+            rate that depends on the ship's motion assumes that the motion continues.
+        model: the model of the clock, for the noise that accumulates under way; without
+            coefficients.
+        latitude_deg: φ of the landfall [degrees].
+        random_walk_fm_per_s: q of the dial [1/s].
+
+    Returns:
+        `projection`, for each number of `days`: `raw_error_nmi` of the dial, `error_nmi` of the
+        corrected clock, both positive to the east, and the standard deviations `raw_sigma_nmi`
+        and `sigma_nmi`; None for what is beyond half a turn. `not_projected`, the reason why
+        something is missing, or None.
+    """
+    if error.standard_error_s_per_day is None:
+        return {'projection': [], 'not_projected': error.why_unknown}
+    nmi_per_s = ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
+    scatter = (error.standard_error_s_per_day / SECONDS_PER_DAY) ** 2
+    estimated, sigma = mean_rate(estimate)
+    known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (sigma / SECONDS_PER_DAY) ** 2, 0.0, 0.0)
+    rows: list[dict[str, Any]] = []
+    missing: dict[str, str] = {}
+    for days in PROJECTED_DAYS:
+        time_s = days * SECONDS_PER_DAY
+        of_rate = scatter * (time_s + error.length_s) * time_s
+        of_rate += random_walk_fm_per_s * error.length_s * time_s**2 / 3.0
+        dial = of_rate + random_walk_fm_per_s * time_s**3 / 3.0
+        corrected = of_rate + predict(known, time_s, model).xx
+        row: dict[str, Any] = {'days': days}
+        for clock, prefix, gained_s, variance in (
+            ('the dial', 'raw_', rate_s_per_day * days, dial),
+            ('the corrected clock', '', (rate_s_per_day - estimated) * days, corrected),
+        ):
+            sigma_s = math.sqrt(variance)
+            uncertain, far = sigma_s > HALF_TURN_S, abs(gained_s) > HALF_TURN_S
+            row[f'{prefix}error_nmi'] = None if uncertain or far else -gained_s * nmi_per_s
+            row[f'{prefix}sigma_nmi'] = None if uncertain or far else sigma_s * nmi_per_s
+            if uncertain:
+                missing.setdefault(
+                    clock, f'{TOO_SHORT}after {days:g} days its ± is {_turn(sigma_s)}'
+                )
+            elif far:
+                missing.setdefault(
+                    clock, f'{_CANNOT}after {days:g} days it is wrong by {_turn(gained_s)}'
+                )
+        rows.append(row)
+    reasons = [f'{clock} {why}' for clock, why in missing.items()]
+    return {'projection': rows, 'not_projected': '; '.join(reasons) or None}
+
+
+def _turn(error_s: float) -> str:
+    return f'{abs(error_s):,.0f} s, more than half a turn of longitude, {HALF_TURN_S:,.0f} s'
+
+
+# -----------------------------------------------------------------------------
+# The verdict on a whole voyage, from the contents of the topics alone.
+
+_JUDGED = ('raw_error_nmi', 'error_nmi')
+
+Row: TypeAlias = tuple[int, FloatArray]
+
+
+class _Moment(NamedTuple):
+    distance_nmi: float
+    stamp_ns: int
+
+
+class _RowsBefore:
+    """The last row of a topic, and the last one before each of several instants."""
+
+    def __init__(self) -> None:
+        self.last: Row | None = None
+        self.before: dict[int, Row | None] = {}
+
+    def mark(self, instant_ns: int) -> None:
+        """Keep the last row before an instant; it is unknown if later rows have come already."""
+        came = self.last is not None and self.last[0] >= instant_ns
+        self.before[instant_ns] = None if came else self.last
+
+    def feed(self, stamp_ns: IntArray, rows: FloatArray) -> None:
+        """Take the next rows, (n, m), n > 0."""
+        for instant in self.before:
+            place = int(np.searchsorted(stamp_ns, instant))
+            if place:
+                self.before[instant] = (int(stamp_ns[place - 1]), rows[place - 1].copy())
+        self.last = (int(stamp_ns[-1]), rows[-1].copy())
+
+
+class LongitudeTally:
+    """Error of the longitude at landfalls, at the end and at its worst, over all batches.
+
+    A landfall is judged by the last sample before its observation, which shows what the clock said
+    before it was checked. The worst error is sought after the last observation in port, since
+    before that the clock was being rated. Lunar distances are not checks: a voyage is unchecked
+    between places whose longitude is known. Feed observations no later than the errors that
+    include them.
+    """
+
+    def __init__(self) -> None:
+        self._errors, self._latitudes = _RowsBefore(), _RowsBefore()
+        self._first_ns = 0
+        self._worst: dict[str, _Moment] = {}
+        self._in_port_ns = BEFORE_ALL
+        self._checked_before: dict[int, int | None] = {}
+        self._last_checked: int | None = None
+
+    def observe(self, observations: TimeSamples) -> None:
+        """Take the next batch of `clock/observation`."""
+        marks = zip(observations.stamp_ns.tolist(), observations.source.tolist(), strict=True)
+        for stamp, source in marks:
+            if source == LANDFALL:
+                self._checked_before[stamp] = self._last_checked
+                self._errors.mark(stamp)
+                self._latitudes.mark(stamp)
+            elif source == LUNAR:
+                continue  # the longitude is not known there
+            else:
+                self._in_port_ns = stamp
+                self._worst = {}
+            self._last_checked = stamp
+
+    def place(self, fixes: FixSamples) -> None:
+        """Take the next batch of `longitude/fix`, which has the latitude."""
+        if count(fixes):
+            self._latitudes.feed(fixes.stamp_ns, fixes.latitude[:, None])
+
+    def feed(self, errors: JointSamples) -> None:
+        """Take the next batch of `longitude/error`.
+
+        Raises:
+            EstimationError: one of `ERROR_NAMES` is missing.
+        """
+        columns = {name: column(errors, name) for name in ERROR_NAMES}
+        if not count(errors):
+            return
+        if self._errors.last is None:
+            self._first_ns = int(errors.stamp_ns[0])
+        self._errors.feed(errors.stamp_ns, np.column_stack(list(columns.values())))
+        left_port = int(np.searchsorted(errors.stamp_ns, self._in_port_ns))
+        if left_port < count(errors):
+            for name in _JUDGED:
+                self._seek_worst(name, columns[name][left_port:], errors.stamp_ns[left_port:])
+
+    def _seek_worst(self, name: str, errors_nmi: FloatArray, stamp_ns: IntArray) -> None:
+        sizes = np.abs(errors_nmi)
+        place = int(sizes.argmax())
+        known = self._worst.get(name)
+        if known is None or sizes[place] > known.distance_nmi:
+            self._worst[name] = _Moment(float(sizes[place]), int(stamp_ns[place]))
+
+    def result(self) -> dict[str, Any] | None:
+        """Return the verdict, None if no error came. Times are from the first error [s].
+
+        Keys: those of each of the `landfalls`, at the last of them, or at the last sample where
+        there is none; `landfalls`, a list; `worst_error_nmi` (magnitude), `worst_at_s`,
+        `worst_prize_pounds` of the corrected clock, and `worst_raw_…` of the dial, since
+        `worst_since_s`, the last observation in port; 0 where there is none.
+
+        A landfall has `at_s`; `latitude_deg`, None where unknown; `ERROR_NAMES`; `unchecked_days`
+        since the observation before it, or since the dial was set at the first reading;
+        `prize_pounds` for the corrected distance, as the Act judges it, `raw_prize_pounds`, and
+        `required_rate_s_per_day` for £20,000 after so long. These three, and the prizes for the
+        worst errors, are None where less than `LEAST_UNCHECKED_DAYS` were unchecked, since no such
+        voyage qualifies.
+        """
+        if self._errors.last is None:
+            return None
+        landfalls = [
+            self._verdict(row, self._latitudes.before[mark], self._checked_before[mark])
+            for mark, row in self._errors.before.items()
+            if row is not None
+        ]
+        at_end = self._verdict(self._errors.last, self._latitudes.last, self._last_checked)
+        stamp, values = self._errors.last
+        last = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
+        raw, corrected = (
+            self._worst.get(name, _Moment(abs(last[name]), stamp)) for name in _JUDGED
+        )
+        judged = landfalls[-1] if landfalls else at_end
+        tried = judged['prize_pounds'] is not None
+        return {
+            **judged,
+            'landfalls': landfalls,
+            'worst_since_s': self._time_s(min(max(self._in_port_ns, self._first_ns), stamp)),
+            'worst_error_nmi': corrected.distance_nmi,
+            'worst_at_s': self._time_s(corrected.stamp_ns),
+            'worst_prize_pounds': prize_pounds(corrected.distance_nmi) if tried else None,
+            'worst_raw_error_nmi': raw.distance_nmi,
+            'worst_raw_at_s': self._time_s(raw.stamp_ns),
+            'worst_raw_prize_pounds': prize_pounds(raw.distance_nmi) if tried else None,
+        }
+
+    def _verdict(self, row: Row, latitude: Row | None, checked_ns: int | None) -> dict[str, Any]:
+        stamp, values = row
+        errors = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
+        since = self._first_ns if checked_ns is None else checked_ns
+        days = max(stamp - since, 0) / NS_PER_S / SECONDS_PER_DAY
+        tried = days >= LEAST_UNCHECKED_DAYS
+        degrees = None if latitude is None else float(latitude[1][0])
+        required = None
+        if tried and degrees is not None:
+            required = required_rate_s_per_day(days, degrees)
+        return {
+            'at_s': self._time_s(stamp),
+            'latitude_deg': degrees,
+            **errors,
+            'unchecked_days': days,
+            'prize_pounds': prize_pounds(abs(errors['error_nmi'])) if tried else None,
+            'raw_prize_pounds': prize_pounds(abs(errors['raw_error_nmi'])) if tried else None,
+            'required_rate_s_per_day': required,
+        }
+
+    def _time_s(self, stamp: int) -> float:
+        return (stamp - self._first_ns) / NS_PER_S
