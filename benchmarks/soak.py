@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.bags.mcap_file import open_mcap
+from tauto_core.bags.mcap import open_mcap
 from tauto_core.bags.soundness import check_bag
 from tauto_core.samples import OBSERVATION
 from tauto_core.scene import load_scene

@@ -2,8 +2,7 @@
 
 from tauto_core.bags.codec import decode, decode_as, encode, header_stamp_ns
 from tauto_core.bags.reader import Bag, Message, read_bag
-from tauto_core.bags.recovery import Recovered, recover_bag
-from tauto_core.bags.soundness import Soundness, check_bag, is_cut_short
+from tauto_core.bags.soundness import Recovered, Soundness, check_bag, is_cut_short, recover_bag
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.bags.writer import BagWriter, check_folder
 

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tauto_core.bags.codec import decode_as, joined
-from tauto_core.bags.mcap_file import Channel, McapFile, open_mcap
-from tauto_core.bags.mcap_records import Stored
+from tauto_core.bags.mcap import Channel, McapFile, Stored, open_mcap
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
 from tauto_core.bags.writer import METADATA
 from tauto_core.samples import SCENE, Batches, IntArray, Samples, TextSamples

@@ -15,8 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from tauto_core.bags.codec import encode
-from tauto_core.bags.mcap_file import Recorded
-from tauto_core.bags.mcap_out import CHUNK_BYTES, DeclaredTopic, McapOut, refused
+from tauto_core.bags.mcap import CHUNK_BYTES, DeclaredTopic, McapOut, Recorded, refused
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.samples import Batches, count
 from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
