@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from tauto_core.fleets import Plan, as_draws, sail_fleet
-from tauto_core.fleets.member import sail_ship
+from tauto_core.fleets.sailing import sail_ship
 from tauto_core.scene import load_scene
 from tauto_core.scene.models import Scene
 from tauto_core.workers import Crew, run_each

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
-from tauto_core.clockwork.limits import Limits
+from tauto_core.clockwork.live import Limits
 from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import (
     CORRECTED,

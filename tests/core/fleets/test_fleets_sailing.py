@@ -17,19 +17,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from tauto_core import voyage, workers
-from tauto_core.fleets import (
-    FleetError,
-    Plan,
-    answers,
-    as_draws,
-    draw,
-    sail_fleet,
-    sailing,
-    store,
-)
+from tauto_core.fleets import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
 from tauto_core.fleets.figure import figure_of
-from tauto_core.fleets.member import FIGURES, sail_ship
-from tauto_core.fleets.store import Store, schema
+from tauto_core.fleets.sailing import FIGURES, Store, sail_ship, schema
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
 from tauto_core.workers import Crew, Ended, WorkerError
@@ -185,7 +175,7 @@ import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[3])
 from test_fleets_sailing import plan
-from tauto_core.fleets import sail_fleet, store
+from tauto_core.fleets import sail_fleet, sailing
 from tauto_core.workers import Crew
 replace, names = os.replace, []
 def killed(draft, place):
@@ -194,7 +184,7 @@ def killed(draft, place):
         os.kill(os.getpid(), signal.SIGKILL)
     replace(draft, place)
 os.replace = killed
-store.EVERY_S = 0.0
+sailing.EVERY_S = 0.0
 sail_fleet(plan(), Crew(1), Path(sys.argv[1]))
 """
 
@@ -362,7 +352,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
     folder, lost = tmp_path / 'fleet', []
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
     monkeypatch.setattr(workers, 'ASK_S', 0.2)
-    monkeypatch.setattr(store, 'EVERY_S', 0.0)
+    monkeypatch.setattr(sailing, 'EVERY_S', 0.0)
     with ExitStack() as running:
         start = lambda *words: running.enter_context(_process(*words))  # noqa: E731
         scheduler = start('dask_scheduler', '--host', '127.0.0.1', '--port', '0', '--no-dashboard')

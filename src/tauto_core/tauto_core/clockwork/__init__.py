@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from tauto_core.clockwork.dial_setting import DialSetting
+from tauto_core.clockwork.dial import DialSetting, dial_ns
 from tauto_core.clockwork.live import LiveTrochlea
-from tauto_core.clockwork.reading import dial_ns
 from tauto_core.clockwork.swings import SwingTally
 from tauto_core.clockwork.trochlea import TrochleaStage
 

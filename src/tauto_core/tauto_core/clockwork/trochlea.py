@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from tauto_core.clockwork.dial_setting import DIAL
-from tauto_core.clockwork.reading import dial_ns
+from tauto_core.clockwork.dial import DIAL, dial_ns
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.motion import Motion, make_propagator, steps_in
 from tauto_core.samples import (

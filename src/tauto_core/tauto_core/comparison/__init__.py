@@ -1,8 +1,17 @@
 """Several clocks through the same sea, side by side."""
 
-from tauto_core.comparison.entries import CLOCKS, SHARED, Cases, Entry, make_entries
 from tauto_core.comparison.figure import draw
-from tauto_core.comparison.running import Comparison, Row, Stop, compare
+from tauto_core.comparison.running import (
+    CLOCKS,
+    SHARED,
+    Cases,
+    Comparison,
+    Entry,
+    Row,
+    Stop,
+    compare,
+    make_entries,
+)
 
 __all__ = [
     'CLOCKS',

@@ -1,25 +1,315 @@
-"""Runs all clocks of a comparison, several at once.
-
-Each run computes the motion of ship and case for itself, so processes need not exchange it.
-"""
+"""The entries of a comparison, in one sea or with several rolls, and their voyages."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
 
 from tauto_core import voyage
-from tauto_core.comparison.entries import Entry
-from tauto_core.comparison.trace import ErrorTrace
-from tauto_core.scene import Scene
-from tauto_core.scene.errors import PropagationError
+from tauto_core.readiness import check_known, check_scene
+from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, Samples, TimeSamples
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import PropagationError, SceneError, UsageError, naming
+from tauto_core.ship.waves import Harmonics
 from tauto_core.summary import Summary
 from tauto_core.voyage_cost import step_ns
 from tauto_core.wording import span
 from tauto_core.workers import Crew, WorkerError, run_each
+
+# -----------------------------------------------------------------------------
+# The amplitude of a ship's roll, and the same ship in the same waves with another roll.
+
+LARGEST_DEG = 45.0
+"""Largest roll that can be asked for; beyond it the linear roll equation does not hold."""
+
+
+def significant_roll_deg(scene: Scene) -> float | None:
+    """Return the significant amplitude of a ship's roll, 2 √(Σ a²/2) [deg].
+
+    It is twice the root mean square, which in a narrow-banded sea is the mean of the highest third
+    of the amplitudes (Longuet-Higgins 1952); for a single harmonic of amplitude a it is √2 a. None
+    where the roll was measured, 0 for a ship that lies still; in weather it is that in the highest
+    sea.
+    """
+    if not scene.ship.is_computed:
+        return None
+    roll = scene.ship.roughest(scene).channels(scene).roll
+    return _significant_deg(roll.amplitude) if isinstance(roll, Harmonics) else 0.0
+
+
+def with_roll(scene: Scene, roll_deg: float) -> Scene:
+    """Return the scene with a ship that rolls by another significant amplitude.
+
+    Every harmonic of the roll is scaled by the same factor, in a sea through the slope coefficient
+    or the response operator; waves and heave are not changed.
+
+    Args:
+        scene: its ship must be of kind sea or components, and must roll.
+        roll_deg: significant amplitude [deg], 0 to LARGEST_DEG.
+
+    Raises:
+        UsageError: an amplitude out of range, or a ship whose roll cannot be scaled.
+    """
+    if not 0.0 <= roll_deg <= LARGEST_DEG:
+        raise UsageError(
+            f'--roll {roll_deg:g}: must lie between 0 and {LARGEST_DEG:g} degrees, twice the '
+            'root mean square of the roll. Write for example 0,10,20'
+        )
+    ship, now = scene.ship, significant_roll_deg(scene)
+    if not now:
+        why = 'was measured' if now is None else 'is zero'
+        raise UsageError(
+            f'--roll {roll_deg:g}: the roll of {scene.name} (ship.kind {ship.kind}) {why} and '
+            'cannot be scaled. Use a ship of kind sea or components that rolls, or leave out '
+            '--roll'
+        )
+    return scene.model_copy(update={'ship': ship.with_roll_scaled(roll_deg / now)})
+
+
+def _significant_deg(amplitudes: FloatArray) -> float:
+    return math.degrees(2.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))))
+
+
+# -----------------------------------------------------------------------------
+# The entries of a comparison: clocks, fixed or suspended, in one sea or with several rolls.
+
+CLOCKS = (
+    'clock_cheek_weight',
+    'clock_involute_weight',
+    'clock_own_cam_weight',
+    'clock_second_cam_force',
+    'clock_own_cam_spring',
+    'clock_hanging_thread',
+    'clock_sully_lever',
+    'clock_own_cam_lever',
+)
+"""The shipped clocks in order; all have the same wheel, drag and escapement."""
+
+SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'ship', 'voyage', 'drift', 'log')
+"""Keys of a scene that describe the passage, not the clock."""
+
+OF_THE_CLOCK = ('white_fm', 'random_walk_fm')
+"""Keys of `drift` that describe the clock."""
+
+Cases: TypeAlias = Literal['both', 'with', 'without']
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A clock that takes part.
+
+    Attributes:
+        origin: file or name that the user gave.
+        scene: the scene that runs.
+        roll_deg: significant amplitude of its ship's roll [deg]; None: measured.
+    """
+
+    origin: str
+    scene: Scene
+    roll_deg: float | None
+
+    @property
+    def hung(self) -> bool:
+        """Whether the case is suspended."""
+        return self.scene.suspension is not None
+
+
+def make_entries(
+    names: Sequence[str] = (),
+    *,
+    ship_of: str | None = None,
+    duration: float | None = None,
+    rolls_deg: Sequence[float] = (),
+    cases: Cases = 'both',
+    anyway: bool = False,
+) -> list[Entry]:
+    """Return the entries of a comparison, each checked as before a voyage.
+
+    They are in the order of roll, then clock, with fixed cases before suspended ones.
+
+    Args:
+        names: files or shipped names; none: CLOCKS.
+        ship_of: a scene whose keys SHARED all clocks take; None: they must agree in them.
+        duration: duration of the run [s].
+        rolls_deg: significant amplitudes of the roll [deg]; none: as the ship rolls.
+        cases: 'with' and 'without' suspension, or 'both' where a scene has one.
+        anyway: sail machines and ships beyond all that are known, too; rolls asked for may be.
+
+    Raises:
+        SceneError: a scene that cannot run.
+        UsageError: scenes that do not share their sea, names or rolls given twice, or a suspension
+            asked for that a scene does not have.
+    """
+    scenes = _scenes(names or CLOCKS, ship_of, duration)
+    for origin, scene in scenes:
+        if not anyway:
+            with naming(origin, scene.name):
+                check_known(scene)
+    _check_names(scenes)
+    _check_shared(scenes)
+    if len(set(rolls_deg)) < len(rolls_deg):
+        raise UsageError(f'--roll {_commas(rolls_deg)}: a roll comes twice. Leave one out')
+    entries = []
+    for roll in rolls_deg or (None,):
+        for origin, scene in scenes:
+            rolled = scene if roll is None else _as_given(origin, with_roll(scene, roll))
+            for cased in _in_cases(origin, rolled, cases):
+                with naming(origin, cased.name):
+                    check_scene(cased)
+                entries.append(Entry(origin, cased, significant_roll_deg(cased)))
+    return entries
+
+
+def _scenes(
+    names: Sequence[str], ship_of: str | None, duration: float | None
+) -> list[tuple[str, Scene]]:
+    scenes = [(name, load_scene(name)) for name in names]
+    taken: dict[str, Any] = {}
+    if ship_of is not None:
+        passage = load_scene(ship_of)
+        taken = {key: getattr(passage, key) for key in SHARED}
+    if duration is not None:
+        taken['duration'] = duration
+    if not taken:
+        return scenes
+    return [
+        (name, _as_given(name, scene.model_copy(update=_own(scene, taken)), ship_of))
+        for name, scene in scenes
+    ]
+
+
+def _own(scene: Scene, taken: dict[str, Any]) -> dict[str, Any]:
+    """Return the keys taken from a passage, with what the scene's `drift` says of its clock."""
+    if 'drift' not in taken:
+        return taken
+    kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
+    return {**taken, 'drift': taken['drift'].model_copy(update=kept)}
+
+
+def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
+    """Return a changed scene, checked as if it had been written that way."""
+    try:
+        return parse_scene(scene_yaml(changed), origin)
+    except SceneError as error:
+        whose = '' if ship_of is None else f' and the passage of {ship_of}'
+        error.add_note(f'{origin} was read with the options given{whose}')
+        raise
+
+
+def _in_cases(origin: str, scene: Scene, cases: Cases) -> Iterator[Scene]:
+    if cases == 'with' and scene.suspension is None:
+        raise UsageError(
+            f'--suspension with: {origin} has no suspension. Write one (`suspension: {{kind: '
+            f'axle, …}}`, as in {CLOCKS[0]}), or use --suspension both'
+        )
+    if cases != 'with':
+        yield scene.model_copy(update={'suspension': None})
+    if cases != 'without' and scene.suspension is not None:
+        yield scene
+
+
+def _check_names(scenes: Sequence[tuple[str, Scene]]) -> None:
+    first: dict[str, str] = {}
+    for origin, scene in scenes:
+        if scene.name in first:
+            raise UsageError(
+                f'{origin}: its name, {scene.name!r}, is that of {first[scene.name]} too, and a '
+                'row is called by it. Leave one out, or give another `name`'
+            )
+        first[scene.name] = origin
+
+
+def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
+    """Refuse clocks that are not on the same ship."""
+    (first, scene), *others = scenes
+    passage = _passage(scene)
+    for origin, other in others:
+        apart = list(_differences('', passage, _passage(other)))
+        if apart:
+            told = '; '.join(f'{key} = {theirs} against {ours}' for key, ours, theirs in apart)
+            raise UsageError(
+                f'{origin} does not make the passage of {first}: {told}. Let the scenes agree, '
+                f'or take one passage for all with --ship-of {first}'
+            )
+
+
+def _passage(scene: Scene) -> dict[str, Any]:
+    return scene.model_dump(include=set(SHARED), exclude={'drift': set(OF_THE_CLOCK)})
+
+
+def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Yield the path of every key whose values differ, and both values."""
+    if not (isinstance(ours, dict) and isinstance(theirs, dict)):
+        if ours != theirs:
+            yield path, ours, theirs
+        return
+    for key in dict.fromkeys((*ours, *theirs)):
+        here = f'{path}.{key}' if path else str(key)
+        yield from _differences(here, ours.get(key, 'absent'), theirs.get(key, 'absent'))
+
+
+def _commas(numbers: Sequence[float]) -> str:
+    return ','.join(f'{number:g}' for number in numbers)
+
+
+# -----------------------------------------------------------------------------
+# The error of a clock along a passage, at as many instants as a figure needs.
+
+PIECES = 96
+"""Number of equal pieces of a passage at whose ends the error is kept."""
+
+
+class ErrorTrace:
+    """Keeps the clock's error at the ends of at most PIECES equal pieces of a scene.
+
+    A piece is a whole number of log intervals; a shorter remainder at the end is not used.
+
+    Args:
+        scene: the scene of the readings.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._starts_at_ns = scene.starts_at_ns
+        self._piece_ns = scene.log_interval_ns * math.ceil((scene.log_count - 1) / PIECES)
+        self._stamps: list[int] = []
+        self._errors: list[int] = []
+
+    @property
+    def piece_s(self) -> float:
+        """Length of a piece [s]."""
+        return self._piece_ns / NS_PER_S
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take batches of any topics, in order within a topic."""
+        reading = batches.get(READING)
+        if not isinstance(reading, TimeSamples):
+            return
+        kept = (reading.stamp_ns - self._starts_at_ns) % self._piece_ns == 0
+        stamps = reading.stamp_ns[kept]
+        self._stamps += (stamps - self._starts_at_ns).tolist()
+        self._errors += (reading.time_ref_ns[kept] - stamps).tolist()
+
+    @property
+    def time_s(self) -> FloatArray:
+        """Time from the start at the ends of the pieces, the start itself first [s], (n,)."""
+        return np.array(self._stamps, np.int64) / NS_PER_S
+
+    @property
+    def error_s(self) -> FloatArray:
+        """Reading less true time then [s], (n,)."""
+        return np.array(self._errors, np.int64) / NS_PER_S
+
+    def rate_spread(self) -> float | None:
+        """Return the standard deviation of the rates of the pieces [s/day]; None for one piece."""
+        rates = np.diff(self.error_s) / self.piece_s * SECONDS_PER_DAY
+        return float(np.std(rates, ddof=1)) if len(rates) > 1 else None
+
 
 Progress: TypeAlias = Callable[[float], None]
 

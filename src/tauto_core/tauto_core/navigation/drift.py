@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from tauto_core.clockwork.dial_setting import DialSetting
+from tauto_core.clockwork.dial import DialSetting
 from tauto_core.navigation.kalman import (
     LUNAR_SIGMA_S,
     RANDOM_WALK_FM_FLOOR_PER_S,
