@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from tauto_core import voyage
 from tauto_core.cli.app import app
-from tauto_core.cli.facts import shipped_summary
+from tauto_core.cli.scene import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
 
 SLOW_MODULES = ('numpy', 'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
@@ -274,7 +274,7 @@ def test_an_interrupt_that_python_loses_in_a_callback_ends_a_command() -> None:
     program = (
         'import os, signal, sys, time, weakref\n'
         'from tauto_core.cli import main\n'
-        'from tauto_core.cli import facts\n'
+        'from tauto_core.cli import scene\n'
         'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
         'class Lock:\n    pass\n'
         'def lose(_):\n    os.kill(os.getpid(), signal.SIGINT)\n'
@@ -283,7 +283,7 @@ def test_an_interrupt_that_python_loses_in_a_callback_ends_a_command() -> None:
         '    kept = weakref.ref(lock, lose)\n'
         '    del lock\n'
         '    time.sleep(60.0)\n'
-        'facts.shipped_summary = summary\n'
+        'scene.shipped_summary = summary\n'
         'sys.argv = ["tauto", "scenes"]\n'
         'main()\n'
     )

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
-from tauto_core.cli.compare import comparison_table, failures
+from tauto_core.cli.many import comparison_table, failures
 from tauto_core.comparison import Comparison, Row, Stop, draw, running
 from tauto_core.comparison.figure import side_by_side
 from tauto_core.workers import Ended, WorkerError

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from tauto_core import workers
 from tauto_core.cli.app import app
-from tauto_core.cli.fleet import answer, tables
+from tauto_core.cli.many import answer, tables
 from tauto_core.fleets import Answers, sailing
 from tauto_core.fleets.answers import Within
 from tauto_core.scene.errors import TautoWarning

@@ -4,8 +4,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from tauto_core.cli.app import app
-from tauto_core.cli.registered import Registered
+from tauto_core.cli.app import Registered, app
 
 
 def test_one_command_is_built_without_the_others():

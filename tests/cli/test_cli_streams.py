@@ -60,7 +60,7 @@ def test_what_a_terminal_lacks_is_printed_plainly_or_as_its_whole_escape(
     character: str, printed: str
 ) -> None:
     """Python's own escape (`ascii`) of a character without a plain form, and no sign less."""
-    said = f'from tauto_core.cli.streams import prepare_streams as p; p(); print({character!r})'
+    said = f'from tauto_core.cli.terminal import prepare_streams as p; p(); print({character!r})'
     run = subprocess.run(
         [sys.executable, '-c', said],
         env={**os.environ, 'PYTHONIOENCODING': 'ascii:strict', 'PYTHONUTF8': '0'},

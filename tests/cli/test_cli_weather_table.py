@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.console import Console
 
-from tauto_core.cli.weather_table import ROWS, weather_table, weather_words
+from tauto_core.cli.tables import ROWS, weather_table, weather_words
 
 
 def weather(count: int) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from rich.console import Console
 
-from tauto_core.cli.whole_table import WholeTable
+from tauto_core.cli.tables import WholeTable
 
 
 def shown(table: WholeTable, width: int) -> str:

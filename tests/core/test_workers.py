@@ -122,7 +122,7 @@ def test_an_interrupt_while_processes_start_ends_without_a_traceback(number):
     script = (
         'import os, signal\n'
         'from distributed import Nanny\n'
-        'from tauto_core.cli.ending import ended_by_sigterm\n'
+        'from tauto_core.cli.terminal import ended_by_sigterm\n'
         'from tauto_core.workers import Crew, run_each\n'
         'start = Nanny.start_unsafe\n'
         'async def interrupted(self):\n'

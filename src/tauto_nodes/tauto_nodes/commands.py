@@ -10,8 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from tauto_core.cli.options import Anyway, AsJson, Duration, SceneName, Settings, given_values
-from tauto_core.cli.terminal import print_rich
+from tauto_core.cli.terminal import (
+    Anyway,
+    AsJson,
+    Duration,
+    SceneName,
+    Settings,
+    given_values,
+    print_rich,
+)
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -88,9 +95,8 @@ def graph(
 ) -> None:
     """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
     from tauto_core.bags import check_folder
-    from tauto_core.cli.progress import progress_bar
     from tauto_core.cli.tables import voyage_table
-    from tauto_core.cli.voice import say_oddities
+    from tauto_core.cli.terminal import progress_bar, say_oddities
     from tauto_core.readiness import check_scene
     from tauto_core.replaying import summarise_bag
     from tauto_core.scene import load_scene
@@ -191,8 +197,7 @@ def play(
     ] = False,
 ) -> None:
     """Play a bag into a ROS 2 graph, in the domain that the environment names."""
-    from tauto_core.cli.progress import progress_bar
-    from tauto_core.cli.voice import say
+    from tauto_core.cli.terminal import progress_bar, say
     from tauto_nodes.player import Player
     from tauto_nodes.running import run
 

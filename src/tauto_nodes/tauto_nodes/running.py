@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import remove_ros_args, try_shutdown
 
-from tauto_core.cli.streams import open_closed_streams
+from tauto_core.cli.terminal import open_closed_streams
 from tauto_core.scene.errors import TautoError
 from tauto_nodes.domains import local_discovery
 from tauto_nodes.errors import NodesError, ParameterError

@@ -1,10 +1,4 @@
-"""The commands of `tauto`.
-
-Exit codes: 0 for success, 2 for a bad command line or scene, 1 for anything that failed on the
-way, 130 after Ctrl-C, 143 after SIGTERM. Results go to stdout, messages to stderr; with `--json`
-stdout holds one object and nothing else. A traceback means a fault of the program, never of its
-input.
-"""
+"""The commands of `tauto`."""
 
 from __future__ import annotations
 
@@ -14,36 +8,143 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command_name, get_group
+from typer.models import CommandInfo, TyperInfo
 
-from tauto_core.cli import (
-    bag,
-    compare,
-    curve,
-    design,
-    euler,
-    fleet,
-    isochronism,
-    new_scene,
-    plugins,
-    show,
+from tauto_core.cli import bag, curves, euler, many, scene, show
+from tauto_core.cli.terminal import (
+    Anyway,
+    AsJson,
+    Duration,
+    SceneName,
+    Settings,
+    Terminated,
+    be_quiet,
+    drop_output,
+    ended_by_sigterm,
+    given_values,
+    prepare_streams,
+    print_rich,
+    say,
+    say_oddities,
+    say_warnings,
+    send_lost_again,
 )
-from tauto_core.cli.ending import Terminated, ended_by_sigterm, send_lost_again
-from tauto_core.cli.options import Anyway, AsJson, Duration, SceneName, Settings, given_values
-from tauto_core.cli.registered import Registered
-from tauto_core.cli.streams import drop_output, prepare_streams
-from tauto_core.cli.terminal import print_rich
-from tauto_core.cli.voice import be_quiet, say, say_oddities, say_warnings
 from tauto_core.scene.errors import TautoError, UsageError
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+
+# -----------------------------------------------------------------------------
+# The commands that a Typer knows, built one at a time: to build them all takes 40 ms.
+
+
+class Registered(Mapping[str, Any]):
+    """Commands and groups by name, each built when it is first asked for.
+
+    Args:
+        register: with whose decorators they are registered; later ones count, too.
+    """
+
+    def __init__(self, register: typer.Typer) -> None:
+        self._register = register
+        self._built: dict[str, Any] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a command, as the parser wants it."""
+        if name not in self._built:
+            info = self._known()[name]
+            alone = typer.Typer(rich_markup_mode=None)
+            if isinstance(info, CommandInfo):
+                alone.registered_commands = [info]
+            else:
+                alone.registered_groups = [info]
+            self._built[name] = get_group(alone).commands[name]
+        return self._built[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known())
+
+    def __len__(self) -> int:
+        return len(self._known())
+
+    def _known(self) -> dict[str, CommandInfo | TyperInfo]:
+        """Return what is registered, commands first."""
+        named = {
+            each.name or get_command_name(each.callback.__name__): each
+            for each in self._register.registered_commands
+            if each.callback is not None
+        }
+        groups = {each.name: each for each in self._register.registered_groups if each.name}
+        return {**named, **groups}
+
+
+# -----------------------------------------------------------------------------
+# Commands that other distributions add through the entry-point group `tauto.commands`.
+#
+# They are loaded when they run, not for `tauto --help`; without their distribution the error
+# names the remedy.
+
+GROUP = 'tauto.commands'
+ROS_COMMANDS = {
+    'graph': 'Sail a scene as real ROS 2 nodes, recorded to MCAP.',
+    'play': 'Play a bag into a ROS 2 graph.',
+}
+REMEDY = (
+    "On x86-64 Linux `make sail` installs it, or pip install -e 'src/tauto_nodes[ros]'; on a "
+    'machine with ROS 2 Jazzy see the README. `tauto sail` needs no ROS.'
+)
+
+
+class MissingCommandError(TautoError):
+    """A command whose distribution, or what it needs, is not installed."""
+
+
+def add_to(commands: typer.Typer) -> None:
+    """Register the ROS commands; they are looked for when called."""
+    for name, summary in ROS_COMMANDS.items():
+        commands.command(
+            name,
+            help=summary,
+            add_help_option=False,
+            context_settings={'ignore_unknown_options': True, 'allow_extra_args': True},
+        )(_run)
+
+
+def _run(ctx: typer.Context) -> None:
+    """Pass the rest of the command line to the command of the same name."""
+    name = str(ctx.info_name)
+    try:
+        function = _load(name)
+        holder = typer.Typer(add_completion=False, rich_markup_mode=None)
+        holder.command(name)(function)
+        command: Any = typer.main.get_command(holder)
+        with command.make_context(name, list(ctx.args), parent=ctx.parent) as inner:
+            command.invoke(inner)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition('.')[0] not in ('rclpy', 'tauto_nodes'):
+            raise
+        raise MissingCommandError(
+            f'`tauto {name}` needs {error.name}, which is not installed. {REMEDY}'
+        ) from None
+
+
+def _load(name: str) -> Any:
+    from importlib.metadata import entry_points
+
+    for entry in entry_points(group=GROUP, name=name):
+        return entry.load()
+    raise MissingCommandError(
+        f'`tauto {name}` needs tauto_nodes, which is not installed. {REMEDY}'
+    )
 
 
 commands = typer.Typer()
@@ -188,7 +289,7 @@ def sail(
     1714 would have paid. With --out, `tauto report` makes a page of the bag.
     """
     from tauto_core import voyage
-    from tauto_core.cli.progress import progress_bar
+    from tauto_core.cli.terminal import progress_bar
     from tauto_core.scene import load_scene
 
     loaded = load_scene(scene, **given_values(settings, duration))
@@ -242,9 +343,9 @@ def replay(
     from tauto_core import replaying
     from tauto_core.answer import not_whole
     from tauto_core.bags import read_bag
-    from tauto_core.cli import stability_figure
-    from tauto_core.cli.progress import progress_bar
-    from tauto_core.cli.replay_tables import replay_tables
+    from tauto_core.cli import show
+    from tauto_core.cli.tables import replay_tables
+    from tauto_core.cli.terminal import progress_bar
     from tauto_core.figure_file import check_plot
     from tauto_core.scene import load_scene
 
@@ -258,7 +359,7 @@ def replay(
     _warn(result['warnings'])
     if plot is not None:
         title = '\n'.join([*wrap(not_whole(result), 100), result['scene']])
-        stability_figure.draw(result['stability'], title, plot)
+        show.draw(result['stability'], title, plot)
         say(f'wrote {plot}')
     _show(result, None if as_json else replay_tables(result))
 
@@ -266,7 +367,7 @@ def replay(
 @commands.command()
 def scenes(as_json: AsJson = False) -> None:
     """List the scenes that ship with Tauto, for `tauto sail NAME`."""
-    from tauto_core.cli.facts import shipped_summary
+    from tauto_core.cli.scene import shipped_summary
     from tauto_core.scene import shipped_scenes
 
     found = {name: shipped_summary(name) for name in shipped_scenes()}
@@ -285,8 +386,8 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
     Machines and ships beyond all that are known are warned of, where commands that sail refuse
     them without --anyway.
     """
-    from tauto_core.cli.facts import facts_table
-    from tauto_core.cli.progress import progress_bar
+    from tauto_core.cli.scene import facts_table
+    from tauto_core.cli.terminal import progress_bar
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
 
@@ -300,14 +401,14 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
     _show(facts, None if as_json else facts_table(facts))
 
 
-scene_commands.command()(new_scene.new)
-scene_commands.command()(new_scene.schema)
-commands.command()(curve.cam)
-commands.command()(isochronism.isochronism)
-commands.command()(design.design)
-commands.command()(compare.compare)
-commands.command()(fleet.fleet)
+scene_commands.command()(scene.new)
+scene_commands.command()(scene.schema)
+commands.command()(curves.cam)
+commands.command()(curves.isochronism)
+commands.command()(curves.design)
+commands.command()(many.compare)
+commands.command()(many.fleet)
 commands.command()(show.plot)
 commands.command()(show.report)
 commands.command()(euler.euler)
-plugins.add_to(commands)
+add_to(commands)

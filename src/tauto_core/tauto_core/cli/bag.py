@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from tauto_core.cli.options import AsJson
+from tauto_core.cli.terminal import AsJson
 
 commands = typer.Typer(
     help='See whether a bag is whole, or recover what is left of one.', no_args_is_help=True

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.options import AsJson
+from tauto_core.cli.terminal import AsJson
 
 if TYPE_CHECKING:
     from tauto_core.euler import Claim

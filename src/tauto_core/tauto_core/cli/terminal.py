@@ -1,13 +1,151 @@
-"""Text and tables on a terminal, in a file or for another program."""
+"""What commands share: options, messages, streams, endings by signal, the progress bar."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import codecs
+import io
+import os
+import signal
+import sys
+import threading
+import unicodedata
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from tauto_core.scene.errors import ABSENT, SceneError, UsageError
+
 if TYPE_CHECKING:
     from rich.console import RenderableType
+
+    from tauto_core.scene import Scene
+
+
+# -----------------------------------------------------------------------------
+# Arguments and options that several commands share.
+
+SceneName: TypeAlias = Annotated[
+    str,
+    typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
+]
+AsJson: TypeAlias = Annotated[
+    bool, typer.Option('--json', help='Print one JSON object on stdout, nothing else there.')
+]
+Plots: TypeAlias = Annotated[
+    list[Path] | None,
+    typer.Option(
+        '--plot', metavar='FILE', help='Draw it as .svg, .png or .pdf; replaces the file.'
+    ),
+]
+Anyway: TypeAlias = Annotated[
+    bool,
+    typer.Option('--anyway', help='Sail machines and ships beyond all that are known, too.'),
+]
+Duration: TypeAlias = Annotated[
+    float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
+]
+Settings: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option(
+        '--set',
+        metavar='KEY=VALUE',
+        help='Another value for a key of the scene, such as ship.sea.peak_period=8; may come '
+        'several times. The value null removes the key.',
+    ),
+]
+
+
+def given_values(settings: list[str] | None, duration: float | None = None) -> dict[str, Any]:
+    """Return what --set and --duration change in a scene, by the paths of the keys.
+
+    `ABSENT` stands for null, which removes a key.
+
+    Raises:
+        UsageError: no KEY=VALUE, a value that is no YAML or empty, or a key that comes twice.
+    """
+    from tauto_core.scene.yaml_text import read_mapping
+
+    given: dict[str, Any] = {} if duration is None else {'duration': duration}
+    for setting in settings or ():
+        path, equals, text = (part.strip() for part in setting.partition('='))
+        if not path or not equals:
+            raise UsageError(f'--set {setting}: has no KEY=. Write for example duration=600')
+        if path in given:
+            raise UsageError(f'--set {setting}: {path} is given twice. Leave one of them out')
+        try:
+            given[path] = read_mapping(f'value: {text}', '--set')['value']
+        except SceneError as error:
+            raise UsageError(
+                f'--set {setting}: {error.problem}. Write one value, in quotes for the shell '
+                "where it has blanks or brackets: --set 'voyage.departure=[50.8, -1.1]'"
+            ) from None
+        if given[path] is None and text.lower() not in ('null', '~'):
+            raise UsageError(f'--set {setting}: has no value. Write one after the =')
+        if given[path] is None:
+            given[path] = ABSENT
+    return given
+
+
+# -----------------------------------------------------------------------------
+# Messages of the commands besides their result: on stderr, and none with --quiet.
+
+_state = {'quiet': False}
+
+
+def be_quiet(quiet: bool) -> None:
+    """Print only results and errors from now on, or print messages again."""
+    _state['quiet'] = quiet
+
+
+def is_quiet() -> bool:
+    """Return whether only results and errors are wanted."""
+    return _state['quiet']
+
+
+def say(words: str) -> None:
+    """Print a message on stderr that is useful but not part of the result."""
+    if not is_quiet():
+        typer.echo(f'tauto: {words}', err=True)
+
+
+def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
+    """Print and return warnings about a scene to be sailed; refuse it beyond all that is known.
+
+    Args:
+        scene: the scene.
+        origin: file or name that the user gave.
+        anyway: do not refuse it.
+
+    Raises:
+        SceneError: see `readiness.check_known`.
+    """
+    from tauto_core.readiness import check_known, oddities
+    from tauto_core.scene.errors import naming
+
+    with naming(origin, scene.name):
+        if not anyway:
+            check_known(scene)
+        odd = oddities(scene)
+    for warning in odd:
+        say(warning)
+    return odd
+
+
+def say_warnings() -> None:
+    """Print the package's own Python warnings from now on as messages."""
+    shown = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+        if category.__module__.startswith('tauto_core.'):
+            say(str(message))
+        else:
+            shown(message, category, *where, **more)
+
+    warnings.showwarning = show
 
 
 def print_rich(*parts: RenderableType, err: bool = False) -> None:
@@ -25,3 +163,174 @@ def print_rich(*parts: RenderableType, err: bool = False) -> None:
             console.print(part, crop=False)
     lines = captured.get().splitlines()
     typer.echo('\n'.join(line.rstrip() for line in lines), err=err)
+
+
+# -----------------------------------------------------------------------------
+# Standard output and error, be they closed, full, or of another encoding than UTF-8.
+
+_PLAIN = {'−': '-', '–': '-', '—': '-', '…': '...', '√': 'sqrt', '≤': '<=', '≥': '>=', '→': '->'}
+_GREEK = 'GREEK SMALL LETTER '
+_HANDLER = 'tauto_plain'
+
+
+def prepare_streams() -> None:
+    """Let any text be printed, on any terminal."""
+    open_closed_streams()
+    codecs.register_error(_HANDLER, _plain)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=_HANDLER)
+
+
+def drop_output() -> None:
+    """Discard output that stdout refused; otherwise the interpreter fails on it again at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def open_closed_streams() -> None:
+    """Open the null device in the place of streams that were closed (`2>&-`, some daemons).
+
+    Python has None for them, and the next file to be opened would get their number, with all that
+    C libraries print.
+    """
+    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding='utf-8'))  # noqa: SIM115
+
+
+def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
+    """Return what stands for a character that an encoding lacks, and the place after it.
+
+    A minus must stay one. Python has lone surrogates for bytes of a file's name that are no text;
+    they are printed as they are, as other programs do.
+    """
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    character, after = error.object[error.start], error.start + 1
+    if '\udc80' <= character <= '\udcff':
+        return bytes([ord(character) - 0xDC00]), after
+    name = unicodedata.name(character, '')
+    if name.startswith(_GREEK):
+        return name.removeprefix(_GREEK).lower(), after
+    return _PLAIN.get(character) or ascii(character)[1:-1], after
+
+
+# -----------------------------------------------------------------------------
+# SIGTERM as an exception, so that a run ends as after Ctrl-C; and neither is lost.
+
+_AGAIN_S = 0.05
+"""Time after which a lost signal is sent again: what lost it has ended by then."""
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM came during a run."""
+
+
+@contextmanager
+def ended_by_sigterm() -> Iterator[None]:
+    """Turn SIGTERM into `Terminated` for as long as the context lasts."""
+
+    def end(_number: int, _frame: object) -> None:
+        raise Terminated
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def send_lost_again() -> None:
+    """Send SIGINT or SIGTERM again where Python has lost its exception.
+
+    An exception in a callback, such as that which frees the lock of an import, is reported and
+    forgotten: Ctrl-C would do nothing.
+    """
+    report = sys.unraisablehook
+
+    def hear(lost: sys.UnraisableHookArgs) -> None:
+        if not issubclass(lost.exc_type, KeyboardInterrupt):
+            report(lost)
+            return
+        number = signal.SIGTERM if issubclass(lost.exc_type, Terminated) else signal.SIGINT
+        again = threading.Timer(_AGAIN_S, os.kill, (os.getpid(), number))
+        again.daemon = True
+        again.start()
+
+    sys.unraisablehook = hear
+
+
+# -----------------------------------------------------------------------------
+# The progress bar.
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
+    """Show a bar on stderr, if that is a terminal, for as long as the context lasts.
+
+    While a kernel compiles, the label names it, with the time that it takes.
+
+    Args:
+        label: text in front of the bar.
+
+    Yields:
+        A function to call with the share done so far, from 0 to 1.
+    """
+    if not sys.stderr.isatty() or is_quiet():
+        yield lambda _share: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from tauto_core.kernels import listening
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=1.0)
+
+        def compiles(kernel: str | None, left_s: float) -> None:
+            said = label if kernel is None else f'{label}: {_compiling(kernel, left_s)}'
+            bar.update(task, description=said)
+
+        with listening(compiles):
+            yield lambda share: bar.update(task, completed=share)
+
+
+@contextmanager
+def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
+    """Show a bar on stderr, as `progress_bar` does, with the rate and the time left.
+
+    Args:
+        things: the things that are counted, in the plural.
+        total: their number.
+
+    Yields:
+        A function to call with the number done so far, parts included.
+    """
+    if not sys.stderr.isatty() or is_quiet():
+        yield lambda _done: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    said = f'{{task.completed:,.0f}} of {{task.total:,.0f}} {things}'
+    columns = (
+        TextColumn(said),
+        BarColumn(),
+        TextColumn('{task.fields[rate]}'),
+        TimeRemainingColumn(),
+        TextColumn('left'),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(things, total=total, rate='')
+
+        def tell(done: float) -> None:
+            speed = bar.tasks[task].speed
+            bar.update(task, completed=done, rate=f'{speed:.3g} a second' if speed else '')
+
+        yield tell
+
+
+def _compiling(kernel: str, left_s: float) -> str:
+    """Return the label while a kernel compiles, with seconds where they are known."""
+    name = kernel.removeprefix('tauto_core.')
+    return f'compiling {name} once' + (f', about {left_s:.1f} s' if left_s else '')
