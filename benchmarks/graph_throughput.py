@@ -48,7 +48,7 @@ from tauto_core.samples import NS_PER_S, READING, SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.graph import Plan, graph_environment, run_graph
-from tauto_nodes.qos import port
+from tauto_nodes.ports import port
 from tauto_nodes.running import executor_named
 
 SCENE = 'second_cam_at_sea'

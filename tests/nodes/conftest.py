@@ -36,11 +36,9 @@ from tauto_core.samples import (
     scalars,
     take,
 )
-from tauto_nodes.domains import claim_domain
-from tauto_nodes.member import TICK_S
-from tauto_nodes.qos import port
-from tauto_nodes.running import executor_named
-from tauto_nodes.source_node import SourceNode
+from tauto_nodes.member import TICK_S, SourceNode
+from tauto_nodes.ports import port
+from tauto_nodes.running import claim_domain, executor_named
 
 with warnings.catch_warnings():
     # rclpy imports it when the first node is made; its lark imports the deprecated sre_parse.

@@ -16,7 +16,7 @@ from sensor_msgs.msg import Imu
 from test_nodes_faults import START_NS
 
 from tauto_core.samples import NS_PER_S, READING, SHIP_IMU
-from tauto_nodes.qos import port
+from tauto_nodes.ports import port
 
 RATE_HZ = 100
 SECONDS = 5

@@ -28,10 +28,10 @@ from tauto_core.scene import Scene, load_scene, scene_yaml
 from tauto_core.voyage import sail
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.longitude import Longitude
-from tauto_nodes.qos import port
+from tauto_nodes.ports import port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.ship_motion import ShipMotion
-from tauto_nodes.state_file import StateFile
+from tauto_nodes.stage_node import StateFile
 from tauto_nodes.trochlea import Trochlea
 
 DRIFT = {

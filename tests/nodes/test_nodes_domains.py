@@ -15,8 +15,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 import tauto_nodes
-from tauto_nodes.domains import check_discovery
 from tauto_nodes.errors import ParameterError
+from tauto_nodes.running import check_discovery
 
 ALONE = ['unshare', '--map-root-user', '--net']
 """Runs a command in a network of its own, whose loopback interface is down."""

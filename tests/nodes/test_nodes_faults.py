@@ -32,8 +32,7 @@ from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.longitude import Longitude
 from tauto_nodes.markers import MARKERS, Markers
-from tauto_nodes.ports import node_of
-from tauto_nodes.qos import port
+from tauto_nodes.ports import node_of, port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.trochlea import Trochlea
 

@@ -23,11 +23,11 @@ from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.voyage import ShipSource, sail
-from tauto_nodes.diagnostics import assess
 from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.longitude import Longitude
 from tauto_nodes.player import Player
+from tauto_nodes.ports import assess
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.ship_motion import ShipMotion
 from tauto_nodes.trochlea import Trochlea

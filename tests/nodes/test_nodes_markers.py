@@ -24,7 +24,7 @@ from tauto_core.scene import load_scene
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.voyage import sail
 from tauto_nodes.markers import MARKERS, TF, Markers, about_x, clock_points, product, transforms
-from tauto_nodes.qos import port
+from tauto_nodes.ports import port
 
 LAYOUTS = Path(__file__).parents[2] / 'src' / 'tauto_nodes' / 'layouts'
 

@@ -19,9 +19,8 @@ from rclpy.parameter import Parameter
 from tauto_core.bags import BagWriter
 from tauto_nodes.errors import GraphError, ParameterError
 from tauto_nodes.launching import ARGUMENTS, end_of, problems_of, strangers_of
-from tauto_nodes.parameter_files import shared_names
 from tauto_nodes.parameter_page import reference_page
-from tauto_nodes.parameters import PARAMETERS, declare
+from tauto_nodes.parameters import PARAMETERS, declare, shared_names
 from tauto_nodes.trochlea import Trochlea
 
 ROOT = Path(__file__).parents[2]

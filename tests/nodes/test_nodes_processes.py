@@ -25,9 +25,9 @@ from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
-from tauto_nodes import supervisor
+from tauto_nodes import graph
+from tauto_nodes.graph import Child
 from tauto_nodes.running import executor_named
-from tauto_nodes.supervisor import Child
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 PATIENCE_S = 300.0
@@ -364,8 +364,8 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
         )
     child = Child('stuck', process, log)
     until(lambda: _handles_sigterm(process.pid))
-    monkeypatch.setattr(supervisor, 'TERM_S', 0.5)
-    assert supervisor.Supervisor(tmp_path, {}, [child]).stop() == [child]
+    monkeypatch.setattr(graph, 'TERM_S', 0.5)
+    assert graph.Supervisor(tmp_path, {}, [child]).stop() == [child]
     assert process.returncode == -signal.SIGABRT
     assert 'running.py' in child.said()
     assert 'in <lambda>' in child.said()

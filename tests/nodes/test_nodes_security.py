@@ -21,8 +21,8 @@ from tauto_nodes.drift_estimator import DriftEstimator
 from tauto_nodes.graph import NODES
 from tauto_nodes.longitude import Longitude
 from tauto_nodes.markers import Markers
-from tauto_nodes.packs import PACK_TOPIC
 from tauto_nodes.player import Player
+from tauto_nodes.ports import PACK_TOPIC
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.ship_motion import ShipMotion
 from tauto_nodes.trochlea import Trochlea

@@ -22,8 +22,8 @@ from tauto_core.scene import load_scene
 from tauto_core.version import code
 from tauto_core.whole_file import DRAFTS
 from tauto_nodes.errors import ParameterError
-from tauto_nodes.qos import port
-from tauto_nodes.state_file import StateFile
+from tauto_nodes.ports import port
+from tauto_nodes.stage_node import StateFile
 from tauto_nodes.trochlea import Trochlea
 
 SCENE = load_scene('measured')

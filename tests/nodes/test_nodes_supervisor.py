@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tauto_nodes.supervisor import Child, Supervisor
+from tauto_nodes.graph import Child, Supervisor
 
 WORDS = """\
 [INFO] [1795404890.263812763] [recorder]: scene: received 1, written 1, lost 0

@@ -24,7 +24,7 @@ from tauto_core.scene import load_scene
 from tauto_nodes.errors import NodesError
 from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, WINDOW, End, Report
 from tauto_nodes.member import Member
-from tauto_nodes.qos import CREDIT_QOS, END_QOS, port
+from tauto_nodes.ports import CREDIT_QOS, END_QOS, port
 from tauto_nodes.recorder import Recorder
 from tauto_nodes.stage_node import StageNode
 from tauto_nodes.trochlea import Trochlea

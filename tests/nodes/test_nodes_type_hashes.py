@@ -11,7 +11,7 @@ from tauto_core.bags import TOPICS
 from tauto_core.bags.mcap import open_mcap
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
-from tauto_nodes.qos import port
+from tauto_nodes.ports import port
 
 
 def test_a_bag_declares_the_type_hashes_that_publishers_offer(

@@ -13,7 +13,7 @@ import pytest
 from tauto_core.samples import READING
 from tauto_nodes.errors import GraphError
 from tauto_nodes.graph import NODES, SILENT_S, STALL_S, Watch
-from tauto_nodes.recorded import Recorded
+from tauto_nodes.work_folder import Recorded
 
 LONG_AGO_S = -2.0 * STALL_S
 

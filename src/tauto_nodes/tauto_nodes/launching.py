@@ -18,18 +18,16 @@ from tauto_core.readiness import check_known, check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError
-from tauto_nodes.domains import (
+from tauto_nodes.errors import GraphError, ParameterError
+from tauto_nodes.parameters import FOLDER, PARAMETERS, write_parameters
+from tauto_nodes.running import (
     RANGE,
+    SUPERVISOR,
     check_discovery,
     check_loopback,
     enclave_of,
     local_discovery,
 )
-from tauto_nodes.errors import GraphError, ParameterError
-from tauto_nodes.parameter import FOLDER
-from tauto_nodes.parameter_files import write_parameters
-from tauto_nodes.parameters import PARAMETERS
-from tauto_nodes.running import SUPERVISOR
 from tauto_nodes.work_folder import work_folder
 
 PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')

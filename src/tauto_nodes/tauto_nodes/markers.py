@@ -27,10 +27,9 @@ from tauto_core.samples import (
     ImuSamples,
     JointSamples,
 )
-from tauto_nodes.diagnostics import Diagnostics
 from tauto_nodes.errors import NodesError
 from tauto_nodes.member import Member
-from tauto_nodes.qos import Port, message_class, port
+from tauto_nodes.ports import Diagnostics, Port, message_class, port
 from tauto_nodes.running import main_of
 from tauto_nodes.stage_node import scene_of
 

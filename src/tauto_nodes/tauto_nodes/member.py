@@ -1,17 +1,36 @@
-"""The base of all nodes: they work on messages, take part in flow control, and end."""
+"""The base of all nodes: they work on messages, take part in flow control, pace time, and end."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import chain
-from typing import Any
+from itertools import chain, groupby
+from operator import itemgetter
+from typing import Any, TypeAlias, cast
 
+import numpy as np
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import String
 
+from tauto_core import samples as s
+from tauto_core.bags import decode
+from tauto_core.navigation import ESTIMATE_NAMES
+from tauto_core.samples import (
+    NS_PER_S,
+    FixSamples,
+    ImuSamples,
+    JointSamples,
+    Samples,
+    TextSamples,
+    TimeSamples,
+)
+from tauto_core.scene.errors import BagError
 from tauto_nodes.errors import NodesError
 from tauto_nodes.flow import (
     BATCH,
@@ -24,9 +43,111 @@ from tauto_nodes.flow import (
     Report,
     known,
 )
-from tauto_nodes.intake import Intake
-from tauto_nodes.ports import Input, Output, PortNode
-from tauto_nodes.qos import CREDIT_QOS, END_QOS, Port, can_match, type_name
+from tauto_nodes.ports import (
+    CREDIT_QOS,
+    END_QOS,
+    Diagnostics,
+    Input,
+    Output,
+    Port,
+    PortNode,
+    can_match,
+    node_of,
+    type_name,
+)
+
+# -----------------------------------------------------------------------------
+# From serialised messages to samples; invalid messages are counted and ignored.
+#
+# Anybody may publish anything on a topic. A message that cannot be decoded, belongs to another
+# frame, or has wrong names or NaN neither ends a node nor hides its neighbours. The fate of a
+# message does not depend on the others that came with it.
+
+NAMES = {s.ESTIMATE: ESTIMATE_NAMES}
+"""Names with which a topic's scalars must begin; for other topics the first message decides."""
+
+
+class Intake:
+    """Decodes the messages of one topic.
+
+    Args:
+        topic: of the table.
+        note: called with a reason and its description, once for each message that is ignored.
+    """
+
+    def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
+        self._topic, self._note = topic, note
+        self._kind: tuple[str, tuple[str, ...], tuple[int, ...]] | None = None
+        self._required = NAMES.get(topic)
+
+    def samples(self, payloads: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
+        """Return the samples of the usable messages, None if there are none, and these messages.
+
+        Messages without a header are stamped 0.
+        """
+        try:
+            whole = self._decoded(payloads)
+            if self._is_good(whole):
+                return whole, list(payloads)
+        except BagError:
+            pass
+        good = [(one, payload) for payload in payloads if (one := self._one(payload)) is not None]
+        if not good:
+            return None, []
+        return s.join([cast(TimeSamples, one) for one, _ in good]), [raw for _, raw in good]
+
+    def _decoded(self, payloads: Sequence[bytes]) -> Samples:
+        samples = decode(self._topic, payloads, np.zeros(len(payloads), np.int64))
+        if s.count(samples) != len(payloads):
+            raise BagError(f'{self._topic}: {len(payloads)} messages, other samples')
+        return samples
+
+    def _one(self, payload: bytes) -> Samples | None:
+        try:
+            sample = self._decoded([payload])
+        except BagError as error:
+            self._note('undecodable', f'a message is left aside: {error}')
+            return None
+        if self._is_good(sample):
+            return sample
+        reason, words = self._fault(sample)
+        self._note(reason, f'a message is left aside: {words}')
+        return None
+
+    def _is_good(self, samples: Samples) -> bool:
+        return not any(self._fault(samples))
+
+    def _fault(self, samples: Samples) -> tuple[str, str]:
+        """Return what is wrong with samples, in a word and in full; empty where nothing is."""
+        if isinstance(samples, TextSamples | s.PlanarImu):
+            return '', ''
+        return next(self._faults(samples), ('', ''))
+
+    def _faults(
+        self, samples: ImuSamples | JointSamples | TimeSamples | FixSamples
+    ) -> Iterator[tuple[str, str]]:
+        if samples.stamp_ns.min() < 0:
+            yield 'out_of_range', f'stamped {samples.stamp_ns.min() * 1e-9:.6g} s, before 0'
+        names: tuple[str, ...] = ()
+        widths: tuple[int, ...] = ()
+        if isinstance(samples, JointSamples):
+            names = samples.name
+            numbers = (samples.position, samples.velocity, samples.effort)
+            widths = tuple(number.shape[1] for number in numbers)
+            if not all(np.isfinite(number).all() for number in numbers):
+                yield 'not_finite', 'one of its numbers is none'
+        if self._required is not None and names[: len(self._required)] != self._required:
+            yield 'other_names', f'names {names}, which do not begin with {self._required}'
+        if self._kind is None:
+            self._kind = samples.frame_id, names, widths
+        frame, first_names, first_widths = self._kind
+        if frame != samples.frame_id:
+            yield 'other_frame', f'frame {samples.frame_id!r}, not {frame!r} as before'
+        if first_names != names:
+            yield 'other_names', f'names {names}, not {first_names} as before'
+        if first_widths != widths:
+            yield 'other_widths', f'arrays of {widths} numbers, not {first_widths} as before'
+
 
 TICK_S = 0.01
 HELLO_S = 0.05
@@ -314,3 +435,128 @@ class Member(PortNode):
             sent = {topic: output.sent for topic, output in self.outputs.items()}
             self._end.publish(String(data=End(self.get_name(), sent).to_json()))
         self._report()
+
+
+# -----------------------------------------------------------------------------
+# A node that paces time: it sends stamped messages when they are due.
+
+Item: TypeAlias = tuple[int, str, bytes]
+
+BURST = 1000
+"""Most messages sent in one tick, so that a node at full speed still hears the others."""
+
+CLOCK_TOPIC = '/clock'
+LOOK_S = 1.0
+
+
+class SourceNode(Member):
+    """Sends items (stamp [ns], topic, payload), ordered by stamp, at a pace.
+
+    With flow control it begins when the whole graph is matched, else when each of its topics has a
+    subscriber or after the parameter `wait`.
+
+    Args:
+        role: says which node of the parameter table this is.
+        pace: name of the parameter with the pace, stamped seconds per second; 0: unpaced.
+        node_options: handed to rclpy.node.Node.
+    """
+
+    def __init__(self, role: str, pace: str, **node_options: Any) -> None:
+        super().__init__(role, **node_options)
+        self._pace_name = pace
+        self._pace = self.settings.number(pace)
+        self._items: Iterator[Item] = iter(())
+        self._next: Item | None = None
+        self._last_ns = 0
+        self._clock_ns = -1
+        self._sea_clock: Any = None
+        self._born_s = time.monotonic()
+        self._base: tuple[float, int] | None = None
+        self.add_post_set_parameters_callback(self._repace)
+
+    def start(self, items: Iterator[Item]) -> None:
+        """Begin with these items once the subscribers are there; ports are connected by now.
+
+        Raises:
+            NodesError: /clock is wanted, but somebody else publishes it.
+        """
+        if self.settings.flag('publish_clock'):
+            self._sea_clock = self._clock_publisher()
+        self._items = items
+        self._next = next(items, None)
+        self.diagnostics = Diagnostics(self)
+
+    @property
+    def sent_until_ns(self) -> int:
+        """Stamp of the last item that was sent [ns]; 0 before the first."""
+        return self._last_ns
+
+    def all_sent(self) -> None:
+        """Do what remains when the last item has been sent."""
+
+    def tick(self) -> None:
+        """Send what is due."""
+        if self._base is None and not self._may_start():
+            return
+        now_s = time.monotonic()
+        if self._base is None:
+            self._base = (now_s, self._next[0] if self._next else 0)
+        self._send_until(self._due_ns(now_s))
+        if self._sea_clock is not None and self._last_ns > self._clock_ns:
+            self._clock_ns = self._last_ns
+            message = ClockMessage()
+            message.clock.sec, message.clock.nanosec = divmod(self._clock_ns, NS_PER_S)
+            self._sea_clock.publish(message)
+        if self._next is None and not self.input_over and not self.backlogged:
+            self.input_over = True
+            self.all_sent()
+
+    def _send_until(self, due_ns: float) -> None:
+        if self.backlogged:
+            return
+        due: list[Item] = []
+        while self._next is not None and len(due) < BURST and self._next[0] <= due_ns:
+            due.append(self._next)
+            self._next = next(self._items, None)
+        if not due:
+            return
+        self._last_ns = due[-1][0]
+        if self.flow is not None:  # nodes of our graph join topics by stamps, not by arrival
+            due.sort(key=itemgetter(1))
+        for topic, items in groupby(due, itemgetter(1)):
+            self.send(topic, [payload for _, _, payload in items])
+
+    def _may_start(self) -> bool:
+        if self.flow is not None:
+            return self.flow.everyone_ready()
+        alone = any(
+            output.publisher.get_subscription_count() == 0 for output in self.outputs.values()
+        )
+        return not alone or time.monotonic() - self._born_s >= self.settings.number('wait')
+
+    def _due_ns(self, now_s: float) -> float:
+        assert self._base is not None
+        if self._pace == 0.0:
+            return math.inf
+        since_s, from_ns = self._base
+        return from_ns + (now_s - since_s) * self._pace * NS_PER_S
+
+    def _repace(self, changes: list[RosParameter]) -> None:
+        for change in changes:
+            if change.name == self._pace_name:
+                now_s = time.monotonic()
+                if self._base is not None:
+                    due_ns = min(self._due_ns(now_s), self._last_ns)
+                    self._base = (now_s, int(due_ns))
+                self._pace = float(change.value)
+
+    def _clock_publisher(self) -> Any:
+        deadline_s = time.monotonic() + LOOK_S
+        while time.monotonic() < deadline_s:
+            if others := self.get_publishers_info_by_topic(CLOCK_TOPIC):
+                raise NodesError(
+                    f'publish_clock = True: {node_of(others[0])} already publishes {CLOCK_TOPIC}, '
+                    'and time can have one source only. Leave publish_clock out, or stop the other'
+                )
+            time.sleep(0.02)
+        return self.create_publisher(ClockMessage, CLOCK_TOPIC, QoSProfile(depth=10))

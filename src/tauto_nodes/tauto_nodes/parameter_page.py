@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from tauto_nodes.parameter import Value
-from tauto_nodes.parameters import PARAMETERS
+from tauto_nodes.parameters import PARAMETERS, Value
 
 
 def _spelled(value: Value) -> str:

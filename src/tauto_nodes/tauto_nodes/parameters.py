@@ -1,23 +1,199 @@
-"""The parameter table: declaration, validation and docs/parameters.md all come from it."""
+"""The parameters of the nodes: types, limits, one table, files."""
 
 from __future__ import annotations
 
 import difflib
 import math
+import os
+import re
 import sys
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeAlias, TypeVar
 
+import yaml
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from rclpy.subscription import Subscription
 
+from tauto_core.scene import shipped_scenes
 from tauto_nodes.errors import ParameterError
-from tauto_nodes.parameter import Parameter, Value
-from tauto_nodes.parameter_files import shared_names
-from tauto_nodes.rclpy_private import overrides_of
+
+# -----------------------------------------------------------------------------
+# What the nodes need of rclpy and its public interface does not offer, all in one place.
+#
+# Tried with rclpy 7.1.6 (Jazzy).
+
+RCLError = rclpy_implementation.RCLError
+"""What rcl refuses: `rclpy.exceptions` does not export it."""
+
+UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+
+
+def overrides_of(node: Node) -> Mapping[str, RosParameter]:
+    """Return the parameters that command line, files and caller set, undeclared ones included.
+
+    `Node` lists them publicly only after it has declared all of them, without our table.
+    """
+    overrides: Mapping[str, RosParameter] = node._parameter_overrides
+    return overrides
+
+
+def take_raw(subscription: Subscription) -> bytes | None:
+    """Return the next serialised message of a subscription's queue; None where it is empty.
+
+    An executor takes one message a wait, and there is no public way to take the others.
+    """
+    with subscription.handle:
+        taken: Any = subscription.handle.take_message(subscription.msg_type, True)
+    return None if taken is None else taken[0]
+
+
+# -----------------------------------------------------------------------------
+# One parameter of a node: its type, its limits, and the message for a value that is refused.
+
+Value: TypeAlias = bool | float | str | tuple[str, ...]
+
+_TYPES = {bool: 'bool', float: 'double', str: 'string', tuple: 'string[]'}
+
+FOLDER = 'TAUTO_FOLDER'
+"""Environment variable: what nodes read and write by their parameters lies in this folder."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter of a node.
+
+    Args:
+        name: as in a parameter file.
+        default: its type is the parameter's type (double, bool, string or string array).
+        description: what it sets.
+        unit: unit of the value, empty where it has none.
+        low, high: closed range of a double.
+        choices: the strings allowed; empty: any.
+        required: an empty string is refused.
+        is_path: it names a file or folder, which must lie in TAUTO_FOLDER where that is set.
+        read_only: set at the start only.
+    """
+
+    name: str
+    default: Value
+    description: str
+    unit: str = ''
+    low: float = -math.inf
+    high: float = math.inf
+    choices: tuple[str, ...] = ()
+    required: bool = False
+    is_path: bool = False
+    read_only: bool = True
+
+    @property
+    def type(self) -> str:
+        """The type's name in ROS."""
+        return _TYPES[type(self.default)]
+
+    @property
+    def allowed(self) -> str:
+        """The range or choices in words; empty where anything goes."""
+        if self.choices:
+            return ', '.join(f'`{choice}`' for choice in self.choices)
+        if isinstance(self.default, float) and math.isfinite(self.low):
+            return f'{self.low:g} … {self.high:g}'
+        return 'not empty' if self.required else ''
+
+    def problem(self, value: object) -> str:
+        """Return why the value is refused; empty where it is not."""
+        said = f'{self.name} = {value!r}'
+        if isinstance(self.default, float) and isinstance(value, float):
+            if not self.low <= value <= self.high:  # also false for NaN
+                return f'{said}: must lie in [{self.low:g}, {self.high:g}] {self.unit}'.rstrip()
+        elif self.choices and value not in self.choices:
+            return f'{said}: must be one of {", ".join(self.choices)}'
+        elif self.required and not value:
+            return f'{said}: must be given, for example -p {self.name}:=…  ({self.description})'
+        return self._stray(said, value) if self.is_path and value else ''
+
+    def _stray(self, said: str, value: object) -> str:
+        """Return why a path is refused: it leads out of the folder that the environment names."""
+        folder = os.environ.get(FOLDER)
+        if not folder or value in shipped_scenes():
+            return ''
+        inside = Path(str(value)).resolve().is_relative_to(Path(folder).resolve())
+        return '' if inside else f'{said}: lies outside of {FOLDER} = {folder}; name a place in it'
+
+
+# -----------------------------------------------------------------------------
+# Parameter files: that of a graph is written, and what all nodes share in others is found.
+
+_SHARED = '/**'
+_FILE = '--params-file'
+
+
+def write_parameters(
+    folder: Path, namespace: str, own: Mapping[str, Mapping[str, object]]
+) -> Path:
+    """Write a file with the parameters of a graph's nodes; return its path.
+
+    Args:
+        folder: where to write it.
+        namespace: namespace of the graph; empty: the root.
+        own: parameters of each node, by its name.
+    """
+    space = f'/{namespace.strip("/")}'.rstrip('/')
+    # No object comes twice: the parser of ROS takes no YAML aliases.
+    content = {f'{space}/{node}': {'ros__parameters': {**held}} for node, held in own.items()}
+    file = folder / 'parameters.yaml'
+    file.write_text(yaml.safe_dump(content), 'utf-8')
+    return file
+
+
+def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
+    """Return the names in the section `/**` of the files that no section for this node sets.
+
+    What the command line sets (`-p`) is not among them, whatever files say.
+
+    Args:
+        node: fully qualified name.
+        arguments: arguments of the command line that names the files.
+    """
+    shared: set[str] = set()
+    own = {word.partition(':=')[0] for word in arguments if ':=' in word}
+    for section, names in _sections(arguments):
+        if section == _SHARED:
+            shared |= names
+        elif _matches(section, node):
+            own |= names
+    return frozenset(shared - own)
+
+
+def _sections(arguments: Sequence[str]) -> Iterator[tuple[str, set[str]]]:
+    """Yield the sections of the files with the names that each sets; ROS checks the files."""
+    for word, file in pairwise(arguments):
+        if word != _FILE:
+            continue
+        content = yaml.safe_load(Path(file).read_text('utf-8'))
+        for section, held in (content or {}).items():
+            yield section, set(_flat(held.get('ros__parameters', {})))
+
+
+def _flat(parameters: Mapping[str, Any], prefix: str = '') -> Iterator[str]:
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f'{prefix}{name}.')
+        else:
+            yield f'{prefix}{name}'
+
+
+def _matches(section: str, node: str) -> bool:
+    """Whether the section of a file is of this node: `*` is one token, `**` any number of them."""
+    pattern = re.escape('/' + section.strip('/')).replace(r'\*\*', '.*').replace(r'\*', '[^/]*')
+    return re.fullmatch(pattern.replace('/.*/', '/(.*/)?'), node) is not None
+
 
 T = TypeVar('T')
 

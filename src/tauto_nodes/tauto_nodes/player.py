@@ -11,9 +11,9 @@ from rclpy.qos import QoSProfile
 
 from tauto_core.bags import TOPICS, Bag, read_bag
 from tauto_nodes.errors import ParameterError
-from tauto_nodes.qos import MIN_DEPTH, Port, message_class, port
+from tauto_nodes.member import Item, SourceNode
+from tauto_nodes.ports import MIN_DEPTH, Port, message_class, port
 from tauto_nodes.running import main_of
-from tauto_nodes.source_node import Item, SourceNode
 
 ACKNOWLEDGE_S = 10
 

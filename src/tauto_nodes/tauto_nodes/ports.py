@@ -1,30 +1,374 @@
-"""Publishers and subscriptions for serialised messages, and their counters.
-
-Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
-message object, so a payload in the graph is the payload in the bag.
-"""
+"""Publishers and subscriptions for serialised messages: QoS, packs, counters, diagnostics."""
 
 from __future__ import annotations
 
+import difflib
+import struct
+import sys
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ParamSpec
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ParamSpec
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import qos_policy_name_from_kind
-from rclpy.qos_overriding_options import InvalidQosOverridesError
+from rclpy.qos import (
+    QoSDurabilityPolicy,
+    QoSHistoryPolicy,
+    QoSProfile,
+    QoSReliabilityPolicy,
+    qos_policy_name_from_kind,
+)
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 from std_msgs.msg import UInt8MultiArray
 
-from tauto_nodes.diagnostics import Diagnostics
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS
+from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX
 from tauto_nodes.errors import NodesError, ParameterError
-from tauto_nodes.flow import BATCH, Flow
-from tauto_nodes.packs import PACK_TOPIC, pack, unpack
-from tauto_nodes.parameters import declare
-from tauto_nodes.qos import PACK_QOS, Port, overriding, refuse_unknown_qos, type_name
-from tauto_nodes.rclpy_private import take_raw
+from tauto_nodes.flow import BATCH, PACKED_TIMES, Flow
+from tauto_nodes.parameters import QOS_PREFIX, declare, overrides_of, shared_names, take_raw
+
+if TYPE_CHECKING:
+    from tauto_nodes.member import Member
+
+
+# -----------------------------------------------------------------------------
+# Ports: a topic's message class and quality of service, from the topic table of the bags.
+
+MIN_DEPTH = 1000
+"""Least KEEP_LAST depth under flow control: above what may be in flight (flow.WINDOW)."""
+
+INFINITE_NS = 2**63 - 1
+"""The value that rmw reports for a time without limit."""
+
+CREDIT_QOS = QoSProfile(depth=100)
+END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
+
+
+@dataclass(frozen=True)
+class Port:
+    """One side of a topic.
+
+    Args:
+        name: relative or absolute topic name.
+        message: the rclpy message class.
+        profile: quality of service, before overrides.
+    """
+
+    name: str
+    message: Any
+    profile: QoSProfile
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether late subscribers get the last message."""
+        return bool(self.profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def message_class(ros_type: str) -> Any:
+    """Return the class of a type named like `sensor_msgs/msg/Imu`.
+
+    Raises:
+        NodesError: its package is not installed.
+    """
+    package, _, name = ros_type.partition('/msg/')
+    try:
+        return getattr(import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError) as error:
+        raise NodesError(
+            f'message type {ros_type}: not installed here. Install the ROS package {package}, '
+            'or leave its topics out'
+        ) from error
+
+
+def type_name(message: Any) -> str:
+    """Return the name of the type that `message_class` finds."""
+    return f'{message.__module__.partition(".")[0]}/msg/{message.__name__}'
+
+
+def port(topic: str, imu_reliability: str = 'reliable') -> Port:
+    """Return the port of a topic of the table; `imu_reliability` matters for ship/imu only."""
+    entry = TOPICS[topic]
+    best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
+    reliability = (
+        QoSReliabilityPolicy.BEST_EFFORT if best_effort else QoSReliabilityPolicy.RELIABLE
+    )
+    durability = (
+        QoSDurabilityPolicy.TRANSIENT_LOCAL if entry.latched else QoSDurabilityPolicy.VOLATILE
+    )
+    profile = QoSProfile(depth=entry.depth, reliability=reliability, durability=durability)
+    return Port(topic, message_class(entry.ros_type), profile)
+
+
+def can_match(offered: QoSProfile, requested: QoSProfile) -> bool:
+    """Return whether a subscription that asks for `requested` can match one of our publishers.
+
+    Ours offer no deadline and no liveliness lease. rclpy's own check takes the infinite times
+    that a discovered subscription reports for finite ones.
+    """
+    reliable = QoSReliabilityPolicy.RELIABLE
+    latched = QoSDurabilityPolicy.TRANSIENT_LOCAL
+    return (
+        (offered.reliability == reliable or requested.reliability != reliable)
+        and (offered.durability == latched or requested.durability != latched)
+        and requested.deadline.nanoseconds in (0, INFINITE_NS)
+        and requested.liveliness_lease_duration.nanoseconds in (0, INFINITE_NS)
+    )
+
+
+def overriding(controlled: bool) -> QoSOverridingOptions:
+    """Return the options that let parameters override history, depth and reliability.
+
+    With flow control, overrides under which messages could be lost are refused.
+    """
+
+    def check(profile: QoSProfile) -> SetParametersResult:
+        latched = profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+        shallow = (
+            profile.history == QoSHistoryPolicy.KEEP_LAST
+            and profile.depth < MIN_DEPTH
+            and not latched
+        )
+        lossy = profile.reliability != QoSReliabilityPolicy.RELIABLE
+        if not controlled or not (shallow or lossy):
+            return SetParametersResult(successful=True)
+        return SetParametersResult(
+            successful=False,
+            reason=f'depth = {profile.depth}, reliability = {profile.reliability.name.lower()}: '
+            f'flow_control = credits needs reliable and a depth of at least {MIN_DEPTH}',
+        )
+
+    return QoSOverridingOptions.with_default_policies(callback=check)
+
+
+def refuse_unknown_qos(node: Node) -> None:
+    """See that each `qos_overrides` key is one of a publisher or subscription of this node.
+
+    Call it when these have been made: rclpy declares the keys of each, and ignores all others.
+
+    Raises:
+        ParameterError: which key none of them has, and the nearest that there is.
+    """
+    asked = [name for name in overrides_of(node) if name.startswith(QOS_PREFIX)]
+    shared = shared_names(node.get_fully_qualified_name(), sys.argv)
+    known = list(node.get_parameters_by_prefix(QOS_PREFIX.rstrip('.')))
+    problems = []
+    for name in asked:
+        if node.has_parameter(name) or name in shared:
+            continue
+        nearest = difflib.get_close_matches(name.removeprefix(QOS_PREFIX), known, 1, 0.0)
+        there = f'the nearest is {QOS_PREFIX}{nearest[0]}' if nearest else 'it has none'
+        problems.append(f'{name}: no publisher or subscription of this node has it; {there}')
+    if problems:
+        raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
+
+
+# -----------------------------------------------------------------------------
+# Many messages in one, between the nodes of our own graph: the overhead is paid once.
+#
+# A pack is a std_msgs/UInt8MultiArray. Its data are, as little-endian uint32, the number of
+# messages and their lengths, then the messages, with their exact lengths: DDS pads none of them.
+
+PACK_TOPIC = '_tauto/pack/'
+"""Prefix of the name of a packed topic."""
+
+MOST_BYTES = 60_000
+"""Largest size of a pack of more than one message: it fits into a UDP datagram."""
+
+# CDR: encapsulation, no dimensions, no offset, length of the data.
+_HEAD = struct.Struct('<4sIII')
+_LITTLE_ENDIAN = b'\x00\x01\x00\x00'
+
+
+def pack(payloads: Sequence[bytes]) -> Iterator[bytes]:
+    """Yield the serialised packs of messages, in their order."""
+    first = size = 0
+    for last, payload in enumerate(payloads):
+        if size and size + len(payload) > MOST_BYTES:
+            yield _packed(payloads[first:last])
+            first, size = last, 0
+        size += len(payload)
+    if payloads:
+        yield _packed(payloads[first:])
+
+
+def _packed(payloads: Sequence[bytes]) -> bytes:
+    n = len(payloads)
+    lengths = struct.pack(f'<{n + 1}I', n, *map(len, payloads))
+    data = b''.join([lengths, *payloads])
+    return _HEAD.pack(_LITTLE_ENDIAN, 0, 0, len(data)) + data
+
+
+def unpack(topic: str, octets: bytes) -> list[bytes]:
+    """Return the messages of a serialised pack.
+
+    Args:
+        topic: whose messages they are.
+        octets: the pack.
+
+    Raises:
+        NodesError: it is none.
+    """
+    try:
+        (n,) = struct.unpack_from('<I', octets, _HEAD.size)
+        lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 4)
+    except struct.error:
+        raise NodesError(f'{PACK_TOPIC}{topic}: not a pack of messages: {octets[:40]!r}') from None
+    at = _HEAD.size + 4 * (n + 1)
+    if at + sum(lengths) > len(octets):
+        raise NodesError(
+            f'{PACK_TOPIC}{topic}: a pack of {n} messages is cut short: {len(octets)} bytes'
+        )
+    messages = []
+    for length in lengths:
+        messages.append(octets[at : at + length])
+        at += length
+    return messages
+
+
+# -----------------------------------------------------------------------------
+# /diagnostics: one status a second from each node, named with its namespace.
+#
+# A node publishes OK, WARN and ERROR; STALE is what an aggregator says of a node that is silent.
+
+PERIOD_S = 1.0
+
+IRREGULAR = (SCENE, OBSERVATION)
+"""Topics whose silence means nothing."""
+
+OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX)
+"""Topics that a graph on a live sensor may do without."""
+
+RECENT_S = 10.0
+"""Time after a counter has risen during which it causes a warning [s]."""
+
+LAST_WORDS_S = 1
+
+Finding = tuple[bytes, str]
+
+
+def assess(member: Member, now_s: float, recent: dict[str, int] | None = None) -> Finding:
+    """Return the worst level and the reasons for it.
+
+    Args:
+        member: the node whose status it is.
+        now_s: steady time [s], as time.monotonic gives it.
+        recent: by how much counters have risen in the last RECENT_S; None: since the start.
+    """
+    risen = {name: n for name, n in member.health().items() if n} if recent is None else recent
+    found = list(_findings(member, now_s, risen))
+    level = max((level for level, _ in found), default=DiagnosticStatus.OK)
+    words = '; '.join(words for at, words in found if at == level)
+    return level, words or ('finished' if member.input_over else 'under way')
+
+
+def _findings(member: Member, now_s: float, risen: dict[str, int]) -> Iterator[Finding]:
+    error, warn = DiagnosticStatus.ERROR, DiagnosticStatus.WARN
+    if member.failure is not None:
+        yield error, f'failed: {member.failure}'
+    if clash := [
+        t for t, source in member.inputs.items() if source.incompatible and not source.matched
+    ]:
+        yield error, f'incompatible QoS on {", ".join(clash)}'
+    if member.input_over:
+        return
+    if member.trouble:
+        yield error, member.trouble
+    if passed := member.recent_alarm(now_s):
+        yield error, passed
+    yield from _missing(member, now_s)
+    for topic, source in member.inputs.items():
+        if source.matched > 1:
+            yield warn, f'several publishers on {topic}: {", ".join(member.sources_of(topic))}'
+    if len(twins := member.twins()) > 1:
+        yield warn, f'{len(twins)} nodes are named {twins[0]}'
+    if risen:
+        counters = ', '.join(f'{name} {n}' for name, n in risen.items())
+        yield warn, f'in the last {RECENT_S:g} s: {counters}'
+
+
+def _missing(member: Member, now_s: float) -> Iterator[Finding]:
+    """Yield what is missing: nodes, publishers, messages."""
+    if member.waiting:
+        yield DiagnosticStatus.WARN, f'waiting for {", ".join(member.waiting)}'
+    lonely = [topic for topic, source in member.inputs.items() if not source.matched]
+    if member.flow is None:
+        # A recorder takes what there is; a stage can do without what is optional.
+        needed = [topic for topic in lonely if topic not in OPTIONAL]
+        lonely = needed if member.outputs or len(lonely) == len(member.inputs) else []
+    if unsent := [topic for topic in lonely if not member.misfits(topic)]:
+        yield DiagnosticStatus.WARN, f'no publisher on {", ".join(unsent)}'
+    for topic in lonely:
+        if others := member.misfits(topic):
+            wanted = member.inputs[topic].type_name
+            yield (
+                DiagnosticStatus.WARN,
+                f'no publisher of {wanted} on {topic}: {", ".join(others)}. Let one send {wanted}',
+            )
+    limit_s = member.settings.number('stale_after')
+    if silent := [
+        topic
+        for topic, source in member.inputs.items()
+        if topic not in IRREGULAR
+        and source.matched
+        and source.last_s is not None
+        and now_s - source.last_s > limit_s
+    ]:
+        level = DiagnosticStatus.ERROR if member.outputs else DiagnosticStatus.WARN
+        yield level, f'nothing for {limit_s:g} s on {", ".join(silent)}'
+
+
+class Diagnostics:
+    """Publishes a member's status once a second, and whenever it is asked to."""
+
+    def __init__(self, member: Member) -> None:
+        self._member = member
+        self._past: deque[tuple[float, dict[str, int]]] = deque()
+        self._publisher = member.create_publisher(
+            DiagnosticArray, '/diagnostics', QoSProfile(depth=10)
+        )
+        # Not guarded: a node that has failed in a foreign executor goes on saying so.
+        member.create_timer(PERIOD_S, self.publish, clock=member.steady)
+
+    def publish(self) -> None:
+        """Publish the status as it is now."""
+        member, now_s = self._member, time.monotonic()
+        health = member.health()
+        level, message = assess(member, now_s, self._risen(now_s, health))
+        counts = {f'{topic} received': port.received for topic, port in member.inputs.items()}
+        counts |= {f'{topic} sent': port.sent for topic, port in member.outputs.items()}
+        status = DiagnosticStatus(
+            level=level,
+            name=member.get_fully_qualified_name().lstrip('/'),
+            message=message,
+            values=[KeyValue(key=k, value=str(n)) for k, n in {**counts, **health}.items()],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = member.get_clock().now().to_msg()
+        self._publisher.publish(array)
+
+    def deliver(self) -> None:
+        """Wait, for a moment, until the last status has reached who subscribes to it."""
+        self._publisher.wait_for_all_acked(Duration(seconds=LAST_WORDS_S))
+
+    def _risen(self, now_s: float, health: dict[str, int]) -> dict[str, int]:
+        self._past.append((now_s, health))
+        while len(self._past) > 1 and self._past[1][0] <= now_s - RECENT_S:
+            self._past.popleft()
+        at_s, before = self._past[0]
+        if now_s - at_s < RECENT_S:
+            before = {}  # not yet that old
+        return {
+            name: n - before.get(name, 0) for name, n in health.items() if n > before.get(name, 0)
+        }
+
 
 P = ParamSpec('P')
 

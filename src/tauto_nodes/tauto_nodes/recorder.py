@@ -17,14 +17,13 @@ from tauto_core.samples import NS_PER_S, TextSamples
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import bag_metadata
-from tauto_nodes.diagnostics import Diagnostics
 from tauto_nodes.errors import ParameterError
 from tauto_nodes.member import Member
 from tauto_nodes.parameters import Settings
-from tauto_nodes.qos import port
-from tauto_nodes.recorded import Recorded
+from tauto_nodes.ports import Diagnostics, port
 from tauto_nodes.running import main_of
 from tauto_nodes.stage_node import scene_of
+from tauto_nodes.work_folder import Recorded
 
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""

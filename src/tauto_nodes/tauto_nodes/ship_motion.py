@@ -13,9 +13,9 @@ from tauto_core import samples as s
 from tauto_core.bags import encode
 from tauto_core.voyage import ShipSource
 from tauto_nodes.errors import ParameterError
-from tauto_nodes.qos import port
+from tauto_nodes.member import Item, SourceNode
+from tauto_nodes.ports import port
 from tauto_nodes.running import main_of
-from tauto_nodes.source_node import Item, SourceNode
 from tauto_nodes.stage_node import scene_of
 
 CHUNK = 256
