@@ -32,7 +32,7 @@ from tauto_core.machines import (
 from tauto_core.motion import Forcing
 from tauto_core.samples import FloatArray
 from tauto_core.scene import ComponentsShip, Scene, SeaShip
-from tauto_core.ship.felt_step import case_modes
+from tauto_core.ship.buffer import case_modes
 from tauto_core.ship.motions.sea import sea_motion
 
 STEPS_OF_CASE = 16

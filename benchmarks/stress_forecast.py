@@ -19,14 +19,14 @@ import yaml
 from exact_motion import exact_phase
 from stress_cases import ARC, FORCE, HOLE, HOLE_CAM, VERTICAL, Row, sail
 
+from tauto_core.checks.cost import RESOLUTION_S, forecast
+from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import FluidPendulum, compile_machine
-from tauto_core.readiness import check_scene
 from tauto_core.samples import PHASE
 from tauto_core.scene import Scene, Solver, load_scene, parse_scene
-from tauto_core.scene.constants import LEGIBLE
 from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.scene.times import LEGIBLE
 from tauto_core.ship import ShipMotion
-from tauto_core.voyage_cost import RESOLUTION_S, forecast
 
 SEED = 1726
 SCENES = 100

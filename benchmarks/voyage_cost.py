@@ -4,7 +4,7 @@
 
 Shipped scenes are sailed without a bag, chunk by chunk as `voyage.sail` does, and the processor
 time of ship, clock and navigation is taken apart. The least of the repeats counts, so that other
-work on the machine shows little. Each constant of `tauto_core.voyage_cost` follows from one scene
+work on the machine shows little. Each constant of `tauto_core.checks.cost` follows from one scene
 or from the difference of two. The figures are printed beside the constants in use and written to
 benchmarks/voyage_cost.json.
 """
@@ -24,16 +24,16 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from tauto_core import voyage_cost as cost
+from tauto_core.checks import cost
+from tauto_core.checks.readiness import check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import DriftStage, LongitudeStage, coefficient_runs
-from tauto_core.readiness import check_scene
+from tauto_core.results import Summary
 from tauto_core.samples import SHIP_IMU, Batches, Samples, Stage
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.models import StillShip
-from tauto_core.ship.felt_step import felt_parts
-from tauto_core.summary import Summary
+from tauto_core.ship.buffer import felt_parts
 from tauto_core.voyage import QUIET_CHUNK, Pipeline, ShipSource
 
 RESULTS = Path(__file__).with_suffix('.json')

@@ -16,7 +16,7 @@ from benchmarks.work_precision.passage import two_at_once
 from benchmarks.work_precision.runner import bench
 from benchmarks.work_precision.table import show
 from tauto_core.cli.terminal import AsJson, Plots
-from tauto_core.figure_file import check_plot
+from tauto_core.files import check_plot
 from tauto_core.scene.errors import TautoError, UsageError
 
 

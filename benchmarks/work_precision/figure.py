@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.work_precision.problems import problems
 from benchmarks.work_precision.ratios import targets
-from tauto_core.figure_file import FigureError, write_figure
+from tauto_core.files import FigureError, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -28,7 +28,7 @@ from tauto_core.machines import compile_ideal
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.samples import SECONDS_PER_DAY, FloatArray
 from tauto_core.scene import Scene, SeaShip
-from tauto_core.scene.constants import STANDARD_GRAVITY
+from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motions.sea import sea_motion
 
 PASSAGE_S = 81.0 * SECONDS_PER_DAY

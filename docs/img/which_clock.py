@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauto_core.figure_file import write_figure
+from tauto_core.files import write_figure
 from tauto_core.fleets import Fleet, Plan, sail_fleet
 from tauto_core.fleets.answers import distances, shares_within
 from tauto_core.navigation.longitude import AWARDS

@@ -21,8 +21,8 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
-from tauto_core import replaying, voyage
 from tauto_core import samples as s
+from tauto_core import voyage
 from tauto_core.bags import BagWriter, Message, check_bag, encode, read_bag, recover_bag
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import BagError, BagPlaceError
@@ -123,18 +123,18 @@ def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: i
 
 def test_a_recovered_bag_replays(tmp_path: Path) -> None:
     made = recover_bag(killed(tmp_path / 'torn', SIZE * 2 // 3))
-    result = replaying.replay(read_bag(made.path))
-    assert result['scene'] == replaying.replay(read_bag(GOLDEN))['scene']
+    result = voyage.replay(read_bag(made.path))
+    assert result['scene'] == voyage.replay(read_bag(GOLDEN))['scene']
     with Reader(made.path) as reader:
         span_s = reader.duration * 1e-9
     assert 60 < span_s < 100, 'of 120 s'
-    assert result['drift'] != replaying.replay(read_bag(GOLDEN))['drift']
+    assert result['drift'] != voyage.replay(read_bag(GOLDEN))['drift']
 
 
 FULL = """
     import resource, sys
     from pathlib import Path
-    from tauto_core import replaying, voyage
+    from tauto_core import voyage
     from tauto_core.scene import load_scene
 
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -151,7 +151,7 @@ def test_a_bag_that_filled_the_disk_replays_and_is_recovered(tmp_path: Path) -> 
         check=False,
     )
     assert 'bag_0.mcap cannot be written' in done.stderr
-    assert replaying.replay(read_bag(tmp_path / 'bag'))['scene'] == 'measured'
+    assert voyage.replay(read_bag(tmp_path / 'bag'))['scene'] == 'measured'
     found = check_bag(tmp_path / 'bag')
     assert not found.whole
     assert (found.faults, found.notes) == ([], []), 'the scene is the first message'

@@ -22,8 +22,8 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
+from tauto_core import files
 from tauto_core import samples as s
-from tauto_core import whole_file
 from tauto_core.bags import TOPICS, BagWriter, check_bag, encode, mcap, offered_qos, read_bag
 from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
 
@@ -313,7 +313,7 @@ KILLED = """
     import os, signal, sys
     from pathlib import Path
     from bags_examples import all_batches
-    from tauto_core import whole_file
+    from tauto_core import files as whole_file
     from tauto_core.bags import BagWriter
 
     def kill(*_):
@@ -389,7 +389,7 @@ def test_a_file_system_that_cannot_exchange_gets_two_renames(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = write(tmp_path / 'voyage', all_batches(2))
-    monkeypatch.setattr(whole_file, '_exchange', lambda *_: False)
+    monkeypatch.setattr(files, '_exchange', lambda *_: False)
     write(folder, all_batches(3), force=True)
     assert read_bag(folder).counts['/ship/imu'] == 3
     assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']

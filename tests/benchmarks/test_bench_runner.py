@@ -21,7 +21,7 @@ from benchmarks.work_precision.problems import QUALITY, Problem, problems
 from benchmarks.work_precision.ratios import FAMILIES, best_ratio, ratio
 from benchmarks.work_precision.references.stored import NoReferenceError, reference
 from benchmarks.work_precision.runner import Row, bench, measure
-from tauto_core.figure_file import check_plot
+from tauto_core.files import check_plot
 from tauto_core.scene.errors import PropagationError, UsageError
 
 PROBLEMS = {problem.key: problem for problem in problems()}

@@ -32,7 +32,7 @@ HEAVE = {'kind': 'components', 'heave': [{'amplitude': 0.5, 'period': 9.0}]}
 @pytest.fixture(autouse=True)
 def short_trials(monkeypatch: pytest.MonkeyPatch) -> None:
     """Errors are tested elsewhere: here a small part of a scene is tried."""
-    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.01)
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.01)
 
 
 def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
@@ -319,7 +319,7 @@ def test_a_machine_that_the_trial_sea_stops_is_told_and_not_refused(
     def slack(*_: object) -> None:
         raise SlackThreadError('the thread went slack')
 
-    monkeypatch.setattr('tauto_core.scene_facts.fit', slack)
+    monkeypatch.setattr('tauto_core.checks.facts.fit', slack)
     (warning,) = tauto.check('hanging_thread_at_sea')['warnings']
     assert 'could not be tried: the thread went slack' in warning
 

@@ -8,10 +8,10 @@ from typer.testing import CliRunner
 from tauto_core import workers
 from tauto_core.cli.app import app
 from tauto_core.cli.many import answer, tables
+from tauto_core.files import one_writer
 from tauto_core.fleets import Answers, sailing
 from tauto_core.fleets.answers import Within
 from tauto_core.scene.errors import TautoWarning
-from tauto_core.whole_file import one_writer
 from tauto_core.workers import Ended, WorkerError
 
 SCENE = 'second_cam_at_sea'

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
 from tauto_core.scene import load_scene
-from tauto_core.scene.schema import FILE
+from tauto_core.scene.reference import FILE
 
 
 def tauto(*arguments: str | Path) -> Result:

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from tauto_core.answer import answer
 from tauto_core.cli.tables import voyage_table
+from tauto_core.results import answer
 
 RESULT: dict[str, Any] = {
     'scene': 'h4',

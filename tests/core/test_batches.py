@@ -47,7 +47,7 @@ from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.drift import observed_phases
 from tauto_core.navigation.hindsight import smooth
 from tauto_core.navigation.kalman import ClockModel, Known, filter_phases, predict, prior
-from tauto_core.ship.legs import wrap_degrees
+from tauto_core.ship.passage import wrap_degrees
 
 INERTIA, OMEGA = 4e-4, math.pi
 PULL = 0.05 * 9.81

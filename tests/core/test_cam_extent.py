@@ -7,9 +7,9 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from tauto_core.cam_extent import cam_extent
 from tauto_core.curves import CircularArc, Hole, Involute
 from tauto_core.curves.drawing import cheeks_meet_rad
+from tauto_core.plots.machine import cam_extent
 from tauto_core.scene import Scene, parse_scene
 
 SCENE = """

@@ -12,10 +12,10 @@ import pytest
 from typer.testing import CliRunner
 
 import tauto_core as tauto
-from tauto_core.charts import MOST_POINTS, PICTURES, chart, thinned
 from tauto_core.cli.app import app
 from tauto_core.cli.show import title_of
-from tauto_core.pictures import draw
+from tauto_core.plots.contents import MOST_POINTS, PICTURES, chart, thinned
+from tauto_core.plots.renderer import draw
 from tauto_core.samples import READING, TimeSamples
 
 SEAS = (

@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tauto_core.following import answers, case_following, lengths_between, thread_following
+from tauto_core.checks.facts import answers, case_following, lengths_between, thread_following
 from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.scene.loader import parse_scene

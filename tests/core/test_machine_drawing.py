@@ -9,15 +9,8 @@ import pytest
 
 import tauto_core as tauto
 from tauto_core.curves.fluid import coordinates
-from tauto_core.machine_drawing import (
-    BRASS_KG_M3,
-    LEAD_KG_M3,
-    RIM_SIDE,
-    Drawing,
-    Part,
-    draw_machine,
-)
 from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.plots.machine import BRASS_KG_M3, LEAD_KG_M3, RIM_SIDE, Drawing, Part, draw_machine
 from tauto_core.samples import FloatArray
 
 MM = 1000.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import tauto_core as tauto
-from tauto_core.readiness import check_scene
+from tauto_core.checks.readiness import check_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.times import LAST_STAMP_S
 

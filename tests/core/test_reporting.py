@@ -14,10 +14,9 @@ import pytest
 from browser import BROWSER, Browser
 
 import tauto_core as tauto
-from tauto_core.animation import animation
-from tauto_core.charts import chart
 from tauto_core.machines import LeverMachine, compile_machine
-from tauto_core.reporting import interactive, write_report
+from tauto_core.plots.contents import chart
+from tauto_core.plots.page import animation, interactive, write_report
 
 LARGEST_BYTES = 5_000_000
 TAB, ENTER, RIGHT, END, DOWN = 9, 13, 39, 35, 40

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tauto_core as tauto
-from tauto_core.seaway import TAPER_S, seaway
+from tauto_core.plots.contents import TAPER_S, seaway
 
 SHIP = {
     'kind': 'components',

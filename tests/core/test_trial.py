@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import yaml
 
+from tauto_core.checks.cost import RELEASED_APART, Dial, _Growing, _Ran, extrapolated, try_out
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
-from tauto_core.trial import RELEASED_APART, Dial, _Growing, _Ran, extrapolated, try_out
 from tauto_core.voyage import sail
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / 'benchmarks'

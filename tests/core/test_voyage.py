@@ -10,8 +10,8 @@ import pytest
 
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
-from tauto_core.readiness import check_scene
-from tauto_core.replaying import replay, summarise_bag
+from tauto_core.checks.readiness import check_scene
+from tauto_core.results import Summary
 from tauto_core.samples import (
     ESTIMATE,
     OBSERVATION,
@@ -24,8 +24,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
-from tauto_core.summary import Summary
-from tauto_core.voyage import Pipeline, ShipSource, pipeline, sail
+from tauto_core.voyage import Pipeline, ShipSource, pipeline, replay, sail, summarise_bag
 
 
 @pytest.fixture(scope='module')

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import yaml
 
+from tauto_core.checks.cost import forecast
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.samples import PHASE, SHIP_IMU
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion
-from tauto_core.voyage_cost import forecast
 
 
 def changed(name, *, duration, rate=None, tolerance=None):
@@ -94,7 +94,7 @@ def test_in_weather_the_waves_that_are_met_fastest_decide(monkeypatch, rate, tri
     """30 days of `portsmouth_jamaica` at these rates differ by so much from those at 40 Hz, which
     agree with those at 20 Hz within 1e-9 s.
     """
-    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', trial_run_s)
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', trial_run_s)
     told = expected(load_scene('portsmouth_jamaica', **{'ship.rate': rate}))
     assert told.decided_by['why'] == 'met fastest'
     assert 1.1 < told.shortest_wave_s < 1.4
@@ -107,7 +107,7 @@ HALF_A_DAY = {'duration': 43_200.0, 'log.motion': False, 'drift.observation_inte
 
 def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
     """The motion that nothing damps, with logs that divide it into other pieces."""
-    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.3)
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.3)
     bounds = []
     for interval in (5.0, 60.0):
         scene = load_scene('involute_weight_at_sea', **HALF_A_DAY, **{'log.interval': interval})
@@ -123,7 +123,7 @@ def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
 
 
 def test_what_cannot_be_bounded_is_told_with_the_time_up_to_which_it_can(monkeypatch):
-    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.2)
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.2)
     week = {'duration': 604_800.0, 'log.motion': False, 'log.interval': 60.0}
     told = expected(load_scene('involute_weight_at_sea', **week))
     assert told.error_s is None
@@ -138,8 +138,8 @@ those laid out.
 
 def test_trials_that_cost_more_than_predicted_are_cut_and_count_what_they_cost(monkeypatch):
     """Sailing ten minutes of it took 30 s of processor time, in 3.5 million steps."""
-    monkeypatch.setattr('tauto_core.voyage_cost.LONGEST_TRIAL_S', 0.5)
-    monkeypatch.setattr('tauto_core.trial.COMPILING_S', 0.0)
+    monkeypatch.setattr('tauto_core.checks.cost.LONGEST_TRIAL_S', 0.5)
+    monkeypatch.setattr('tauto_core.checks.cost.COMPILING_S', 0.0)
     began_s = time.thread_time()
     shares: list[float] = []
     scene = load_scene('measured', **SLIP)
@@ -162,7 +162,7 @@ def test_measured_motion_is_taken_as_it_is_within_its_pass_band():
 
 def test_cost_goes_with_what_is_done(monkeypatch):
     # the errors are not wanted here
-    monkeypatch.setattr('tauto_core.voyage_cost.TRIAL_RUN_S', 0.01)
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.01)
     day, week = (expected(load_scene('portsmouth_jamaica', duration=n * 86_400.0)) for n in (1, 7))
     start = expected(load_scene('portsmouth_jamaica', duration=60.0)).run_s
     assert (week.run_s - start) / (day.run_s - start) == pytest.approx(7.0, rel=0.01)

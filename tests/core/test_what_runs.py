@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 import tauto_core as tauto
+from tauto_core.checks.facts import reason
 from tauto_core.machines import compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.scene.errors import ABSENT
-from tauto_core.what_runs import reason
 
 ESCAPEMENT = {'kind': 'impulse', 'energy': 9e-5}
 RECOIL = ESCAPEMENT | {'rest': {'recoil': 1e-6}}

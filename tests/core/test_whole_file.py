@@ -14,9 +14,8 @@ from pathlib import Path
 import pytest
 
 from tauto_core.cli.cam_files import OutputError, write_rows
-from tauto_core.figure_file import FigureError, write_figure
+from tauto_core.files import FigureError, check_place, one_writer, write_figure, write_whole
 from tauto_core.scene.errors import UsageError
-from tauto_core.whole_file import check_place, one_writer, write_whole
 
 
 @pytest.fixture
@@ -98,7 +97,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_the_name_afterwards(
 HOLD = """
 import sys
 from pathlib import Path
-from tauto_core.whole_file import one_writer
+from tauto_core.files import one_writer
 with one_writer(Path(sys.argv[1])):
     print('held', flush=True)
     sys.stdin.read()

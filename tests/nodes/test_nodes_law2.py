@@ -11,9 +11,8 @@ import pytest
 import yaml
 
 from tauto_core.bags import read_bag
-from tauto_core.replaying import summarise_bag
 from tauto_core.scene import load_scene
-from tauto_core.voyage import sail
+from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes.errors import GraphError
 from tauto_nodes.graph import Plan, run_graph
 

@@ -64,7 +64,7 @@ def test_the_frames_are_those_of_rep_105() -> None:
 
 
 def test_the_drawing_is_seen_from_astern() -> None:
-    from tauto_core.chart import Line
+    from tauto_core.plots.chart import Line
 
     line = Line('', np.array([10.0]), np.array([20.0]))
     np.testing.assert_allclose(clock_points(line, 1.0), [[0.0, -0.010, 0.020]])

@@ -16,11 +16,11 @@ from test_nodes_processes import PATIENCE_S, start
 
 from tauto_core.bags import decode, encode
 from tauto_core.clockwork import DialSetting, LiveTrochlea
+from tauto_core.files import DRAFTS
 from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import READING, SHIP_IMU, TimeSamples, take
 from tauto_core.scene import load_scene
 from tauto_core.version import code
-from tauto_core.whole_file import DRAFTS
 from tauto_nodes.errors import ParameterError
 from tauto_nodes.ports import port
 from tauto_nodes.stage_node import StateFile

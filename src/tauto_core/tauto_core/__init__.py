@@ -29,8 +29,8 @@ if TYPE_CHECKING:
         sail,
         scenes,
     )
-    from tauto_core.record import Voyage
     from tauto_core.scene.errors import TautoError
+    from tauto_core.voyage import Voyage
 
     __version__: str
 
@@ -51,7 +51,7 @@ __all__ = [
     'scenes',
 ]
 
-_HOMES = {'TautoError': 'scene.errors', 'Voyage': 'record'}
+_HOMES = {'TautoError': 'scene.errors', 'Voyage': 'voyage'}
 
 
 def __getattr__(name: str) -> Any:

@@ -1,20 +1,17 @@
-"""The commands as functions, for scripts and notebooks.
-
-Errors are those of the command line, in which options are named as arguments.
-"""
+"""The commands as functions, for scripts and notebooks; arguments are checked first."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tauto_core.call_values import numbers, path, whole
-from tauto_core.call_words import in_words_of_calls
-from tauto_core.record import Voyage, replay_voyage, sail_voyage
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError, naming
+from tauto_core.voyage import Voyage, replay_voyage, sail_voyage
+from tauto_core.wording import in_words_of_calls
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,6 +21,47 @@ if TYPE_CHECKING:
     from tauto_core.machines import Isochronism
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
     from tauto_core.samples import FloatArray
+
+
+# -----------------------------------------------------------------------------
+# Arguments of Python calls: their types, checked before anything runs.
+
+
+def whole(name: str, value: object) -> int:
+    """Return a whole number, of NumPy too.
+
+    Raises:
+        UsageError: anything else.
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise UsageError(f'{name} = {value!r}: must be a whole number. Write for example 2')
+    return int(value)
+
+
+def numbers(name: str, values: object) -> list[float]:
+    """Return a list of numbers, of NumPy too.
+
+    Raises:
+        UsageError: not a list, or not of numbers.
+    """
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise UsageError(f'{name} = {values!r}: must be a list of numbers. Write it in [ ]')
+    listed = list(values)
+    for each in listed:
+        if isinstance(each, bool) or not isinstance(each, Real):
+            raise UsageError(f'{name}: {each!r} is not a number. Write numbers')
+    return [float(each) for each in listed]
+
+
+def path(name: str, value: object) -> Path:
+    """Return a path.
+
+    Raises:
+        UsageError: neither a string nor a path.
+    """
+    if not isinstance(value, str | Path):
+        raise UsageError(f'{name} = {value!r}: must be a path. Write it as text')
+    return Path(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +105,7 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
             return load_scene(scene, **overrides)
         if not overrides:
             return scene
-        from tauto_core.scene.loader import checked_scene, set_values
-        from tauto_core.scene.yaml_text import read_mapping
+        from tauto_core.scene.loader import checked_scene, read_mapping, set_values
 
         content = read_mapping(scene_yaml(scene), scene.name)
         given = {key: value for key, value in overrides.items() if value is not None}
@@ -136,7 +173,7 @@ def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
-    from tauto_core.scene_facts import scene_facts
+    from tauto_core.checks.facts import scene_facts
 
     loaded = load(scene, **overrides)
     with in_words_of_calls(), naming(_origin(scene), loaded.name):
@@ -195,7 +232,7 @@ def cam(
     """
     import numpy as np
 
-    from tauto_core.cam_extent import cam_extent
+    from tauto_core.plots.machine import cam_extent
 
     loaded = load(scene, **overrides)
     if loaded.trochlea is None or loaded.trochlea.cam.kind == 'lever_corrected':
@@ -320,7 +357,7 @@ def plot(
 
     Args:
         source: a voyage; or a bag, which is replayed; or a scene, which is sailed.
-        what: one of `tauto_core.charts.PICTURES`, for example `error`, `longitude` or `machine`.
+        what: one of `tauto_core.plots.contents.PICTURES`, such as `error`.
         file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
         from_s: beginning of the part that `roll` or `spectrum` shows, from the first reading [s].
         to_s: its end [s]. Without both, the roughest ten minutes are shown; with one, the ten
@@ -332,8 +369,8 @@ def plot(
             is not one of the voyage.
         TautoError: the source cannot be read or sailed.
     """
-    from tauto_core.charts import OF_A_SCENE
-    from tauto_core.pictures import check_picture
+    from tauto_core.plots.contents import OF_A_SCENE
+    from tauto_core.plots.renderer import check_picture
 
     with in_words_of_calls(out='file'):
         part = from_s is not None or to_s is not None
@@ -356,7 +393,7 @@ def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: boo
         UsageError: another suffix, or a folder that does not exist.
         TautoError: Bokeh is not installed, or the source cannot be read or sailed.
     """
-    from tauto_core.reporting import check_report, write_report
+    from tauto_core.plots.page import check_report, write_report
 
     page = path('file', file)
     with in_words_of_calls(out='file'):

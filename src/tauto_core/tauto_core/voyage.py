@@ -1,40 +1,64 @@
-"""The stages joined: a whole voyage offline."""
+"""A voyage: the stages joined, offline or from a bag, and all its data as arrays."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
-from tauto_core.answer import answer
-from tauto_core.bags import BagWriter
+from tauto_core.bags import Bag, BagWriter, check_folder, is_cut_short, read_bag
+from tauto_core.bags.writer import CUT_SHORT
+from tauto_core.checks.readiness import check_known, check_scene, oddities
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.readiness import check_known, check_scene, oddities
+from tauto_core.navigation.drift import MEAN_RATE_NAMES, merged
+from tauto_core.navigation.regressors import RecordedIntegrals, integral_names
+from tauto_core.results import Summary, answer
 from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
     NS_PER_S,
     OBSERVATION,
+    PHASE,
+    READING,
     SCENE,
     SHIP_FIX,
     SHIP_IMU,
     Batches,
+    FixSamples,
+    FloatArray,
+    ImuSamples,
+    JointSamples,
     Samples,
     Stage,
     State,
+    TimeSamples,
     join,
     text,
 )
-from tauto_core.scene import Scene, scene_yaml
-from tauto_core.scene.errors import PropagationError, TautoError, naming
+from tauto_core.scene import Scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import BagError, PropagationError, TautoError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
-from tauto_core.summary import Summary
+from tauto_core.ship.imu import attitude
+from tauto_core.wording import in_words_of_calls
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from matplotlib.figure import Figure
+
 
 CHUNK = 65_536
 """Number of motion samples processed at once; the result does not depend on it."""
@@ -309,3 +333,487 @@ def sea_of(scene: Scene) -> dict[str, Any]:
     """Return the `sea` of a report; nothing for a ship in none."""
     ship = scene.ship
     return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
+
+
+# -----------------------------------------------------------------------------
+# Voyages from bags: the report of a recorded one, or the navigator's part estimated anew.
+
+
+def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
+    """Return the scene of a bag, or the one given instead.
+
+    Raises:
+        BagError: the bag has none and none is given.
+    """
+    if scene is not None:
+        return scene
+    if bag.scene is None:
+        raise BagError(
+            f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
+            'scene it belongs to (--scene SCENE)'
+        )
+    return parse_scene(bag.scene, f'{bag.path}:{SCENE}')
+
+
+def summarise_bag(path: Path) -> dict[str, Any]:
+    """Return the report of a recorded voyage: the result of `sail`, without the wall time.
+
+    Raises:
+        BagError: not a bag, or without a scene.
+    """
+    bag = read_bag(path)
+    scene = bag_scene(bag)
+    summary = Summary(scene)
+    said = (JOINT_STATES, PHASE, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
+    for topics in ((OBSERVATION, READING), said):  # the summary needs these two first
+        for topic, part in bag.parts([topic for topic in topics if topic in bag]):
+            summary.feed({topic: part})
+    return {**report(scene, summary), 'bag': str(path)}
+
+
+def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
+    """Return warnings about the topics that are not in a bag."""
+    without = {
+        OBSERVATION: 'the drift is what the scene assumes beforehand',
+        SHIP_FIX: 'the ship is taken to lie where the scene begins',
+        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
+        'to lie still',
+    }
+    return [
+        f'{bag.path}: there is no topic {topic}: {so}'
+        for topic, so in without.items()
+        if topic not in bag and topic in (*wanted, SHIP_FIX)
+    ]
+
+
+def _damage(bag: Bag) -> list[str]:
+    """Return what is damaged or missing in a bag that was read; nothing of a whole one."""
+    ended = 'it says cut_short: its recording ended before the voyage did'
+    return [*bag.warnings, *([f'{bag.path}: {ended}'] if is_cut_short(bag.path) else [])]
+
+
+def _recorded_motion(recorded: Batches, scene: Scene) -> RecordedIntegrals | None:
+    """Return the integrals of a scene's covariates from a bag; None if it has none.
+
+    They are exact even where the motion itself is logged thinly.
+    """
+    covariates, estimate = scene.drift.covariates, recorded.get(ESTIMATE)
+    if not covariates or not isinstance(estimate, JointSamples):
+        return None
+    named = set(integral_names(covariates)) <= set(estimate.name)
+    return RecordedIntegrals(estimate, covariates) if named else None
+
+
+def replay(
+    bag: Bag,
+    *,
+    scene: Scene | None = None,
+    smooth: bool = False,
+    stable: bool = False,
+    topics: Collection[str] = (),
+    watch: Callable[[Batches], None] | None = None,
+) -> dict[str, Any]:
+    """Estimate drift and longitude again from a bag's readings and observations alone.
+
+    Args:
+        bag: a bag with `clock/reading`, `clock/observation` and, for distances, `ship/fix`.
+        scene: replaces the bag's own, and is needed where it has none.
+        smooth: also estimate the drift from all observations in hindsight (`hindsight`).
+        stable: also estimate the stability of the clock (`stability_of`).
+        topics: topics that are not computed again, for `watch` as far as the bag has them.
+        watch: called with the samples of `topics`, and with all others that were read or computed.
+
+    Returns:
+        `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
+        `longitude`, `duration_s` (the scene's, if it was sailed to its end; otherwise the bag's),
+        and the bag's `start_s`, message `counts`, `damage` and `warnings`, which begin with it;
+        where asked for, `smoothed` and `stability`.
+
+    Raises:
+        BagError: no readings, or no scene.
+        EstimationError: readings whose stability cannot be estimated.
+    """
+    found = bag_scene(bag, scene)
+    wanted = [READING, OBSERVATION, SHIP_FIX, *topics]
+    if found.drift.covariates:
+        wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)
+    recorded = bag.batches([topic for topic in wanted if topic == READING or topic in bag])
+    motion = _recorded_motion(recorded, found)
+    drift = DriftStage(found, expect_schedule=False, motion=motion)
+    stages = Pipeline([drift, LongitudeStage(found, expect_fix=SHIP_FIX in bag)])
+    inputs = [topic for topic in dict.fromkeys((*drift.inputs, SHIP_FIX)) if topic in bag]
+    if SHIP_IMU in inputs and SHIP_IMU not in recorded:  # estimates without the integrals
+        recorded |= bag.batches([SHIP_IMU])
+    summary = Summary(found)
+    said = stages.feed({topic: recorded[topic] for topic in inputs})
+    held = stages.finish()
+    if watch is not None:
+        others = [topic for topic in topics if topic in recorded and topic not in said]
+        watch({topic: recorded[topic] for topic in others})
+    for batches in (said, held):
+        summary.feed(batches)
+        if watch is not None:
+            watch(batches)
+    figures = {
+        'clock': summary.clock(),
+        'drift': summary.drift(),
+        'longitude': summary.longitude(),
+    }
+    damage = _damage(bag)
+    return {
+        'scene': found.name,
+        'answer': answer({**figures, 'damage': damage}),
+        'bag': str(bag.path),
+        **sea_of(found),
+        **figures,
+        **(_smoothed(merged([said, held]), found) if smooth else {}),
+        **(_stability(said) if stable else {}),
+        'start_s': (bag.start_ns or 0) / NS_PER_S,
+        'duration_s': _length_s(bag, found, cast(TimeSamples, recorded[READING])),
+        'counts': bag.counts,
+        'damage': damage,
+        'warnings': [
+            *damage,
+            *_missing(bag, drift.inputs),
+            *drift_warnings(stages.health(), found),
+        ],
+    }
+
+
+def _length_s(bag: Bag, scene: Scene, reading: TimeSamples) -> float:
+    """Return the length of a bag [s]: the scene's, where the scene was sailed to its end.
+
+    Motion is recorded for some steps beyond it, from which the clock is interpolated.
+    """
+    start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
+    read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
+    if (start_ns, read_to_ns) == (scene.starts_at_ns, scene.starts_at_ns + scene.duration_ns):
+        return scene.duration
+    return (end_ns - start_ns) / NS_PER_S
+
+
+def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
+    from tauto_core.navigation.hindsight import hindsight
+
+    reading, observation, corrected = (
+        cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
+    )
+    estimate = cast(JointSamples, said[ESTIMATE])
+    return {'smoothed': hindsight(reading, observation, corrected, estimate, scene)}
+
+
+def _stability(said: Batches) -> dict[str, Any]:
+    from tauto_core.navigation.stability import stability_of
+
+    return {'stability': stability_of(cast(TimeSamples, said[READING]))}
+
+
+# -----------------------------------------------------------------------------
+# A voyage as arrays: all data of a run or a bag, each array named with its unit.
+
+Kind = TypeVar('Kind', bound=Samples)
+
+_NONE = np.empty(0)
+_STATED = (SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
+"""Topics, besides the scene, that a replay does not compute again."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Voyage:
+    """The data of a clock on a voyage.
+
+    Arrays are (n,) with one value for each logged sample, at `time_s` from the start, in seconds
+    and radians. Those that begin with `motion_` have the full rate of the ship's motion, and are
+    empty where the voyage does not log it (`log.motion`). Arrays that a bag does not have are
+    empty.
+
+    Attributes:
+        scene: the scene that was sailed.
+        result: the figures, as `tauto sail --json` and `tauto replay --json` print them.
+        samples: the contents of the messages, by topic and field.
+    """
+
+    scene: Scene
+    result: Mapping[str, Any]
+    samples: Mapping[str, Samples]
+
+    def __repr__(self) -> str:
+        return f'<Voyage of {self.scene.name}: {self.answer}>'
+
+    @property
+    def answer(self) -> str:
+        """How far wrong the clock would put the ship, in a sentence."""
+        return str(self.result['answer'])
+
+    @cached_property
+    def start_ns(self) -> int:
+        """Stamp of the first reading [ns]."""
+        return int(self._of(READING, TimeSamples).stamp_ns[0])
+
+    @cached_property
+    def time_s(self) -> FloatArray:
+        """True time since the first reading [s]."""
+        return self._seconds(READING)
+
+    @cached_property
+    def clock_error_s(self) -> FloatArray:
+        """Reading of the dial less the true time [s], fast is positive."""
+        return self._error(READING)
+
+    @cached_property
+    def corrected_error_s(self) -> FloatArray:
+        """Reading less its estimated error, less the true time [s]."""
+        return self._error(CORRECTED)
+
+    @property
+    def offset_s(self) -> FloatArray:
+        """Estimated error of the dial [s]."""
+        return self._named(ESTIMATE, 'offset_s')
+
+    @property
+    def offset_sigma_s(self) -> FloatArray:
+        """Standard deviation of `offset_s` [s]."""
+        return self._named(ESTIMATE, 'offset_sigma_s')
+
+    @property
+    def rate_s_per_day(self) -> FloatArray:
+        """Estimated rate of the dial [s/day], fast is positive; with covariates that at rest."""
+        return self._named(ESTIMATE, 'rate_s_per_day')
+
+    @property
+    def mean_rate_s_per_day(self) -> FloatArray:
+        """Estimated rate [s/day]; with covariates its mean since the start."""
+        return self._mean_rate(MEAN_RATE_NAMES[0], 'rate_s_per_day')
+
+    @property
+    def mean_rate_sigma_s_per_day(self) -> FloatArray:
+        """Standard deviation of `mean_rate_s_per_day` [s/day]."""
+        return self._mean_rate(MEAN_RATE_NAMES[1], 'rate_sigma_s_per_day')
+
+    def _mean_rate(self, name: str, steady: str) -> FloatArray:
+        if ESTIMATE not in self.samples:
+            return _NONE
+        named = self._of(ESTIMATE, JointSamples).name
+        return self._named(ESTIMATE, name if name in named else steady)
+
+    @property
+    def rate_sigma_s_per_day(self) -> FloatArray:
+        """Standard deviation of `rate_s_per_day` [s/day]."""
+        return self._named(ESTIMATE, 'rate_sigma_s_per_day')
+
+    @property
+    def angle_rad(self) -> FloatArray:
+        """Angle of the wheel in its case [rad]; for a body in a fluid its arc [m]."""
+        return self._joint('position')
+
+    @property
+    def angular_velocity_rad_s(self) -> FloatArray:
+        """Angular velocity of the wheel in its case [rad/s]; in a fluid the body's speed [m/s]."""
+        return self._joint('velocity')
+
+    @property
+    def phase_rad(self) -> FloatArray:
+        """Phase of the swing since the release [rad], 2π per period."""
+        return self._named(PHASE, 'phase')
+
+    @property
+    def raw_longitude_error_nmi(self) -> FloatArray:
+        """Error of the ship's longitude by the dial, to the east [nautical miles]."""
+        return self._named(LONGITUDE_ERROR, 'raw_error_nmi')
+
+    @property
+    def longitude_error_nmi(self) -> FloatArray:
+        """Error of the ship's longitude by the corrected clock, to the east [nautical miles]."""
+        return self._named(LONGITUDE_ERROR, 'error_nmi')
+
+    @property
+    def longitude_sigma_nmi(self) -> FloatArray:
+        """Standard deviation of `longitude_error_nmi` [nautical miles]."""
+        return self._named(LONGITUDE_ERROR, 'sigma_nmi')
+
+    @property
+    def latitude_deg(self) -> FloatArray:
+        """True latitude of the ship [degrees north]."""
+        return self._place(SHIP_FIX, 'latitude')
+
+    @property
+    def longitude_deg(self) -> FloatArray:
+        """True longitude of the ship [degrees east]."""
+        return self._place(SHIP_FIX, 'longitude')
+
+    @property
+    def clock_longitude_deg(self) -> FloatArray:
+        """Longitude of the ship by the corrected clock [degrees east]."""
+        return self._place(LONGITUDE_FIX, 'longitude')
+
+    @cached_property
+    def observation_time_s(self) -> FloatArray:
+        """Times at which the clock was compared with the true time, from the first reading [s]."""
+        return self._seconds(OBSERVATION)
+
+    @cached_property
+    def observed_error_s(self) -> FloatArray:
+        """Reading at `observation_time_s`, less the true time as it was observed [s]."""
+        if OBSERVATION not in self.samples:
+            return _NONE
+        found = self._of(OBSERVATION, TimeSamples)
+        noise = (found.time_ref_ns - found.stamp_ns) / NS_PER_S
+        return np.interp(self.observation_time_s, self.time_s, self.clock_error_s) - noise
+
+    @cached_property
+    def motion_time_s(self) -> FloatArray:
+        """Time of the motion's samples, from the first reading [s]."""
+        return self._seconds(SHIP_IMU)
+
+    @cached_property
+    def motion_roll_rad(self) -> FloatArray:
+        """Roll of the ship [rad], starboard side down is positive."""
+        if SHIP_IMU not in self.samples:
+            return _NONE
+        return attitude(self._of(SHIP_IMU, ImuSamples)).roll
+
+    @cached_property
+    def roll_rad(self) -> FloatArray:
+        """Roll of the ship at `time_s` [rad]; empty where the voyage does not log its motion."""
+        if not len(self.motion_time_s):
+            return _NONE
+        return np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad)
+
+    @cached_property
+    def motion_gravity_m_s2(self) -> FloatArray:
+        """Apparent gravity at the clock, the size of the specific force [m/s2]."""
+        if SHIP_IMU not in self.samples:
+            return _NONE
+        force = self._of(SHIP_IMU, ImuSamples).linear_acceleration
+        size: FloatArray = np.sqrt(np.square(force).sum(axis=1))
+        return size
+
+    def plot(
+        self,
+        what: str,
+        file: str | Path | None = None,
+        *,
+        from_s: float | None = None,
+        to_s: float | None = None,
+    ) -> Figure:
+        """Draw a picture of the voyage; see `tauto_core.plot`."""
+        from tauto_core.plots.renderer import picture
+
+        with in_words_of_calls(out='file'):
+            return picture(self, what, file, from_s=from_s, to_s=to_s)
+
+    def write(self, bag: str | Path, *, force: bool = False) -> None:
+        """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.
+
+        Args:
+            bag: the folder, which must not exist.
+            force: replace a bag that is there.
+
+        Raises:
+            BagError: the folder may not be written to.
+        """
+        folder = Path(bag)
+        with in_words_of_calls():
+            check_folder(folder, force=force)
+        with BagWriter(folder, force=force) as writer:
+            writer.describe(bag_metadata(self.scene))
+            if self.result.get('damage'):
+                writer.describe(CUT_SHORT)
+            kept = dict(self.samples)
+            kept.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
+            writer.write(kept)
+
+    def _of(self, topic: str, kind: type[Kind]) -> Kind:
+        samples = self.samples[topic]
+        assert isinstance(samples, kind)
+        return samples
+
+    def _seconds(self, topic: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        return (self.samples[topic].stamp_ns - self.start_ns) / NS_PER_S
+
+    def _error(self, topic: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        found = self._of(topic, TimeSamples)
+        return (found.time_ref_ns - found.stamp_ns) / NS_PER_S
+
+    def _named(self, topic: str, name: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        found = self._of(topic, JointSamples)
+        return found.position[:, found.name.index(name)]
+
+    def _joint(self, field: str) -> FloatArray:
+        if JOINT_STATES not in self.samples:
+            return _NONE
+        return cast(FloatArray, getattr(self._of(JOINT_STATES, JointSamples), field)[:, 0])
+
+    def _place(self, topic: str, field: str) -> FloatArray:
+        if topic not in self.samples:
+            return _NONE
+        return cast(FloatArray, getattr(self._of(topic, FixSamples), field))
+
+
+class _Gathered:
+    """Batches of all topics, joined at the end."""
+
+    def __init__(self, *, motion: bool) -> None:
+        self._motion = motion
+        self._parts: dict[str, list[Any]] = {}
+
+    def take(self, batches: Batches) -> None:
+        for topic, samples in batches.items():
+            if topic != SHIP_IMU or self._motion:
+                self._parts.setdefault(topic, []).append(samples)
+
+    def joined(self) -> Batches:
+        return {topic: join(parts) for topic, parts in self._parts.items()}
+
+
+def sail_voyage(
+    scene: Scene,
+    *,
+    origin: str | None = None,
+    anyway: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Voyage:
+    """Return the voyage of a scene, sailed offline.
+
+    Args:
+        scene: the scene to simulate.
+        origin: file or name that the user gave, for errors.
+        anyway: sail machines and ships beyond all that are known, too.
+        progress: called with the fraction done, from 0 to 1.
+
+    Raises:
+        TautoError: see `voyage.sail`.
+    """
+    gathered = _Gathered(motion=scene.keeps_motion)
+    result = sail(scene, origin=origin, anyway=anyway, progress=progress, watch=gathered.take)
+    return Voyage(scene, result, gathered.joined())
+
+
+def replay_voyage(
+    path: Path, scene: Scene | None = None, *, smooth: bool = False, stable: bool = False
+) -> Voyage:
+    """Return the voyage in a bag, with drift and longitude estimated anew.
+
+    Args:
+        path: rosbag2 folder or MCAP file.
+        scene, smooth, stable: as for `replaying.replay`.
+
+    Raises:
+        BagError: not a bag, no readings, or no scene.
+        EstimationError: readings whose stability cannot be estimated.
+        SceneError: the bag's scene cannot be read.
+    """
+    bag = read_bag(path)
+    sailed = bag_scene(bag, scene)
+    gathered = _Gathered(motion=True)
+    result = replay(
+        bag, scene=sailed, smooth=smooth, stable=stable, topics=_STATED, watch=gathered.take
+    )
+    told = {} if bag.scenes is None else {SCENE: bag.scenes}
+    return Voyage(sailed, result, {**told, **gathered.joined()})

@@ -1,15 +1,13 @@
-"""Many independent runs on several processes, here or on other machines, by dask.distributed.
-
-The mechanics keep one core busy each, so a run takes a process with one thread. With one job and
-no scheduler, runs are made in this process and dask is not loaded.
-"""
+"""Many independent runs on several processes, here or on other machines, by dask.distributed."""
 
 from __future__ import annotations
 
 import logging
 import platform
 import queue
+import signal
 import sys
+import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -21,13 +19,44 @@ from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
-from tauto_core.interrupts import interrupts_held
 from tauto_core.scene.errors import TautoError, TautoWarning, UsageError
 from tauto_core.version import identity
 from tauto_core.wording import counted
 
 if TYPE_CHECKING:
     from distributed import Client, Future
+
+
+# -----------------------------------------------------------------------------
+# Ctrl-C and SIGTERM, held back while something starts that cannot be left half started.
+
+
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Hold back SIGINT and SIGTERM for as long as the context lasts; then let them act.
+
+    A terminal sends SIGINT to all processes of a command. Those that start meanwhile never see it:
+    this process has to end them. Only the main thread is interrupted by signals; in another this
+    does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held: list[int] = []
+    before = {
+        number: signal.signal(number, lambda came, _: held.append(came))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if held:
+            signal.raise_signal(held[0])
+
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')

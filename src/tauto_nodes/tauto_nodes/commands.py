@@ -95,13 +95,12 @@ def graph(
 ) -> None:
     """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
     from tauto_core.bags import check_folder
+    from tauto_core.checks.readiness import check_scene
     from tauto_core.cli.tables import voyage_table
     from tauto_core.cli.terminal import progress_bar, say_oddities
-    from tauto_core.readiness import check_scene
-    from tauto_core.replaying import summarise_bag
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.voyage import compile_kernels
+    from tauto_core.voyage import compile_kernels, summarise_bag
     from tauto_nodes.graph import Plan, run_graph
 
     pace = _speed(speed)

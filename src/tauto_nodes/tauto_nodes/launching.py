@@ -14,7 +14,7 @@ from typing import Any
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from tauto_core.bags import check_folder, is_cut_short
-from tauto_core.readiness import check_known, check_scene
+from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError

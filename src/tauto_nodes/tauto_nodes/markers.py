@@ -17,8 +17,8 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from tauto_core.chart import Line
-from tauto_core.machine_drawing import draw_machine
+from tauto_core.plots.chart import Line
+from tauto_core.plots.machine import draw_machine
 from tauto_core.samples import (
     JOINT_STATES,
     NS_PER_S,

@@ -15,12 +15,12 @@ from std_srvs.srv import Trigger
 
 from tauto_core import samples as s
 from tauto_core.bags import encode
+from tauto_core.files import write_whole
 from tauto_core.samples import Batches, Samples, Stage, State, TimeSamples, count, take
 from tauto_core.scene import Scene, load_scene, scene_yaml
 from tauto_core.scene.errors import BagError
 from tauto_core.version import code
 from tauto_core.voyage import refused_words
-from tauto_core.whole_file import write_whole
 from tauto_nodes.errors import NodesError, ParameterError
 from tauto_nodes.member import Member
 from tauto_nodes.parameters import Settings

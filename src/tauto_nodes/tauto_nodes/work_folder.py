@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from tauto_core.whole_file import one_writer
+from tauto_core.files import one_writer
 from tauto_nodes.errors import GraphError
 
 # -----------------------------------------------------------------------------

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
+from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import compile_machine, descent_isochronism
 from tauto_core.machines.fluid_pendulum import FluidPendulum
-from tauto_core.readiness import check_scene
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import UsageError
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import yaml
 
+from tauto_core.checks.readiness import check_scene
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.machines import compile_machine
 from tauto_core.motion.lever import lever_shape
-from tauto_core.readiness import check_scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.loader import parse_scene, scene_yaml
 

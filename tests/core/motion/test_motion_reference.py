@@ -19,7 +19,7 @@ from tauto_core.motion.wheel import NODES, Collocation
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.scene.template import all_that_go, new_scene
+from tauto_core.scene.reference import all_that_go, new_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
 

@@ -19,7 +19,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import parse_scene
-from tauto_core.ship.observations import Observations, schedule
+from tauto_core.ship.source import Observations, schedule
 
 S = 1_000_000_000
 SCENE = """

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.navigation import DriftStage, RatedTime
+from tauto_core.results import Summary
 from tauto_core.samples import (
     ESTIMATE,
     NS_PER_S,
@@ -18,7 +19,6 @@ from tauto_core.samples import (
     same,
 )
 from tauto_core.scene import load_scene
-from tauto_core.summary import Summary
 from tauto_core.voyage import sail
 
 DAY_NS = int(SECONDS_PER_DAY) * NS_PER_S

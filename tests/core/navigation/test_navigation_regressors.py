@@ -32,7 +32,7 @@ from tauto_core.samples import (
 from tauto_core.scene import parse_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import imu_from_roll
-from tauto_core.ship.observations import Observations
+from tauto_core.ship.source import Observations
 
 S = 1_000_000_000
 G = 9.80665

@@ -10,9 +10,8 @@ import pytest
 
 from tauto_core import scene as names
 from tauto_core.scene import SceneError, parse_scene, scene_yaml
-from tauto_core.scene.kinds import kind_of
-from tauto_core.scene.reference import all_kinds, page
-from tauto_core.scene.schema import schema
+from tauto_core.scene.fields import kind_of
+from tauto_core.scene.reference import all_kinds, page, schema
 
 ROOT = Path(__file__).parents[3]
 TROCHLEA = """

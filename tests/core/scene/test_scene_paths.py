@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tauto_core.scene import SceneError, load_scene
-from tauto_core.scene.paths import put_at, remove_at, value_at
+from tauto_core.scene.loader import put_at, remove_at, value_at
 
 
 def test_a_path_leads_through_mappings_and_lists() -> None:

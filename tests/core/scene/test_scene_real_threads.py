@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import yaml
 
+from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
-from tauto_core.readiness import check_scene
 from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
 

@@ -9,7 +9,7 @@ import pytest
 
 from tauto_core.scene import SceneError, load_scene
 from tauto_core.scene.data import data_path
-from tauto_core.ship.roll_decay import fit_decay, released
+from tauto_core.ship.sea_files import fit_decay, released
 
 MEASURED = 'shipped:kvlcc2_rolldecay/roll_{}.csv'
 SEA = {'spectrum': 'jonswap', 'significant_wave_height': 2.0, 'peak_period': 9.0}

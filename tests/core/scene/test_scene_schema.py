@@ -9,10 +9,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from tauto_core.scene import SceneError, parse_scene, shipped_scenes
-from tauto_core.scene.kinds import kind_of, kinds_in
-from tauto_core.scene.schema import FILE, schema, schema_text
-from tauto_core.scene.template import FOLDERS, new_scene
-from tauto_core.scene.yaml_text import read_mapping
+from tauto_core.scene.fields import kind_of, kinds_in
+from tauto_core.scene.loader import read_mapping
+from tauto_core.scene.reference import FILE, FOLDERS, new_scene, schema, schema_text
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 
 SHIPPED = FILE.parent / 'shipped'
@@ -49,7 +48,7 @@ def problems(text: str) -> list[Any]:
 
 
 def test_the_schema_that_ships_is_that_of_the_models() -> None:
-    """`python -m tauto_core.scene.schema` prints it."""
+    """`python -m tauto_core.scene.reference` prints it."""
     Draft202012Validator.check_schema(schema())
     assert FILE.read_text(encoding='utf-8') == schema_text()
 

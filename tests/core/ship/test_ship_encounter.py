@@ -7,11 +7,9 @@ import pytest
 
 from tauto_core.scene import Rao, Roll, SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.encounter import Course
 from tauto_core.ship.motions.sea import sea_motion
-from tauto_core.ship.response import NEGLIGIBLE, operator_answer, roll_answer
-from tauto_core.ship.sea import elevation
-from tauto_core.ship.waves import Harmonics
+from tauto_core.ship.sea import NEGLIGIBLE, elevation, operator_answer, roll_answer
+from tauto_core.ship.waves import Course, Harmonics
 
 G = 9.80665
 SEA = Sea(spectrum='jonswap', significant_wave_height=3.0, peak_period=8.0)

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.ship.fading import Fades, SampledFades
-from tauto_core.ship.waves import BLOCK, Harmonics, SampledHarmonics
+from tauto_core.ship.waves import BLOCK, Fades, Harmonics, SampledFades, SampledHarmonics
 
 S = 1_000_000_000
 STEP_NS = 50_000_000

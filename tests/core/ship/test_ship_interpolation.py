@@ -5,13 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.ship.interpolation import (
-    FORCE_BEFORE,
-    MAX_STRIDE,
-    ROLL_BEFORE,
-    Pieces,
-    polynomials,
-)
+from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, Pieces, polynomials
 
 STEP = 50_000_000
 power = np.polynomial.polynomial

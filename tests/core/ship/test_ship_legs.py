@@ -7,7 +7,7 @@ import pytest
 from geographiclib.geodesic import Geodesic
 from scipy.integrate import solve_ivp
 
-from tauto_core.ship.legs import geodesic_leg, rhumb_leg
+from tauto_core.ship.passage import geodesic_leg, rhumb_leg
 
 A_M, F = 6_378_137.0, 1.0 / 298.257223563
 E2 = F * (2.0 - F)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from geographiclib.geodesic import Geodesic
 
-from tauto_core.readiness import check_scene
+from tauto_core.checks.readiness import check_scene
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import Observations, Passage, schedule

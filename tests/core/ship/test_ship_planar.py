@@ -9,7 +9,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.samples import JOINT_STATES, PHASE, SHIP_IMU, ImuSamples, PlanarImu
 from tauto_core.scene import load_scene
 from tauto_core.ship import ShipMotion, kernels
-from tauto_core.ship.planar import message, read_force, read_roll
+from tauto_core.ship.imu import message, read_force, read_roll
 
 G = 9.81
 

@@ -6,9 +6,8 @@ from scipy.integrate import quad
 
 from tauto_core.scene import Roll, SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.encounter import Course
-from tauto_core.ship.response import roll_answer
-from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape
+from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape, roll_answer
+from tauto_core.ship.waves import Course
 
 G = 9.80665
 

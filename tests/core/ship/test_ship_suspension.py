@@ -17,10 +17,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from tauto_core.checks.cost import forecast
+from tauto_core.checks.readiness import check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces, modes
-from tauto_core.readiness import check_scene
 from tauto_core.samples import (
     JOINT_STATES,
     READING,
@@ -34,11 +35,10 @@ from tauto_core.samples import (
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion, attitude
-from tauto_core.ship.felt_step import felt_parts, felt_step_ns
+from tauto_core.ship.buffer import felt_parts, felt_step_ns
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.ship.suspension import Suspension
 from tauto_core.voyage import sail
-from tauto_core.voyage_cost import forecast
 
 NAME = 'suspended_weight_at_sea'
 CONTENT = yaml.safe_load(scene_yaml(load_scene(NAME)))

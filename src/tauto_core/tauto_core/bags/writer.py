@@ -17,16 +17,10 @@ import numpy as np
 from tauto_core.bags.codec import encode
 from tauto_core.bags.mcap import CHUNK_BYTES, DeclaredTopic, McapOut, Recorded, refused
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
+from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
 from tauto_core.samples import Batches, count
 from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
 from tauto_core.version import identity
-from tauto_core.whole_file import (
-    DRAFTS,
-    one_writer,
-    put_in_place,
-    sync_folder,
-    write_whole,
-)
 
 METADATA = 'metadata.yaml'
 CUT_SHORT = {'cut_short': True}

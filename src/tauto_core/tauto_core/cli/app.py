@@ -340,13 +340,13 @@ def replay(
     as_json: AsJson = False,
 ) -> None:
     """Estimate drift and longitude again, from a bag alone."""
-    from tauto_core import replaying
-    from tauto_core.answer import not_whole
+    from tauto_core import voyage
     from tauto_core.bags import read_bag
     from tauto_core.cli import show
     from tauto_core.cli.tables import replay_tables
     from tauto_core.cli.terminal import progress_bar
-    from tauto_core.figure_file import check_plot
+    from tauto_core.files import check_plot
+    from tauto_core.results import not_whole
     from tauto_core.scene import load_scene
 
     if plot is not None:
@@ -355,7 +355,7 @@ def replay(
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     with progress_bar(f'replay {bag}'):
-        result = replaying.replay(read_bag(bag), scene=loaded, smooth=smooth, stable=stability)
+        result = voyage.replay(read_bag(bag), scene=loaded, smooth=smooth, stable=stability)
     _warn(result['warnings'])
     if plot is not None:
         title = '\n'.join([*wrap(not_whole(result), 100), result['scene']])
@@ -393,7 +393,7 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
 
     with progress_bar(scene) as progress:
         loaded = load_scene(scene, **given_values(settings))
-        from tauto_core.scene_facts import scene_facts
+        from tauto_core.checks.facts import scene_facts
 
         with naming(scene, loaded.name):
             facts = scene_facts(loaded, progress)

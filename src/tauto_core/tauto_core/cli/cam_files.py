@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tauto_core.files import write_whole
 from tauto_core.scene.errors import TautoError
-from tauto_core.whole_file import write_whole
 
 if TYPE_CHECKING:
     from tauto_core.curves.drawing import Cheeks, Drawing

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 from tauto_core.cli.terminal import AsJson, SceneName, Settings, given_values, say
-from tauto_core.scene.constants import STANDARD_GRAVITY
 from tauto_core.scene.errors import UsageError, naming
+from tauto_core.scene.times import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from tauto_core.machines.design import Design
@@ -110,7 +110,7 @@ def cam(
 
 def _extent(scene: Scene) -> float:
     """Return the default angle up to which the cheeks are drawn [rad]."""
-    from tauto_core.cam_extent import cam_extent
+    from tauto_core.plots.machine import cam_extent
 
     assert scene.trochlea is not None
     extent, release = cam_extent(scene), abs(scene.trochlea.release_angle)

@@ -92,7 +92,7 @@ def compare(
     """
     from tauto_core import comparison
     from tauto_core.cli.terminal import ended_by_sigterm, progress_bar
-    from tauto_core.figure_file import check_plot
+    from tauto_core.files import check_plot
 
     for path in plot or ():
         check_plot(path)
@@ -227,7 +227,7 @@ def fleet(
     her own waves, and what --vary draws.
     """
     from tauto_core.cli.terminal import counting_bar, ended_by_sigterm
-    from tauto_core.figure_file import check_plot
+    from tauto_core.files import check_plot
     from tauto_core.fleets import Plan, draw, read_draws, sail_fleet
     from tauto_core.scene import load_scene
     from tauto_core.workers import Crew

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tauto_core.cli.terminal import say
-from tauto_core.scene.constants import DAY_S, LEGIBLE
 from tauto_core.scene.errors import UsageError
+from tauto_core.scene.times import DAY_S, LEGIBLE
 from tauto_core.wording import figure, printed, significant, span, with_sigma
 
 if TYPE_CHECKING:
@@ -312,7 +312,7 @@ def new(
     Kinds that are not asked for are chosen to go with those that are; with none asked for it is
     Euler's involute under a weight, in a wind sea.
     """
-    from tauto_core.scene.template import new_scene
+    from tauto_core.scene.reference import new_scene
 
     if out is not None:
         _check_file(out)
@@ -346,6 +346,6 @@ def _check_file(out: str) -> None:
 
 def schema() -> None:
     """Print the JSON schema with which editors check scenes."""
-    from tauto_core.scene.schema import FILE
+    from tauto_core.scene.reference import FILE
 
     typer.echo(FILE.read_text(encoding='utf-8'), nl=False)

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tauto_core.cli.terminal import Anyway, Duration, Settings, given_values, say, say_oddities
-from tauto_core.figure_file import write_figure
+from tauto_core.files import write_figure
 from tauto_core.scene.errors import UsageError, naming
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from tauto_core.record import Voyage
+    from tauto_core.voyage import Voyage
 
 
 # -----------------------------------------------------------------------------
@@ -147,10 +147,10 @@ def plot(
     Pictures of a scene alone (weather, cam, machine) are drawn without sailing it.
     """
     from tauto_core.api import is_bag
-    from tauto_core.charts import OF_A_SCENE, time_unit
-    from tauto_core.pictures import check_picture
-    from tauto_core.record import Voyage
+    from tauto_core.plots.contents import OF_A_SCENE, time_unit
+    from tauto_core.plots.renderer import check_picture
     from tauto_core.scene import load_scene
+    from tauto_core.voyage import Voyage
 
     file = out or Path(f'{title_of(source)}_{what}.svg')
     check_picture(what, file, part=from_time is not None or to_time is not None)
@@ -181,7 +181,7 @@ def report(
     anyway: Anyway = False,
 ) -> None:
     """Write a page of all figures, with the machine as it moves."""
-    from tauto_core.reporting import check_report, write_report
+    from tauto_core.plots.page import check_report, write_report
 
     file = out or Path(f'{title_of(source)}.html')
     check_report(file)
@@ -197,8 +197,8 @@ def report(
 def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
     from tauto_core.api import is_bag
     from tauto_core.cli.terminal import progress_bar
-    from tauto_core.record import replay_voyage, sail_voyage
     from tauto_core.scene import load_scene
+    from tauto_core.voyage import replay_voyage, sail_voyage
 
     if is_bag(source):
         if given:

@@ -14,8 +14,7 @@ from rich.padding import Padding
 from rich.table import Column, Table
 from rich.text import Text
 
-from tauto_core.answer import answer
-from tauto_core.result_rows import SIGNS, groups
+from tauto_core.results import SIGNS, answer, groups
 from tauto_core.wording import figure, printed, span, with_sigma
 
 if TYPE_CHECKING:

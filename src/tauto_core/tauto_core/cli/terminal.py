@@ -67,7 +67,7 @@ def given_values(settings: list[str] | None, duration: float | None = None) -> d
     Raises:
         UsageError: no KEY=VALUE, a value that is no YAML or empty, or a key that comes twice.
     """
-    from tauto_core.scene.yaml_text import read_mapping
+    from tauto_core.scene.loader import read_mapping
 
     given: dict[str, Any] = {} if duration is None else {'duration': duration}
     for setting in settings or ():
@@ -123,7 +123,7 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
     Raises:
         SceneError: see `readiness.check_known`.
     """
-    from tauto_core.readiness import check_known, oddities
+    from tauto_core.checks.readiness import check_known, oddities
     from tauto_core.scene.errors import naming
 
     with naming(origin, scene.name):

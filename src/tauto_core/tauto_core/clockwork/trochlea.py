@@ -29,8 +29,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S
-from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
-from tauto_core.ship.felt_step import felt_step_ns
+from tauto_core.ship.buffer import MotionBuffer, felt_step_ns, samples_a_piece
 from tauto_core.ship.imu import screen
 
 if TYPE_CHECKING:

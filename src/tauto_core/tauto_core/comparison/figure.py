@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tauto_core.comparison.running import Comparison, Row
-from tauto_core.figure_file import write_figure
+from tauto_core.files import write_figure
 from tauto_core.samples import SECONDS_PER_DAY
 from tauto_core.wording import span
 

@@ -12,13 +12,13 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from tauto_core import voyage
-from tauto_core.readiness import check_known, check_scene
+from tauto_core.checks.cost import step_ns
+from tauto_core.checks.readiness import check_known, check_scene
+from tauto_core.results import Summary
 from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError, SceneError, UsageError, naming
 from tauto_core.ship.waves import Harmonics
-from tauto_core.summary import Summary
-from tauto_core.voyage_cost import step_ns
 from tauto_core.wording import span
 from tauto_core.workers import Crew, WorkerError, run_each
 

@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.lever_geometry import LeverSetting, LeverShape
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.kinds import Kind
+from tauto_core.scene.fields import Kind
 
 FOLDER = 'tauto_core.curves.cams'
 

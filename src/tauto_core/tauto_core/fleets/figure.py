@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tauto_core.figure_file import write_figure
+from tauto_core.files import write_figure
 from tauto_core.fleets.answers import distances
 from tauto_core.fleets.sailing import Fleet
 from tauto_core.navigation.longitude import AWARDS

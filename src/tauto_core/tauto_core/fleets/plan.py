@@ -13,13 +13,11 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.readiness import check_known
+from tauto_core.checks.readiness import check_known
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Problem, SceneError, UsageError, naming
 from tauto_core.scene.fields import Number, Positive, Section
-from tauto_core.scene.loader import check_key, checked_scene, put_value
-from tauto_core.scene.paths import value_at
-from tauto_core.scene.yaml_text import read_mapping
+from tauto_core.scene.loader import check_key, checked_scene, put_value, read_mapping, value_at
 
 # -----------------------------------------------------------------------------
 # The distributions from which a key of the scene is drawn for each ship of a fleet.

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tauto_core import voyage
+from tauto_core.checks.readiness import check_scene
+from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.fleets.answers import Answers, answers
 from tauto_core.fleets.plan import Normal, OneOf, Plan, Uniform
-from tauto_core.readiness import check_scene
 from tauto_core.scene.errors import (
     MotionDataError,
     TautoError,
@@ -24,8 +25,7 @@ from tauto_core.scene.errors import (
     install,
     naming,
 )
-from tauto_core.scene.yaml_text import read_mapping, write_mapping
-from tauto_core.whole_file import DRAFTS, one_writer, write_whole
+from tauto_core.scene.loader import read_mapping, write_mapping
 from tauto_core.wording import counted
 from tauto_core.workers import Crew, WorkerError, run_each, versions
 

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 
 from tauto_core.scene.errors import UsageError
-from tauto_core.scene.magnitudes import LARGEST_SIZE, LEAST_SIZE
+from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 
 RHENISH_FOOT_M = 0.31385
 SCRUPLE_M = RHENISH_FOOT_M / 1000.0

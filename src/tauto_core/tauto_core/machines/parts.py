@@ -10,8 +10,7 @@ from pydantic import Field, Strict
 from tauto_core.curves.kind import Pull
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.fields import NonNegative, Number, Section
-from tauto_core.scene.kinds import Kind
+from tauto_core.scene.fields import Kind, NonNegative, Number, Section
 
 # -----------------------------------------------------------------------------
 # The drag on the wheel: torques against its motion in the case (theory E2).

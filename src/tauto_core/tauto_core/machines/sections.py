@@ -15,8 +15,7 @@ from tauto_core.machines.parts import POWERS, Drag, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import FOLDER as THREADS
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.scene.errors import Problem, SceneError
-from tauto_core.scene.fields import Number, Positive, Section
-from tauto_core.scene.kinds import OneOf, kind_of, kinds_in
+from tauto_core.scene.fields import Number, OneOf, Positive, Section, kind_of, kinds_in
 
 
 def cam_kinds() -> tuple[type[CamKind], ...]:

@@ -20,7 +20,7 @@ from tauto_core.curves.numerics import gauss, integrate
 from tauto_core.machines.parts import Drag, EscapementKind, PowerKind, Regulator
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem, TautoError
-from tauto_core.scene.kinds import Kind
+from tauto_core.scene.fields import Kind
 
 
 class SlackThreadError(TautoError):

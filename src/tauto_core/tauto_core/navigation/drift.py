@@ -53,7 +53,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.sections import walk_per_s, white_s
-from tauto_core.ship.observations import schedule
+from tauto_core.ship.source import schedule
 from tauto_core.wording import counted
 
 # -----------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray, IntArray
 from tauto_core.scene.errors import EstimationError
-from tauto_core.ship.observations import LUNAR
+from tauto_core.ship.source import LUNAR
 
 # -----------------------------------------------------------------------------
 # The coefficients of the rate equation as further states of the drift filter (theory E11).

@@ -35,9 +35,9 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError
-from tauto_core.scene.voyages import WIDEST_AWARD_NMI
+from tauto_core.scene.sections import WIDEST_AWARD_NMI
 from tauto_core.ship import Passage
-from tauto_core.ship.legs import wrap, wrap_degrees
+from tauto_core.ship.passage import wrap, wrap_degrees
 
 # -----------------------------------------------------------------------------
 # Selects the samples of a topic that come in order.

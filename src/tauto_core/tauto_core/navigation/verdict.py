@@ -33,7 +33,7 @@ from tauto_core.samples import (
     count,
 )
 from tauto_core.scene import Scene
-from tauto_core.ship.observations import LANDFALL, LUNAR
+from tauto_core.ship.source import LANDFALL, LUNAR
 from tauto_core.wording import span
 
 # -----------------------------------------------------------------------------

@@ -22,12 +22,10 @@ if TYPE_CHECKING:
         shipped_scenes,
     )
     from tauto_core.scene.models import Scene
-    from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver
-    from tauto_core.scene.voyages import Voyage, Waypoint
-    from tauto_core.ship.axle_suspension import AxleSuspension
+    from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage, Waypoint
     from tauto_core.ship.motions.components import Component
     from tauto_core.ship.recorded import Recorded
-    from tauto_core.ship.sea_sections import Rao, Roll, Sea, SpectrumTable
+    from tauto_core.ship.sections import AxleSuspension, Rao, Roll, Sea, SpectrumTable
 
 __all__ = [
     'DEFAULT_SCENE',
@@ -62,24 +60,24 @@ _of_a_section = loaded_from(
     __name__,
     {
         'DEFAULT_SCENE': 'loader',
-        'AxleSuspension': 'tauto_core.ship.axle_suspension',
+        'AxleSuspension': 'tauto_core.ship.sections',
         'Clock': 'sections',
         'Component': 'tauto_core.ship.motions.components',
         'Drag': 'tauto_core.machines.parts',
         'DriftSettings': 'sections',
         'FluidTautochroneRegulator': 'tauto_core.machines.fluid_regulator',
         'Log': 'sections',
-        'Rao': 'tauto_core.ship.sea_sections',
+        'Rao': 'tauto_core.ship.sections',
         'Recorded': 'tauto_core.ship.recorded',
         'Rest': 'tauto_core.machines.parts',
-        'Roll': 'tauto_core.ship.sea_sections',
+        'Roll': 'tauto_core.ship.sections',
         'Scene': 'models',
-        'Sea': 'tauto_core.ship.sea_sections',
+        'Sea': 'tauto_core.ship.sections',
         'Solver': 'sections',
-        'SpectrumTable': 'tauto_core.ship.sea_sections',
+        'SpectrumTable': 'tauto_core.ship.sections',
         'Trochlea': 'tauto_core.machines.sections',
-        'Voyage': 'voyages',
-        'Waypoint': 'voyages',
+        'Voyage': 'sections',
+        'Waypoint': 'sections',
         'data_path': 'data',
         'load_scene': 'loader',
         'parse_scene': 'loader',

@@ -15,19 +15,15 @@ from pydantic_core import PydanticCustomError
 from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
 from tauto_core.machines.parts import ESCAPEMENTS, Drag, EscapementKind
 from tauto_core.machines.sections import Trochlea
-from tauto_core.scene.constants import DAY_S, STANDARD_GRAVITY
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import Positive, Section, Text
-from tauto_core.scene.kinds import OneOf
-from tauto_core.scene.magnitudes import SECTIONS, out_of_proportion
-from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver
-from tauto_core.scene.time_checks import Times
-from tauto_core.scene.times import LOOKAHEAD, nanoseconds, step_of_rate
-from tauto_core.scene.voyages import Voyage
-from tauto_core.ship.axle_suspension import AxleSuspension
+from tauto_core.scene.fields import OneOf, Positive, Section, Text
+from tauto_core.scene.refuse import SECTIONS, Times, out_of_proportion
+from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage
+from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
+from tauto_core.ship.sections import AxleSuspension
 
 
 class Scene(Section):

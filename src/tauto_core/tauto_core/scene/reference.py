@@ -1,19 +1,35 @@
-"""The kinds that a scene can contain, and the page about them, docs/scenes.md."""
+"""The keys of a scene in three forms: docs/scenes.md, JSON schema, a scene to start from."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import chain
-from typing import get_args
+import json
+import re
+import textwrap
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from functools import cache
+from itertools import chain, product
+from pathlib import Path
+from typing import Any, cast, get_args
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from tauto_core.scene.explain import models_of, one_of
-from tauto_core.scene.fields import Section
-from tauto_core.scene.kinds import Kind, OneOf
+from tauto_core.curves.kind import FOLDER as CAMS
+from tauto_core.machines.compiling import compile_trochlea
+from tauto_core.machines.parts import ESCAPEMENTS, POWERS, Drag, EscapementKind
+from tauto_core.machines.sections import Trochlea
+from tauto_core.machines.trochlea import FOLDER as THREADS
+from tauto_core.scene.errors import UsageError
+from tauto_core.scene.fields import Kind, OneOf, Section, kind_of, kinds_in
+from tauto_core.scene.loader import parse_scene, write_mapping
 from tauto_core.scene.models import Scene
-from tauto_core.ship.sea_files import FILE_FORMS
+from tauto_core.scene.refuse import models_of, one_of
+from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.ship.motion_kind import FOLDER as SHIPS
+from tauto_core.ship.sea_files import FILE_FORMS, RaoFile
+from tauto_core.ship.sections import Rao
+from tauto_core.ship.weather_kind import RecordFile
 
 _HEAD = """\
 # Scenes: sections, kinds and keys
@@ -97,6 +113,376 @@ def _meaning(name: str, field: FieldInfo) -> str:
     if name == 'kind' and not field.description:
         return f'{field.default}'
     return (field.description or '').replace('|', '\\|')
+
+
+# -----------------------------------------------------------------------------
+# The JSON schema of scene files, for editors and other programs.
+#
+# It is the schema of the models with additions that pydantic cannot make: sections that a file
+# may replace, the required key `kind`, a waypoint that is written as its place.
+
+FILE = Path(__file__).with_name('scene.schema.json')
+"""The schema that ships, which `python -m tauto_core.scene.reference` prints."""
+
+_REF = '#/$defs/'
+# The same set of characters, without the character classes that few programs know.
+_ONE_LINE = (r'\p{Cc}\p{Zl}\p{Zp}', r'\u0000-\u001f\u007f-\u009f\u2028\u2029')
+
+
+def schema() -> dict[str, Any]:
+    """Return the schema, of JSON Schema 2020-12."""
+    found = Scene.model_json_schema(ref_template=_REF + '{model}')
+    definitions = found['$defs']
+    for form in FILE_FORMS.values():
+        of_file = form.model_json_schema(ref_template=_REF + '{model}')
+        definitions |= of_file.pop('$defs', {})
+        definitions[form.__name__] = of_file
+    ship, waypoint = definitions['SeaShip']['properties'], definitions['Waypoint']
+    ship['sea']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}SpectrumFile'})
+    ship['sea'].pop('examples')
+    ship['roll']['anyOf'].insert(1, {'$ref': f'{_REF}RollFromDecay'})
+    ship['rao']['anyOf'].insert(1, {'$ref': f'{_REF}RaoFile'})
+    ship['weather']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}RecordFile'})
+    definitions['Landfall'] = waypoint
+    place = waypoint['properties']['place']
+    definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
+    for name in (*(model.__name__ for model in all_kinds()), RecordFile.__name__):
+        # an escapement without a kind is of the kind impulse
+        if name != 'Escapement':
+            required = definitions[name].setdefault('required', [])
+            required.insert(0, 'kind')
+    found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
+    head = {'$schema': 'https://json-schema.org/draft/2020-12/schema', 'title': 'Scene of Tauto'}
+    cleaned: dict[str, Any] = _cleaned({**head, **found, 'title': head['title']})
+    return cleaned
+
+
+def _cleaned(part: Any) -> Any:
+    """Return a part without pydantic's discriminators and without titles that only repeat keys."""
+    if isinstance(part, list):
+        return [_cleaned(each) for each in part]
+    if isinstance(part, str):
+        return part.replace(*_ONE_LINE)
+    if not isinstance(part, dict):
+        return part
+    kept = {key: value for key, value in part.items() if key != 'discriminator'}
+    if 'properties' in kept:
+        kept['properties'] = {
+            name: {key: value for key, value in each.items() if key != 'title'}
+            for name, each in kept['properties'].items()
+        }
+    return {key: _cleaned(value) for key, value in kept.items()}
+
+
+def schema_text() -> str:
+    """Return the schema as the file that ships."""
+    return json.dumps(schema(), indent=1, ensure_ascii=False) + '\n'
+
+
+# -----------------------------------------------------------------------------
+# A scene to start from: every key with its unit and meaning, and values that run.
+#
+# The values are those of the kinds (`Kind.starter`), chosen so that all compatible kinds work
+# together: a wheel of 4 kg cm2 that swings about once a second by a radian. The dial is regulated
+# on land.
+
+WIDTH = 99
+FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
+"""The sections that must be compatible, and the folders of their kinds."""
+
+# Text that YAML reads as nothing but text.
+_PLAIN = re.compile(
+    r'(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z]\w*', re.ASCII | re.IGNORECASE
+)
+_USUAL = {'cam': 'involute', 'thread': 'vertical', 'power': 'weight', 'escapement': ''}
+_FORMS: dict[type[BaseModel], type[BaseModel]] = {Rao: RaoFile}
+_DRAG = {'viscous': 1.25e-5}
+# Values shown in the comments for sections and keys that are left out.
+_LEFT_OUT: dict[str, Any] = {
+    'drag': _DRAG,
+    'suspension': {
+        'kind': 'axle',
+        'support_radius': 0.02,
+        'axle_radius': 0.005,
+        'depth': 0.1,
+        'gyration_radius': 0.05,
+    },
+    'voyage': {
+        'departure': [50.79, -1.11],
+        'arrival': [17.93, -76.84],
+        'sails_at': 300.0,
+        'arrives_at': 1.5e6,
+    },
+    'regulator': {
+        'kind': 'fluid_tautochrone',
+        'body': 'globe',
+        'diameter': 0.05,
+        'body_density': 7800.0,
+        'fluid_density': 900.0,
+        'pendulum_length': 0.99362,
+        'release_arc': 0.4,
+    },
+    'solver': {'tolerance': 1e-10},
+    'escapement.train': {'fall': 0.1, 'impulses': 86400, 'energy': 1.5e-4},
+    'escapement.rest': {'friction': 1e-6},
+    'ship.rao': {'path': 'shipped:supply_rao/supply_rao.csv', 'heading': 1.75},
+    'ship.heading': 1.5708,
+    'ship.roll.fitted_to': 'decay test of …',
+    'ship.recorded.topic': '/imu/data',
+    'clock.white_fm': 0.1,
+    'clock.random_walk_fm': 0.01,
+    'drift.white_fm': 0.1,
+    'drift.random_walk_fm': 0.01,
+    'drift.covariates': ['heave', 'roll'],
+    'drift.coefficients.heave': {'value': 1.0, 'sigma': 0.05},
+    'drift.coefficients.roll': {'value': 0.01, 'sigma': 0.02},
+    'log.motion': True,
+    'voyage.track': 'geodesic',
+    'voyage.waypoints': [[36.97, -25.1]],
+    'voyage.speed': 5.0,
+}
+
+
+def new_scene(name: str, kinds: Mapping[str, str]) -> str:
+    """Return the text of a scene with comments, which runs as it is.
+
+    Args:
+        name: name of the scene.
+        kinds: the kinds of `ship`, `cam`, `thread`, `power` and `escapement`, where wanted; the
+            others are chosen to be compatible.
+
+    Raises:
+        UsageError: a kind that is not known, or kinds that are not compatible.
+    """
+    wanted = {'ship': 'sea', **kinds}
+    _check_known(wanted)
+    found = fitting({key: kind for key, kind in wanted.items() if key in FOLDERS})
+    content = _content(name, wanted['ship'], found)
+    machine = compile_trochlea(parse_scene(write_mapping(content), name))
+    content['clock'] = {'nominal_period': float(f'{machine.period(1.0):.12g}')}
+    head = [
+        f'# yaml-language-server: $schema={FILE.as_uri()}',
+        '#',
+        *_prose(
+            'SI units and radians. Take the # away in front of a key to use it; what is left out '
+            'is not simulated, or as the comment says.'
+        ),
+        '',
+    ]
+    return '\n'.join([*head, *_lines(Scene, content, '', '')]) + '\n'
+
+
+def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
+    """Return compatible kinds for each of `FOLDERS`, the usual ones where possible.
+
+    Args:
+        wanted: kinds that are given.
+
+    Raises:
+        UsageError: they are not compatible; names the options, and kinds that are.
+    """
+    found = _completed(wanted)
+    if found is None:
+        raise _misfit(wanted)
+    return found
+
+
+def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
+    """Return whether kinds are compatible, with the values that a new scene starts with.
+
+    Args:
+        cam: kind of the cam.
+        thread: kind of the thread.
+        power: kind of the power.
+        escapement: kind of the escapement; '' for none.
+    """
+    trochlea = {
+        'inertia': 4.0e-4,
+        'cam': _started('cam', cam),
+        'thread': _started('thread', thread),
+        'power': _started('power', power),
+        'release_angle': 1.0,
+    }
+    try:
+        valid = Trochlea.model_validate(trochlea)
+    except ValidationError:
+        return False
+    gives = None
+    if escapement:
+        model = _model('escapement', escapement)
+        gives = cast(EscapementKind, model.model_validate(_started('escapement', escapement)))
+    drag = Drag(**_DRAG) if escapement else None
+    return not list(valid.problems(STANDARD_GRAVITY, drag, gives, still=False))
+
+
+@cache
+def all_that_go() -> tuple[dict[str, str], ...]:
+    """Return all compatible combinations of kinds, the usual ones first."""
+    every = [[kind_of(model) for model in kinds_in(folder)] for folder in FOLDERS.values()]
+    every[-1].insert(0, '')
+    rows = (dict(zip(FOLDERS, row, strict=True)) for row in product(*every))
+    return tuple(sorted(filter(lambda row: goes_together(**row), rows), key=_oddity))
+
+
+def _oddity(row: Mapping[str, str]) -> tuple[int, int]:
+    """Return how many kinds are unusual, and whether cam and power are among them."""
+    odd = [key for key, usual in _USUAL.items() if row[key] != usual]
+    return len(odd), sum(key in ('cam', 'power') for key in odd)
+
+
+def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:
+    fits = (row for row in all_that_go() if wanted.items() <= row.items())
+    return next(fits, None)
+
+
+def _misfit(wanted: Mapping[str, str]) -> UsageError:
+    """Return the error for the smallest set of options that are not compatible."""
+    for key, other in product(wanted, wanted):
+        pair = {each: wanted[each] for each in (key, other)}
+        if key != other and _completed(pair) is None:
+            wanted = pair
+            break
+    others = []
+    for key in wanted:
+        rest = {each: kind for each, kind in wanted.items() if each != key}
+        fits = {row[key] for row in all_that_go() if rest.items() <= row.items()}
+        kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
+        if kinds:
+            others.append(f'--{key} {" or ".join(kinds)}')
+    typed = ' and '.join(f'--{key} {kind}' for key, kind in wanted.items())
+    return UsageError(f'{typed}: do not go together. Use {"; or ".join(others)}')
+
+
+def _check_known(kinds: Mapping[str, str]) -> None:
+    for key, kind in kinds.items():
+        known = [kind_of(model) for model in kinds_in({'ship': SHIPS, **FOLDERS}[key])]
+        if kind not in known:
+            near = get_close_matches(kind, known, 1)
+            guess = f'Did you mean {near[0]}? ' if near else ''
+            raise UsageError(f'--{key} {kind}: unknown kind. {guess}Use one of {", ".join(known)}')
+
+
+def _model(key: str, kind: str) -> type[Kind]:
+    folder = {'ship': SHIPS, **FOLDERS}[key]
+    return next(model for model in kinds_in(folder) if kind_of(model) == kind)
+
+
+def _started(key: str, kind: str) -> dict[str, Any]:
+    return {'kind': kind, **_model(key, kind).starter}
+
+
+def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:
+    gives = kinds['escapement']
+    return {
+        'name': name,
+        'duration': 600.0,
+        'trochlea': {
+            'inertia': 4.0e-4,
+            **{key: _started(key, kinds[key]) for key in ('cam', 'thread', 'power')},
+            'release_angle': 1.0,
+        },
+        **({'drag': _DRAG, 'escapement': _started('escapement', gives)} if gives else {}),
+        'ship': _started('ship', ship),
+        # wide enough for a weight, which loses a minute a day at sea
+        'drift': {'observation_interval': 60.0, 'prior_rate_sigma': 100.0},
+    }
+
+
+def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: str) -> list[str]:
+    """Return the keys of a model as lines of YAML.
+
+    Args:
+        model: the model of the section.
+        given: its values; a key that is missing has its default or is commented out.
+        path: path of the section's key, '' for the whole scene.
+        edge: prefix of every line.
+    """
+    lines: list[str] = []
+    for name, field in _fields(model, given):
+        key = f'{path}.{name}' if path else name
+        out = name not in given and (field.default is None or field.is_required())
+        value = _LEFT_OUT.get(key) if out else given.get(name, field.default)
+        section = _section(field, value, out=out)
+        if section is None:
+            lines += _entry(edge, name, value, _said(model, name, field), out=out)
+            continue
+        if not path:
+            lines.append(edge.rstrip())
+        values = value if isinstance(value, dict) else {}
+        tag = getattr(section, 'starter', None)
+        if out and tag is not None:
+            values = {'kind': kind_of(cast(type[Kind], section)), **tag}
+        lines += _entry(edge, name, None, _summary(section), out=out)
+        lines += _lines(section, values, key, f'{edge}#  ' if out else f'{edge}  ')
+    return lines
+
+
+def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[str, FieldInfo]]:
+    """Yield the fields, the key of the kind first, without those that do not apply to the kind."""
+    fields = sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind')
+    for name, field in fields:
+        if not (name == 'gamma' and given.get('spectrum') != 'jonswap'):
+            yield name, field
+
+
+def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] | None:
+    """Return the model of the section that a field holds; None for a number, a text or a list."""
+    models = models_of(field)
+    if not models or isinstance(value, list | tuple) or (value is None and not out):
+        return None
+    if out and value is not None and not isinstance(value, dict):
+        return None
+    model = models[0]
+    if isinstance(value, BaseModel):
+        model = type(value)
+    elif isinstance(value, dict):
+        tag = value.get('kind')
+        if one_of(field) is not None:
+            model = next(each for each in models if kind_of(cast(type[Kind], each)) == tag)
+    return _FORMS.get(model, model)
+
+
+def _said(model: type[BaseModel], name: str, field: FieldInfo) -> str:
+    if name == 'kind' and issubclass(model, Kind):
+        folder = model.__module__.rpartition('.')[0]
+        return f'one of {", ".join(kind_of(each) for each in kinds_in(folder))}'
+    return field.description or ''
+
+
+def _summary(model: type[BaseModel]) -> str:
+    """Return the first sentence of a section's description."""
+    return ' '.join((model.__doc__ or '').split('\n\n')[0].split())
+
+
+def _entry(edge: str, name: str, value: Any, said: str, *, out: bool) -> list[str]:
+    """Return a key with its value, and its meaning behind it, or above where the line is long."""
+    key = f'{edge}{"#" if out else ""}{name}: {_yaml(value)}'.rstrip()
+    if not said:
+        return [key]
+    line = f'{key:<34}  # {said}'
+    if len(line) <= WIDTH:
+        return [line]
+    if len(key) > WIDTH:  # a list of mappings
+        key, *items = f'{edge}{name}:', *(f'{edge}  - {_yaml(each)}' for each in value)
+        return [*_prose(said, edge), key, *items]
+    return [*_prose(said, edge), key]
+
+
+def _prose(text: str, edge: str = '') -> list[str]:
+    return textwrap.wrap(text, WIDTH, initial_indent=f'{edge}# ', subsequent_indent=f'{edge}# ')
+
+
+def _yaml(value: Any) -> str:
+    """Return a value within a line; a number has the digits that one would write."""
+    if value is None:
+        return ''
+    if isinstance(value, list | tuple):
+        return f'[{", ".join(map(_yaml, value))}]'
+    if isinstance(value, dict):
+        return '{' + ', '.join(f'{key}: {_yaml(each)}' for key, each in value.items()) + '}'
+    if isinstance(value, str):
+        return value if _PLAIN.fullmatch(value) else json.dumps(value, ensure_ascii=False)
+    return json.dumps(value)
 
 
 if __name__ == '__main__':

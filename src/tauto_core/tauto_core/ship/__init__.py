@@ -11,9 +11,8 @@ from tauto_core.first_use import loaded_from
 if TYPE_CHECKING:
     from tauto_core.scene.times import LOOKAHEAD
     from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
-    from tauto_core.ship.observations import Observations, schedule
     from tauto_core.ship.passage import Passage
-    from tauto_core.ship.source import ShipMotion, bag_metadata
+    from tauto_core.ship.source import Observations, ShipMotion, bag_metadata, schedule
     from tauto_core.ship.waves import Harmonics
 
 __all__ = [
@@ -40,13 +39,13 @@ __getattr__ = loaded_from(
         'REFUSALS': 'imu',
         'Attitude': 'imu',
         'Harmonics': 'waves',
-        'Observations': 'observations',
+        'Observations': 'source',
         'Passage': 'passage',
         'ShipMotion': 'source',
         'attitude': 'imu',
         'bag_metadata': 'source',
         'imu_samples': 'imu',
-        'schedule': 'observations',
+        'schedule': 'source',
         'screen': 'imu',
     },
 )

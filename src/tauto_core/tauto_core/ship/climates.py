@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from tauto_core.scene.constants import DAY_S
+from tauto_core.scene.times import DAY_S
 
 HOUR_S = DAY_S / 24.0
 

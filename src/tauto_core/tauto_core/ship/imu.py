@@ -1,8 +1,4 @@
-"""Conversion between the ship's motion and the readings of an inertial sensor beside the clock.
-
-Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is
-right-handed about x: starboard down is positive. Equations: theory E1.
-"""
+"""Conversion between the ship's motion and the readings of an inertial sensor beside the clock."""
 
 from __future__ import annotations
 
@@ -13,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, take
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, take
 
 A = TypeVar('A', FloatArray, IntArray)
 
@@ -141,7 +137,7 @@ def imu_samples(
         height: z0 of the clock above the roll axis [m].
         gravity: g [m/s2].
     """
-    from tauto_core.ship.source_kernels import encode  # imports kernels
+    from tauto_core.ship.kernels import encode  # imports kernels
 
     n = len(stamp_ns)
     whole = -(-n // 8) * 8
@@ -306,3 +302,39 @@ def _content_problems(imu: ImuSamples) -> list[NDArray[np.bool_]]:
         not_unit,
         cos_pitch < SMALLEST_COS_PITCH,
     ]
+
+
+# -----------------------------------------------------------------------------
+# The readings of a `PlanarImu`, with the same bits as from its samples as messages.
+
+
+def message(imu: PlanarImu) -> ImuSamples:
+    """Return the samples field for field as the message has them."""
+    acceleration, heave = imu.accelerations()
+    return imu_samples(
+        imu.stamp_ns, imu.roll, imu.roll_rate, acceleration, heave, imu.height, imu.gravity
+    )
+
+
+def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None:
+    """Fill in the roll as computed from the quaternion, and the roll rate."""
+    from tauto_core.ship.kernels import planar_roll  # imports kernels
+
+    planar_roll(plain(imu.roll), plain(imu.roll_rate), roll, rate)
+
+
+def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None) -> None:
+    """Fill in direction and size of the specific force: see `kernels.force_of`."""
+    from tauto_core.ship.kernels import planar_force  # imports kernels
+
+    acceleration, heave = imu.accelerations()
+    planar_force(
+        plain(imu.roll),
+        plain(imu.roll_rate),
+        None if acceleration is None else plain(acceleration),
+        None if heave is None else plain(heave),
+        imu.height,
+        imu.gravity,
+        tilt,
+        size,
+    )

@@ -10,11 +10,9 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self
 from pydantic import Field
 
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.fields import Number, Positive
-from tauto_core.scene.kinds import Kind
-from tauto_core.scene.voyages import Voyage
-from tauto_core.ship.fading import Fades
-from tauto_core.ship.waves import Harmonics
+from tauto_core.scene.fields import Kind, Number, Positive
+from tauto_core.scene.sections import Voyage
+from tauto_core.ship.waves import Fades, Harmonics
 
 FOLDER = 'tauto_core.ship.motions'
 

@@ -1,23 +1,247 @@
-"""The passage: the route of the ship, and her position at each time."""
+"""The passage: legs on WGS 84, and the ship's position at each time."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.polynomial.legendre import leggauss
 
+from tauto_core.motion.closed_forms import coefficients, nodes
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import SceneError
+from tauto_core.scene.sections import HIGHEST_LATITUDE_DEG, WIDEST_AWARD_NMI, Voyage, key_of_place
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.scene.voyages import (
-    HIGHEST_LATITUDE_DEG,
-    WIDEST_AWARD_NMI,
-    Voyage,
-    key_of_place,
-)
-from tauto_core.ship.legs import GeodesicLeg, Leg, geodesic_leg, rhumb_leg
 from tauto_core.ship.motion_kind import Surroundings
+
+# -----------------------------------------------------------------------------
+# Legs of a voyage on WGS 84: geodesics and rhumb lines, as Chebyshev series along the route.
+#
+# A series needs additions and multiplications only, so the bits do not depend on the place of a
+# sample in its array. The remaining elementary functions are those of `math`, sample by sample.
+
+EQUATOR_M = 6_378_137.0
+FLATTENING = 1.0 / 298.257223563
+_SQUARED_ECCENTRICITY = FLATTENING * (2.0 - FLATTENING)
+
+# by then cos(σ) over half a turn, and the third harmonic of the flattening, are below rounding
+_GEODESIC_NODES = 32
+# enough for the secant of the latitude from 89.7° south to 89.7° north, the hardest leg
+_RHUMB_NODES = 512
+_QUADRATURE_NODES, _QUADRATURE_WEIGHTS = leggauss(32)
+
+
+class Leg(Protocol):
+    """The route between two places."""
+
+    @property
+    def length_m(self) -> float:
+        """Length of the leg [m]."""
+        ...
+
+    @property
+    def highest_deg(self) -> float:
+        """Largest |latitude| on the leg [degrees]."""
+        ...
+
+    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return latitudes, and longitudes in [−180, 180), at shares of the leg, both (n,).
+
+        Args:
+            part: distance made over the length of the leg, 0 to 1, (n,).
+
+        Returns:
+            Degrees; the bits of each depend on its own share alone.
+        """
+        ...
+
+    def course(self, part: float) -> float:
+        """Return the course at a share of the leg, from north to the east [rad], 0 to 2π."""
+        ...
+
+
+def wrap_degrees(longitude: FloatArray) -> FloatArray:
+    """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
+    return wrap(longitude, 180.0)
+
+
+def wrap(angle: FloatArray, half_turn: float) -> FloatArray:
+    """Return angles in [−half a turn, half a turn), in its unit; those within keep their bits."""
+    inside = (angle >= -half_turn) & (angle < half_turn)
+    wrapped = np.mod(angle + half_turn, 2.0 * half_turn) - half_turn
+    # mod rounds numbers just below a turn up to it
+    wrapped = np.where(wrapped < half_turn, wrapped, -half_turn)
+    return np.where(inside, angle, wrapped)
+
+
+@dataclass(frozen=True)
+class GeodesicLeg:
+    """The shortest route (Karney, J. Geod. 87, 2013), by the direction of the vertical along it.
+
+    Attributes:
+        unique: whether no other route is as short; nearly antipodal places may have two.
+        vertical: Chebyshev coefficients of (cos φ cos λ, cos φ sin λ, sin φ), (m, 3).
+    """
+
+    length_m: float
+    highest_deg: float
+    unique: bool
+    vertical: FloatArray
+
+    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the places at shares of the leg, as `Leg` says."""
+        x, y, z = chebyshev.chebval(2.0 * part - 1.0, self.vertical).tolist()
+        latitude = [
+            math.degrees(math.atan2(c, math.hypot(a, b))) for a, b, c in zip(x, y, z, strict=True)
+        ]
+        longitude = [math.degrees(math.atan2(b, a)) for a, b in zip(x, y, strict=True)]
+        return np.array(latitude), wrap_degrees(np.array(longitude))
+
+    def course(self, part: float) -> float:
+        """Return the course from the derivative of the vertical: M dφ north, N cos φ dλ east."""
+        along = 2.0 * part - 1.0
+        turning = chebyshev.chebder(self.vertical)
+        x, y, z = np.asarray(chebyshev.chebval(along, self.vertical)).tolist()
+        dx, dy, dz = np.asarray(chebyshev.chebval(along, turning)).tolist()
+        across = math.hypot(x, y)
+        north, east = dz * across - z * (x * dx + y * dy) / across, (x * dy - y * dx) / across
+        # N/M = (1 − e² sin²φ)/(1 − e²)
+        to_north = north * (1.0 - _SQUARED_ECCENTRICITY)
+        return math.atan2(east * (1.0 - _SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
+
+
+@lru_cache(maxsize=64)  # a scene asks for its legs several times, a fleet for each ship
+def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> GeodesicLeg:
+    """Return the geodesic between two places [degrees]."""
+    from geographiclib.geodesic import Geodesic
+
+    line = Geodesic.WGS84.InverseLine(*start, *end, Geodesic.STANDARD | Geodesic.DISTANCE_IN)
+    length: float = line.s13
+
+    ways = (0.5 * length * (nodes(_GEODESIC_NODES) + 1.0)).tolist()
+    found = [line.Position(way, Geodesic.LATITUDE | Geodesic.LONGITUDE) for way in ways]
+    latitude, longitude = np.radians([(each['lat2'], each['lon2']) for each in found]).T
+    across = np.cos(latitude)
+    vertical = np.stack((across * np.cos(longitude), across * np.sin(longitude), np.sin(latitude)))
+    azimuths = line.azi1, line.Position(length, Geodesic.AZIMUTH)['azi2']
+    # Karney, section 3: between opposite parallels a second route has the azimuths exchanged
+    opposite = abs(start[0] + end[0]) < 1e-6 and abs(start[1] - end[1]) > 90.0
+    return GeodesicLeg(
+        length,
+        _highest(start[0], end[0], azimuths),
+        not (opposite and abs(math.remainder(azimuths[1] - azimuths[0], 360.0)) > 1e-3),
+        coefficients(vertical).T,
+    )
+
+
+def _highest(start: float, end: float, azimuths: tuple[float, float]) -> float:
+    """Return the largest |latitude| [degrees] of a geodesic, by Clairaut's cos β sin α."""
+    northing = [math.cos(math.radians(azimuth)) for azimuth in azimuths]
+    if northing[0] * northing[1] >= 0.0:  # the latitude has no extreme between the ends
+        return max(abs(start), abs(end))
+    reduced = math.atan((1.0 - FLATTENING) * math.tan(math.radians(start)))
+    least = math.cos(reduced) * abs(math.sin(math.radians(azimuths[0])))
+    return math.degrees(math.atan2(math.sqrt(1.0 - least * least), (1.0 - FLATTENING) * least))
+
+
+@dataclass(frozen=True)
+class RhumbLeg:
+    """The route of constant course, by latitude and longitude along it.
+
+    Attributes:
+        course_deg: course of the ship, from north to east.
+        latitude: Chebyshev coefficients [degrees].
+        longitude: Chebyshev coefficients [degrees], not wrapped.
+    """
+
+    length_m: float
+    highest_deg: float
+    course_deg: float
+    latitude: FloatArray
+    longitude: FloatArray
+
+    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the places at shares of the leg, as `Leg` says."""
+        along = 2.0 * part - 1.0
+        latitude, longitude = (
+            np.asarray(chebyshev.chebval(along, series), np.float64)
+            for series in (self.latitude, self.longitude)
+        )
+        return latitude, wrap_degrees(longitude)
+
+    def course(self, part: float) -> float:
+        """Return the constant course."""
+        del part
+        return math.radians(self.course_deg)
+
+
+def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
+    """Return the rhumb line between two places [degrees], the shorter way round (theory E6).
+
+    On a course α, a distance s changes the meridian arc by dm = cos α ds and the longitude by
+    dλ = sin α ds/r, with the radius r of the parallel. So 1/r has the same mean over the leg as
+    over the meridian. With the departure p = Δλ/⟨1/r⟩ and the meridian arc Δm, s = √(Δm² + p²) and
+    tan α = p/Δm, on any course.
+    """
+    first, turn = math.radians(start[0]), math.radians(end[0] - start[0])
+    eastward = math.remainder(end[1] - start[1], 360.0)
+
+    part = _part_of_turn(first, turn, 0.5 * (nodes(_RHUMB_NODES) + 1.0))
+    gained = chebyshev.chebint(_series(1.0 / _parallel_m(first + turn * part)), lbnd=-1)
+    over_all = float(chebyshev.chebval(1.0, gained))
+    meridian = float(_mean_curvature_m(first, turn, np.ones(1))[0]) * turn
+    departure = math.radians(eastward) * 2.0 / over_all
+    longitude = np.asarray(gained * (eastward / over_all), np.float64)
+    longitude[0] += start[1]
+    latitude = (end[0] - start[0]) * _series(part)
+    latitude[0] += start[0]
+    return RhumbLeg(
+        math.hypot(meridian, departure),
+        max(abs(start[0]), abs(end[0])),
+        math.degrees(math.atan2(departure, meridian)) % 360.0,
+        latitude,
+        longitude,
+    )
+
+
+def _series(values: FloatArray) -> FloatArray:
+    """Return the Chebyshev series through values at the nodes, without what is below rounding."""
+    found = coefficients(values)
+    return np.asarray(chebyshev.chebtrim(found, 2e-16 * float(np.abs(values).max())), np.float64)
+
+
+def _part_of_turn(first: float, turn: float, part: FloatArray) -> FloatArray:
+    """Return the share of a change of latitude at a share of its meridian arc."""
+    whole = _mean_curvature_m(first, turn, np.ones(1))
+    found = part
+    for _ in range(4):  # Newton, from within the 1 % by which the radius of curvature varies
+        excess = found * _mean_curvature_m(first, turn, found) - part * whole
+        found = found - excess / _curvature_m(first + turn * found)
+    return found
+
+
+def _mean_curvature_m(first: float, turn: float, part: FloatArray) -> FloatArray:
+    """Return the mean radius of curvature of the meridian over parts of a change of latitude."""
+    angles = first + 0.5 * turn * part[:, None] * (_QUADRATURE_NODES + 1.0)
+    means: FloatArray = 0.5 * (_curvature_m(angles) * _QUADRATURE_WEIGHTS).sum(axis=1)
+    return means
+
+
+def _curvature_m(latitude_rad: FloatArray) -> FloatArray:
+    """Return the meridian's radius of curvature [m]: a (1 − e²)/(1 − e² sin²φ)^(3/2)."""
+    squeezed = 1.0 - _SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    return np.asarray(EQUATOR_M * (1.0 - _SQUARED_ECCENTRICITY) / (squeezed * np.sqrt(squeezed)))
+
+
+def _parallel_m(latitude_rad: FloatArray) -> FloatArray:
+    """Return the radius of a parallel [m]: a cos φ/√(1 − e² sin²φ)."""
+    squeezed = 1.0 - _SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    return np.asarray(EQUATOR_M * np.cos(latitude_rad) / np.sqrt(squeezed))
 
 
 class Passage:

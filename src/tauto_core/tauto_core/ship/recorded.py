@@ -1,32 +1,288 @@
-"""Measured motion: read, checked, and resampled within a pass-band.
-
-The record is mapped to a uniform grid of its median step by a cubic spline, continued evenly
-(mirrored) at both ends, and transformed by a DCT-I. Of its harmonics, with frequencies n/(2
-length), those with low <= f <= high are kept and the others dropped. The result is a sum of
-cosines, so its derivatives are exact. Mirroring makes its rate zero at both ends of the record, an
-effect that lasts for about 1/high.
-"""
+"""Measured motion: from CSV or a bag, checked, and resampled within a pass-band."""
 
 from __future__ import annotations
 
+import csv
 import math
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 from pydantic import Field
 
-from tauto_core.samples import NS_PER_S, FloatArray
+from tauto_core.samples import NS_PER_S, FloatArray, ImuSamples
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import MotionDataError
 from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
 from tauto_core.scene.times import whole_intervals
-from tauto_core.ship.cubic import spline
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
-from tauto_core.ship.imu_bag import read_imu
-from tauto_core.ship.motion_csv import read_columns
 from tauto_core.ship.motion_kind import Surroundings
+from tauto_core.ship.sea import spline
 from tauto_core.ship.waves import Harmonics
+
+# -----------------------------------------------------------------------------
+# Imu messages from an MCAP file or rosbag2 folder, as far as it can be read.
+
+IMU_TYPE = 'sensor_msgs/msg/Imu'
+MCAP_MAGIC = b'\x89MCAP0\r\n'
+
+
+def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, ...]]:
+    """Return the Imu messages on a topic in the order stored, by their header stamps.
+
+    A file that is truncated or damaged is read as far as possible, with a warning.
+
+    Args:
+        path: MCAP file, or folder with MCAP files, read in the order of their numbers.
+        name: name of the bag as the user wrote it, for messages.
+        topic: with or without leading slash.
+
+    Returns:
+        The samples and the warnings.
+
+    Raises:
+        MotionDataError: not MCAP; topic missing, empty, of another type or encoding; a payload
+            that is not an Imu message.
+    """
+    topics: dict[str, str] = {}
+    payloads: list[bytes] = []
+    warnings: list[str] = []
+    for file in _files(path, name):
+        with _open(file, name) as stream:
+            warning = _collect(stream, topic.lstrip('/'), topics, payloads)
+        if warning:
+            warnings.append(
+                f'{name}: {file.name} breaks off ({warning}); the {len(payloads)} Imu messages '
+                'read up to there are used'
+            )
+    _check_topic(name, topic, topics, len(payloads))
+    return _decode(name, topic, payloads), tuple(warnings)
+
+
+def _files(path: Path, name: str) -> list[Path]:
+    """Return the MCAP files of a bag."""
+    if not path.is_dir():
+        return [path]
+    numbered = sorted(
+        path.glob('*.mcap'), key=lambda file: (*map(int, re.findall(r'\d+', file.stem)[-1:]),)
+    )
+    if not numbered:
+        raise MotionDataError(f'{name}: the folder holds no .mcap file. Give an MCAP bag.')
+    return numbered
+
+
+def _open(file: Path, name: str) -> IO[bytes]:
+    """Open a file that begins with the MCAP magic bytes."""
+    try:
+        stream = file.open('rb')
+    except OSError as error:
+        raise MotionDataError(
+            f'{name}: {file.name} cannot be read: {error.strerror}. Give an MCAP bag.'
+        ) from error
+    if stream.read(len(MCAP_MAGIC)) != MCAP_MAGIC:
+        stream.close()
+        raise MotionDataError(
+            f'{name}: {file.name} is not an MCAP file (it does not begin with the magic bytes). '
+            'Give an MCAP bag, or the columns of a CSV instead of topic.'
+        )
+    stream.seek(0)
+    return stream
+
+
+def _collect(stream: IO[bytes], topic: str, topics: dict[str, str], payloads: list[bytes]) -> str:
+    """Add the topics found, with type and encoding, and the payloads on one; return what broke."""
+    from mcap.records import Channel, Message, Schema  # only for bags
+
+    schemas: dict[int, str] = {}
+    wanted: set[int] = set()
+    records = _records(stream)
+    while True:
+        try:
+            record = next(records)
+        except StopIteration:
+            return ''
+        except Exception as error:  # in a damaged file parser and decompressor may raise anything
+            return f'{type(error).__name__}: {error}'
+        if isinstance(record, Schema):
+            schemas[record.id] = record.name
+        elif isinstance(record, Channel):
+            kind = schemas.get(record.schema_id, 'no type')
+            topics[record.topic.lstrip('/')] = f'{kind} ({record.message_encoding})'
+            if record.topic.lstrip('/') == topic:
+                wanted.add(record.id)
+        elif isinstance(record, Message) and record.channel_id in wanted:
+            payloads.append(record.data)
+
+
+def _records(stream: IO[bytes]) -> Iterator[Any]:
+    # mcap's seeking readers cannot read a file without a footer
+    from mcap.stream_reader import StreamReader
+
+    return iter(StreamReader(stream, validate_crcs=True).records)
+
+
+def _check_topic(name: str, topic: str, topics: dict[str, str], number: int) -> None:
+    """Refuse a topic that cannot give Imu messages."""
+    found = topics.get(topic.lstrip('/'))
+    if found is None:
+        listed = ', '.join(f'{other}: {kind}' for other, kind in sorted(topics.items()))
+        raise MotionDataError(
+            f'{name}: has no topic {topic!r}; it has {listed or "none"}. Name one with Imu '
+            'messages.'
+        )
+    if found != f'{IMU_TYPE} (cdr)':
+        raise MotionDataError(
+            f'{name}: topic {topic!r} is {found}; it must be {IMU_TYPE} (cdr). Name another topic.'
+        )
+    if number == 0:
+        raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
+
+
+def _decode(name: str, topic: str, payloads: list[bytes]) -> ImuSamples:
+    """Return CDR payloads as samples."""
+    from rosbags.typesys import Stores, get_typestore  # slow to import
+
+    store = get_typestore(Stores.ROS2_JAZZY)
+    messages: list[Any] = []
+    for number, payload in enumerate(payloads, start=1):
+        try:
+            messages.append(store.deserialize_cdr(payload, IMU_TYPE))
+        except Exception as error:  # the exceptions of the deserialiser are not documented
+            raise MotionDataError(
+                f'{name}: message {number} on {topic!r} is not a valid {IMU_TYPE}: {error}. '
+                'Record the bag again.'
+            ) from error
+    stamps = [m.header.stamp.sec * NS_PER_S + m.header.stamp.nanosec for m in messages]
+    return ImuSamples(
+        np.array(stamps, np.int64),
+        messages[0].header.frame_id,
+        np.array([_xyz(m.orientation, 'xyzw') for m in messages]),
+        np.array([m.orientation_covariance for m in messages]),
+        np.array([_xyz(m.angular_velocity, 'xyz') for m in messages]),
+        np.array([m.angular_velocity_covariance for m in messages]),
+        np.array([_xyz(m.linear_acceleration, 'xyz') for m in messages]),
+        np.array([m.linear_acceleration_covariance for m in messages]),
+    )
+
+
+def _xyz(vector: Any, axes: str) -> list[float]:
+    return [getattr(vector, axis) for axis in axes]
+
+
+# -----------------------------------------------------------------------------
+# Columns of measured motion from a CSV file, with their units.
+
+UNITS: dict[str, dict[str, float]] = {
+    'time': {'_s': 1.0},
+    'roll': {'_rad': 1.0, '_deg': math.pi / 180.0},
+    'heave': {'_m': 1.0},
+}
+
+
+def read_columns(
+    path: Path, name: str, columns: Mapping[str, str]
+) -> tuple[list[int], dict[str, FloatArray]]:
+    """Read columns of a CSV file whose first line names them; blank lines are skipped.
+
+    Args:
+        path: the file.
+        name: name of the file as the user wrote it, for messages.
+        columns: name of the column for each quantity of `UNITS`; its suffix gives the unit.
+
+    Returns:
+        The line number of each row, and each quantity in SI units and radians, shape (n,).
+
+    Raises:
+        MotionDataError: unreadable or empty file, column missing, named twice or of unknown unit,
+            a row of another length, a cell that is not a finite number.
+    """
+    factors = {quantity: _factor(name, quantity, column) for quantity, column in columns.items()}
+    try:
+        with path.open(encoding='utf-8-sig', newline='') as file:
+            rows = _rows(name, file, columns)
+            lines = [(line, cells) for line, cells in rows]
+    except OSError as error:
+        raise MotionDataError(
+            f'{name}: cannot be read: {error.strerror}. Give a CSV file, or topic for a bag.'
+        ) from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise MotionDataError(
+            f'{name}: is not a CSV text: {error}. Give a CSV file, or topic for a bag.'
+        ) from error
+    if not lines:
+        raise MotionDataError(f'{name}: holds no rows below its header. Give a longer record.')
+    table = np.array([cells for _, cells in lines])
+    values = {
+        quantity: np.ascontiguousarray(table[:, i]) * factor
+        for i, (quantity, factor) in enumerate(factors.items())
+    }
+    return [line for line, _ in lines], values
+
+
+def _factor(name: str, quantity: str, column: str) -> float:
+    """Return the factor that converts a column to SI units and radians."""
+    units = UNITS[quantity]
+    for suffix, factor in units.items():
+        if column.endswith(suffix):
+            return factor
+    raise MotionDataError(
+        f'{name}: {quantity}_column {column!r} has no known unit; it must end in '
+        f'{" or ".join(units)}. Rename the column.'
+    )
+
+
+def _rows(
+    name: str, file: Iterator[str], columns: Mapping[str, str]
+) -> Iterator[tuple[int, list[float]]]:
+    """Yield line number and wanted cells of each row."""
+    reader = csv.reader(file)
+    header = [cell.strip() for cell in next(reader, [])]
+    if not header:
+        raise MotionDataError(f'{name}: is empty. Give a CSV file with a header line.')
+    places = {column: _place(name, header, column) for column in columns.values()}
+    for row in reader:
+        if not row:
+            continue
+        if len(row) != len(header):
+            raise MotionDataError(
+                f'{name}, line {reader.line_num}: has {len(row)} cells, the header '
+                f'{len(header)}. Correct or drop the row.'
+            )
+        where = f'{name}, line {reader.line_num}'
+        yield (
+            reader.line_num,
+            [_number(where, column, row[place]) for column, place in places.items()],
+        )
+
+
+def _place(name: str, header: list[str], column: str) -> int:
+    """Return the index of a column."""
+    if header.count(column) != 1:
+        what = 'names more than one' if column in header else 'has no'
+        raise MotionDataError(
+            f'{name}: {what} column {column!r}; its columns are {", ".join(header)}. '
+            'Name one of them.'
+        )
+    return header.index(column)
+
+
+def _number(where: str, column: str, cell: str) -> float:
+    """Return a cell as a finite number."""
+    try:
+        # Python reads 1_0 as 10
+        number = math.nan if '_' in cell else float(cell)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise MotionDataError(
+            f'{where}: {column} = {cell!r} is not a finite number. Correct or drop the row; '
+            'gaps up to max_gap are interpolated.'
+        )
+    return number
+
 
 FEWEST_SAMPLES = 4
 MOST_STEPS = 50_000_000

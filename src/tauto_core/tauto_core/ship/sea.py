@@ -1,14 +1,111 @@
-"""A long-crested sea: its spectrum, and the components that represent it (theory E5)."""
+"""A long-crested sea, its components, and the response of a ship to them (theory E5)."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray
-from tauto_core.ship.sea_sections import Sea, SpectrumTable
-from tauto_core.ship.waves import Harmonics
+from tauto_core.scene.errors import SceneError
+from tauto_core.ship.sections import Rao, Roll, Sea, SpectrumTable
+from tauto_core.ship.waves import Course, Harmonics
+
+# -----------------------------------------------------------------------------
+# Curves through points, a cubic between neighbours: the spline's or Akima's.
+#
+# `scipy.interpolate` has both, but importing it takes longer than sailing a scene for ten
+# minutes; a test holds that the values are the same.
+
+
+def spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the values of the cubic spline through points, not-a-knot at both ends.
+
+    Its slopes s make the second derivative continuous: with h_i = x_i+1 − x_i and d_i the slope of
+    the chord over it, h_i s_i−1 + 2 (h_i−1 + h_i) s_i + h_i−1 s_i+1 = 3 (h_i d_i−1 + h_i−1 d_i);
+    the third derivative is continuous at the second point and at the last but one. (C. de Boor, A
+    Practical Guide to Splines, 1978, chapter IV.)
+
+    Args:
+        x: strictly increasing, shape (n,), n >= 4.
+        y: values there, (n,).
+        at: between the first x and the last, (m,).
+    """
+    h, n = np.diff(x), len(x)
+    chord = np.diff(y) / h
+    # Below the first row and above the last there is nothing: zeros, which the solver multiplies.
+    below, diagonal, above, right = np.zeros((4, n))
+    below[1:-1], diagonal[1:-1], above[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
+    right[1:-1] = 3.0 * (h[1:] * chord[:-1] + h[:-1] * chord[1:])
+    first, last = x[2] - x[0], x[-1] - x[-3]
+    diagonal[0], above[0] = h[1], first
+    right[0] = ((h[0] + 2.0 * first) * h[1] * chord[0] + h[0] ** 2 * chord[1]) / first
+    below[-1], diagonal[-1] = last, h[-2]
+    right[-1] = (h[-1] ** 2 * chord[-2] + (2.0 * last + h[-1]) * h[-2] * chord[-1]) / last
+    return _hermite(x, y, _tridiagonal(below, diagonal, above, right), at)
+
+
+def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the values of Akima's curve through points (J. ACM 17, 1970, 589).
+
+    With m_i the slopes of the chords, the slope at a point between the chords m₂ and m₃ is
+    (w₂ m₂ + w₃ m₃)/(w₂ + w₃), w₂ = |m₄ − m₃| and w₃ = |m₂ − m₁|, or their mean where both are
+    zero. Beyond the ends the slopes go on linearly.
+
+    Args:
+        x: strictly increasing, shape (n,), n >= 2; two points are joined by a straight line.
+        y: values there, (n,).
+        at: between the first x and the last, (m,).
+    """
+    m = np.pad(np.diff(y) / np.diff(x), 2, mode='edge')
+    for i, one, two in ((1, 2, 3), (0, 1, 2), (-2, -3, -4), (-1, -2, -3)):
+        m[i] = 2.0 * m[one] - m[two]
+    change = np.abs(np.diff(m))
+    before, after = change[:-2], change[2:]
+    both = before + after
+    slopes = 0.5 * (m[3:] + m[:-3])
+    apart = both > 1e-9 * np.max(both)
+    share = before[apart] / both[apart]
+    slopes[apart] = m[1:-2][apart] + share * (m[2:-1][apart] - m[1:-2][apart])
+    return _hermite(x, y, slopes, at)
+
+
+def _hermite(x: FloatArray, y: FloatArray, slopes: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the cubics with given values and slopes at the points."""
+    h = np.diff(x)
+    chord = np.diff(y) / h
+    bend = (slopes[:-1] + slopes[1:] - 2.0 * chord) / h
+    i = np.clip(np.searchsorted(x, at, 'right') - 1, 0, len(x) - 2)
+    u = at - x[i]
+    square = u * u
+    value = y[i] + slopes[i] * u + ((chord - slopes[:-1]) / h - bend)[i] * square
+    return np.asarray(value + (bend / h)[i] * (square * u))
+
+
+def _tridiagonal(
+    below: FloatArray, diagonal: FloatArray, above: FloatArray, right: FloatArray
+) -> FloatArray:
+    """Solve a tridiagonal system without pivots, which the spline's does not need.
+
+    Row i is below_i s_i−1 + diagonal_i s_i + above_i s_i+1 = right_i.
+    """
+    rows = zip(*(each.tolist() for each in (below, diagonal, above, right)), strict=True)
+    _, pivot, beyond, value = next(rows)
+    pivots, aboves, values = [pivot], [beyond], [value]
+    for low, middle, high, wanted in rows:
+        factor = low / pivot
+        pivot, value = middle - factor * beyond, wanted - factor * value
+        beyond = high
+        pivots.append(pivot)
+        aboves.append(high)
+        values.append(value)
+    found = [0.0]
+    for pivot, beyond, value in zip(*map(reversed, (pivots, aboves, values)), strict=True):
+        found.append((value - beyond * found[-1]) / pivot)
+    return np.array(found[:0:-1])
+
 
 LOWEST = 0.5
 HIGHEST = 4.0
@@ -132,4 +229,132 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
     height = 4.0 * np.sqrt(0.5 * np.sum(amplitude**2))
     return Harmonics(
         amplitude * (sea.significant_wave_height / height), 2.0 * np.pi / omega, phase
+    )
+
+
+# -----------------------------------------------------------------------------
+# The response of a ship to the waves that it meets: roll and heave (theory E5).
+
+NEGLIGIBLE = 0.01
+"""Share of the waves' energy that may lie outside a response operator; those waves are left out.
+"""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Roll [rad] and, where the operator has it, heave [m] of a ship; and what was left out.
+
+    `left_out` is the share of the waves' energy outside the operator's frequencies.
+    """
+
+    roll: Harmonics
+    heave: Harmonics | None
+    left_out: float
+
+
+def roll_answer(waves: Harmonics, roll: Roll, course: Course) -> Harmonics:
+    """Return the steady roll of rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa slope [rad].
+
+    In beam seas waves run to port, elevation a cos(omega t - k y + eps). So in deep water the
+    slope to port at the ship is (a omega^2/g) sin(mu) cos(omega_e t + eps - pi/2). A surface that
+    rises to port turns the starboard side down, which is positive. The transfer function is
+    H = w^2 kappa/(w^2 - omega_e^2 + 2 i zeta w omega_e), and roll = |H| slope at phase + arg H.
+
+    Args:
+        waves: elevation [m], with the frequencies omega of a ship at rest.
+        roll: w = 2 pi/natural_period, zeta, kappa.
+        course: speed, heading mu, gravity.
+    """
+    omega = waves.angular_frequency
+    met = course.frequency(omega)
+    natural = 2.0 * np.pi / roll.natural_period
+    answer = (
+        natural**2
+        * roll.slope_coefficient
+        / (natural**2 - met**2 + 2j * roll.damping_ratio * natural * met)
+    )
+    across = math.sin(course.heading)
+    slope = waves.amplitude * omega**2 / course.gravity * abs(across)
+    # waves to starboard heel the ship the other way
+    lead = -0.5 * np.pi if across >= 0.0 else 0.5 * np.pi
+    return course.answer(waves, slope * np.abs(answer), lead + np.angle(answer))
+
+
+def operator_answer(
+    scene_name: str, waves: Harmonics, rao: Rao, course: Course, *, heave: bool
+) -> Answer:
+    """Return roll and heave by the response operator of a ship at rest.
+
+    Akima's interpolant joins the values of the operator. The roll responds to the wave slope at
+    the encounter frequency, R(omega_e) (omega/omega_e)^2 for the operator R [rad/m], as in
+    `roll_answer`; where the ship overtakes the waves it is minus the conjugate of that. The heave
+    is that of the wave averaged over the hull, which depends on the wavelength, so its operator is
+    read at omega.
+
+    Args:
+        scene_name: for errors.
+        waves: elevation [m], with the frequencies omega of a ship at rest.
+        rao: the operator at the heading of the course.
+        course: speed, heading, gravity.
+        heave: whether heave is asked for.
+
+    Raises:
+        SceneError: more than `NEGLIGIBLE` of the waves' energy lies outside the operator's
+            frequencies. Waves outside are left out of the response, never extrapolated.
+    """
+    omega = waves.angular_frequency
+    met = course.frequency(omega)
+    low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
+    inside = (np.abs(met) >= low) & (np.abs(met) <= high)
+    if heave:
+        inside &= (omega >= low) & (omega <= high)
+    energy = waves.amplitude**2
+    left_out = float(np.sum(energy[~inside]) / np.sum(energy))
+    if left_out > NEGLIGIBLE:
+        raise _uncovered(scene_name, left_out, (omega, np.abs(met)), rao, course)
+    kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
+    omega, met = omega[inside], met[inside]
+    roll = _at(rao, rao.roll_real, rao.roll_imaginary, np.abs(met)) * (omega / met) ** 2
+    # the factor -i of the slope belongs to the wave, the rest to the ship's response
+    answered = [np.where(met < 0.0, -np.conj(roll), roll)]
+    if heave and rao.heave_real is not None and rao.heave_imaginary is not None:
+        answered.append(_at(rao, rao.heave_real, rao.heave_imaginary, omega))
+    found = [
+        course.answer(kept, kept.amplitude * np.abs(each), np.angle(each)) for each in answered
+    ]
+    return Answer(found[0], found[1] if len(found) > 1 else None, left_out)
+
+
+def _at(
+    rao: Rao, real: tuple[float, ...], imaginary: tuple[float, ...], omega: FloatArray
+) -> NDArray[np.complex128]:
+    frequency = np.array(rao.angular_frequency)
+    parts = [akima(frequency, np.array(part), omega) for part in (real, imaginary)]
+    return np.asarray(parts[0] + 1j * parts[1])
+
+
+def _uncovered(
+    name: str,
+    share: float,
+    of_waves: tuple[FloatArray, FloatArray],
+    rao: Rao,
+    course: Course,
+) -> SceneError:
+    omega, met = of_waves
+    low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
+    encounter = (
+        ''
+        if course.speed == 0.0
+        else f', met at {np.min(met):.4g} to {np.max(met):.4g} rad/s by a ship at '
+        f'{course.speed:g} m/s'
+    )
+    return SceneError(
+        name,
+        'ship.rao.angular_frequency',
+        [low, high],
+        f'covers {low:.4g} to {high:.4g} rad/s, but the waves have {np.min(omega):.4g} to '
+        f'{np.max(omega):.4g} rad/s{encounter}: {100.0 * share:.3g} % of their energy lies '
+        f'outside, where at most {100.0 * NEGLIGIBLE:g} % may be left out',
+        'Give an operator that reaches further, or another sea, heading or speed; it is not '
+        'extrapolated.',
     )

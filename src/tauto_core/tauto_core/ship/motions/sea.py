@@ -12,18 +12,22 @@ from pydantic import Field, Strict
 
 from tauto_core.samples import NS_PER_S, FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Flag
-from tauto_core.scene.kinds import OneOf
-from tauto_core.ship.encounter import Course
+from tauto_core.scene.fields import Flag, OneOf
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
 from tauto_core.ship.motions.still import StillShip
-from tauto_core.ship.response import operator_answer, roll_answer
-from tauto_core.ship.sea import band_hz, elevation, height_and_period
-from tauto_core.ship.sea_sections import Heading, Rao, Roll, Sea, SpectrumTable
-from tauto_core.ship.waves import Harmonics
+from tauto_core.ship.sea import band_hz, elevation, height_and_period, operator_answer, roll_answer
+from tauto_core.ship.sections import Heading, Rao, Roll, Sea, SpectrumTable
+from tauto_core.ship.waves import Course, Harmonics
 from tauto_core.ship.weather_kind import FOLDER as WEATHERS
-from tauto_core.ship.weather_kind import Setting, State, WeatherKind, checked
-from tauto_core.ship.weather_states import fades_of, seas_at_once, told
+from tauto_core.ship.weather_kind import (
+    Setting,
+    State,
+    WeatherKind,
+    checked,
+    fades_of,
+    seas_at_once,
+    told,
+)
 
 MET_ORDER = 10
 """Order of the derivative by which seas are compared: that of the error in accelerations, which

@@ -15,7 +15,7 @@ from tauto_core.scene.fields import Flag, Instant, Positive, Section
 from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.climates import CLIMATES, Climate
 from tauto_core.ship.motion_kind import sampled
-from tauto_core.ship.sea_sections import Heading
+from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import HIGHEST_M, LEAST_CHANGE_S, Setting, State, WeatherKind
 
 _STREAM = 0x636C696D

@@ -12,7 +12,7 @@ from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import Flag, Instant, Positive, Section
 from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.motion_kind import sampled
-from tauto_core.ship.sea_sections import Heading
+from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import Setting, State, WeatherKind
 
 _OF_WAVES = (

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tauto_core.answer import not_whole
-from tauto_core.chart import Chart, Line, Mark
-from tauto_core.charts import chart, check_what
-from tauto_core.figure_file import check_plot, write_figure
-from tauto_core.record import Voyage
+from tauto_core.files import check_plot, write_figure
+from tauto_core.plots.chart import Chart, Line, Mark
+from tauto_core.plots.contents import chart, check_what
+from tauto_core.results import not_whole
+from tauto_core.voyage import Voyage
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
 """The palette of Okabe and Ito, safe for the colour-blind; its grey suits white and black."""

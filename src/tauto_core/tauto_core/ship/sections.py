@@ -1,4 +1,4 @@
-"""Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules."""
+"""Sections that describe a ship in a sea: spectrum, roll, response operator, the hung case."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.fields import Flag, NonNegative, Number, Positive, Section, Text
 from tauto_core.ship.motion_kind import sampled
+
+# -----------------------------------------------------------------------------
+# Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules.
 
 ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
 # 90, meant in degrees, is out of range and so is not taken for radians.
@@ -149,3 +152,63 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
             f'has {len(values)} values for {wanted} frequencies',
             'Give one for each frequency.',
         )
+
+
+# -----------------------------------------------------------------------------
+# The clock's case hung on an axle: keys and refusals. Its mechanics are in `suspension`.
+
+
+class AxleSuspension(Section):
+    """The clock's case hung on a cylindrical axle in a bearing of the ship (theory E3)."""
+
+    kind: Literal['axle'] = 'axle'
+    support_radius: Positive = Field(description='radius of the hollow bearing [m]')
+    axle_radius: Positive = Field(description='radius of the axle that lies in it [m]')
+    depth: Number = Field(
+        description="depth of the case's centre of gravity, where the clock "
+        "is, below the axle's centre [m]"
+    )
+    gyration_radius: Number = Field(
+        description='radius of gyration of the case about its centre of gravity [m]'
+    )
+    large_angles: Flag = Field(
+        default=False, description='true: equations for any angle; false: for small angles'
+    )
+
+    def problems(self, *, still: bool) -> Iterator[Problem]:
+        """Yield what is wrong between its keys.
+
+        Args:
+            still: whether the ship lies still.
+        """
+        if still:
+            yield Problem(
+                'suspension',
+                self.kind,
+                'has nothing to do on a ship that lies still: the case hangs at rest',
+                'Leave it out, or let the ship move.',
+            )
+        if self.support_radius <= self.axle_radius:
+            yield Problem(
+                'suspension.support_radius',
+                self.support_radius,
+                f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: on a '
+                'bearing that is not hollow b′ is negative, and the case falls from it',
+                f'Use for example {2.0 * self.axle_radius!r}, or a thinner axle.',
+            )
+        if self.depth <= 0.0:
+            below = -self.depth or self.gyration_radius
+            yield Problem(
+                'suspension.depth',
+                self.depth,
+                'must be greater than 0: a case whose centre of gravity does not hang below its '
+                'axle topples',
+                f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
+            )
+        if self.gyration_radius <= 0.0:
+            yield Problem(
+                'suspension.gyration_radius',
+                self.gyration_radius,
+                'must be greater than 0: a case without extent turns in no time (b′ = 0)',
+                f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
+            )

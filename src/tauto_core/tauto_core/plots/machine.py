@@ -1,10 +1,4 @@
-"""The machine of a scene as outlines, to scale [mm]: its parts, and what moves with what.
-
-The origin is the axle of the wheel, or the lowest point of a curve in a fluid; y points upwards,
-all is at rest. A scene gives inertias and masses, not their shapes, so the rim is drawn as a brass
-ring with the inertia of the wheel, and the weight as a lead cylinder of its mass. A note names
-what else is assumed.
-"""
+"""The machine of a scene as outlines: wheel, axle, cheeks, thread, weight, case [mm]."""
 
 from __future__ import annotations
 
@@ -14,12 +8,21 @@ from typing import Literal
 
 import numpy as np
 
-from tauto_core.cam_extent import cam_extent
-from tauto_core.chart import Line
 from tauto_core.curves import DescentCurve, cheeks
+from tauto_core.curves.drawing import cheeks_meet_rad
 from tauto_core.curves.fluid import coordinates, fluid_outline
 from tauto_core.curves.kind import Pull
-from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    HangingMachine,
+    LeverMachine,
+    NoSteadySwing,
+    compile_machine,
+    compile_trochlea,
+    steady_swing,
+)
+from tauto_core.plots.chart import Line
 from tauto_core.samples import FloatArray
 from tauto_core.scene import (
     AxleSuspension,
@@ -30,6 +33,56 @@ from tauto_core.scene import (
     Scene,
 )
 from tauto_core.scene.errors import UsageError
+
+# -----------------------------------------------------------------------------
+# The default extent of a cheek in drawings and files.
+
+MARGIN = 1.5
+"""Extent over swing; a ship's motion and an escapement may increase the swing."""
+
+
+def cam_extent(scene: Scene) -> float:
+    """Return the largest angle of the wheel for which a scene's cheeks are drawn [rad].
+
+    The extent is one and a half times the swing of the wheel, rounded to two digits, but neither
+    beyond the range of the cam nor beyond the angle at which the two cheeks would meet. The swing
+    is the angle of release or, where an escapement drives the wheel, its steady amplitude on land,
+    whichever is larger.
+
+    Args:
+        scene: a scene whose machine has a trochlea.
+
+    Raises:
+        SceneError: a machine that cannot be built.
+    """
+    machine = compile_trochlea(scene)
+    assert scene.trochlea is not None
+    ends = [machine.range_rad, math.tau]
+    if scene.trochlea.cam.kind != 'lever_corrected':
+        curve = scene.trochlea.made_cam(scene.gravity)
+        ends += [curve.drawn_rad, cheeks_meet_rad(curve)]
+    swing = _swing(machine)
+    if swing > 0.0:
+        ends.append(float(f'{MARGIN * swing:.2g}'))
+    return min(ends)
+
+
+def _swing(machine: AnyMachine) -> float:
+    """Return the larger of the release and of the steady amplitude [rad]."""
+    released = abs(machine.release_angle)
+    if isinstance(machine, HangingMachine) or machine.escapement is None:
+        return released
+    found = steady_swing(machine)
+    return released if isinstance(found, NoSteadySwing) else max(released, found.amplitude)
+
+
+# -----------------------------------------------------------------------------
+# The machine of a scene as outlines, to scale [mm]: its parts, and what moves with what.
+#
+# The origin is the axle of the wheel, or the lowest point of a curve in a fluid; y points
+# upwards, all is at rest. A scene gives inertias and masses, not their shapes, so the rim is
+# drawn as a brass ring with the inertia of the wheel, and the weight as a lead cylinder of its
+# mass. A note names what else is assumed.
 
 MM = 1000.0
 BRASS_KG_M3, LEAD_KG_M3 = 8500.0, 11340.0

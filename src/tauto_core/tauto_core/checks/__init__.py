@@ -1,0 +1,1 @@
+"""What a scene would run, cost and err, and what it lacks."""

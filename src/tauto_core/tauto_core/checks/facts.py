@@ -1,0 +1,570 @@
+"""What a scene would run: machine, propagator, terms left out, cost and accuracy, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from tauto_core.checks.cost import (
+    LONGEST_TRIAL_S,
+    MEASURED_ON,
+    RESOLUTION_S,
+    Waves,
+    forecast,
+    scene_waves,
+    tolerance,
+)
+from tauto_core.checks.readiness import check_scene, oddities
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    HangingMachine,
+    LeverMachine,
+    Machine,
+    NoSteadySwing,
+    rate_s_per_day,
+    steady_swing,
+)
+from tauto_core.machines.axle_pendulum import Modes
+from tauto_core.motion import propagator_name
+from tauto_core.navigation.coefficient_runs import coefficients, fit, runs
+from tauto_core.navigation.drift import dial_model
+from tauto_core.samples import FloatArray
+from tauto_core.scene import Drag, Scene
+from tauto_core.scene.errors import TautoError
+from tauto_core.ship.buffer import case_modes
+
+# -----------------------------------------------------------------------------
+# How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
+#
+# A thread that swings and a case on its axle are both a link with a body (theory C), and obey e
+# θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. For a
+# wave of frequency Ω
+#
+#     θ/τ = g (g c − k² Ω²)/D,    φ/τ = g² c/D,    D = e k² (Ω² − ω²)(Ω² − ω′²),
+#
+# which is 1 while Ω is far below both frequencies ω, ω′ of the modes, and grows without bound at
+# resonance.
+
+LARGEST_DEPARTURE = 1.0
+"""Departure over the tilt of the apparent vertical, above which the link swings wider than the
+apparent vertical itself.
+"""
+LARGEST_STRETCH = 0.02
+"""Largest relative change of the period of small swings by a swinging thread."""
+NEAR_PERIOD = 0.05
+"""Relative difference of two periods below which they are in resonance."""
+
+
+@dataclass(frozen=True)
+class Following:
+    """The response of a link that hangs on the ship.
+
+    Attributes:
+        periods_s: periods of its modes, the slower first [s].
+        departure_rad: rms of its departure from the apparent vertical [rad].
+        departure: the same over the rms tilt of the apparent vertical; None where that does not
+            tilt, or the motion is measured.
+        resonates_with: `wheel`, `waves`, both or neither.
+    """
+
+    periods_s: tuple[float, ...]
+    departure_rad: float | None
+    departure: float | None
+    resonates_with: tuple[str, ...]
+
+
+def lengths_between(
+    scene: Scene, machine: AnyMachine | FluidPendulum
+) -> tuple[float, float | None] | None:
+    """Return g/ω² and g/Ω² [m], between which an ideal vertical thread is a fair model.
+
+    ω is the wheel's frequency on an ideal thread. Ω⁴ is the mean over the waves, weighted by the
+    tilt of the apparent vertical; the second length is None as for `Following.departure`.
+
+    Returns:
+        None for a machine whose thread carries no weight that can swing.
+    """
+    if isinstance(machine, Machine | HangingMachine) and machine.follows_apparent_vertical:
+        waves = scene_waves(scene)
+        square = _share(waves, waves.frequency**2)
+        longest = scene.gravity / square if square else None
+        return scene.gravity / _ideal_frequency(machine) ** 2, longest
+    return None
+
+
+def thread_following(scene: Scene, machine: HangingMachine) -> Following:
+    """Return how a thread that swings follows the apparent vertical by its inclination θ.
+
+    Args:
+        scene: the scene of the machine.
+        machine: the machine whose thread it is.
+    """
+    k_squared = machine.inertia / machine.mass
+    waves = scene_waves(scene)
+    answer, _ = answers(
+        machine.modes,
+        machine.base_radius,
+        k_squared,
+        waves.frequency,
+        scene.gravity,
+        scene.duration,
+    )
+    stretch = machine.small_period * _ideal_frequency(machine) / math.tau - 1.0
+    period = math.tau / machine.thread_frequency
+    return _following(waves, answer, (period,), wheel=abs(stretch) > LARGEST_STRETCH)
+
+
+def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
+    """Return how a suspended case follows the apparent vertical by its tilt φ.
+
+    Args:
+        scene: the scene of the machine.
+        machine: the machine whose wheel the case may drive.
+
+    Returns:
+        None without a suspension.
+    """
+    hung = scene.suspension
+    if hung is None:
+        return None
+    own, waves = case_modes(hung), scene_waves(scene)
+    _, answer = answers(
+        own, hung.depth, hung.gyration_radius**2, waves.frequency, scene.gravity, scene.duration
+    )
+    slow, fast = own.squared_frequencies(scene.gravity)
+    periods = math.tau / math.sqrt(slow), math.tau / math.sqrt(fast)
+    wheel = any(abs(period / machine.small_period - 1.0) < NEAR_PERIOD for period in periods)
+    return _following(waves, answer, periods, wheel=wheel)
+
+
+def _following(
+    waves: Waves, answer: FloatArray, periods: tuple[float, ...], *, wheel: bool
+) -> Following:
+    departure, size = _share(waves, answer - 1.0), float(np.linalg.norm(waves.sway))
+    too_far = departure is not None and departure > LARGEST_DEPARTURE
+    return Following(
+        periods,
+        None if departure is None else departure * size / math.sqrt(2.0),
+        departure,
+        ('wheel',) * wheel + ('waves',) * too_far,
+    )
+
+
+def _ideal_frequency(machine: Machine | HangingMachine) -> float:
+    """Return the frequency of small swings on an ideal vertical thread [rad/s]."""
+    if isinstance(machine, Machine):
+        return machine.frequency
+    pull = machine.mass * machine.gravity
+    return math.sqrt(pull * machine.base_radius / machine.inertia)
+
+
+def answers(
+    own: Modes,
+    depth: float,
+    k_squared: float,
+    frequency: FloatArray,
+    gravity: float,
+    duration_s: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return θ/τ and φ/τ for each wave; at resonance the size that they reach in the duration.
+
+    Args:
+        own: modes of the link.
+        depth: c [m].
+        k_squared: k² [m2].
+        frequency: Ω of the waves [rad/s].
+        gravity: g [m/s2].
+        duration_s: duration of the waves [s].
+    """
+    square = frequency**2
+    divisor = np.full_like(square, own.b * own.b_prime * depth)
+    for mode in own.squared_frequencies(gravity):
+        apart = mode - square
+        least = 2.0 * math.sqrt(mode) / duration_s
+        divisor *= np.where(np.abs(apart) < least, least, apart)
+    theta = gravity * (gravity * depth - k_squared * square) / divisor
+    return theta, gravity * gravity * depth / divisor
+
+
+def _share(waves: Waves, value: FloatArray) -> float | None:
+    """Return the rms of a value over the waves, weighted by their tilts; None without tilts."""
+    size = float(np.linalg.norm(waves.sway))
+    return float(np.linalg.norm(waves.sway * value)) / size if size else None
+
+
+# -----------------------------------------------------------------------------
+# The choice of a scene's propagator, and the terms that it leaves out, in words.
+
+
+def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -> str:
+    """Return why a propagator was chosen.
+
+    Args:
+        scene: the scene.
+        machine: the machine of the scene.
+        propagator: its name.
+    """
+    if isinstance(machine, FluidPendulum):
+        how = 'in closed form' if machine.is_euler else 'by quadrature'
+        return (
+            'the fluid takes a known part of the arc from each half swing: one after the other, '
+            f'any instant in them {how}'
+        )
+    still = scene.lies_still
+    if not isinstance(machine, Machine):
+        return _of_real_thread(machine, propagator, still=still)
+    uneven = _uneven(machine)
+    if propagator == 'harmonic':
+        return 'a harmonic well on a ship that lies still: any instant in closed form'
+    if propagator == 'action_angle':
+        return (
+            f'a well that is not harmonic ({uneven}), but undisturbed: any instant from its '
+            'period, in closed form'
+        )
+    tilts = 'the roll' if scene.suspension is None else 'the swing of the case'
+    if propagator == 'forced_harmonic':
+        shakers = _and([tilts] * (not still) + ['viscous drag'] * (machine.drag is not None))
+        return f'{shakers} in a harmonic well: linear, so a sample is one exact step'
+    return '; '.join(_disturbances(machine, uneven, '' if still else tilts))
+
+
+def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str:
+    lever = isinstance(machine, LeverMachine)
+    if propagator == 'action_angle':
+        return (
+            'the lever makes a well that is neither harmonic nor even, but undisturbed: any '
+            'instant from its period, in closed form'
+        )
+    drag = machine.drag is not None
+    found = {
+        'the thread swings, a second degree of freedom': not lever,
+        'the apparent gravity moves the lever': lever and not still,
+        'the apparent gravity moves the weight': not lever and not still,
+        'drag in a well that is not harmonic': lever and drag,
+        'the escapement acts at an instant': machine.escapement is not None,
+        'recoil turns round at each impulse': bool(
+            machine.escapement and machine.escapement.recoil
+        ),
+    }
+    words = [each for each, present in found.items() if present]
+    return '; '.join(words) or 'the thread goes slack in the swing'
+
+
+def _uneven(machine: Machine) -> str:
+    """Return what makes a potential well anharmonic; empty if it is harmonic."""
+    if machine.is_linear:
+        return ''
+    parts = {
+        "the weight's inertia": machine.carried_mass > 0.0,
+        "the spring's stiffness": machine.stiffness > 0.0,
+        'the lever arm of the cam': machine.cam.linear_rate is None,
+    }
+    return _and([name for name, present in parts.items() if present])
+
+
+def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
+    drag = machine.drag or Drag()
+    overdamped = drag.viscous >= 2.0 * machine.inertia * machine.frequency
+    shakers = _and([tilts] * bool(tilts) + ['viscous drag'] * (drag.viscous > 0.0))
+    found = {
+        'the apparent gravity moves the weight': bool(tilts) and machine.pulling_mass > 0.0,
+        f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
+        'viscous drag stops the wheel before it swings': overdamped and not uneven,
+        'quadratic drag is not linear': drag.quadratic > 0.0,
+        'friction turns round with the wheel': drag.coulomb > 0.0,
+        'the escapement acts at an instant': machine.escapement is not None,
+        'recoil turns round at each impulse': bool(
+            machine.escapement and machine.escapement.recoil
+        ),
+    }
+    return [words for words, present in found.items() if present] or [
+        'the thread goes slack in the swing'
+        if machine.drag is None
+        else 'drag is given, though all of it is zero: leave it out'
+    ]
+
+
+def _and(names: list[str]) -> str:
+    return ' and '.join(names)
+
+
+def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+    """Return the suspension of the case and its modes, None if it is fixed to the ship.
+
+    Returns:
+        The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the
+        step of the motion that the clock feels [s], and the departure from the apparent vertical,
+        both in rad and over the tilt of the apparent vertical (`following.Following`).
+    """
+    if scene.suspension is None or isinstance(machine, FluidPendulum):
+        return None
+    from tauto_core.ship.buffer import case_modes, felt_step_ns
+
+    own, found = case_modes(scene.suspension), case_following(scene, machine)
+    assert found is not None
+    return {
+        'kind': scene.suspension.kind,
+        'lengths_m': [own.b, own.b_prime],
+        'periods_s': list(found.periods_s),
+        'large_angles': scene.suspension.large_angles,
+        'step_s': felt_step_ns(scene) * 1e-9,
+        'departure_rad': found.departure_rad,
+        'departure': found.departure,
+    }
+
+
+def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+    """Return how good a model an ideal vertical thread is; None if no thread hangs freely.
+
+    Returns:
+        Length [m], own period [s] and departure from the apparent vertical of a thread that
+        swings,
+        None for an ideal one; the two lengths [m] between which, far from both, the models agree.
+    """
+
+    lengths = lengths_between(scene, machine)
+    if lengths is None:
+        return None
+    found = thread_following(scene, machine) if isinstance(machine, HangingMachine) else None
+    return {
+        'length_m': machine.length if isinstance(machine, HangingMachine) else None,
+        'swings_in_s': found.periods_s[0] if found is not None else None,
+        'departure_rad': found.departure_rad if found is not None else None,
+        'departure': found.departure if found is not None else None,
+        'fair_lengths_m': list(lengths),
+    }
+
+
+def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+    """Return warnings about a thread or a case in resonance with the wheel or the waves.
+
+    Args:
+        scene: the scene.
+        machine: the machine of the scene.
+    """
+    if isinstance(machine, FluidPendulum):
+        return []
+
+    found = {'suspension': case_following(scene, machine)}
+    if isinstance(machine, HangingMachine):
+        found['trochlea.thread.length'] = thread_following(scene, machine)
+    said = []
+    for key, each in found.items():
+        if each is not None and each.resonates_with:
+            own = _and([f'{period:.4g} s' for period in each.periods_s])
+            with_whom = _and([f'the {name}' for name in each.resonates_with])
+            said.append(
+                f'{scene.name}: {key}: swings by itself in {own}, in resonance with {with_whom}. '
+                'Change its dimensions'
+            )
+    return said
+
+
+def way(scene: Scene) -> dict[str, Any] | None:
+    """Return the route of the ship and its times, None without a voyage.
+
+    Returns:
+        The track, its length [m], speed [m/s], and the times from the start [s] of sailing,
+        arrival
+        and landfalls, including the arrival.
+    """
+    if scene.voyage is None:
+        return None
+    from tauto_core.ship import Passage
+
+    passage = Passage(scene, scene.voyage)
+    under_way_s = (passage.arrives_ns - passage.sails_ns) * 1e-9
+    return {
+        'track': scene.voyage.track or 'geodesic',
+        'length_m': passage.length_m,
+        'speed_m_s': passage.length_m / under_way_s,
+        'sails_at_s': passage.sails_ns * 1e-9,
+        'arrives_at_s': passage.arrives_ns * 1e-9,
+        'landfalls_s': [time * 1e-9 for time in passage.landfalls_ns],
+    }
+
+
+def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+    """Return the terms that a scene does not have; they are not in the code that runs."""
+    drag, escapement, regulator = machine.drag, scene.escapement, scene.regulator
+    gravity = scene.lies_still or machine.feels_gravity
+    return [
+        *(() if regulator is None else regulator.left_out()),
+        *(drag.left_out() if drag is not None else ('drag',) * (regulator is None)),
+        *(('escapement',) if escapement is None else escapement.left_out()),
+        *scene.ship.left_out(),
+        *(() if gravity else ('apparent gravity',)),
+        *(('suspension',) if scene.suspension is None else ()),
+        *(() if scene.trochlea is None else scene.trochlea.power.left_out()),
+        *(() if scene.clock.is_noisy else ('clock noise',)),
+        *(('voyage',) if scene.voyage is None else ()),
+    ]
+
+
+# -----------------------------------------------------------------------------
+# What a scene would run: its machine, propagator, cost and accuracy, before it sails.
+
+WALK_FACTOR = 5.0
+"""Six runs of three hours give a random walk from few large changes, within such a factor: of the
+shipped threads 25 and 2,500 s/day where many runs need 150 and 1,400.
+"""
+
+
+def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+    """Return what a scene would run, after every check that `tauto sail` makes before it starts.
+
+    Args:
+        scene: the scene.
+        progress: called with the share done, from 0 to 1.
+
+    Returns:
+        The object of `tauto scene check --json`. `expected` has the figures of
+        `voyage_cost.Forecast`; `steps_a_swing` and `tolerance` are None where the propagator takes
+        no steps.
+
+    Raises:
+        SceneError: the scene cannot be run.
+        MotionDataError: its measured motion cannot be used.
+    """
+    machine, motion = check_scene(scene)
+    warnings = [
+        *oddities(scene),
+        *motion.warnings,
+        *resonances(scene, machine),
+        *_wandering(scene, machine),
+    ]
+    name = propagator_name(machine, still=scene.lies_still)
+    expected = forecast(scene, machine, motion, progress)
+    stepping = expected.steps_a_swing is not None
+    return {
+        'scene': scene.name,
+        'duration_s': scene.duration,
+        'propagator': name,
+        'reason': reason(scene, machine, name),
+        'left_out': left_out(scene, machine),
+        'expected': {
+            **asdict(expected),
+            'tolerance': tolerance(scene) if stepping else None,
+            'resolution_s': RESOLUTION_S,
+            'longest_trial_s': LONGEST_TRIAL_S,
+            'measured_on': MEASURED_ON,
+        },
+        'ship': scene.ship.kind,
+        **({scene.ship.reported_as: motion.metadata} if scene.ship.reported_as else {}),
+        'motion_samples': motion.total,
+        'motion_step_s': scene.step_ns * 1e-9,
+        'suspension': hangs(scene, machine),
+        'thread': thread(scene, machine),
+        'voyage': way(scene),
+        'motion_kept': scene.keeps_motion,
+        'logged_samples': scene.log_count,
+        'log_interval_s': scene.log_interval_ns * 1e-9,
+        'small_period_s': machine.small_period,
+        'nominal_period_s': scene.clock.nominal_period or machine.small_period,
+        **_regulator_facts(scene, machine),
+        'steady_swing': _steady_swing(scene, machine),
+        **({'covariates': _covariates(scene)} if scene.drift.covariates else {}),
+        **({'warnings': warnings} if warnings else {}),
+    }
+
+
+def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any]:
+    """Return curve, range and release of the regulator; a range is None if there is no limit."""
+    if isinstance(machine, FluidPendulum):
+        ends = machine.curve.ascent_cusp, machine.curve.descent_cusp
+        return {
+            'curve': None if scene.regulator is None else scene.regulator.curve,
+            'curve_range_m': [None if math.isinf(end) else end for end in ends],
+            'release_arc_m': machine.release_arc,
+        }
+    edge = machine.range_rad
+    return {
+        'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
+        'cam_range_rad': None if math.isinf(edge) else edge,
+        'release_angle_rad': machine.release_angle,
+    }
+
+
+def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+    """Return the swing in which the clock settles on land; None if there is no such swing.
+
+    Returns:
+        Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],
+        time constant of the approach [s], None where the swing is steady from the start; or the
+        reason `why` there is no steady swing.
+    """
+    if not isinstance(machine, Machine | LeverMachine):
+        return None
+    found = steady_swing(machine)
+    if isinstance(found, NoSteadySwing):
+        return {'why': found.why}
+    nominal = scene.clock.nominal_period or machine.small_period
+    settling = found.time_constant
+    return {
+        'amplitude_rad': found.amplitude,
+        'period_s': found.period,
+        'rate_s_per_day': rate_s_per_day(found.period, nominal),
+        'free_rate_s_per_day': rate_s_per_day(found.free_period, nominal),
+        'time_constant_s': settling if math.isfinite(settling) else None,
+    }
+
+
+def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+    """Return a warning where the sea makes the rate wander by more than the navigator expects.
+
+    Only a thread that swings is tried, which nothing damps; a trial takes up to two seconds. One
+    of a hung case takes ten, so that its warning says no figure.
+    """
+    if scene.lies_still or isinstance(machine, FluidPendulum):
+        return []
+    if not isinstance(machine, HangingMachine):
+        expects = scene.drift.white_fm or scene.drift.random_walk_fm
+        if scene.suspension is None or not machine.feels_gravity or expects:
+            return []
+        return [
+            f'{scene.name}: drift.white_fm: nothing damps the swing of the case, and the rate of '
+            'a weight wanders with it; the navigator expects that of the dial alone, so after a '
+            'day his errors will be larger than he states. Write drift.white_fm, in s a day, or '
+            'drift.random_walk_fm'
+        ]
+    try:
+        found = fit(scene, ())
+    except TautoError as error:
+        # the trial sea may be higher than the scene's, which can be sailed
+        return [
+            f'{scene.name}: drift.random_walk_fm: whether the sea makes the rate walk at random '
+            f'could not be tried: {error}'
+        ]
+    if found.is_expected(dial_model(scene), WALK_FACTOR):
+        return []
+    return [
+        f'{scene.name}: drift.random_walk_fm: the sea swings the thread, and the rate of such a '
+        f'clock walks at random, by at least about {found.advised:g} s/day in a day in trial '
+        'runs; the navigator expects less, so his errors will be larger than he states. '
+        f'Write drift.random_walk_fm: {found.advised:g}'
+    ]
+
+
+def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return the prior of the coefficient of each covariate.
+
+    Returns:
+        `value` and `sigma`; `at_periods`, the coefficient at each period of the waves [s] of the
+        trial runs, None where the scene gives it.
+    """
+    tried = {found.name: found.at_periods for found in runs(scene)}
+    return {
+        name: {
+            'value': value,
+            'sigma': sigma,
+            'at_periods': {str(period): k for period, k in tried[name].items()}
+            if name in tried
+            else None,
+        }
+        for name, value, sigma in coefficients(scene)
+    }

@@ -1,0 +1,1 @@
+"""Pictures and pages of voyages: contents, machine, renderer, page."""

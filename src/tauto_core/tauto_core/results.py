@@ -1,0 +1,499 @@
+"""The figures of a voyage, its answer in one sentence, and the figures in groups of rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, TypeAlias
+
+from tauto_core.clockwork import SwingTally
+from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
+from tauto_core.motion import propagator_name
+from tauto_core.navigation import (
+    LEAST_UNCHECKED_DAYS,
+    LongitudeTally,
+    RatedTime,
+    RateError,
+    RateScatter,
+    forgets_its_start,
+    projection,
+)
+from tauto_core.navigation.drift import dial_model, expected_walk_per_s, has_mean_rate, mean_rate
+from tauto_core.samples import (
+    ESTIMATE,
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
+    NS_PER_S,
+    OBSERVATION,
+    PHASE,
+    READING,
+    SECONDS_PER_DAY,
+    FixSamples,
+    JointSamples,
+    Samples,
+    TimeSamples,
+)
+from tauto_core.scene import Scene
+from tauto_core.wording import figure, least, significant, span, to_sigma, with_sigma
+
+# -----------------------------------------------------------------------------
+# The figures of a voyage, from the contents of the topics alone.
+#
+# `tauto sail`, `tauto graph` and `tauto replay` share this, so the summary is the same function
+# of the same messages, however the stages were run.
+
+
+class Summary:
+    """Keeps the last sample of each topic, and the largest error where a figure needs it.
+
+    Args:
+        scene: the scene of the voyage.
+        machine: the regulator of the scene, if it has been built already.
+    """
+
+    def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
+        self._scene, self._built = scene, machine
+        self._last: dict[str, JointSamples] = {}
+        self._first_reading: tuple[int, int] | None = None
+        self._last_reading: tuple[int, int] | None = None
+        self._scatter: RateScatter | None = None
+        self._rated = RatedTime()
+        self._tally = LongitudeTally()
+        self._swings = SwingTally(scene, machine)
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take batches of any topics, in order within a topic.
+
+        Observations must come no later than the longitudes that include them, and readings no
+        later than the estimates at their stamps.
+        """
+        self._swings.feed(batches)
+        observed = batches.get(OBSERVATION)
+        if isinstance(observed, TimeSamples):
+            self._tally.observe(observed)
+            self._rated.observe(observed)
+        reading = batches.get(READING)
+        if isinstance(reading, TimeSamples):
+            self._rated.read(reading)
+        for topic, samples in batches.items():
+            if not len(samples.stamp_ns):
+                continue
+            if topic == READING and isinstance(samples, TimeSamples):
+                ends = [(int(samples.stamp_ns[i]), int(samples.time_ref_ns[i])) for i in (0, -1)]
+                if self._first_reading is None:
+                    length_ns = max(self._scene.log_count - 1, 1) * self._scene.log_interval_ns
+                    self._first_reading = ends[0]
+                    self._scatter = RateScatter(ends[0][0], length_ns)
+                self._last_reading = ends[1]
+                if self._scatter is not None:
+                    self._scatter.feed(samples)
+            elif isinstance(samples, FixSamples):
+                if topic == LONGITUDE_FIX:
+                    self._tally.place(samples)
+            elif isinstance(samples, JointSamples):
+                self._last[topic] = samples
+                if topic == ESTIMATE:
+                    self._rated.estimate(samples)
+                if topic == LONGITUDE_ERROR:
+                    self._tally.feed(samples)
+
+    def clock(self) -> dict[str, Any]:
+        """Return the dial's reading since the start, its error and its mean rate.
+
+        `rate_standard_error_s_per_day` is None where the run alone cannot show it: see
+        `RateScatter` and `forgets_its_start`.
+        """
+        error = self._rate_error()
+        if self._first_reading is None or self._last_reading is None or error is None:
+            return {}
+        (_, dial_start), (end, dial_end) = self._first_reading, self._last_reading
+        return {
+            'reading_s': (dial_end - dial_start) / NS_PER_S,
+            'error_s': (dial_end - end) / NS_PER_S,
+            'rate_s_per_day': _rate(self._first_reading, self._last_reading),
+            'rate_standard_error_s_per_day': error.standard_error_s_per_day,
+        }
+
+    def _rate_error(self) -> RateError | None:
+        if self._scatter is None:
+            return None
+        return forgets_its_start(self._scene, self._machine, self._scatter.rate_error())
+
+    @cached_property
+    def _machine(self) -> AnyMachine | FluidPendulum:
+        return self._built or compile_machine(self._scene)
+
+    @property
+    def propagator(self) -> str:
+        """Name of the propagator that runs the scene."""
+        return propagator_name(self._machine, still=self._scene.lies_still)
+
+    def trochlea(self) -> dict[str, float | str | None]:
+        """Return the regulator's small-amplitude period, its state at the end, and its swing.
+
+        The swing is the result of `SwingTally.result`.
+        """
+        wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
+        if wheel is None or phase is None:
+            return {}
+        machine = self._machine
+        in_fluid = isinstance(machine, FluidPendulum)
+        place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
+        return {
+            'period_s': machine.small_period,
+            place: float(wheel.position[-1, 0]),
+            speed: float(wheel.velocity[-1, 0]),
+            'phase_rad': _named(phase)['phase'],
+            'beats': round(_named(phase)['beats']),
+            **self._swings.result(),
+        }
+
+    def drift(self) -> dict[str, float]:
+        """Return the last estimate, and its errors in its own standard deviations.
+
+        `offset_error_sigmas` compares the estimated offset with the error of the dial.
+        `rate_error_sigmas` compares the estimated rate with the mean rate of the dial over the
+        time in which the filter takes it for one and the same: since the start or, where the state
+        has been reopened, since then (`RatedTime`). With covariates the estimated mean of the
+        voyage is compared with the mean rate since the start. Where the rate of the dial walks at
+        random its departure from that mean is part of the standard deviation.
+        `rate_compared_s_per_day` is the mean, and `rate_compared_from_s` when it begins, from the
+        first reading. All three are left out where there is only one instant.
+        """
+        last, clock = self._last.get(ESTIMATE), self.clock()
+        if last is None:
+            return {}
+        found = _named(last)
+        if clock:
+            wrong_s = found['offset_s'] - clock['error_s']
+            found['offset_error_sigmas'] = wrong_s / found['offset_sigma_s']
+        first, end = self._first_reading, self._last_reading
+        if first is not None and end is not None and first != end:
+            rate, sigma = mean_rate(found)
+            start = (None if has_mean_rate(found) else self._rated.start()) or first
+            true = _rate(start, end)
+            wrong = rate - true
+            found['rate_error_sigmas'] = wrong / math.hypot(sigma, self._wandered(start, end))
+            found['rate_compared_from_s'] = (start[0] - first[0]) / NS_PER_S
+            found['rate_compared_s_per_day'] = true
+        return found
+
+    def _wandered(self, start: tuple[int, int], end: tuple[int, int]) -> float:
+        """Return the standard deviation of the rate at the end from its mean since [s/day].
+
+        A random walk with the density q departs from its mean over T by √(qT/3).
+        """
+        elapsed_s = (end[0] - start[0]) / NS_PER_S
+        density = expected_walk_per_s(self._scene)
+        return SECONDS_PER_DAY * math.sqrt(density * elapsed_s / 3.0)
+
+    def longitude(self) -> dict[str, Any]:
+        """Return the longitude errors and what the Act of 1714 would have paid.
+
+        Keys: those of `LongitudeTally.result`; and the result of `projection` where the clock was
+        unchecked for less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
+        """
+        found = self._tally.result()
+        if found is None:
+            return {}
+        clock, estimate, error = self.clock(), self.drift(), self._rate_error()
+        tried = found['unchecked_days'] >= LEAST_UNCHECKED_DAYS
+        if tried or not clock or not estimate or error is None:
+            return {**found, 'projection': [], 'not_projected': None}
+        return {
+            **found,
+            **projection(
+                clock['rate_s_per_day'],
+                error,
+                estimate,
+                dial_model(self._scene),
+                found['latitude_deg'] or 0.0,
+                self._scene.clock.random_walk_fm_per_s,
+            ),
+        }
+
+
+def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:
+    """Return what a dial gains from one stamp and reading to another [s/day], 0 for the same."""
+    (start, dial_start), (end, dial_end) = first, last
+    elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
+    return gained / NS_PER_S / elapsed * SECONDS_PER_DAY if elapsed else 0.0
+
+
+def _named(samples: JointSamples) -> dict[str, float]:
+    """Return the last sample's values by name."""
+    values = samples.position[-1].tolist()
+    return dict(zip(samples.name, values, strict=True))
+
+
+# -----------------------------------------------------------------------------
+# The answer of a voyage in one sentence: how far wrong would the clock put the ship?
+
+
+def answer(result: Mapping[str, Any]) -> str:
+    """Return the answer as a sentence; of a bag that is not whole, after one that says so.
+
+    Args:
+        result: what `voyage.sail` and `replaying.replay` return, without the sentence.
+    """
+    return f'The bag is not whole. {_answer(result)}' if result.get('damage') else _answer(result)
+
+
+def not_whole(result: Mapping[str, Any]) -> str:
+    """Return what is wrong with the bag of a result; empty where nothing is.
+
+    Args:
+        result: as for `answer`.
+    """
+    damage = result.get('damage')
+    if not damage:
+        return ''
+    more = f'; and {len(damage) - 2} more' if len(damage) > 2 else ''
+    return f'The bag is not whole: {"; ".join(damage[:2])}{more}'
+
+
+def _answer(result: Mapping[str, Any]) -> str:
+    longitude = result.get('longitude') or {}
+    trochlea = result.get('trochlea') or {}
+    stopped_s = trochlea.get('stopped_s')
+    if stopped_s is not None:
+        return (
+            f'The clock stopped after {span(stopped_s)}: {trochlea["stopped_why"]}, and the '
+            'longitude cannot be found from it.'
+        )
+    raw_nmi = longitude.get('raw_error_nmi')
+    if raw_nmi is None:
+        return 'The longitude is not known: no reading of the clock could be compared.'
+    return (
+        f'{_after(longitude)} the dial puts the ship {_place(raw_nmi)} of where she is; rated and '
+        f'corrected, {_corrected(longitude)}.'
+    )
+
+
+def _after(longitude: Mapping[str, Any]) -> str:
+    at_s, unchecked_s = longitude['at_s'], longitude['unchecked_days'] * SECONDS_PER_DAY
+    if at_s == 0.0:
+        return 'At the start'
+    if unchecked_s == 0.0:
+        return f'After {span(at_s)}, checked to the end,'
+    if unchecked_s == at_s:
+        return f'After {span(at_s)} unchecked'
+    return f'After {span(at_s)}, the last {span(unchecked_s)} unchecked,'
+
+
+def _place(east_nmi: float) -> str:
+    """Return a distance with its direction."""
+    if abs(east_nmi) < least('nmi'):
+        return f'within {least("nmi"):g} nmi'
+    return f'{figure(abs(east_nmi), "nmi")} nmi {_side(east_nmi)}'
+
+
+def _corrected(longitude: Mapping[str, Any]) -> str:
+    """Return the distance of the corrected longitude and its standard deviation; its direction
+    only where that differs from the dial's.
+    """
+    east_nmi, raw_nmi = longitude['error_nmi'], longitude['raw_error_nmi']
+    said = f'{with_sigma(abs(east_nmi), longitude["sigma_nmi"], signed=False)} nmi'
+    same = east_nmi * raw_nmi > 0.0 and abs(raw_nmi) >= least('nmi')
+    nowhere = not float(said.split(maxsplit=1)[0].replace(',', ''))
+    return said if same or nowhere else f'{said} {_side(east_nmi)}'
+
+
+def _side(east_nmi: float) -> str:
+    return 'east' if east_nmi > 0.0 else 'west'
+
+
+# -----------------------------------------------------------------------------
+# The figures of a voyage in groups of rows, as the terminal and the report print them.
+
+Section: TypeAlias = Mapping[str, Any]
+Row: TypeAlias = tuple[str, str, str]
+"""Label, value, unit."""
+
+SIGNS = (
+    'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
+    'are standard deviations. Those of estimated and corrected figures are as the navigator knows '
+    'them, who sees the observations alone; that of the dial is from the slowest changes of its '
+    'rate during the run, and counts in both projections. An error in σ is the estimate less the '
+    'truth, over the standard deviation; the truth is the error of the dial, and its mean rate '
+    'over the time that the row names.'
+)
+
+
+def groups(result: Section) -> list[tuple[str, list[Row]]]:
+    """Return the groups of a result: name and rows; those without a section are left out."""
+    return [
+        (name, rows(content))
+        for name, section, rows in _GROUPS
+        if (content := result.get(section))
+    ]
+
+
+def _weather_rows(weather: Section) -> list[Row]:
+    return [
+        ('states of the sea', f'{len(weather["states"])}', ''),
+        ('significant wave height, median', significant(weather['median_m']), 'm'),
+        ('significant wave height, highest', significant(weather['highest_m']), 'm'),
+    ]
+
+
+def _sea_rows(sea: Section) -> list[Row]:
+    return [
+        ('spectrum', str(sea['spectrum']), ''),
+        ('significant wave height', significant(sea['significant_wave_height_m']), 'm'),
+        ('peak period', significant(sea['peak_period_s']), 's'),
+        ('waves run, off the bow', significant(math.degrees(sea['heading_rad'])), '°'),
+        ('speed of the ship', significant(sea['speed_m_s']), 'm/s'),
+        ('seed', str(sea['seed']), ''),
+    ]
+
+
+def _regulator_rows(trochlea: Section) -> list[Row]:
+    rows = [('period of small swings', significant(trochlea['period_s'], 4), 's')]
+    if 'amplitude_rad' in trochlea:
+        rows.append(('amplitude at the end', significant(trochlea['amplitude_rad']), 'rad'))
+    if trochlea.get('stopped_s') is not None:
+        rows.append(('stopped after', figure(trochlea['stopped_s'], 's'), 's'))
+    return rows
+
+
+_COEFFICIENT = '_coefficient'
+
+
+def _clock_rows(clock: Section) -> list[Row]:
+    return [
+        ('error of the dial', figure(clock['error_s'], 's', signed=True), 's'),
+        ('rate', figure(clock['rate_s_per_day'], 's/day', signed=True), 's/day'),
+    ]
+
+
+def _drift_rows(drift: Section) -> list[Row]:
+    """Return the estimate, and where both are known its errors in standard deviations."""
+    rows = [
+        ('offset', _with_sigma(drift, 'offset_s', 'offset_sigma_s'), 's'),
+        ('rate', _with_sigma(drift, 'rate_s_per_day', 'rate_sigma_s_per_day'), 's/day'),
+    ]
+    if 'mean_rate_s_per_day' in drift:
+        rows[1] = ('rate, ship at rest', *rows[1][1:])
+        mean = _with_sigma(drift, 'mean_rate_s_per_day', 'mean_rate_sigma_s_per_day')
+        rows.append(('rate, mean of the voyage', mean, 's/day'))
+    rows += [
+        (
+            f'coefficient of {key[: -len(_COEFFICIENT)]}',
+            _with_sigma(drift, key, f'{key}_sigma'),
+            '',
+        )
+        for key in drift
+        if key.endswith(_COEFFICIENT)
+    ]
+    if 'offset_error_sigmas' in drift:
+        rows.append(_sigmas('error of the offset', drift['offset_error_sigmas']))
+    if 'rate_error_sigmas' in drift:
+        rows += _rate_error_rows(drift)
+    return rows
+
+
+def _rate_error_rows(drift: Section) -> list[Row]:
+    """Return the error of the estimated rate, and with which mean rate of the dial it compares."""
+    if 'mean_rate_s_per_day' in drift:
+        return [_sigmas('error of the rate, mean of the voyage', drift['rate_error_sigmas'])]
+    since_s = drift['rate_compared_from_s']
+    if since_s == 0.0:
+        return [_sigmas('error of the rate, mean of the run', drift['rate_error_sigmas'])]
+    # The rate of the clock's group is the mean of the whole run, so that this one must be shown.
+    since = f'after {span(since_s)}'
+    true = to_sigma(drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day'], signed=True)
+    return [
+        (f'rate of the dial, mean {since}', true, 's/day'),
+        _sigmas(f'error of the rate, mean {since}', drift['rate_error_sigmas']),
+    ]
+
+
+def _sigmas(label: str, error: float) -> Row:
+    return label, significant(error, 2, signed=True), 'σ'
+
+
+def _longitude_rows(longitude: Section) -> list[Row]:
+    return [
+        ('by the dial', figure(longitude['raw_error_nmi'], 'nmi', signed=True), 'nmi'),
+        ('corrected', _with_sigma(longitude, 'error_nmi', 'sigma_nmi'), 'nmi'),
+        *_worst_rows(longitude),
+    ]
+
+
+def _worst_rows(longitude: Section) -> list[Row]:
+    """Return the largest errors since she left port, before which the clock was being rated."""
+    if 'worst_since_s' not in longitude:
+        return []
+    since_s = longitude['worst_since_s']
+    since = 'of the run' if since_s == 0.0 else f'after {span(since_s)}'
+    return [
+        (
+            f'worst {since}, {clock}, at {span(longitude[f"worst_{prefix}at_s"])}',
+            figure(longitude[f'worst_{prefix}error_nmi'], 'nmi'),
+            'nmi',
+        )
+        for clock, prefix in (('by the dial', 'raw_'), ('corrected', ''))
+    ]
+
+
+def _verdict_rows(longitude: Section) -> list[Row]:
+    """Return what the Act of 1714 pays; for a shorter voyage that it pays nothing, and the
+    projected errors.
+    """
+    if longitude.get('prize_pounds') is None:
+        none = ('none: unchecked for less than six weeks', '', '')
+        return [none, *_projection_rows(longitude)]
+    where = 'landfall' if longitude['landfalls'] else 'the end'
+    rows = []
+    for landfall in (longitude['landfalls'] or [longitude])[:-1]:
+        rows += _prize_rows(landfall, f'landfall after {span(landfall["at_s"])}')
+    return rows + _prize_rows(longitude, f'{where} after {span(longitude["at_s"])}')
+
+
+def _prize_rows(judged: Section, where: str) -> list[Row]:
+    return [
+        (f'{where}, {clock}', f'{judged[prize]:,}', '£')
+        for clock, prize in (('corrected', 'prize_pounds'), ('by the dial', 'raw_prize_pounds'))
+        if judged[prize] is not None
+    ]
+
+
+def _projection_rows(longitude: Section) -> list[Row]:
+    rows = []
+    for row in longitude.get('projection') or []:
+        days = f'projected to {row["days"]:g} days unchecked'
+        rows += [
+            (
+                f'{days}, {clock}',
+                _with_sigma(row, f'{prefix}error_nmi', f'{prefix}sigma_nmi'),
+                'nmi',
+            )
+            for clock, prefix in (('by the dial', 'raw_'), ('corrected', ''))
+            if row[f'{prefix}error_nmi'] is not None
+        ]
+    reason = longitude.get('not_projected')
+    return [*rows, (reason, '', '')] if reason else rows
+
+
+def _count_rows(counts: Section) -> list[Row]:
+    return [(topic, f'{messages:,}', '') for topic, messages in counts.items()]
+
+
+def _with_sigma(section: Section, value: str, sigma: str) -> str:
+    return with_sigma(section[value], section[sigma])
+
+
+_GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (
+    ('sea', 'sea', _sea_rows),
+    ('weather', 'weather', _weather_rows),
+    ('regulator', 'trochlea', _regulator_rows),
+    ('clock', 'clock', _clock_rows),
+    ('drift, estimated ± its standard deviation', 'drift', _drift_rows),
+    ('longitude, error', 'longitude', _longitude_rows),
+    ('verdict of the Act of 1714', 'longitude', _verdict_rows),
+    ('messages', 'counts', _count_rows),
+)
+"""The groups in the order of the page: name, section of the result, function for the rows."""

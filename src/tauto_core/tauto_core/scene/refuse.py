@@ -1,0 +1,515 @@
+"""What a scene refuses: pydantic's errors in its words, limits of numbers, rules of times."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from itertools import chain, count, islice
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
+
+from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.fields import OneOf
+from tauto_core.scene.times import (
+    LAST_STAMP_S,
+    MAX_GAP_S,
+    NS_PER_S,
+    exact_nanoseconds,
+    exact_step,
+    nanoseconds,
+)
+
+# -----------------------------------------------------------------------------
+# Translates pydantic's errors into problems in the words of the scene.
+
+NO_KEY = 'is not a key of'
+"""How what is said of an unknown key begins."""
+
+_LONGEST_KEY = 80
+# Keys that distinguish the kinds of a section.
+_TAGS = ('kind', 'spectrum')
+_ORDER = {
+    'greater_than': ('greater than', 'gt'),
+    'greater_than_equal': ('at least', 'ge'),
+    'less_than': ('less than', 'lt'),
+    'less_than_equal': ('at most', 'le'),
+}
+_KINDS = {
+    'float_type': 'a number',
+    'int_type': 'a whole number',
+    'int_from_float': 'a whole number',
+    'bool_type': 'true or false, without quotes',
+    'string_type': 'text',
+    'string_unicode': 'text of Unicode characters',
+    'model_type': 'a mapping of keys to values',
+    'model_attributes_type': 'a mapping of keys to values',
+    'dict_type': 'a mapping of keys to values',
+    'tuple_type': 'a list',
+    'finite_number': 'a finite number',
+    'string_too_short': 'at least one character',
+    'string_too_long': 'at most 1000 characters',
+    'string_pattern_mismatch': 'one line without control characters',
+}
+
+_OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
+
+
+def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
+    """Return what pydantic refused, with key paths, values and remedies.
+
+    Args:
+        error: raised by `root`.
+        root: the model of the whole.
+    """
+    found: list[Problem] = []
+    for detail in error.errors(include_url=False):
+        if detail['type'] == 'combination':
+            found += detail['ctx']['problems']
+        else:
+            found.append(_problem(detail, root))
+    return tuple(found)
+
+
+def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
+    key, field, owner = _locate(detail['loc'], root)
+    value, kind = detail['input'], detail['type']
+    context = detail.get('ctx', {})
+    if kind == 'missing':
+        return Problem(key, ABSENT, 'is missing', _give(key, field))
+    if kind == 'extra_forbidden':
+        return Problem(key, value, *_unknown_key(str(detail['loc'][-1]), owner, root))
+    if kind in ('union_tag_not_found', 'union_tag_invalid'):
+        return _wrong_kind(key, value, field)
+    if kind in _ORDER:
+        words, limit = _ORDER[kind]
+        problem = f'must be {words} {context[limit]!r}'
+    elif kind in _KINDS:
+        found = '' if kind in _OF_TEXT else _found(value)
+        problem = f'must be {_KINDS[kind]}{found}'
+    elif kind == 'literal_error':
+        problem = f'must be {context["expected"]}{_found(value)}'
+    elif kind in ('too_long', 'too_short'):
+        problem = f'has {context["actual_length"]} items, the limit is {_limit(context)}'
+    else:
+        problem = detail['msg'][:1].lower() + detail['msg'][1:]
+    return Problem(key, value, problem, _give(key, field))
+
+
+def _limit(context: dict[str, Any]) -> str:
+    if 'min_length' in context:
+        return f'at least {context["min_length"]}'
+    return f'at most {context["max_length"]}'
+
+
+def _found(value: object) -> str:
+    if isinstance(value, bool):
+        return ', not a truth value'
+    if isinstance(value, str):
+        if _is_number(value):
+            return ', not text (leave out quotes around numbers)'
+        if _is_number(value.replace(',', '.', 1)):
+            return f', and has a decimal comma: write {value.replace(",", ".", 1)}'
+        return ', not text'
+    if value is None:
+        return ', not empty'
+    names: tuple[tuple[type, str], ...] = ((dict, 'mapping'), (list, 'list'))
+    return next((f', not a {name}' for of, name in names if isinstance(value, of)), '')
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _give(key: str, field: FieldInfo | None) -> str:
+    name = key.rpartition('.')[2].partition('[')[0]
+    if field is None or field.description is None:
+        return f'Correct `{name}`.'
+    return f'Write `{name}: …`, {field.description}.'
+
+
+def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tuple[str, str]:
+    keys = list(owner.model_fields)
+    near = difflib.get_close_matches(name, keys, 1)
+    remedy = f'Did you mean `{near[0]}`? ' if near else ''
+    elsewhere = [_kinds(other) for other in _siblings(owner, root) if name in other.model_fields]
+    tag, kinds = _tag(owner), ' or '.join(_kinds(owner))
+    if elsewhere:
+        remedy += f'`{name}` goes with {tag} {" or ".join(chain(*elsewhere))}. '
+    what = f'{NO_KEY} {tag} {kinds}' if kinds else f'{NO_KEY} this section'
+    return what, f'{remedy}Keys here: {", ".join(keys)}.'
+
+
+def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
+    models = models_of(field)
+    tag, kinds = _tag(models[0]), [kind for model in models for kind in _kinds(model)]
+    kinds += [] if field is None else [str(each) for each in field.examples or ()]
+    given = value.get(tag) if isinstance(value, dict) else None
+    near = difflib.get_close_matches(str(given), kinds, 1)
+    guess = f'Did you mean {near[0]}? ' if near else ''
+    remedy = f'{guess}Use one of {", ".join(kinds)}.'
+    if not isinstance(value, dict) or tag not in value:
+        return Problem(f'{key}.{tag}', ABSENT, 'is missing', remedy)
+    return Problem(f'{key}.{tag}', value[tag], f'unknown {tag}', remedy)
+
+
+def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
+    """Return the models among the alternatives of a field, those of list items included."""
+
+    def walk(annotation: Any) -> Iterator[type[BaseModel]]:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            yield annotation
+        for part in get_args(annotation):
+            yield from walk(part)
+
+    if field is None:
+        return []
+    kinds = one_of(field)
+    return list(walk(field.annotation)) if kinds is None else list(kinds.models)
+
+
+def _is_union(field: FieldInfo) -> bool:
+    """Return whether the location of a pydantic error includes the kind."""
+    kinds = one_of(field)
+    return field.discriminator is not None or (kinds is not None and len(kinds.models) > 1)
+
+
+def one_of(field: FieldInfo) -> OneOf | None:
+    """Return the marker of a field that takes the kinds of a folder."""
+
+    def walk(annotation: Any) -> Iterator[OneOf]:
+        if isinstance(annotation, OneOf):
+            yield annotation
+        for part in (*getattr(annotation, '__metadata__', ()), *get_args(annotation)):
+            yield from walk(part)
+
+    said = (each for each in field.metadata if isinstance(each, OneOf))
+    return next(chain(said, walk(field.annotation)), None)
+
+
+def _tag(model: type[BaseModel]) -> str:
+    """Return the key that distinguishes a model from its siblings; empty if there is none."""
+    keys = model.model_fields
+    # a spectrum that may be left out distinguishes nothing
+    return next(
+        (tag for tag in _TAGS if tag in keys and (tag == 'kind' or keys[tag].is_required())), ''
+    )
+
+
+def _kinds(model: type[BaseModel]) -> list[str]:
+    """Return the values of that key that name this model."""
+    tag = _tag(model)
+    return [str(kind) for kind in get_args(model.model_fields[tag].annotation)] if tag else []
+
+
+def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseModel]]:
+    """Return the other kinds of the same section."""
+    for field in root.model_fields.values():
+        models = models_of(field)
+        if owner in models:
+            return [model for model in models if model is not owner]
+        for model in models:
+            found = _siblings(owner, model)
+            if found:
+                return found
+    return []
+
+
+def _locate(
+    location: tuple[int | str, ...], root: type[BaseModel]
+) -> tuple[str, FieldInfo | None, type[BaseModel]]:
+    """Return the key path, the field and the model that owns it, without the tags of unions."""
+    owner, field, key = root, None, ''
+    parts = iter(location)
+    for part in parts:
+        if isinstance(part, int):
+            key += f'[{part}]'
+            continue
+        models = models_of(field)
+        if field is not None and _is_union(field):
+            owner = next(model for model in models if part in _kinds(model))
+            field = None
+            continue
+        if models:
+            owner = models[0]
+        shown = part[:_LONGEST_KEY]
+        key = f'{key}.{shown}' if key else shown
+        field = owner.model_fields.get(part)
+    return key, field, owner
+
+
+# -----------------------------------------------------------------------------
+# Limits within which double precision can compute a machine and the motion of a ship.
+
+# Squares of ratios of three such numbers neither overflow nor underflow.
+LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
+# No fusee has a thread that goes round more than about ten times. A release in degrees is beyond.
+LARGEST_TURNS = 10
+
+SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension')
+# Numbers that are only added to larger ones may be as small as they like.
+_MAY_VANISH = frozenset(
+    (
+        'trochlea.release_angle',
+        'trochlea.thread.inertia',
+        'trochlea.power.stiffness',
+        'regulator.release_arc',
+        'regulator.fluid_density',
+        'regulator.added_mass',
+        'drag.viscous',
+        'drag.quadratic',
+        'drag.coulomb',
+        'escapement.angle',
+        'escapement.energy',
+        'escapement.rest.friction',
+        'escapement.rest.recoil',
+    )
+)
+# Numbers of a ship that may not, by their names: divisors, and what spectra are scaled by.
+_OF_SHIPS = frozenset(
+    ('rate', 'period', 'frequency', 'natural_period', 'peak_period', 'significant_wave_height')
+)
+
+
+def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
+    """Yield the numbers of machine and ship, other than 0, that are outside these limits.
+
+    Args:
+        content: keys and values of the `SECTIONS` of a scene.
+    """
+    for key, value in _numbers('', content):
+        size = abs(value)
+        if key == 'trochlea.release_angle' and size > LARGEST_TURNS * math.tau:
+            yield Problem(
+                key,
+                value,
+                f'must be at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} '
+                'turns: no thread winds farther',
+                'Angles are in radians, 90° = 1.571' + _if_degrees(value),
+            )
+        elif size > LARGEST_SIZE:
+            yield Problem(
+                key,
+                value,
+                f'must be at most {LARGEST_SIZE:g} in size, or what follows overflows',
+                'Check its unit.',
+            )
+        elif 0.0 < size < LEAST_SIZE and not _may_vanish(key):
+            yield Problem(
+                key,
+                value,
+                f'must be at least {LEAST_SIZE:g} in size, or what follows vanishes',
+                'Check its unit.',
+            )
+
+
+def _may_vanish(key: str) -> bool:
+    if key.startswith('ship.'):
+        return key.rpartition('.')[2].partition('[')[0] not in _OF_SHIPS
+    return key in _MAY_VANISH
+
+
+def _if_degrees(value: float) -> str:
+    """Return the release in radians if degrees were meant, as the end of a sentence."""
+    if abs(value) > 360.0:
+        return '.'
+    return f': if {value:g} is in degrees, write release_angle: {math.radians(value):.4g}.'
+
+
+def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
+    if isinstance(content, Mapping):
+        for name, value in content.items():
+            yield from _numbers(f'{path}.{name}' if path else name, value)
+    elif isinstance(content, tuple):
+        for index, value in enumerate(content):
+            yield from _numbers(f'{path}[{index}]', value)
+    elif isinstance(content, float):
+        yield path, content
+
+
+# -----------------------------------------------------------------------------
+# Rules between the times of a scene: whole nanoseconds, and steps that fit each other.
+
+_MOST_TRIED = 100_000
+"""Number of parts into which a length is divided in the search of a log interval."""
+
+
+@dataclass(frozen=True)
+class Times:
+    """The times that a scene gives.
+
+    Attributes:
+        starts_at: stamp of the first sample [s].
+        duration: length of the scene [s].
+        log_interval: time between logged samples [s].
+        observation_interval: time between observations in port [s].
+        lunar_interval: time between lunar distances [s]; None: none are taken.
+        rate: sampling rate of the motion of a ship that moves [Hz].
+        shortest_wave_s: shortest period of the given waves [s]; inf where there are none.
+        still: whether the ship lies still; then the rate does not matter.
+        step_ns: time between samples of the ship's motion [ns].
+        beyond: number of steps that are sent beyond the end.
+    """
+
+    starts_at: float
+    duration: float
+    log_interval: float
+    observation_interval: float
+    lunar_interval: float | None
+    rate: float
+    shortest_wave_s: float
+    still: bool
+    step_ns: int
+    beyond: int
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with them."""
+        grid = list(_whole_nanoseconds(self))
+        yield from grid
+        if not grid:
+            yield from _grids(self)
+
+
+def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
+    values = {
+        'starts_at': times.starts_at,
+        'duration': times.duration,
+        'log.interval': times.log_interval,
+        'drift.observation_interval': times.observation_interval,
+        **_of_lunars(times),
+    }
+    for key, value in values.items():
+        if exact_nanoseconds(value).denominator != 1:
+            yield Problem(
+                key,
+                value,
+                'is not a whole number of nanoseconds',
+                'Give it to at most nine decimals.',
+            )
+    if times.still:
+        return
+    step = exact_step(times.rate)
+    if step.denominator != 1 or step < 1:
+        yield Problem(
+            'ship.rate',
+            times.rate,
+            f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
+            f'Use a rate that divides 1e9, for example {_near_rate(times)} Hz.',
+        )
+    elif step > MAX_GAP_S * NS_PER_S:
+        yield Problem(
+            'ship.rate',
+            times.rate,
+            f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
+            f'{MAX_GAP_S:g} s are interpolated',
+            f'Use {_least_rate(times.shortest_wave_s)}.',
+        )
+
+
+def _least_rate(shortest_wave_s: float) -> str:
+    """Return in words the rates at which the motion can be interpolated."""
+    least_hz, two_a_wave_hz = 1.0 / MAX_GAP_S, 2.0 / shortest_wave_s
+    if two_a_wave_hz >= least_hz:
+        return f'more than {two_a_wave_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'
+    return f'{least_hz!r} Hz or more'
+
+
+def _near_rate(times: Times) -> float:
+    """Return the nearest common sampling rate whose steps fit the log, if one does."""
+    common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
+    fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
+    least_hz, log_ns = 2.0 / times.shortest_wave_s, nanoseconds(times.log_interval)
+    enough = [near for near in (*common, *fast) if near > least_hz] or [fast[-1]]
+    fitting = [near for near in enough if log_ns % exact_step(near) == 0]
+    return min(fitting or enough, key=lambda near: abs(math.log(near / times.rate)))
+
+
+def _grids(times: Times) -> Iterator[Problem]:
+    yield from _log_grid(times)
+    beyond_ns = times.beyond * times.step_ns
+    end_ns = nanoseconds(times.starts_at) + nanoseconds(times.duration) + beyond_ns
+    if end_ns > LAST_STAMP_S * 10**9:
+        yield Problem(
+            'duration',
+            times.duration,
+            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {times.beyond} steps beyond '
+            f'the end; ROS stamps end at {LAST_STAMP_S} s',
+            'Shorten it, or let starts_at be earlier.',
+        )
+
+
+def _log_grid(times: Times) -> Iterator[Problem]:
+    """Yield what does not fit log.interval; where nothing fits it, only the interval."""
+    interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
+    interval_ns = nanoseconds(interval)
+    lengths = {
+        'duration': times.duration,
+        'drift.observation_interval': times.observation_interval,
+        **_of_lunars(times),
+    }
+    apart = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
+    off_steps = interval_ns % step_ns
+    if off_steps or (apart == lengths and _all_whole(lengths.values())):
+        said = (
+            f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {times.rate!r} Hz)'
+        )
+        each = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
+        yield Problem(
+            'log.interval',
+            interval,
+            said if off_steps else f'does not divide {each}',
+            f'Use {_fitting(interval_ns, step_ns, map(nanoseconds, lengths.values()))}.',
+        )
+        return
+    for key, value in apart.items():
+        yield Problem(
+            key,
+            value,
+            f'is not a whole number of log intervals (log.interval {interval!r} s)',
+            f'Use {_multiple(nanoseconds(value), interval_ns)}, or change log.interval.',
+        )
+
+
+def _all_whole(lengths: Iterable[float]) -> bool:
+    """Return whether lengths are whole seconds, so that they fit a log as it is by default."""
+    return all(value.is_integer() for value in lengths)
+
+
+def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
+    """Return the nearest log intervals that are whole steps and, if there are such, divide all
+    lengths.
+    """
+    steps, rest = divmod(math.gcd(*lengths_ns), step_ns)
+    if rest:
+        return _multiple(interval_ns, step_ns)
+    parts = steps * step_ns / interval_ns
+    more, fewer = count(math.ceil(parts)), range(math.floor(parts), 0, -1)
+    near = [
+        next((steps // n for n in islice(counts, _MOST_TRIED) if steps % n == 0), None)
+        for counts in (more, fewer)
+    ]
+    found = dict.fromkeys(_digits(each * step_ns) for each in near if each)
+    return ' or '.join(found) + ' s' if found else _multiple(interval_ns, step_ns)
+
+
+def _of_lunars(times: Times) -> dict[str, float]:
+    lunars = times.lunar_interval
+    return {} if lunars is None else {'drift.lunars.interval': lunars}
+
+
+def _multiple(value_ns: int, grid_ns: int) -> str:
+    below = value_ns // grid_ns * grid_ns
+    return ' or '.join(_digits(ns) for ns in (below, below + grid_ns) if ns) + ' s'
+
+
+def _digits(length_ns: int) -> str:
+    return f'{Decimal(length_ns) / 10**9:.15g}'
