@@ -1,4 +1,7 @@
-"""The commands as functions, for scripts and notebooks; arguments are checked first."""
+"""The commands as functions, for scripts and notebooks; arguments are checked first.
+
+Errors are those of the command line, in which options are named as arguments.
+"""
 
 from __future__ import annotations
 

@@ -236,7 +236,7 @@ def answer(result: Mapping[str, Any]) -> str:
     """Return the answer as a sentence; of a bag that is not whole, after one that says so.
 
     Args:
-        result: what `voyage.sail` and `replaying.replay` return, without the sentence.
+        result: what `voyage.sail` and `voyage.replay` return, without the sentence.
     """
     return f'The bag is not whole. {_answer(result)}' if result.get('damage') else _answer(result)
 

@@ -802,7 +802,7 @@ def replay_voyage(
 
     Args:
         path: rosbag2 folder or MCAP file.
-        scene, smooth, stable: as for `replaying.replay`.
+        scene, smooth, stable: as for `voyage.replay`.
 
     Raises:
         BagError: not a bag, no readings, or no scene.

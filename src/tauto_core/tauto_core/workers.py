@@ -1,4 +1,8 @@
-"""Many independent runs on several processes, here or on other machines, by dask.distributed."""
+"""Many independent runs on several processes, here or on other machines, by dask.distributed.
+
+The mechanics keep one core busy each, so a run takes a process with one thread. With one job and
+no scheduler, runs are made in this process and dask is not loaded.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Publishers and subscriptions for serialised messages: QoS, packs, counters, diagnostics."""
+"""Publishers and subscriptions for serialised messages: QoS, packs, counters, diagnostics.
+
+Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
+message object, so a payload in the graph is the payload in the bag.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""CDR payloads: batches of samples to serialised messages and back."""
+"""CDR payloads: batches of samples to serialised messages and back.
+
+Messages whose strings and sequences have equal lengths have equal layouts. So one payload is laid
+out, and numpy copies it and fills in the numbers of a whole batch. Padding is zero, so payloads
+are the same bits wherever they are made. rmw_fastrtps leaves arbitrary padding and up to 8 bytes
+after the message; both are accepted.
+"""
 
 from __future__ import annotations
 

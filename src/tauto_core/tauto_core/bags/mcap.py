@@ -136,7 +136,7 @@ def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[Sto
 # -----------------------------------------------------------------------------
 # One MCAP file as spans of records, found by its index or, without one, by reading all of it.
 #
-# What the records are, `mcap_records` knows.
+# What the records are is said above.
 
 MAGIC = b'\x89MCAP0\r\n'
 SPAN_BYTES = 1 << 20

@@ -578,7 +578,7 @@ class Forecast:
         tried_s: length of the scene that was run to find the bounds [s]; None: nothing had to be.
             Beyond it they are extrapolated.
         was_cut: whether the trials cost so much more than predicted that they were cut.
-        growth: growth of a small distance between two motions in the same sea (`trial.Growth`);
+        growth: growth of a small distance between two motions in the same sea (`Growth`);
             None where no steps are taken, and on land unless a thread swings.
         bounded_until_s: time from which on the bound exceeds a quarter of a period, in a chaotic
             motion; else None.

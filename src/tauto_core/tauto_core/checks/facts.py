@@ -299,7 +299,7 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
     Returns:
         The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the
         step of the motion that the clock feels [s], and the departure from the apparent vertical,
-        both in rad and over the tilt of the apparent vertical (`following.Following`).
+        both in rad and over the tilt of the apparent vertical (`Following`).
     """
     if scene.suspension is None or isinstance(machine, FluidPendulum):
         return None
@@ -424,7 +424,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
 
     Returns:
         The object of `tauto scene check --json`. `expected` has the figures of
-        `voyage_cost.Forecast`; `steps_a_swing` and `tolerance` are None where the propagator takes
+        `cost.Forecast`; `steps_a_swing` and `tolerance` are None where the propagator takes
         no steps.
 
     Raises:

@@ -1,4 +1,10 @@
-"""The commands of `tauto`."""
+"""The commands of `tauto`.
+
+Exit codes: 0 for success, 2 for a bad command line or scene, 1 for anything that failed on the
+way, 130 after Ctrl-C, 143 after SIGTERM. Results go to stdout, messages to stderr; with `--json`
+stdout holds one object and nothing else. A traceback means a fault of the program, never of its
+input.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""The trochlea on a live sensor: the dial stops where the motion is lost or impossible."""
+"""The trochlea on a live sensor: the dial stops where the motion is lost or impossible.
+
+Where the motion breaks off for more than `MAX_GAP_S`, jumps, or makes the wheel do what no wheel
+can, the run ends at its last reading. The next good motion releases the wheel again, and the dial
+continues from where it stood. So it loses the time in between, which each reading states
+(`source`, DialSetting). Where the stamps themselves have gone back, since sim time was reset or a
+bag begins again, the dial is set anew.
+"""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def draw(result: Comparison, path: Path) -> None:
 
     Raises:
         FigureError: the file cannot be written.
-        UsageError: see `figure_file.check_plot`.
+        UsageError: see `files.check_plot`.
     """
     write_figure(lambda: side_by_side(result), path)
 

@@ -1,4 +1,7 @@
-"""The entries of a comparison, in one sea or with several rolls, and their voyages."""
+"""The entries of a comparison, in one sea or with several rolls, and their voyages.
+
+Each run computes the motion of ship and case for itself, so processes need not exchange it.
+"""
 
 from __future__ import annotations
 

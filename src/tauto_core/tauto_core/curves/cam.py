@@ -2,6 +2,16 @@
 
 Its lever as plain numbers for kernels, Euler's linear cams, corrected cams, the inverse of the
 lift, whether a cheek can be cut, and any analytic lever arm as polynomials.
+
+Euler, *De novo quodam curvarum tautochronarum genere* (1727). The lever arm t(ϑ) is the distance
+of the thread's line from the axle, so the family of these lines in the wheel's frame has t as
+its support function and the cheek is their envelope. With ψ the direction of a line's normal:
+p = dt/dψ, contact point t (cos ψ, sin ψ) + p (−sin ψ, cos ψ), radius of curvature R = t + dp/dψ.
+A thread that hangs vertically has ψ = ϑ (§VII–XIV); through a hole at distance a from the axle
+ψ = ϑ + arcsin(t/a) (§XXII–XXIX).
+
+The frame turns with the wheel; +y points along the thread at rest, towards weight or hole.
+Angles are radians, lengths metres. Every function takes numbers or arrays of any shape.
 """
 
 from __future__ import annotations

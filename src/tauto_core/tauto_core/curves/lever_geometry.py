@@ -1,4 +1,15 @@
-"""Sully's lever: the position of thread and lever for each angle of the wheel (Euler 1727, V)."""
+"""Sully's lever: the position of thread and lever for each angle of the wheel (Euler 1727, V).
+
+The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
+B to a lever AD that turns about A. At rest the lever is level and B below C. With u = θ − δ,
+n = (cos δ, sin δ) and d = (sin δ, −cos δ)
+
+    B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
+
+The distance of B from C is a function of u², and on the lever of its angle β. So everything
+follows without iteration from τ = ±√tan(β/2). τ has the sign of θ, and is smooth up to a dead
+point and through rest, where β is proportional to θ². The forms are free of cancellation.
+"""
 
 from __future__ import annotations
 

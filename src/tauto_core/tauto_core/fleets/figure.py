@@ -33,7 +33,7 @@ def draw(fleet: Fleet, path: Path) -> None:
 
     Raises:
         FigureError: the file cannot be written.
-        UsageError: see `figure_file.check_plot`.
+        UsageError: see `files.check_plot`.
     """
     write_figure(lambda: figure_of(fleet), path)
 

@@ -1,4 +1,8 @@
-"""Sailing a fleet: a ship's voyage as a row, the rows on disk, ships on several processes."""
+"""Sailing a fleet: a ship's voyage as a row, the rows on disk, ships on several processes.
+
+A ship has arrived, has failed by physics, or is lost with her process or the scheduler. The lost
+are no observations: they have no row, there is no answer without them, and they sail again.
+"""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class Intrinsic:
 def intrinsic(function: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a function that writes instructions of LLVM itself.
 
-    Its first argument is an `emission.Emission`, which kernels do not pass; the others are the
+    Its first argument is an `values.Emission`, which kernels do not pass; the others are the
     arguments as they are known when compiling; it returns a value likewise.
     """
     return Intrinsic(function)

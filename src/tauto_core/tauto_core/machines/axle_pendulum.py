@@ -1,6 +1,12 @@
 """A body on a cylindrical axle that rests without friction in, on or over a curved support.
 
 Its two normal modes (theory C; Euler 1780, 12–28, 42), then the motion at any angles.
+
+Euler 1780 (theory C). x points down, y sideways. θ is the tilt of the normal at the contact, from
+the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre of
+gravity. The axle's centre moves along an arc of radius e about O, s = eθ. Formulas use the
+curvature 1/e, so that a plane (0) and a convex support (negative) are no exceptions. A cradle is
+the same body; C is then the centre of curvature of its rockers (§48–53).
 """
 
 from __future__ import annotations

@@ -1,6 +1,10 @@
 """A body that swings to and fro on a curve in a fluid (Euler 1729), as a regulator.
 
 Half swings on any curve by quadrature, the half swing in the other direction, and the regulator.
+
+Euler, *Curva tautochrona in fluido* (1729). On his curve every half swing down the branch of
+descent takes π√(f/g), and one in the other direction takes longer. On a symmetric curve both take
+the same time.
 """
 
 from __future__ import annotations

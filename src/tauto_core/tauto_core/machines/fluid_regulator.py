@@ -1,4 +1,7 @@
-"""A globe or cylinder that swings on a curve in a fluid: keys, refusals, weight and resistance."""
+"""A globe or cylinder that swings on a curve in a fluid: keys, refusals, weight and resistance.
+
+Its mechanics are in `fluid_pendulum`, loaded where a scene uses it.
+"""
 
 from __future__ import annotations
 

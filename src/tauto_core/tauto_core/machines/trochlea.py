@@ -1,6 +1,10 @@
 """The trochlea as a mechanism: a wheel, its cam, and the power that pulls the thread.
 
 Then what all kinds of thread share: keys, the machine that they make, refusals.
+
+I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh for a force or a
+spring, m g_eff for a weight (theory E2; Euler 1727, XVI–XX). In a case at rest this is the motion
+in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
 """
 
 from __future__ import annotations

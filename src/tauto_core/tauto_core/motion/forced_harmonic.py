@@ -1,6 +1,14 @@
 """The wheel in a linear well on a moving ship or with viscous drag: exact steps of `linear`.
 
 First the passages: zero upwards (a turn), zero (a beat), the cam's edge. Then the propagator.
+
+Such are Euler's second cam drawn by a force, a spring's own cam, and any linear lever arm t = t'ϑ
+under a constant pull F whose neutral line is the case's. With α_c the tilt of the case, the
+absolute angle ψ = θ + α_c and viscous drag c₁, (E2.1) becomes
+
+    ψ̈ + 2δψ̇ + ω₀²ψ = ω₀²α_c + 2δα̇_c,    2δ = c₁/I,    ω₀² = F t'/I,
+
+that is ż = (iω − δ) z + ω₀²u + 2δu̇ with u = α_c, z = ψ̇ + δψ + iωψ and ω² = ω₀² − δ² > 0.
 """
 
 from __future__ import annotations

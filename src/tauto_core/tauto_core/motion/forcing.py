@@ -1,4 +1,10 @@
-"""The forcing of the machine, as polynomials over short pieces; errors that end a motion."""
+"""The forcing of the machine, as polynomials over short pieces; errors that end a motion.
+
+A piece is the time between two joints of the polynomials, which are samples of the motion, next to
+each other or several apart; x runs from 0 to 1 over its `length_s`. A span is a part of a piece,
+from x = `begin` to `end`. Spans follow each other without gaps, and one ends wherever the motion
+is to be logged.
+"""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ def folded_both(
     need are read back from memory: loads run beside the arithmetic, moves between lanes would not.
 
     Args:
-        array: with the matrix as `gauss.Gauss.folded`.
+        array: with the matrix as `gauss_step.Gauss.folded`.
         first: row at which it begins.
         room: row of `array` from which on two are overwritten.
         weights, others: the numbers that the matrix is multiplied with.

@@ -1,4 +1,17 @@
-"""The exact solution of ż = (iω − δ) z + f: one step a span, however many swings it takes."""
+"""The exact solution of ż = (iω − δ) z + f: one step a span, however many swings it takes.
+
+In the rotating frame, Y = e^{−iωt} z, variation of constants makes of a span of length h one sum
+and one factor (P.1 in docs/theory/propagators.md):
+
+    Y(t + h) = e^{−δh} (Y(t) + e^{−iωt} b),    b = ∫₀^h e^{(δ − iω)s} f(t + s) ds.
+
+f = a u + c u̇ of a polynomial u over the span, so that b is the product of constant rows with the
+numbers that determine u (`responses`). ωt is reduced exactly from the whole nanoseconds of t, so
+that only the rounding of the sums grows with the number of spans, and that sum is compensated.
+
+The wheel in a linear well (`forced_harmonic`) and both modes of a suspended case (`axle_modes`)
+obey this equation.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""The driver: advances a system over spans of forcing, from event to event, and its steps."""
+"""The driver: advances a system over spans of forcing, from event to event, and its steps.
+
+Each span is divided into stretches, these into equal steps (`layout`). A step is collocated,
+halved if its error is too large, searched for events, and cut short at the first. The end of the
+range and a slack thread end the run. What moves is known by the methods of `system.System` alone.
+"""
 
 from __future__ import annotations
 
@@ -59,8 +64,8 @@ from tauto_core.scene.errors import CamRangeError
 LONGEST_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
 """Longest step by its number of stages, as the angle ωh [rad].
 
-`layout.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
-`layout.BEYOND`, with sixteen it stays within `rotation.MAX_ANGLE`.
+`events.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
+`events.BEYOND`, with sixteen it stays within `gauss_step.MAX_ANGLE`.
 """
 
 MIN_ANGLE = 0.005
@@ -262,7 +267,7 @@ class Row(Protocol):
 
 
 MAX_EVENTS = 10_000
-"""Most events in a row of which each crowds the one before (`layout.CROWDED`)."""
+"""Most events in a row of which each crowds the one before (`events.CROWDED`)."""
 
 MAX_STALLED = 4
 """Most events in a row at one time; after them turning points and kinks are passed over."""

@@ -87,7 +87,7 @@ class Tolerance(NamedTuple):
 
     Attributes:
         step: error allowed in a step.
-        factor: that error over the square of the last coefficient (`step_size.error_factor`).
+        factor: that error over the square of the last coefficient (`stepping.error_factor`).
         settled: error to which the stage equations are iterated.
         near: phase from an event within which the midpoint rule carries the state to it [rad].
         coarsen: error of all steps of a span below which the next ones are twice as long.

@@ -1,6 +1,22 @@
 """The equation of motion of a wheel with one degree of freedom, term by term.
 
 The arc as its coordinate, the lever arm of the thread, the well, and Coulomb's friction at rest.
+
+The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
+w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (theory E2) no second derivative of the ship's
+motion is needed:
+
+    q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
+    ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I               θ̇ = q̇ + τ̇
+
+with t(q) the lever arm [m], t′ = dt/dq, pull = F/I, γ the neutral line, τ = γ − α_c its tilt in
+the case, θ = q + τ, d the sign of θ̇ and s that of the last impulse, both constant between events.
+
+A heavy weight on a linear lever arm has a `shape` (`arc_length`): there the coordinate is the arc
+s of the well and the momentum p = ṡ + γ̇n, n = dϑ/ds. Below, x and w are the coordinate and the
+momentum of either kind. As in `system` and `outside`, `rate` is θ̇, `speed` q̇ and `line` γ.
+
+Absent terms are `None`, and are not in the compiled code.
 """
 
 from __future__ import annotations

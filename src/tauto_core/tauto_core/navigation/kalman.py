@@ -1,4 +1,21 @@
-"""The navigator's clock model: a linear Kalman filter on phase, rate, ageing and coefficients."""
+"""The navigator's clock model: a linear Kalman filter on phase, rate, ageing and coefficients.
+
+State: offset x of the dial [s, fast is positive], rate y = dx/dt [1], ageing d = dy/dt [1/s].
+Over a time τ without observations (Brown and Hwang; Zucca and Tavella, Metrologia 2005):
+
+    x' = x + τ y + τ²/2 d,   y' = y + τ d,   d' = d,   P' = F P Fᵀ + Q(τ)
+
+    Q = | q1 τ + q2 τ³/3 + q3 τ⁵/20   q2 τ²/2 + q3 τ⁴/8   q3 τ³/6 |
+        |                             q2 τ + q3 τ³/3      q3 τ²/2 |
+        |  symmetric                                      q3 τ    |
+
+An observation is a scalar phase z = x + noise of variance R. With two states d and its variances
+are zero and remain so. Formulas are written out as sums and products, so floats and arrays, one
+sample or many, give the same bits.
+
+With covariates the rate is y + Σ k_j x_j, and the coefficients k_j are states too
+(`coefficients`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""The regressors of the rate equation, integrated from `ship/imu` (theory E11)."""
+"""The regressors of the rate equation, integrated from `ship/imu` (theory E11).
+
+For each sample, with f the apparent gravity that pulls a weight at the clock and ⟨f⟩ its running
+mean,
+
+    x_heave = -(f - ⟨f⟩)²/(8 g²),    x_roll = ρ².
+
+Between samples the regressors are linear, and their integral X is exact.
+"""
 
 from __future__ import annotations
 

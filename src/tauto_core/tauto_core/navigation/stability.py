@@ -1,4 +1,9 @@
-"""Stability of a clock: the Allan deviation and related ones, with confidence intervals."""
+"""Stability of a clock: the Allan deviation and related ones, with confidence intervals.
+
+`allantools` computes the deviations (Riley, Handbook of Frequency Stability Analysis, NIST SP
+1065, 2008). Each interval weights the possible kinds of noise by their probability
+(`noise_kinds`), with the degrees of freedom of each kind (`power_law`).
+"""
 
 from __future__ import annotations
 
@@ -261,7 +266,7 @@ class Stability:
     Args:
         samples: number of readings used.
         tau_s: averaging times, doubling from the interval of the readings [s], (n,).
-        noise: most probable kind of noise at each, one of `noise_kinds.KINDS`.
+        noise: most probable kind of noise at each, one of `KINDS`.
         noise_probability: its probability, (n,).
         allan, modified, hadamard: overlapping deviations of relative frequency.
         time: τ/√3 times the modified one [s].

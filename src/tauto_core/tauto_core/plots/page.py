@@ -54,7 +54,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
 
     Returns:
         `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, the part
-        with which it moves (`machine_drawing.Carrier`); `note` on these; `parts` of the voyage,
+        with which it moves (`machine.Carrier`); `note` on these; `parts` of the voyage,
         each beginning at `from_s` for `length_s`, with `time_s` within it, `phase_rad` and
         `amplitude_rad` at logged samples, and every `roll_step_s` `roll_rad` and `plumb_rad`, the
         apparent vertical, to which a suspended case keeps and a thread with a weight. For a thread

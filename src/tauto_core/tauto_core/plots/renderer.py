@@ -36,7 +36,7 @@ def check_picture(what: str, file: str | Path | None, *, part: bool = False) -> 
         part: whether a part of the voyage is asked for.
 
     Raises:
-        UsageError: see `charts.check_what` and `figure_file.check_plot`.
+        UsageError: see `contents.check_what` and `files.check_plot`.
     """
     check_what(what, part=part)
     if file is not None:
@@ -55,9 +55,9 @@ def picture(
 
     Args:
         voyage: the voyage that the picture shows.
-        what: one of `charts.PICTURES`.
+        what: one of `contents.PICTURES`.
         file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
-        from_s, to_s: as for `charts.chart`.
+        from_s, to_s: as for `contents.chart`.
 
     Raises:
         UsageError: no such picture, no data for it, or another suffix.

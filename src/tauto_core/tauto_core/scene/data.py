@@ -1,4 +1,8 @@
-"""The data files of a scene: where they lie, and columns of numbers from them."""
+"""The data files of a scene: where they lie, and columns of numbers from them.
+
+A path is either `shipped:<folder>/<file>`, data that come with the package, or a file of the
+user. A shipped path means the same on every machine, so a bag may contain it.
+"""
 
 from __future__ import annotations
 

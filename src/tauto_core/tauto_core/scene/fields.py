@@ -1,4 +1,7 @@
-"""Building blocks of the models of a scene: numbers, text, and kinds found by folder."""
+"""Building blocks of the models of a scene: numbers, text, and kinds found by folder.
+
+Numbers are finite and never read from strings or booleans; unknown keys are refused.
+"""
 
 from __future__ import annotations
 

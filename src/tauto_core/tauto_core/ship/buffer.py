@@ -1,4 +1,9 @@
-"""The samples that a moving clock still needs, and the forcing computed from them."""
+"""The samples that a moving clock still needs, and the forcing computed from them.
+
+A piece runs from one sample to the next or over several. It is used as soon as its interpolation
+windows are complete: at most four samples after its end, so that stages may lag by `LOOKAHEAD`
+samples.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Conversion between the ship's motion and the readings of an inertial sensor beside the clock."""
+"""Conversion between the ship's motion and the readings of an inertial sensor beside the clock.
+
+Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is
+right-handed about x: starboard down is positive. Equations: theory E1.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Compiled sums of harmonics, their fading, and readings of an IMU; import on first use only."""
+"""Compiled sums of harmonics, their fading, and readings of an IMU; import on first use only.
+
+Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
+"""
 
 from __future__ import annotations
 
@@ -415,7 +418,7 @@ def planar_roll(
 ) -> None:
     """Fill the roll as `roll_of` would from the quaternion of a ship that only rolls.
 
-    The bits are those of `roll_of` for the output of `source_kernels.encode`.
+    The bits are those of `roll_of` for the output of `encode`.
 
     Args:
         angle: rho [rad], shape (n,).
@@ -449,7 +452,7 @@ def planar_force(
     tilt: FloatArray | None,
     size: FloatArray | None,
 ) -> None:
-    """Fill the results of `force_of` for the force from `source_kernels.encode`."""
+    """Fill the results of `force_of` for the force from `encode`."""
     rows = len(angle) // SIZE
     for i in range(rows + 1):
         s, c = half_angles(0.5 * eight(angle, i))

@@ -1,4 +1,11 @@
-"""Measured motion: from CSV or a bag, checked, and resampled within a pass-band."""
+"""Measured motion: from CSV or a bag, checked, and resampled within a pass-band.
+
+The record is mapped to a uniform grid of its median step by a cubic spline, continued evenly
+(mirrored) at both ends, and transformed by a DCT-I. Of its harmonics, with frequencies n/(2
+length), those with low <= f <= high are kept and the others dropped. The result is a sum of
+cosines, so its derivatives are exact. Mirroring makes its rate zero at both ends of the record, an
+effect that lasts for about 1/high.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The files from which a sea is computed: operators, spectra, roll decay tests."""
+"""The files from which a sea is computed: operators, spectra, roll decay tests.
+
+A scene that runs contains tables and numbers, no paths, so a bag needs nothing but its text.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""The clock's case hung on a cylindrical axle in a bearing of the ship (Euler 1780; theory C)."""
+"""The clock's case hung on a cylindrical axle in a bearing of the ship (Euler 1780; theory C).
+
+It takes the ship's motion, and returns what a sensor fixed in the case at the clock would read.
+The bearing's centre is where the ship's sensor is. Of the ship's motion only its acceleration
+reaches the case, since the axle lies in the bearing without friction. The contact pushes along its
+normal alone, so the specific force at the centre of gravity of the case, where the clock is,
+points along θ and has the size N/M: θ is the apparent vertical and N/M the apparent gravity. In
+the case the sensor reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Sums of harmonics, as a ship under way meets them, and in a sea that changes (theory E5, F1)."""
+"""Sums of harmonics, as a ship under way meets them, and in a sea that changes (theory E5, F1).
+
+x(t) = mean + sum a_i cos(2 pi t/T_i + eps_i), t = k step from the start of the scene.
+"""
 
 from __future__ import annotations
 

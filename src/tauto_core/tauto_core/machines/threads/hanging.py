@@ -1,4 +1,14 @@
-"""A thread that swings with the weight at its end, and the periodic swing of both."""
+"""A thread that swings with the weight at its end, and the periodic swing of both.
+
+Two degrees of freedom, both absolute angles: ψ of the wheel, δ of the thread. With u = ψ − δ, the
+angle by which the cam winds the thread, and l = l₀ − r u²/2, the free length,
+
+    (I + m r²u²) ψ̈ = −m r u [g cos(δ − β) + l δ̇² + r ψ̇²] + torque on the wheel,
+    l δ̈ = −g sin(δ − β) − r ψ̈ + r u δ̇ (2ψ̇ − δ̇),
+
+where β is the direction of the apparent vertical and g the apparent gravity. Small swings are the
+modes of paper C (`modes`).
+"""
 
 from __future__ import annotations
 
