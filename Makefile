@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint docs bench stress soak fuzz clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint coverage docs wheels bench stress soak fuzz clean setup setup-dev environment FORCE
 
 SCENE ?= measured
 SPEED ?= 60
@@ -55,8 +55,16 @@ lint: setup-dev  ## format, lint, types, layers
 test: lint  ## lint and every test
 	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
+coverage: setup-dev  ## which lines the tests run: a table, and coverage.xml
+	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder \
+	  --cov=tauto_core --cov=tauto_nodes --cov-report=term:skip-covered --cov-report=xml
+
 docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
 	.venv/bin/zensical build --strict --clean
+
+wheels: setup-dev  ## both packages as wheels, into dist/
+	rm -rf dist src/*/build  # setuptools would pack modules of earlier builds, too
+	.venv/bin/python -m pip wheel --quiet --no-deps --wheel-dir dist src/tauto_core src/tauto_nodes
 
 bench: setup  ## the eight clocks of the README, messages per second, run time against error
 	.venv/bin/python docs/outputs.py --clocks
@@ -78,8 +86,8 @@ soak: setup  ## a voyage of MINUTES=60 flat out: memory flat, nothing lost, the 
 fuzz: setup  ## COUNT=1000000 mutated bags and as many scenes: refused or read, nothing else
 	.venv/bin/python benchmarks/fuzz.py --count $(COUNT)
 
-clean:  ## remove bags/out, site, colcon's folders and caches; .venv stays
-	rm -rf bags/out site ros_ws/build ros_ws/install ros_ws/log \
+clean:  ## remove bags/out, dist, site, colcon's folders and caches; .venv stays
+	rm -rf bags/out coverage.xml dist site ros_ws/build ros_ws/install ros_ws/log \
 	  .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 

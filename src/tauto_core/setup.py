@@ -17,6 +17,7 @@ TEST = [
     'numba>=0.60',  # the same kernels through another compiler, bit for bit
     'pyarrow>=16.0',
     'pytest>=8.0',
+    'pytest-cov>=5.0',
     'pytest-xdist>=3.8',
     'wheel>=0.40',
 ]
