@@ -52,6 +52,7 @@ setup(
     package_data={
         PACKAGE: [
             'py.typed',
+            'motion/gauss_coefficients.txt',
             'scene/shipped/*.yaml',
             'scene/data/*/*',
             'scene/scene.schema.json',

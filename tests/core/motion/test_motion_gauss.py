@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from gauss_derivation import derived
 from mpmath import mp
 
 from tauto_core.motion.gauss_step import gauss
@@ -42,6 +43,12 @@ def projections(roots):
         ]
         for n in range(s)
     ]
+
+
+@STAGES
+def test_the_table_holds_the_constants_derived_in_decimal_arithmetic(stages):
+    for stored, exact in zip(gauss(stages), derived(stages), strict=True):
+        np.testing.assert_array_equal(stored, exact, strict=True)
 
 
 @STAGES
