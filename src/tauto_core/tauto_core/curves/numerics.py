@@ -1,9 +1,9 @@
-"""Numerics of curves: small differences, roots, bisection, the nearest value, quadrature."""
+"""Numerics of curves: small differences, roots, the nearest value, series, quadrature."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 import numpy as np
@@ -203,6 +203,61 @@ def _between(bad: float, good: float, works: Callable[[float], bool]) -> float:
     while not works(typed := float(f'{digits}e{exponent}')):
         digits += step
     return typed
+
+
+# -----------------------------------------------------------------------------
+# Chebyshev series of functions that are known at the Chebyshev nodes of the first kind.
+
+
+def chebyshev_nodes(count: int) -> FloatArray:
+    """Return the nodes x_k = cos(π (k + ½)/n), k = 0 … n − 1, which fall from 1 to −1, (n,)."""
+    return np.asarray(np.cos(math.pi / count * (np.arange(count) + 0.5)))
+
+
+def chebyshev_coefficients(values: FloatArray) -> FloatArray:
+    """Return the coefficients c_j of the polynomials Σ c_j T_j(x) with given values, (…, n).
+
+    c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of that for j = 0. This discrete cosine
+    transform is computed as the Fourier transform of the values and their mirror image.
+
+    Args:
+        values: values at `chebyshev_nodes(n)`, (…, n).
+    """
+    count = values.shape[-1]
+    mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
+    half_a_node = np.exp(-0.5j * math.pi / count * np.arange(count))
+    found = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
+    found[..., 0] *= 0.5
+    return np.ascontiguousarray(found)
+
+
+def complete_series(
+    series: Callable[[int], FloatArray],
+    counts: Iterable[int],
+    tail: float,
+    *,
+    last: int = 4,
+    scale: float | None = None,
+) -> FloatArray | None:
+    """Return the first Chebyshev series that represents its functions; None if none does.
+
+    A smooth function's coefficients fall geometrically down to rounding. A series is complete
+    when its last coefficients are that small: several, since one may vanish by symmetry.
+
+    Args:
+        series: function that gives the coefficients with n terms, (…, n).
+        counts: numbers of terms to be tried, one after the other.
+        tail: largest of the last coefficients of a complete series, over its largest one.
+        last: how many are looked at.
+        scale: what `tail` is a share of, instead of the largest coefficient.
+    """
+    for count in counts:
+        found = series(count)
+        sizes = np.abs(found)
+        largest = np.max(sizes, axis=-1, keepdims=True) if scale is None else scale
+        if np.all(sizes[..., -last:] <= tail * largest):
+            return found
+    return None
 
 
 # -----------------------------------------------------------------------------

@@ -15,7 +15,12 @@ from decimal import Decimal, localcontext
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from tauto_core.curves.numerics import bracketed_newton
+from tauto_core.curves.numerics import (
+    bracketed_newton,
+    chebyshev_coefficients,
+    chebyshev_nodes,
+    complete_series,
+)
 from tauto_core.machines import LeverMachine, Machine
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.phase import (
@@ -30,35 +35,6 @@ from tauto_core.motion.phase import (
 )
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
-
-# -----------------------------------------------------------------------------
-# Chebyshev series of functions that are known at the Chebyshev nodes of the first kind.
-
-
-def nodes(count: int) -> FloatArray:
-    """Return the nodes x_k = cos(π (k + ½)/n), k = 0 … n − 1, which fall from 1 to −1, (n,)."""
-    return np.asarray(np.cos(math.pi / count * (np.arange(count) + 0.5)))
-
-
-def coefficients(values: FloatArray) -> FloatArray:
-    """Return the coefficients c_j of the polynomials Σ c_j T_j(x) with given values, (…, n).
-
-    c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of that for j = 0. This discrete cosine
-    transform is computed as the Fourier transform of the values and their mirror image.
-
-    Args:
-        values: values at `nodes(n)`, (…, n).
-    """
-    count = values.shape[-1]
-    mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
-    half_a_node = np.exp(-0.5j * math.pi / count * np.arange(count))
-    found = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
-    found[..., 0] *= 0.5
-    return np.ascontiguousarray(found)
-
-
-# -----------------------------------------------------------------------------
-# Propagators of motions that are known at any time, so that they have no running state.
 
 
 class ClosedForm(ABC):
@@ -186,7 +162,9 @@ class Harmonic(ClosedForm):
 ACTION_ANGLE = 'action_angle'
 
 LARGEST_DEGREE = 4096
-SMALLEST_DEGREE = 16
+_COUNTS = tuple(1 + 2**n for n in range(4, 13))
+"""Numbers of coefficients tried: 17 to LARGEST_DEGREE + 1."""
+
 NEAR = 2.0**-32
 """Change of x at which Newton's method ends: its next step is exact to rounding."""
 
@@ -290,14 +268,14 @@ def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> 
     Raises:
         PropagationError: more than 4096 coefficients.
     """
-    degree = SMALLEST_DEGREE
-    while degree <= LARGEST_DEGREE:
-        w = a + 0.5 * (b - a) * (1.0 + nodes(degree + 1))
-        found = coefficients(slope(w))
-        if np.max(np.abs(found[-4:])) <= TAIL * np.max(np.abs(found)):
-            kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
-            return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
-        degree *= 2
+
+    def series(count: int) -> FloatArray:
+        return chebyshev_coefficients(slope(a + 0.5 * (b - a) * (1.0 + chebyshev_nodes(count))))
+
+    found = complete_series(series, _COUNTS, TAIL)
+    if found is not None:
+        kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
+        return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
     raise PropagationError(
         'the swing released takes more than 4096 Chebyshev coefficients. Smooth the table of the '
         'cam, or release at a smaller angle',
@@ -334,7 +312,8 @@ def rising(series: FloatArray) -> Rising:
     straight = Rising(series, slope, float(_value(series, 1.0)), np.array([0.0, 1.0]))
     if len(series) > LONGEST_INVERTED:
         return straight
-    found = coefficients(inverse(straight, 0.5 * straight.top * (1.0 + nodes(2 * len(series)))))
+    times = 0.5 * straight.top * (1.0 + chebyshev_nodes(2 * len(series)))
+    found = chebyshev_coefficients(inverse(straight, times))
     return replace(straight, back=np.asarray(chebyshev.chebtrim(found, NEAR), np.float64))
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from tauto_core.curves.fluid import FluidTautochrone
+from tauto_core.curves.numerics import complete_series
 from tauto_core.machines import FluidPendulum
 from tauto_core.machines.descent import half_swing
 from tauto_core.machines.fluid_pendulum import far_end, grid_for, place, reverse_half_swing
@@ -31,7 +32,9 @@ from tauto_core.scene.errors import PropagationError
 # them.
 
 LARGEST_DEGREE = 512
-SMALLEST_DEGREE = 8
+_COUNTS = tuple(1 + 2**n for n in range(3, 10))
+"""Numbers of coefficients tried: 9 to LARGEST_DEGREE + 1."""
+
 TAIL = 2.0**-48
 """Size of the last three coefficients at which a series counts as complete."""
 
@@ -61,17 +64,19 @@ class SwingTable:
 
     def __init__(self, swing: Callable[[float], tuple[float, float]], widest: float) -> None:
         self._widest = widest
-        degree = SMALLEST_DEGREE
-        while degree <= LARGEST_DEGREE:
-            nodes = np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))
+
+        def series(terms: int) -> FloatArray:
+            # by least squares, which for so few terms is no slower than the discrete transform
+            nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
             starts = widest * 0.5 * (1.0 + nodes)
             found = np.array([swing(start) for start in starts.tolist()])
             values = np.stack([found[:, 0], -found[:, 1] / starts], axis=1)
-            series = chebyshev.chebfit(nodes, values, degree)
-            if np.max(np.abs(series[-3:])) <= TAIL:
-                self._excess, self._ratio = (_trimmed(series[:, column]) for column in range(2))
-                return
-            degree *= 2
+            return np.asarray(chebyshev.chebfit(nodes, values, terms - 1), np.float64).T
+
+        found = complete_series(series, _COUNTS, TAIL, last=3, scale=1.0)
+        if found is not None:
+            self._excess, self._ratio = map(_trimmed, found)
+            return
         raise PropagationError(
             f'half swings from {widest:.6g} m take more than {LARGEST_DEGREE} Chebyshev '
             'coefficients: the fluid resists too strongly. Release the body nearer to A, or use a '

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
 # Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.7; J.
 # C. Butcher, Implicit Runge–Kutta processes, Math. Comp. 18 (1964).
 
+
 class Gauss(NamedTuple):
     """The constants of a method of s stages.
 

@@ -9,9 +9,9 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.polynomial import chebyshev
 
+from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes, complete_series
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
-from tauto_core.motion.closed_forms import coefficients, nodes
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import Lanes, filled, fma, largest, least, load, store
 from tauto_core.motion.outside import (
@@ -206,15 +206,16 @@ def _complete(
     functions: Callable[[FloatArray], FloatArray], low: float, high: float, most: int
 ) -> FloatArray | None:
     """Return Chebyshev coefficients on an interval to rounding, (m, n); None: too many."""
-    terms = FEWEST_TERMS
+
+    def series(terms: int) -> FloatArray:
+        places = 0.5 * (low + high) + 0.5 * (high - low) * chebyshev_nodes(terms)
+        return chebyshev_coefficients(functions(places))
+
+    counts, terms = [], FEWEST_TERMS
     while terms <= most:
-        values = functions(0.5 * (low + high) + 0.5 * (high - low) * nodes(terms))
-        found = coefficients(values)
-        size = np.max(np.abs(found), axis=1, keepdims=True)
-        if np.max(np.abs(found[:, -4:]) / size) <= TAIL:
-            return found
+        counts.append(terms)
         terms += terms // 4
-    return None
+    return complete_series(series, counts, TAIL)
 
 
 # -----------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
-from tauto_core.motion.closed_forms import coefficients, nodes
+from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import HIGHEST_LATITUDE_DEG, WIDEST_AWARD_NMI, Voyage, key_of_place
@@ -123,7 +123,7 @@ def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> Geodes
     line = Geodesic.WGS84.InverseLine(*start, *end, Geodesic.STANDARD | Geodesic.DISTANCE_IN)
     length: float = line.s13
 
-    ways = (0.5 * length * (nodes(_GEODESIC_NODES) + 1.0)).tolist()
+    ways = (0.5 * length * (chebyshev_nodes(_GEODESIC_NODES) + 1.0)).tolist()
     found = [line.Position(way, Geodesic.LATITUDE | Geodesic.LONGITUDE) for way in ways]
     latitude, longitude = np.radians([(each['lat2'], each['lon2']) for each in found]).T
     across = np.cos(latitude)
@@ -135,7 +135,7 @@ def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> Geodes
         length,
         _highest(start[0], end[0], azimuths),
         not (opposite and abs(math.remainder(azimuths[1] - azimuths[0], 360.0)) > 1e-3),
-        coefficients(vertical).T,
+        chebyshev_coefficients(vertical).T,
     )
 
 
@@ -191,7 +191,7 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
     first, turn = math.radians(start[0]), math.radians(end[0] - start[0])
     eastward = math.remainder(end[1] - start[1], 360.0)
 
-    part = _part_of_turn(first, turn, 0.5 * (nodes(_RHUMB_NODES) + 1.0))
+    part = _part_of_turn(first, turn, 0.5 * (chebyshev_nodes(_RHUMB_NODES) + 1.0))
     gained = chebyshev.chebint(_series(1.0 / _parallel_m(first + turn * part)), lbnd=-1)
     over_all = float(chebyshev.chebval(1.0, gained))
     meridian = float(_mean_curvature_m(first, turn, np.ones(1))[0]) * turn
@@ -211,7 +211,7 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
 
 def _series(values: FloatArray) -> FloatArray:
     """Return the Chebyshev series through values at the nodes, without what is below rounding."""
-    found = coefficients(values)
+    found = chebyshev_coefficients(values)
     return np.asarray(chebyshev.chebtrim(found, 2e-16 * float(np.abs(values).max())), np.float64)
 
 
