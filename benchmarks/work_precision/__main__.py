@@ -15,9 +15,9 @@ from benchmarks.work_precision.passage import passage as time_passage
 from benchmarks.work_precision.passage import two_at_once
 from benchmarks.work_precision.runner import bench
 from benchmarks.work_precision.table import show
-from tauto_core.cli.terminal import AsJson, Plots
+from tauto_core.cli.terminal import AsJson, Plots, option
 from tauto_core.files import check_plot
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import TautoError, UsageError, spelled
 
 
 def main(
@@ -98,7 +98,7 @@ def run() -> None:
     try:
         app()
     except TautoError as error:
-        typer.echo(f'benchmark: {error}', err=True)
+        typer.echo(f'benchmark: {spelled(error.message, option)}', err=True)
         sys.exit(2 if isinstance(error, UsageError) else 1)
 
 

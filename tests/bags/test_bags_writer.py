@@ -208,7 +208,7 @@ def test_a_namespace_goes_before_every_topic(tmp_path: Path, namespace: str) -> 
 def test_an_existing_folder_is_refused_and_stays(tmp_path: Path) -> None:
     folder = write(tmp_path / 'voyage', all_batches(2))
     before = digest(folder)
-    with pytest.raises(BagError, match=r'voyage exists already; .*--force'):
+    with pytest.raises(BagError, match=r'voyage exists already; .*force=True'):
         BagWriter(folder)
     assert digest(folder) == before
 

@@ -256,7 +256,7 @@ def test_the_figure_is_drawn_twice_alike(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize('name', ['figure.gif', 'no_folder/figure.svg'])
 def test_a_figure_that_cannot_be_is_refused_beforehand(name: str, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match='--plot'):
+    with pytest.raises(UsageError, match='plot='):
         check_plot(tmp_path / name)
 
 

@@ -107,7 +107,7 @@ def test_a_bag_replays_to_the_same_voyage(sailed: tauto.Voyage, tmp_path: Path) 
         assert getattr(again, name).tobytes() == getattr(sailed, name).tobytes(), name
     assert again.result['longitude'] == sailed.result['longitude']
     assert again.scene == sailed.scene
-    with pytest.raises(tauto.TautoError, match='force= to replace'):
+    with pytest.raises(tauto.TautoError, match='force=True to replace'):
         sailed.write(tmp_path / 'bag')
     sailed.write(tmp_path / 'bag', force=True)
 

@@ -279,7 +279,7 @@ def test_a_bag_without_scene_needs_one(measured, tmp_path):
     bag = read_bag(out)
     with BagWriter(tmp_path / 'bare') as writer:
         writer.write({READING: bag.samples(READING)})
-    with pytest.raises(BagError, match='--scene'):
+    with pytest.raises(BagError, match='scene=SCENE'):
         replay(read_bag(tmp_path / 'bare'))
     figures = replay(read_bag(tmp_path / 'bare'), scene=scene)
     assert figures['clock'] == report['clock']

@@ -152,8 +152,8 @@ def test_a_pipe_receives_the_content(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(('place', 'said'), [('', 'is a folder'), ('no/file', 'is no folder')])
 def test_a_place_for_no_file_is_refused_at_once(tmp_path: Path, place: str, said: str) -> None:
-    with pytest.raises(UsageError, match=f'--out .*{said}'):
-        check_place(tmp_path / place, '--out')
+    with pytest.raises(UsageError, match=f'out=.*{said}'):
+        check_place(tmp_path / place, 'out')
 
 
 def test_a_folder_that_may_not_be_written_is_refused_at_once(
@@ -161,5 +161,5 @@ def test_a_folder_that_may_not_be_written_is_refused_at_once(
 ) -> None:
     # the superuser may write to any folder, so none would do
     monkeypatch.setattr(os, 'access', lambda place, _mode: place != tmp_path)
-    with pytest.raises(UsageError, match=r'--out .* cannot be written'):
-        check_place(tmp_path / 'file', '--out')
+    with pytest.raises(UsageError, match=r'out=.* cannot be written'):
+        check_place(tmp_path / 'file', 'out')

@@ -164,7 +164,7 @@ def test_processes_do_not_see_the_interrupt_of_a_terminal():
 
 
 def test_no_process_at_all_is_refused():
-    with pytest.raises(UsageError, match='--jobs 0: must be at least 1'):
+    with pytest.raises(UsageError, match='jobs=0: must be at least 1'):
         Crew(0)
 
 
@@ -177,7 +177,7 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
             next(run_each(half, [1], Crew(2, address)))
     assert address in str(caught.value)
     assert 'after 1' in str(caught.value)
-    assert 'leave out --scheduler' in str(caught.value)
+    assert 'leave out scheduler=' in str(caught.value)
 
 
 class Scheduler:

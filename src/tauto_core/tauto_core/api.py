@@ -1,6 +1,6 @@
 """The commands as functions, for scripts and notebooks; arguments are checked first.
 
-Errors are those of the command line, in which options are named as arguments.
+Errors are those of the command line, which spells the names of arguments as options.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError, naming
 from tauto_core.voyage import Voyage, replay_voyage, sail_voyage
-from tauto_core.wording import in_words_of_calls
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,17 +102,16 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
         SceneError: all problems of the scene, with key, value and remedy.
         UsageError: a scene that is none of these.
     """
-    with in_words_of_calls():
-        if not isinstance(scene, Scene):
-            return load_scene(scene, **overrides)
-        if not overrides:
-            return scene
-        from tauto_core.scene.loader import checked_scene, read_mapping, set_values
+    if not isinstance(scene, Scene):
+        return load_scene(scene, **overrides)
+    if not overrides:
+        return scene
+    from tauto_core.scene.loader import checked_scene, read_mapping, set_values
 
-        content = read_mapping(scene_yaml(scene), scene.name)
-        given = {key: value for key, value in overrides.items() if value is not None}
-        set_values(content, given, scene.name)
-        return checked_scene(content, scene.name, given)
+    content = read_mapping(scene_yaml(scene), scene.name)
+    given = {key: value for key, value in overrides.items() if value is not None}
+    set_values(content, given, scene.name)
+    return checked_scene(content, scene.name, given)
 
 
 def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object) -> Voyage:
@@ -127,8 +125,7 @@ def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object
     Raises:
         TautoError: bad scene, or an event that ends the motion.
     """
-    with in_words_of_calls():
-        return sail_voyage(load(scene, **overrides), origin=_origin(scene), anyway=anyway)
+    return sail_voyage(load(scene, **overrides), origin=_origin(scene), anyway=anyway)
 
 
 def replay(
@@ -152,9 +149,8 @@ def replay(
         BagError: not a bag, no readings, or no scene.
         EstimationError: readings whose stability cannot be estimated.
     """
-    with in_words_of_calls():
-        loaded = None if scene is None else load(scene)
-        return replay_voyage(path('bag', bag), loaded, smooth=smooth, stable=stability)
+    loaded = None if scene is None else load(scene)
+    return replay_voyage(path('bag', bag), loaded, smooth=smooth, stable=stability)
 
 
 def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
@@ -179,7 +175,7 @@ def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
     from tauto_core.checks.facts import scene_facts
 
     loaded = load(scene, **overrides)
-    with in_words_of_calls(), naming(_origin(scene), loaded.name):
+    with naming(_origin(scene), loaded.name):
         return scene_facts(loaded)
 
 
@@ -209,7 +205,7 @@ def isochronism(
 
     asked = numbers('amplitudes', amplitudes)
     loaded = load(scene, **overrides)
-    with in_words_of_calls(), naming(_origin(scene), loaded.name):
+    with naming(_origin(scene), loaded.name):
         return free_swings(loaded, asked, loaded.clock.nominal_period)
 
 
@@ -248,7 +244,7 @@ def cam(
         raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
     if reach_rad is not None:
         (reach_rad,) = numbers('reach_rad', [reach_rad])
-    with in_words_of_calls(), naming(_origin(scene), loaded.name):
+    with naming(_origin(scene), loaded.name):
         curve = loaded.trochlea.made_cam(loaded.gravity)
         if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
             raise UsageError(
@@ -289,16 +285,15 @@ def compare(
         raise UsageError(
             f"suspension = {suspension!r}: must be 'both', 'with' or 'without'. Choose one"
         )
-    with in_words_of_calls(roll='roll_deg'):
-        entries = comparison.make_entries(
-            clocks,
-            ship_of=ship_of,
-            duration=duration,
-            rolls_deg=numbers('roll_deg', roll_deg),
-            cases=suspension,
-            anyway=anyway,
-        )
-        return comparison.compare(entries, jobs=whole('jobs', jobs))
+    entries = comparison.make_entries(
+        clocks,
+        ship_of=ship_of,
+        duration=duration,
+        rolls_deg=numbers('roll_deg', roll_deg),
+        cases=suspension,
+        anyway=anyway,
+    )
+    return comparison.compare(entries, jobs=whole('jobs', jobs))
 
 
 def fleet(
@@ -336,15 +331,14 @@ def fleet(
     from tauto_core import fleets
     from tauto_core.workers import Crew
 
-    with in_words_of_calls():
-        if isinstance(vary, str | Path):
-            draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
-        else:
-            draws, drawn_by = fleets.as_draws(_draws(vary), 'vary'), 'vary'
-        count = whole('ships', ships)
-        plan = fleets.Plan(load(scene, **overrides), _origin(scene), count, draws, drawn_by)
-        where = None if out is None else path('out', out)
-        return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where, anyway=anyway)
+    if isinstance(vary, str | Path):
+        draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
+    else:
+        draws, drawn_by = fleets.as_draws(_draws(vary), 'vary'), 'vary'
+    count = whole('ships', ships)
+    plan = fleets.Plan(load(scene, **overrides), _origin(scene), count, draws, drawn_by)
+    where = None if out is None else path('out', out)
+    return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where, anyway=anyway)
 
 
 def plot(
@@ -375,9 +369,8 @@ def plot(
     from tauto_core.plots.contents import OF_A_SCENE
     from tauto_core.plots.renderer import check_picture
 
-    with in_words_of_calls(out='file'):
-        part = from_s is not None or to_s is not None
-        check_picture(what, None if file is None else path('file', file), part=part)
+    part = from_s is not None or to_s is not None
+    check_picture(what, None if file is None else path('file', file), part=part)
     bag = isinstance(source, str | Path) and is_bag(source)
     if what in OF_A_SCENE and not isinstance(source, Voyage) and not bag:
         source = Voyage(load(source), {}, {})
@@ -399,10 +392,9 @@ def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: boo
     from tauto_core.plots.page import check_report, write_report
 
     page = path('file', file)
-    with in_words_of_calls(out='file'):
-        check_report(page)
-        voyage = _voyage(source, anyway)
-        write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
+    check_report(page)
+    voyage = _voyage(source, anyway)
+    write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
 
 
 def _origin(scene: str | Path | Scene) -> str:

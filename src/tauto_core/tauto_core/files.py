@@ -14,7 +14,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import Argument, TautoError, UsageError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,24 +30,24 @@ _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 
 
-def check_place(path: Path, option: str) -> None:
+def check_place(path: Path, argument: str) -> None:
     """Refuse, before anything runs, a place where no file can be written.
 
     Args:
         path: the file.
-        option: the option that named it.
+        argument: name of the argument that gave it.
 
     Raises:
         UsageError: a folder, or in a folder that does not exist or cannot be written.
     """
     if path.is_dir():
-        raise UsageError(f'{option} {path}: is a folder. Name a file')
+        raise UsageError(Argument(argument, path), ': is a folder. Name a file')
     if not path.parent.is_dir():
-        raise UsageError(f'{option} {path}: there is no folder {path.parent}. Make it first')
+        missing = f': there is no folder {path.parent}. Make it first'
+        raise UsageError(Argument(argument, path), missing)
     if not os.access(path.parent, os.W_OK):
-        raise UsageError(
-            f'{option} {path}: the folder {path.parent} cannot be written. Name another file'
-        )
+        closed = f': the folder {path.parent} cannot be written. Name another file'
+        raise UsageError(Argument(argument, path), closed)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -221,28 +221,29 @@ class FigureError(TautoError):
     """A figure that cannot be written."""
 
 
-def check_plot(path: Path, option: str = '--plot') -> None:
+def check_plot(path: Path, argument: str = 'plot') -> None:
     """Refuse, before anything runs, a file to which a figure cannot be written.
 
     Args:
         path: the file.
-        option: the option that named it.
+        argument: name of the argument that gave it.
 
     Raises:
         UsageError: a suffix other than .svg, .png and .pdf, or see `check_place`.
     """
     if path.suffix not in _NO_DATE:
-        raise UsageError(f'{option} {path}: must end in .svg, .png or .pdf. Name another file')
-    check_place(path, option)
+        wrong = ': must end in .svg, .png or .pdf. Name another file'
+        raise UsageError(Argument(argument, path), wrong)
+    check_place(path, argument)
 
 
-def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot') -> None:
+def write_figure(draw: Callable[[], Figure], path: Path, argument: str = 'plot') -> None:
     """Draw a figure and write it to an SVG, PNG or PDF file; replaces the file.
 
     Args:
         draw: returns the figure.
         path: name of the file, ending in .svg, .png or .pdf.
-        option: the option that named it, for error messages.
+        argument: name of the argument that gave it, for error messages.
 
     Raises:
         FigureError: the file cannot be written.
@@ -250,7 +251,7 @@ def write_figure(draw: Callable[[], Figure], path: Path, option: str = '--plot')
     """
     import matplotlib as mpl
 
-    check_plot(path, option)
+    check_plot(path, argument)
     drawn = BytesIO()
     with mpl.rc_context(_LOOK):
         figure = draw()

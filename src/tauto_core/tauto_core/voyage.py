@@ -49,10 +49,9 @@ from tauto_core.samples import (
     text,
 )
 from tauto_core.scene import Scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import BagError, PropagationError, TautoError, naming
+from tauto_core.scene.errors import Argument, BagError, PropagationError, TautoError, naming
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.imu import attitude
-from tauto_core.wording import in_words_of_calls
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -350,7 +349,9 @@ def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
     if bag.scene is None:
         raise BagError(
             f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
-            'scene it belongs to (--scene SCENE)'
+            'scene it belongs to (',
+            Argument('scene', 'SCENE'),
+            ')',
         )
     return parse_scene(bag.scene, f'{bag.path}:{SCENE}')
 
@@ -699,8 +700,7 @@ class Voyage:
         """Draw a picture of the voyage; see `tauto_core.plot`."""
         from tauto_core.plots.renderer import picture
 
-        with in_words_of_calls(out='file'):
-            return picture(self, what, file, from_s=from_s, to_s=to_s)
+        return picture(self, what, file, from_s=from_s, to_s=to_s)
 
     def write(self, bag: str | Path, *, force: bool = False) -> None:
         """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.
@@ -713,8 +713,7 @@ class Voyage:
             BagError: the folder may not be written to.
         """
         folder = Path(bag)
-        with in_words_of_calls():
-            check_folder(folder, force=force)
+        check_folder(folder, force=force)
         with BagWriter(folder, force=force) as writer:
             writer.describe(bag_metadata(self.scene))
             if self.result.get('damage'):

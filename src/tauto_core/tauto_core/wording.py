@@ -1,15 +1,9 @@
-"""Numbers and durations as text; errors of the command line in the words of a Python call."""
+"""Numbers and durations as text."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from decimal import Decimal
-from functools import partial
-
-from tauto_core.scene.errors import Problem, SceneError, TautoError
 
 PLACES = {'nmi': (-2, 0), 's': (-3, -1), 's/day': (-3, 0)}
 """Powers of ten of the finest and the coarsest last place in which `figure` prints, by unit.
@@ -136,45 +130,3 @@ def span(seconds: float, digits: int = 3) -> str:
 def counted(number: float, noun: str) -> str:
     """Return a number with its noun, in the plural unless the number is one."""
     return f'{number:,g} {noun}' if number == 1 else f'{number:,g} {noun}s'
-
-
-# -----------------------------------------------------------------------------
-# Errors of the command line in the words of a Python call: arguments in place of options.
-
-
-@contextmanager
-def in_words_of_calls(**arguments: str) -> Iterator[None]:
-    """Rename options in errors to the arguments of a Python call.
-
-    Args:
-        arguments: by option, the arguments whose names differ, for example `out='file'`.
-    """
-    renamed = partial(_renamed, arguments=arguments)
-    try:
-        yield
-    except SceneError as error:
-        first, *further = [
-            Problem(each.key, each.value, renamed(each.problem), renamed(each.remedy))
-            for each in error.problems
-        ]
-        raise SceneError(
-            error.file, first.key, first.value, first.problem, first.remedy, further=further
-        ) from None
-    except TautoError as error:
-        error.args = tuple(renamed(str(part)) for part in error.args)
-        raise
-
-
-def _renamed(words: str, arguments: Mapping[str, str]) -> str:
-    """Return words with `--some-option VALUE` as `some_option=VALUE`, and `--set KEY` as `KEY`.
-
-    `--anyway` has no value.
-    """
-    words = words.replace('--set ', '').replace('--anyway', 'anyway=True')
-
-    def argument(match: re.Match[str]) -> str:
-        name = match[1].replace('-', '_')
-        name = arguments.get(name, name)
-        return name if match[3] else f'{name}={(match[2] or "").strip()}'
-
-    return re.sub(r'--([a-z][a-z-]*[a-z])(?:( [^\s:),]+)(?=[:)]|$)|(?=( = )))?', argument, words)

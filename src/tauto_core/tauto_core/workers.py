@@ -23,7 +23,7 @@ from multiprocessing import resource_tracker
 from types import ModuleType
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
-from tauto_core.scene.errors import TautoError, TautoWarning, UsageError
+from tauto_core.scene.errors import Argument, TautoError, TautoWarning, UsageError
 from tauto_core.version import identity
 from tauto_core.wording import counted
 
@@ -112,7 +112,9 @@ class Crew:
 
     def __post_init__(self) -> None:
         if self.jobs < 1:
-            raise UsageError(f'--jobs {self.jobs}: must be at least 1. Use for example 2')
+            raise UsageError(
+                Argument('jobs', self.jobs), ': must be at least 1. Use for example 2'
+            )
 
 
 @dataclass(frozen=True)
@@ -281,11 +283,13 @@ def _ended(place: int, future: Future[Result], attention: _Attention) -> Ended[R
         try:
             return Ended(place, future.result(timeout=ASK_S))
         except KilledWorker:
-            died = (
+            died = WorkerError(
                 'its process died four times, for want of memory perhaps. Use fewer processes at '
-                'once (--jobs 1), or machines with more memory'
+                'once (',
+                Argument('jobs', 1),
+                '), or machines with more memory',
             )
-            return Ended(place, None, WorkerError(died))
+            return Ended(place, None, died)
         except CancelledError as error:
             raise attention.gone(getattr(error, 'reason', '') or 'cancelled') from None
         except OSError as error:
@@ -374,8 +378,10 @@ def _joined(address: str) -> Iterator[Client]:
     except (OSError, ValueError) as error:
         waited = time.monotonic() - began
         raise WorkerError(
-            f'--scheduler {address}: cannot be reached, after {waited:.1f} s ({error}). Start it '
-            '(dask scheduler), check the address, or leave out --scheduler'
+            Argument('scheduler', address),
+            f': cannot be reached, after {waited:.1f} s ({error}). Start it (dask scheduler), '
+            'check the address, or leave out ',
+            Argument('scheduler'),
         ) from None
     with quiet, client:
         _check_alike(client, address)
@@ -399,14 +405,16 @@ def _check_alike(client: Client, address: str) -> None:
     theirs = client.run(versions, on_error='return')
     if not theirs:
         raise WorkerError(
-            f'--scheduler {address}: has no workers, after {REACHED_WITHIN_S:g} s. Start some '
-            f'(dask worker {address} --nthreads 1)'
+            Argument('scheduler', address),
+            f': has no workers, after {REACHED_WITHIN_S:g} s. Start some '
+            f'(dask worker {address} --nthreads 1)',
         )
     for worker, found in theirs.items():
         if not isinstance(found, dict):
             raise WorkerError(
-                f'--scheduler {address}: worker {worker} cannot run tauto_core ({found}). Install '
-                f'tauto_core {ours["tauto_core"]} there'
+                Argument('scheduler', address),
+                f': worker {worker} cannot run tauto_core ({found}). Install tauto_core '
+                f'{ours["tauto_core"]} there',
             )
         apart = [
             f'{name} {found[name]} against {ours[name]}'
@@ -415,6 +423,7 @@ def _check_alike(client: Client, address: str) -> None:
         ]
         if apart:
             raise WorkerError(
-                f'--scheduler {address}: worker {worker} has other versions than this machine: '
-                f'{", ".join(apart)}. Install the same on both'
+                Argument('scheduler', address),
+                f': worker {worker} has other versions than this machine: {", ".join(apart)}. '
+                'Install the same on both',
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tauto_core.scene.errors import TautoError
+from tauto_core.scene.errors import Argument, TautoError
 
 
 class NodesError(TautoError):
@@ -17,3 +17,9 @@ class ParameterError(NodesError):
 
 class GraphError(NodesError):
     """A graph that did not come up, stood still, or lost one of its nodes."""
+
+
+def as_parameter(argument: Argument) -> str:
+    """Return an argument as one writes it for a node or a launch file."""
+    value = str(argument.value).lower() if argument.value is True else argument.value
+    return f'{argument.name}:={"" if value is None else value}'

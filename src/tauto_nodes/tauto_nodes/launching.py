@@ -17,8 +17,8 @@ from tauto_core.bags import check_folder, is_cut_short
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
-from tauto_core.scene.errors import TautoError
-from tauto_nodes.errors import GraphError, ParameterError
+from tauto_core.scene.errors import TautoError, spelled
+from tauto_nodes.errors import GraphError, ParameterError, as_parameter
 from tauto_nodes.parameters import FOLDER, PARAMETERS, write_parameters
 from tauto_nodes.running import (
     RANGE,
@@ -123,8 +123,7 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
         if given['out']:
             check_folder(Path(given['out']), force=flags['force'] == 'true')
     except TautoError as error:
-        said = str(error).replace('say --force', 'say force:=true')
-        return [said.replace('--anyway', 'anyway:=true')]
+        return [spelled(error.message, as_parameter)]
     return (
         []
         if given['out'] or 'speed' not in given

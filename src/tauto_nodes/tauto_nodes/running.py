@@ -23,8 +23,8 @@ from rclpy.task import Future
 from rclpy.utilities import remove_ros_args, try_shutdown
 
 from tauto_core.cli.terminal import open_closed_streams
-from tauto_core.scene.errors import TautoError
-from tauto_nodes.errors import GraphError, NodesError, ParameterError
+from tauto_core.scene.errors import TautoError, spelled
+from tauto_nodes.errors import GraphError, NodesError, ParameterError, as_parameter
 from tauto_nodes.member import Member
 from tauto_nodes.parameters import RCLError, UnknownROSArgsError
 
@@ -269,7 +269,7 @@ def _exit_code(nodes: Sequence[Member], refusal: Exception | None) -> int:
     failures = [('tauto_nodes', refusal), *((node.role, node.failure) for node in nodes)]
     for who, error in failures:
         if isinstance(error, TautoError):
-            sys.stderr.write(f'{who}: {error}\n')
+            sys.stderr.write(f'{who}: {spelled(error.message, as_parameter)}\n')
             return error.exit_code
         if error is not None:
             traceback.print_exception(error)

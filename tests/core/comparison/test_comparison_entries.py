@@ -79,7 +79,7 @@ def test_scenes_of_two_seas_are_refused_with_every_key_that_differs(write):
     said = str(caught.value)
     assert f'{other} does not make the passage of {one}: duration = 120.0 against 60.0; ' in said
     assert 'ship.components' in said
-    assert f'--ship-of {one}' in said
+    assert f'ship_of={one}' in said
 
 
 def test_one_passage_can_be_taken_for_all(write):

@@ -115,7 +115,7 @@ def test_a_scene_that_cannot_sail_ends_all(pair):
 
 
 def test_no_process_at_all_is_refused(pair):
-    with pytest.raises(UsageError, match='--jobs 0: must be at least 1'):
+    with pytest.raises(UsageError, match='jobs=0: must be at least 1'):
         compare(pair, jobs=0)
 
 

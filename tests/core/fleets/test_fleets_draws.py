@@ -149,5 +149,5 @@ def test_a_file_that_is_not_there_is_named(tmp_path):
 
 @pytest.mark.parametrize('ships', [0, 1_000_001])
 def test_a_fleet_has_at_least_a_ship(ships):
-    with pytest.raises(UsageError, match=f'--ships {ships}'):
+    with pytest.raises(UsageError, match=f'ships={ships}'):
         plan(ships)

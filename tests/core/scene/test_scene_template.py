@@ -130,25 +130,25 @@ def test_no_line_is_wider_than_a_page() -> None:
 
 def test_kinds_that_do_not_go_together_are_refused_by_option_with_what_does() -> None:
     said = {
-        ('cam', 'involute', 'thread', 'hole'): '--thread vertical or lever or hanging',
-        ('cam', 'weight_corrected', 'power', 'spring'): '--power weight',
-        ('thread', 'lever', 'power', 'force'): '--power weight',
-        ('thread', 'hanging', 'power', 'weight_and_spring'): '--power weight',
+        ('cam', 'involute', 'thread', 'hole'): 'thread=vertical or lever or hanging',
+        ('cam', 'weight_corrected', 'power', 'spring'): 'power=weight',
+        ('thread', 'lever', 'power', 'force'): 'power=weight',
+        ('thread', 'hanging', 'power', 'weight_and_spring'): 'power=weight',
     }
     for (one, kind, other, of), remedy in said.items():
         with pytest.raises(UsageError) as caught:
             new_scene('new', {one: kind, other: of})
-        assert str(caught.value).startswith(f'--{one} {kind} and --{other} {of}: do not go')
+        assert str(caught.value).startswith(f'{one}={kind} and {other}={of}: do not go')
         assert remedy in str(caught.value)
     # what is wrong is named, not what else was asked for
-    with pytest.raises(UsageError, match=r'^--thread hanging and --power force: do not'):
+    with pytest.raises(UsageError, match=r'^thread=hanging and power=force: do not'):
         new_scene('new', {'cam': 'involute', 'thread': 'hanging', 'power': 'force'})
 
 
 def test_a_kind_that_is_not_known_is_refused_with_the_nearest() -> None:
-    with pytest.raises(UsageError, match=r'--cam involut: .*Did you mean involute\?'):
+    with pytest.raises(UsageError, match=r'cam=involut: .*Did you mean involute\?'):
         new_scene('new', {'cam': 'involut'})
-    with pytest.raises(UsageError, match=r'--ship raft: .*Use one of still, components'):
+    with pytest.raises(UsageError, match=r'ship=raft: .*Use one of still, components'):
         new_scene('new', {'ship': 'raft'})
 
 

@@ -18,7 +18,7 @@ from tauto_core.bags.reader import Bag, by_number, find_files
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.bags.writer import CUT_SHORT, METADATA, BagWriter, check_folder, definition_of
 from tauto_core.samples import SCENE
-from tauto_core.scene.errors import BagError, BagPlaceError, TautoError
+from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError, TautoError
 
 PART = 10_000
 """Messages of a topic that are held before they are decoded."""
@@ -314,7 +314,8 @@ def _check_content(found: Soundness) -> None:
 def _check_scene(found: Soundness) -> None:
     topics = [topic for topic in found.bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
     if not topics:
-        found.notes.append(f'there is no {SCENE}: a replay needs --scene')
+        needs = ArgumentText(f'there is no {SCENE}: a replay needs ', Argument('scene'))
+        found.notes.append(needs)
         return
     file = found.bag.files[0]
     for span in file.spans[:1]:

@@ -19,7 +19,7 @@ from tauto_core.bags.mcap import CHUNK_BYTES, DeclaredTopic, McapOut, Recorded, 
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
 from tauto_core.samples import Batches, count
-from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
+from tauto_core.scene.errors import Argument, BagError, BagPlaceError, TautoWarning
 from tauto_core.version import identity
 
 METADATA = 'metadata.yaml'
@@ -64,7 +64,9 @@ def _check_replaceable(folder: Path, *, force: bool) -> None:
         return
     if not force:
         raise BagPlaceError(
-            f'{folder} exists already; name another folder, or say --force to replace it'
+            f'{folder} exists already; name another folder, or say ',
+            Argument('force', value=True),
+            ' to replace it',
         )
     for each in (folder, _sibling(folder, '.partial'), _sibling(folder, '.replaced')):
         if not each.exists():

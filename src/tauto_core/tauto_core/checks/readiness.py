@@ -23,7 +23,15 @@ from tauto_core.machines import (
 from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY
 from tauto_core.scene import Scene
-from tauto_core.scene.errors import ABSENT, DescentError, Problem, PropagationError, SceneError
+from tauto_core.scene.errors import (
+    ABSENT,
+    Argument,
+    ArgumentText,
+    DescentError,
+    Problem,
+    PropagationError,
+    SceneError,
+)
 from tauto_core.scene.times import LAST_STAMP_S
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.buffer import felt_parts
@@ -258,9 +266,9 @@ def check_known(scene: Scene) -> None:
     """
     found = [*beyond_known(scene)] or _overdamped(scene)
     if found:
-        anyway = 'To sail it all the same, say --anyway.'
+        anyway = (' To sail it all the same, say ', Argument('anyway', value=True), '.')
         first, *further = (
-            replace(problem, remedy=f'{problem.remedy} {anyway}') for problem in found
+            replace(problem, remedy=ArgumentText(problem.remedy, *anyway)) for problem in found
         )
         raise SceneError(
             scene.name, first.key, first.value, first.problem, first.remedy, further=further

@@ -36,6 +36,7 @@ from tauto_core.cli.terminal import (
     drop_output,
     ended_by_sigterm,
     given_values,
+    option,
     prepare_streams,
     print_rich,
     say,
@@ -43,7 +44,7 @@ from tauto_core.cli.terminal import (
     say_warnings,
     send_lost_again,
 )
-from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.errors import TautoError, UsageError, spelled
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -178,7 +179,7 @@ class Commands(TyperGroup):
             error.message += _decimal_comma(sys.argv[1:])
             raise
         except TautoError as error:
-            _tell(str(error), error)
+            _tell(spelled(error.message, option), error)
             raise typer.Exit(error.exit_code) from None
         except Terminated as error:
             _tell('terminated', error)

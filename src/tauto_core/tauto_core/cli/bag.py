@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson
+from tauto_core.cli.terminal import AsJson, option
+from tauto_core.scene.errors import spelled
 
 commands = typer.Typer(
     help='See whether a bag is whole, or recover what is left of one.', no_args_is_help=True
@@ -27,6 +28,7 @@ def check(bag: BagPath, as_json: AsJson = False) -> None:
     from tauto_core.bags import check_bag
 
     found = check_bag(bag)
+    notes = [spelled(note, option) for note in found.notes]
     counts = found.bag.counts
     if as_json:
         result = {
@@ -35,12 +37,12 @@ def check(bag: BagPath, as_json: AsJson = False) -> None:
             'cut_short': found.cut_short,
             'damage': found.damage,
             'faults': found.faults,
-            'notes': found.notes,
+            'notes': notes,
             'topics': counts,
         }
         typer.echo(json.dumps(result))
     else:
-        for line in _findings(found):
+        for line in [*_findings(found), *(f'note: {note}' for note in notes)]:
             typer.echo(line)
     if not found.whole:
         raise typer.Exit(1)
@@ -58,7 +60,7 @@ def _findings(found: Any) -> list[str]:
         lines.append(f'{path} is whole: {held}')
     else:
         lines.append(f'{path}: its files are whole, {held}')
-    return [*lines, *(f'note: {note}' for note in found.notes)]
+    return lines
 
 
 @commands.command()

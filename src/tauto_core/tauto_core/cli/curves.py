@@ -148,7 +148,7 @@ def _cheeks(
     except UsageError as error:
         if not thread_mm:
             raise
-        raise UsageError(f'--thread = {thread_mm:g} mm: {error}') from None
+        raise UsageError(f'--thread = {thread_mm:g} mm: ', error.message) from None
     if cut.angle[-1] > (meeting := cheeks_meet_rad(curve)):
         say(
             f'the cheeks cross at {meeting:.4g} rad and cannot be cut from one plate beyond it: '

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from tauto_core.scene.errors import ABSENT, SceneError, UsageError
+from tauto_core.scene.errors import ABSENT, Argument, SceneError, UsageError, spelled
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -90,6 +90,18 @@ def given_values(settings: list[str] | None, duration: float | None = None) -> d
     return given
 
 
+_OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll', 'thread_mm': '--thread'}
+"""Options that are not called as the argument in Python."""
+
+
+def option(argument: Argument) -> str:
+    """Return an argument as one writes it on the command line."""
+    name = _OPTIONS.get(argument.name, f'--{argument.name.replace("_", "-")}')
+    if argument.value is None or argument.value is True:
+        return name
+    return f'{name}{" = " if argument.spaced else " "}{argument.value}'
+
+
 # -----------------------------------------------------------------------------
 # Messages of the commands besides their result: on stderr, and none with --quiet.
 
@@ -109,7 +121,7 @@ def is_quiet() -> bool:
 def say(words: str) -> None:
     """Print a message on stderr that is useful but not part of the result."""
     if not is_quiet():
-        typer.echo(f'tauto: {words}', err=True)
+        typer.echo(f'tauto: {spelled(words, option)}', err=True)
 
 
 def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:

@@ -20,7 +20,7 @@ from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.results import Summary
 from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import PropagationError, SceneError, UsageError, naming
+from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
 from tauto_core.ship.waves import Harmonics
 from tauto_core.wording import span
 from tauto_core.workers import Crew, WorkerError, run_each
@@ -61,16 +61,18 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
     """
     if not 0.0 <= roll_deg <= LARGEST_DEG:
         raise UsageError(
-            f'--roll {roll_deg:g}: must lie between 0 and {LARGEST_DEG:g} degrees, twice the '
-            'root mean square of the roll. Write for example 0,10,20'
+            Argument('roll_deg', f'{roll_deg:g}'),
+            f': must lie between 0 and {LARGEST_DEG:g} degrees, twice the root mean square of the '
+            'roll. Write for example 0,10,20',
         )
     ship, now = scene.ship, significant_roll_deg(scene)
     if not now:
         why = 'was measured' if now is None else 'is zero'
         raise UsageError(
-            f'--roll {roll_deg:g}: the roll of {scene.name} (ship.kind {ship.kind}) {why} and '
-            'cannot be scaled. Use a ship of kind sea or components that rolls, or leave out '
-            '--roll'
+            Argument('roll_deg', f'{roll_deg:g}'),
+            f': the roll of {scene.name} (ship.kind {ship.kind}) {why} and cannot be scaled. Use '
+            'a ship of kind sea or components that rolls, or leave out ',
+            Argument('roll_deg'),
         )
     return scene.model_copy(update={'ship': ship.with_roll_scaled(roll_deg / now)})
 
@@ -157,7 +159,8 @@ def make_entries(
     _check_names(scenes)
     _check_shared(scenes)
     if len(set(rolls_deg)) < len(rolls_deg):
-        raise UsageError(f'--roll {_commas(rolls_deg)}: a roll comes twice. Leave one out')
+        twice = Argument('roll_deg', _commas(rolls_deg))
+        raise UsageError(twice, ': a roll comes twice. Leave one out')
     entries = []
     for roll in rolls_deg or (None,):
         for origin, scene in scenes:
@@ -208,8 +211,10 @@ def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
 def _in_cases(origin: str, scene: Scene, cases: Cases) -> Iterator[Scene]:
     if cases == 'with' and scene.suspension is None:
         raise UsageError(
-            f'--suspension with: {origin} has no suspension. Write one (`suspension: {{kind: '
-            f'axle, …}}`, as in {CLOCKS[0]}), or use --suspension both'
+            Argument('suspension', 'with'),
+            f': {origin} has no suspension. Write one (`suspension: {{kind: axle, …}}`, as in '
+            f'{CLOCKS[0]}), or use ',
+            Argument('suspension', 'both'),
         )
     if cases != 'with':
         yield scene.model_copy(update={'suspension': None})
@@ -238,7 +243,8 @@ def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
             told = '; '.join(f'{key} = {theirs} against {ours}' for key, ours, theirs in apart)
             raise UsageError(
                 f'{origin} does not make the passage of {first}: {told}. Let the scenes agree, '
-                f'or take one passage for all with --ship-of {first}'
+                'or take one passage for all with ',
+                Argument('ship_of', first),
             )
 
 

@@ -14,7 +14,7 @@ from tauto_core.curves.cams.involute import Involute
 from tauto_core.curves.fluid import DescentCurve
 from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import Argument, UsageError
 
 _PROBES = 2001
 """Number of angles at which the cheeks are checked for a place where they meet."""
@@ -145,7 +145,9 @@ def _not_followed(cam: Cam, thickness: float, start: float, end: float) -> Usage
     return UsageError(
         f'beyond {end:.9g} rad the cheek of {cam!r} has a radius of curvature below half the '
         f"thread's thickness, {0.5 * thickness!r} m, where no thread can follow it. Draw up to "
-        f'there (--reach {end * (1.0 - 1e-6):.6f}), or use a thinner thread'
+        'there (',
+        Argument('reach_rad', f'{end * (1.0 - 1e-6):.6f}'),
+        '), or use a thinner thread',
     )
 
 

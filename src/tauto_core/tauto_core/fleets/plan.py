@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError
 
 from tauto_core.checks.readiness import check_known
 from tauto_core.scene import Scene, scene_yaml
-from tauto_core.scene.errors import Problem, SceneError, UsageError, naming
+from tauto_core.scene.errors import Argument, ArgumentText, Problem, SceneError, UsageError, naming
 from tauto_core.scene.fields import Number, Positive, Section
 from tauto_core.scene.loader import check_key, checked_scene, put_value, read_mapping, value_at
 
@@ -123,9 +123,8 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
         content = read_mapping(path.read_text('utf-8'), str(path))
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, 'strerror', None) or 'is not UTF-8 text'
-        raise SceneError(
-            str(path), '', str(path), f'cannot be read: {why}', 'Name a YAML file with --vary.'
-        ) from None
+        remedy = ArgumentText('Name a YAML file with ', Argument('vary'), '.')
+        raise SceneError(str(path), '', str(path), f'cannot be read: {why}', remedy) from None
     return as_draws(content, str(path))
 
 
@@ -219,7 +218,8 @@ class Plan:
     def __post_init__(self) -> None:
         if not 1 <= self.ships <= MOST_SHIPS:
             raise UsageError(
-                f'--ships {self.ships}: must lie between 1 and {MOST_SHIPS:,}. Use for example 200'
+                Argument('ships', self.ships),
+                f': must lie between 1 and {MOST_SHIPS:,}. Use for example 200',
             )
 
     @cached_property
@@ -236,9 +236,12 @@ class Plan:
         noisy = self.scene.clock.is_noisy or drawn & _NOISES
         differ = [*sorted(drawn), *['the noise of the clock'] * bool(noisy), 'the observations']
         return (
-            f'all ships meet the same motion, since ship.kind is {ship.kind}, and their clocks '
-            f'swing alike: only {" and ".join(differ)} differ. Let --vary draw a key of the '
-            'machine or the ship',
+            ArgumentText(
+                f'all ships meet the same motion, since ship.kind is {ship.kind}, and their '
+                f'clocks swing alike: only {" and ".join(differ)} differ. Let ',
+                Argument('vary'),
+                ' draw a key of the machine or the ship',
+            ),
         )
 
     def ship(self, number: int) -> Ship:

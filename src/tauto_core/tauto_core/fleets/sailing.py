@@ -22,6 +22,7 @@ from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.fleets.answers import Answers, answers
 from tauto_core.fleets.plan import Normal, OneOf, Plan, Uniform
 from tauto_core.scene.errors import (
+    Argument,
     MotionDataError,
     TautoError,
     TautoWarning,
@@ -132,8 +133,9 @@ def need_parquet() -> None:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
         raise UsageError(
-            f'--out: needs pyarrow, which is not installed. Run {install("fleet")}, or leave out '
-            '--out'
+            Argument('out'),
+            f': needs pyarrow, which is not installed. Run {install("fleet")}, or leave out ',
+            Argument('out'),
         ) from None
 
 
@@ -192,8 +194,9 @@ class Store:
                 held.enter_context(one_writer(self._folder / _LOCK, make=make))
             except BlockingIOError:
                 raise UsageError(
-                    f'--out {self._folder}: another process sails a fleet into it. Wait until it '
-                    'ends, or name another folder'
+                    Argument('out', self._folder),
+                    ': another process sails a fleet into it. Wait until it ends, or name another '
+                    'folder',
                 ) from None
             yield
 
@@ -235,11 +238,12 @@ class Store:
         if not folder.exists():
             return
         if not folder.is_dir():
-            raise UsageError(f'--out {folder}: is a file. Name a folder')
+            raise UsageError(Argument('out', folder), ': is a file. Name a folder')
         if not says.exists():
             # killed at its start, a fleet leaves no more than these
             if any(not each.match(DRAFTS) for each in folder.iterdir() if each.name != _LOCK):
-                raise UsageError(f'--out {folder}: holds something else. Name a new folder')
+                other = ': holds something else. Name a new folder'
+                raise UsageError(Argument('out', folder), other)
             return
         with _saying(folder):
             found = read_mapping(says.read_text('utf-8'), str(says))
@@ -247,8 +251,9 @@ class Store:
         apart = [key for key in ours if found.get(key) != ours[key]]
         if apart:
             raise UsageError(
-                f'--out {folder}: holds another fleet; {", ".join(apart)} differ. Name a new '
-                'folder, or give the same scene and draws, in the same versions, to go on'
+                Argument('out', folder),
+                f': holds another fleet; {", ".join(apart)} differ. Name a new folder, or give '
+                'the same scene and draws, in the same versions, to go on',
             )
 
     def _read(self) -> Iterable[dict[str, Any]]:
@@ -330,8 +335,9 @@ def _saying(folder: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise FleetError(
-            f'--out {folder}: {error.strerror or error}. Make room, or name another folder; the '
-            'ships that came in before are kept, and the same command goes on'
+            Argument('out', folder),
+            f': {error.strerror or error}. Make room, or name another folder; the ships that came '
+            'in before are kept, and the same command goes on',
         ) from None
 
 
@@ -419,20 +425,20 @@ def _sailed(
                     store.add(each.result)
         if lost:
             more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
-            raise WorkerError(
-                f'{counted(len(lost), "ship")} did not end the voyage: {lost[0]}{more}'
-            )
+            first = lost[0].message if isinstance(lost[0], TautoError) else str(lost[0])
+            count = counted(len(lost), 'ship')
+            raise WorkerError(f'{count} did not end the voyage: ', first, more)
     except WorkerError as error:
         came = plan.ships - len(left) + len(rows)
         if came == 0:
             raise
         kept = (
-            'with --out they would be kept, and the same command would sail the others'
+            ('with ', Argument('out'), ' they would be kept, and the same command would sail the ')
             if store is None
-            else 'they are kept, and the same command sails the others'
+            else ('they are kept, and the same command sails the ',)
         )
-        said = f'{error}. {came:,} of {counted(plan.ships, "ship")} came in; {kept}'
-        raise WorkerError(said) from None
+        many = f'. {came:,} of {counted(plan.ships, "ship")} came in; '
+        raise WorkerError(error.message, many, *kept, 'others') from None
     finally:
         if store is not None:
             store.flush()

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 
 RHENISH_FOOT_M = 0.31385
@@ -85,7 +85,12 @@ def complete(
         raise UsageError(
             'a design has four numbers, period, inertia, pull and base radius, of which three '
             f'give the fourth; left out: {", ".join(_WORDS[each] for each in missing) or "none"}. '
-            'Leave out exactly one, as in --period 1 --pull 3 --base-radius 0.005'
+            'Leave out exactly one, as in ',
+            Argument('period', 1),
+            ' ',
+            Argument('pull', 3),
+            ' ',
+            Argument('base_radius', 0.005),
         )
     for name, value in given.items():
         if value is not None:

@@ -9,7 +9,7 @@ import numpy as np
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import Argument, UsageError
 
 _PROBES = 2000
 
@@ -66,7 +66,8 @@ def _start(shape: CorrectedLeverGeometry, end: float, radius: float) -> float:
         raise UsageError(
             f'thread thickness {2.0 * radius!r} m: up to {reach:.6g} rad the cheek is not '
             'everywhere beyond its tip as round as half of it; its greatest '
-            f'radius of curvature is {greatest:.6g} m. Use a thinner thread or a shorter --reach'
+            f'radius of curvature is {greatest:.6g} m. Use a thinner thread or a shorter ',
+            Argument('reach_rad'),
         )
     sharp_at, round_at = float(tau[last]), float(tau[last + 1])
     return bisect(

@@ -26,7 +26,7 @@ from tauto_core.plots.renderer import COLOURS
 from tauto_core.results import SIGNS, groups, not_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
-from tauto_core.scene.errors import TautoError, UsageError, install
+from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage
@@ -191,8 +191,8 @@ def check_report(file: Path) -> None:
         ReportError: Bokeh is not installed.
     """
     if file.suffix != '.html':
-        raise UsageError(f'--out {file}: must end in .html. Name another file')
-    check_place(file, '--out')
+        raise UsageError(Argument('file', file), ': must end in .html. Name another file')
+    check_place(file, 'file')
     try:
         version('bokeh')
     except ModuleNotFoundError:

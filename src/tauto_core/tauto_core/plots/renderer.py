@@ -40,7 +40,7 @@ def check_picture(what: str, file: str | Path | None, *, part: bool = False) -> 
     """
     check_what(what, part=part)
     if file is not None:
-        check_plot(Path(file), '--out')
+        check_plot(Path(file), 'file')
 
 
 def picture(
@@ -67,7 +67,7 @@ def picture(
     name = '\n'.join([*wrap(not_whole(voyage.result), _TITLE_CHARACTERS), voyage.scene.name])
     figure = draw(chart(voyage, what, from_s, to_s), name)
     if file is not None:
-        write_figure(lambda: figure, Path(file), '--out')
+        write_figure(lambda: figure, Path(file), 'file')
     return figure
 
 

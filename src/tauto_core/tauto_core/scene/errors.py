@@ -7,7 +7,7 @@ command line returns: 2 for a bad command line or scene, 1 for anything that fai
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -18,10 +18,68 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 _SHORT.maxlevel = 2
 
 
+@dataclass(frozen=True)
+class Argument:
+    """An argument of a call in a message; each face of the package spells it in its own way.
+
+    Attributes:
+        name: its name in Python.
+        value: the value that was given, or one to give; None where only the name is meant.
+        spaced: whether blanks stand around the sign of equality.
+    """
+
+    name: str
+    value: object = None
+    spaced: bool = False
+
+    def __str__(self) -> str:
+        sign = ' = ' if self.spaced else '='
+        return f'{self.name}{sign}{"" if self.value is None else self.value}'
+
+
+class ArgumentText(str):
+    """A text that names arguments: a str in the spelling of Python, kept in parts for others."""
+
+    parts: tuple[str | Argument, ...]
+
+    def __new__(cls, *parts: str | Argument) -> ArgumentText:
+        """Join texts, such texts too, and arguments."""
+        text = super().__new__(cls, ''.join(map(str, parts)))
+        flat = (each.parts if isinstance(each, ArgumentText) else (each,) for each in parts)
+        text.parts = tuple(part for group in flat for part in group)
+        return text
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return self.parts
+
+
+def spelled(text: str, spell: Callable[[Argument], str]) -> str:
+    """Return a text with its arguments in another spelling; most texts have none.
+
+    Args:
+        text: a message, a warning or a note.
+        spell: returns an argument as a face of the package writes it.
+    """
+    parts = text.parts if isinstance(text, ArgumentText) else (text,)
+    return ''.join(spell(part) if isinstance(part, Argument) else part for part in parts)
+
+
 class TautoError(Exception):
-    """Base of every error that tauto_core raises on purpose; it can be sent between processes."""
+    """Base of every error that tauto_core raises on purpose; it can be sent between processes.
+
+    Args:
+        parts: the message, in which an `Argument` stands for one of the call.
+    """
 
     exit_code = 1
+
+    def __init__(self, *parts: str | Argument) -> None:
+        super().__init__(*(parts if len(parts) < 2 else (ArgumentText(*parts),)))
+
+    @property
+    def message(self) -> str:
+        """The message; with parts where it names arguments."""
+        return self.args[0] if self.args else ''
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (type(self), self.args, self.__dict__)
@@ -64,10 +122,14 @@ class Problem:
     remedy: str
 
     def __str__(self) -> str:
-        if not self.key:
-            return f'{self.problem}. {self.remedy}'
+        return str(self.text)
+
+    @property
+    def text(self) -> ArgumentText:
+        """The problem as a message."""
         found = '' if self.value is ABSENT else f' = {_SHORT.repr(self.value)}'
-        return f'{self.key}{found}: {self.problem}. {self.remedy}'
+        where = f'{self.key}{found}: ' if self.key else ''
+        return ArgumentText(where, self.problem, '. ', self.remedy)
 
 
 class SceneError(TautoError):
@@ -100,7 +162,8 @@ class SceneError(TautoError):
         self.problem = problem
         self.remedy = remedy
         self.problems = (Problem(key, value, problem, remedy), *further)
-        super().__init__('\n'.join(f'{file}: {each}' for each in self.problems))
+        lines = [part for each in self.problems for part in ('\n', f'{file}: ', each.text)]
+        super().__init__(*lines[1:])
 
 
 @contextmanager

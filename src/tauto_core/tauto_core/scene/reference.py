@@ -20,7 +20,7 @@ from tauto_core.machines.compiling import compile_trochlea
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, Drag, EscapementKind
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.trochlea import FOLDER as THREADS
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.fields import Kind, OneOf, Section, kind_of, kinds_in
 from tauto_core.scene.loader import parse_scene, write_mapping
 from tauto_core.scene.models import Scene
@@ -342,15 +342,15 @@ def _misfit(wanted: Mapping[str, str]) -> UsageError:
         if key != other and _completed(pair) is None:
             wanted = pair
             break
-    others = []
+    others: list[str | Argument] = []
     for key in wanted:
         rest = {each: kind for each, kind in wanted.items() if each != key}
         fits = {row[key] for row in all_that_go() if rest.items() <= row.items()}
         kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
         if kinds:
-            others.append(f'--{key} {" or ".join(kinds)}')
-    typed = ' and '.join(f'--{key} {kind}' for key, kind in wanted.items())
-    return UsageError(f'{typed}: do not go together. Use {"; or ".join(others)}')
+            others += ['; or ', Argument(key, ' or '.join(kinds))]
+    typed = [part for key, kind in wanted.items() for part in (' and ', Argument(key, kind))]
+    return UsageError(*typed[1:], ': do not go together. Use ', *others[1:])
 
 
 def _check_known(kinds: Mapping[str, str]) -> None:
@@ -359,7 +359,8 @@ def _check_known(kinds: Mapping[str, str]) -> None:
         if kind not in known:
             near = get_close_matches(kind, known, 1)
             guess = f'Did you mean {near[0]}? ' if near else ''
-            raise UsageError(f'--{key} {kind}: unknown kind. {guess}Use one of {", ".join(known)}')
+            said = f': unknown kind. {guess}Use one of {", ".join(known)}'
+            raise UsageError(Argument(key, kind), said)
 
 
 def _model(key: str, kind: str) -> type[Kind]:
