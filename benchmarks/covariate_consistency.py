@@ -300,7 +300,7 @@ def thread(seeds: int) -> dict[str, Any]:
     for name, drift in assumed.items():
         found = []
         for seed in range(5000, 5000 + seeds):
-            sailed = sail(scene_with(drift, seed))['drift']
+            sailed = sail(scene_with(drift, seed)).result['drift']
             sigma = sailed['offset_sigma_s']
             found.append((sailed['offset_error_sigmas'], sailed['rate_error_sigmas'], sigma))
         offset, rate, sigma_s = np.array(found).T

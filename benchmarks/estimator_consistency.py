@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.stats import chi2
@@ -30,10 +30,8 @@ from tauto_core.samples import (
     OBSERVATION,
     READING,
     SECONDS_PER_DAY,
-    Batches,
     FloatArray,
     TimeSamples,
-    join,
 )
 from tauto_core.scene import Scene, load_scene
 from tauto_core.voyage import sail
@@ -48,15 +46,8 @@ SCENES = (
 
 def sailed(scene: Scene) -> tuple[TimeSamples, TimeSamples]:
     """Return the readings and the observations of a voyage."""
-    parts: dict[str, list[Any]] = {READING: [], OBSERVATION: []}
-
-    def keep(batches: Batches) -> None:
-        for topic, kept in parts.items():
-            if topic in batches:
-                kept.append(batches[topic])
-
-    sail(scene, watch=keep)
-    return join(parts[READING]), join(parts[OBSERVATION])
+    samples = sail(scene).samples
+    return cast(TimeSamples, samples[READING]), cast(TimeSamples, samples[OBSERVATION])
 
 
 def errors(scene: Scene) -> tuple[FloatArray, FloatArray, float]:

@@ -33,7 +33,7 @@ def consistency(name: str, seeds: int) -> dict[str, Any]:
     """Return scatter, stated standard deviations and their ratio of a scene, and why not."""
     first, refused = [], Counter[str]()
     for seed in range(seeds):
-        found = sail(load_scene(name, seed=seed))['longitude']
+        found = sail(load_scene(name, seed=seed)).result['longitude']
         first += [row for row in found['projection'][:1] if None not in row.values()]
         if reason := found['not_projected']:
             refused[reason.partition(', ')[0]] += 1

@@ -123,12 +123,12 @@ def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: i
 
 def test_a_recovered_bag_replays(tmp_path: Path) -> None:
     made = recover_bag(killed(tmp_path / 'torn', SIZE * 2 // 3))
-    result = voyage.replay(read_bag(made.path))
-    assert result['scene'] == voyage.replay(read_bag(GOLDEN))['scene']
+    result = voyage.replay(read_bag(made.path)).result
+    assert result['scene'] == voyage.replay(read_bag(GOLDEN)).result['scene']
     with Reader(made.path) as reader:
         span_s = reader.duration * 1e-9
     assert 60 < span_s < 100, 'of 120 s'
-    assert result['drift'] != voyage.replay(read_bag(GOLDEN))['drift']
+    assert result['drift'] != voyage.replay(read_bag(GOLDEN)).result['drift']
 
 
 FULL = """
@@ -151,7 +151,7 @@ def test_a_bag_that_filled_the_disk_replays_and_is_recovered(tmp_path: Path) -> 
         check=False,
     )
     assert 'bag_0.mcap cannot be written' in done.stderr
-    assert voyage.replay(read_bag(tmp_path / 'bag'))['scene'] == 'measured'
+    assert voyage.replay(read_bag(tmp_path / 'bag')).result['scene'] == 'measured'
     found = check_bag(tmp_path / 'bag')
     assert not found.whole
     assert (found.faults, found.notes) == ([], []), 'the scene is the first message'

@@ -137,7 +137,7 @@ def test_sail_prints_the_object_of_the_python_call_and_nothing_else() -> None:
     assert result.exit_code == 0
     assert result.stderr == ''
     printed = json.loads(result.stdout)
-    called = voyage.sail(load_scene('cheek_before_euler', duration=60.0))
+    called = dict(voyage.sail(load_scene('cheek_before_euler', duration=60.0)).result)
     assert printed.pop('wall_s') >= 0.0
     called.pop('wall_s')
     assert printed == called
@@ -407,7 +407,7 @@ def test_keys_of_a_scene_are_set_on_the_command_line() -> None:
     called = voyage.sail(
         load_scene('cheek_before_euler', duration=60.0, **{'trochlea.release_angle': 0.3}),
         origin='cheek_before_euler',
-    )
+    ).result
     assert changed['clock'] == called['clock']
     facts = json.loads(tauto('scene', 'check', 'ideal', '--set', 'duration=60', '--json').stdout)
     assert facts['duration_s'] == 60.0
@@ -431,7 +431,7 @@ def test_null_removes_a_key_that_may_be_absent() -> None:
     assert scene.escapement is not None
     bare = json.loads(tauto(*MINUTE, '--set', 'escapement=null', '--json').stdout)
     without = scene.model_copy(update={'escapement': None, 'duration': 60.0})
-    assert bare['trochlea'] == voyage.sail(without)['trochlea']
+    assert bare['trochlea'] == voyage.sail(without).result['trochlea']
     # absent already, and absent by default: nothing to remove
     for key in ('suspension', 'drift.gate'):
         assert tauto(*MINUTE, '--set', f'{key}=null').exit_code == 0

@@ -32,14 +32,14 @@ def measured(tmp_path_factory):
     """Two minutes of the default scene: its report and its bag."""
     out = tmp_path_factory.mktemp('voyage') / 'bag'
     scene = load_scene('measured', duration=120.0)
-    return scene, sail(scene, out), out
+    return scene, sail(scene, out).result, out
 
 
 def test_bag_and_replay_give_the_figures_of_the_run(measured):
     _, report, out = measured
     again = summarise_bag(out)
     assert {k: v for k, v in report.items() if k != 'wall_s'} == again
-    figures = replay(read_bag(out))
+    figures = replay(read_bag(out)).result
     for part in ('clock', 'drift', 'longitude', 'duration_s'):
         assert figures[part] == report[part]
 
@@ -47,9 +47,8 @@ def test_bag_and_replay_give_the_figures_of_the_run(measured):
 def test_a_bag_that_was_cut_short_has_its_own_length(measured):
     scene, _, out = measured
     bag = read_bag(out)
-    length_s = replay(read_bag(out), scene=scene.model_copy(update={'duration': 240.0}))[
-        'duration_s'
-    ]
+    again = replay(read_bag(out), scene.model_copy(update={'duration': 240.0}))
+    length_s = again.result['duration_s']
     assert length_s == (bag.end_ns - bag.start_ns) / 1e9
     assert 120.0 < length_s < 121.0  # with the motion beyond the end
 
@@ -118,7 +117,7 @@ def test_machine_and_sea_are_built_once_a_run(monkeypatch):
 def test_chunks_of_any_size_give_the_same_report(measured, monkeypatch):
     scene, report, _ = measured
     monkeypatch.setattr(voyage, 'CHUNK', 37)
-    again = sail(scene)
+    again = sail(scene).result
     assert {k: again[k] for k in ('trochlea', 'clock', 'drift', 'longitude')} == {
         k: report[k] for k in ('trochlea', 'clock', 'drift', 'longitude')
     }
@@ -153,7 +152,7 @@ def test_the_landfall_is_judged_before_the_clock_is_checked(tmp_path):
         'drift': {'observation_interval': 50.0, 'observation_sigma': 2.0},
     }
     scene = load_scene('ideal', duration=800.0, voyage={**way, 'arrives_at': 600.0}, **settings)
-    report = sail(scene, tmp_path / 'bag')
+    report = sail(scene, tmp_path / 'bag').result
     landfall = report['longitude']
     assert landfall['at_s'] == 600.0
     [only] = landfall['landfalls']
@@ -161,21 +160,21 @@ def test_the_landfall_is_judged_before_the_clock_is_checked(tmp_path):
     assert landfall['unchecked_days'] == 500.0 / 86_400.0
     ended = sail(
         load_scene('ideal', duration=600.0, voyage={**way, 'arrives_at': 600.0}, **settings)
-    )
+    ).result
     assert ended['longitude']['landfalls'] == []
     for name in ('at_s', 'error_nmi', 'sigma_nmi', 'raw_error_nmi', 'required_rate_s_per_day'):
         assert ended['longitude'][name] == landfall[name]
     # the check at 610 s shows in the estimate
     assert report['drift']['offset_sigma_s'] < 0.9 * ended['drift']['offset_sigma_s']
     assert summarise_bag(tmp_path / 'bag')['longitude'] == landfall
-    assert replay(read_bag(tmp_path / 'bag'))['longitude'] == landfall
+    assert replay(read_bag(tmp_path / 'bag')).result['longitude'] == landfall
 
 
 def test_the_ideal_clock_on_land_keeps_true_time():
     """Allowed are the rounding of the nominal period, 1e-15 of a day, and a nanosecond of the
     dial.
     """
-    report = sail(load_scene('ideal'))
+    report = sail(load_scene('ideal')).result
     assert report['propagator'] == 'harmonic'
     assert abs(report['clock']['error_s']) <= 1e-9
     assert report['longitude']['prize_pounds'] is None  # a day is no trial
@@ -268,10 +267,10 @@ def test_a_replay_says_what_it_does_without(measured, tmp_path):
     bag = read_bag(out)
     with BagWriter(tmp_path / 'bare') as writer:
         writer.write({topic: bag.samples(topic) for topic in (SCENE, READING)})
-    observed, fixed = replay(read_bag(tmp_path / 'bare'))['warnings']
+    observed, fixed = replay(read_bag(tmp_path / 'bare')).result['warnings']
     assert 'no topic clock/observation' in observed
     assert 'no topic ship/fix' in fixed
-    assert replay(read_bag(out))['warnings'] == []
+    assert replay(read_bag(out)).result['warnings'] == []
 
 
 def test_a_bag_without_scene_needs_one(measured, tmp_path):
@@ -281,7 +280,7 @@ def test_a_bag_without_scene_needs_one(measured, tmp_path):
         writer.write({READING: bag.samples(READING)})
     with pytest.raises(BagError, match='scene=SCENE'):
         replay(read_bag(tmp_path / 'bare'))
-    figures = replay(read_bag(tmp_path / 'bare'), scene=scene)
+    figures = replay(read_bag(tmp_path / 'bare'), scene=scene).result
     assert figures['clock'] == report['clock']
     with BagWriter(tmp_path / 'empty') as writer:
         writer.write({SHIP_FIX: bag.samples(SHIP_FIX)})
@@ -335,28 +334,28 @@ def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
     }
     log = {'interval': 5.0, 'motion': False}
     scene = load_scene('involute_weight_at_sea', duration=120.0, drift=drift, log=log)
-    report = sail(scene, tmp_path / 'thin')
+    report = sail(scene, tmp_path / 'thin').result
     assert SHIP_IMU not in read_bag(tmp_path / 'thin')
-    told = replay(read_bag(tmp_path / 'thin'), smooth=True)
+    told = replay(read_bag(tmp_path / 'thin'), smooth=True).result
     assert told['drift'] == report['drift']
     assert not told['warnings']
     # the last observation is at the end, where hindsight knows no more
     for name in ('offset_s', 'mean_rate_sigma_s_per_day', 'roll_coefficient', 'heave_integral_s'):
         assert told['smoothed'][name][-1] == pytest.approx(report['drift'][name], rel=1e-9)
     full = load_scene('involute_weight_at_sea', duration=120.0, drift=drift)
-    assert sail(full, tmp_path / 'full')['drift']['heave_integral_s'] == pytest.approx(
+    assert sail(full, tmp_path / 'full').result['drift']['heave_integral_s'] == pytest.approx(
         report['drift']['heave_integral_s'], rel=1e-12
     )
     # a bag of readings and motion alone
     bag = read_bag(tmp_path / 'full')
     with BagWriter(tmp_path / 'bare') as writer:
         writer.write({t: bag.samples(t) for t in (SCENE, READING, SHIP_IMU, OBSERVATION)})
-    again = replay(read_bag(tmp_path / 'bare'))['drift']
+    again = replay(read_bag(tmp_path / 'bare')).result['drift']
     assert again['heave_integral_s'] == pytest.approx(
         report['drift']['heave_integral_s'], rel=1e-9
     )
     with BagWriter(tmp_path / 'blind') as writer:
         writer.write({t: bag.samples(t) for t in (SCENE, READING, OBSERVATION)})
-    blind = replay(read_bag(tmp_path / 'blind'))
+    blind = replay(read_bag(tmp_path / 'blind')).result
     assert blind['drift']['heave_integral_s'] == 0.0
     assert any('no topic ship/imu' in words for words in blind['warnings'])

@@ -63,7 +63,7 @@ def test_bag_of_the_graph_is_the_bag_of_sail(
     assert outcome.lost == 0
     assert outcome.signal == 0
     assert told == sorted(told)
-    offline = sail(loaded, tmp_path / 'sail')
+    offline = sail(loaded, tmp_path / 'sail').result
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
     counts = {f'/{topic}': n['written'] for topic, n in outcome.counts.items() if n['written']}
     assert counts == read_bag(tmp_path / 'graph').counts

@@ -11,9 +11,12 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from tauto_core.bags import read_bag
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError, naming
-from tauto_core.voyage import Voyage, replay_voyage, sail_voyage
+from tauto_core.voyage import Voyage
+from tauto_core.voyage import replay as replay_bag
+from tauto_core.voyage import sail as sail_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,7 +128,7 @@ def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object
     Raises:
         TautoError: bad scene, or an event that ends the motion.
     """
-    return sail_voyage(load(scene, **overrides), origin=_origin(scene), anyway=anyway)
+    return sail_scene(load(scene, **overrides), origin=_origin(scene), anyway=anyway)
 
 
 def replay(
@@ -150,7 +153,8 @@ def replay(
         EstimationError: readings whose stability cannot be estimated.
     """
     loaded = None if scene is None else load(scene)
-    return replay_voyage(path('bag', bag), loaded, smooth=smooth, stable=stability)
+    opened = read_bag(path('bag', bag))
+    return replay_bag(opened, loaded, smooth=smooth, stability=stability)
 
 
 def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:

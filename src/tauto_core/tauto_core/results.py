@@ -99,6 +99,23 @@ class Summary:
                 if topic == LONGITUDE_ERROR:
                     self._tally.feed(samples)
 
+    def result(self) -> dict[str, Any]:
+        """Return all figures, with the scene's name and the answer."""
+        figures = {
+            'trochlea': self.trochlea(),
+            'clock': self.clock(),
+            'drift': self.drift(),
+            'longitude': self.longitude(),
+        }
+        return {
+            'scene': self._scene.name,
+            'answer': answer(figures),
+            'duration_s': self._scene.duration,
+            'propagator': self.propagator,
+            **sea_of(self._scene),
+            **figures,
+        }
+
     def clock(self) -> dict[str, Any]:
         """Return the dial's reading since the start, its error and its mean rate.
 
@@ -213,6 +230,12 @@ class Summary:
                 self._scene.clock.random_walk_fm_per_s,
             ),
         }
+
+
+def sea_of(scene: Scene) -> dict[str, Any]:
+    """Return the `sea` of a result; nothing for a ship in none."""
+    ship = scene.ship
+    return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
 
 
 def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar
+from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -190,6 +190,15 @@ def join(parts: Sequence[S]) -> S:
         if isinstance(getattr(parts[0], field.name), np.ndarray)
     }
     return replace(parts[0], **arrays)
+
+
+def merged(parts: Sequence[Batches]) -> Batches:
+    """Return batches of the same topics, in order, as one."""
+    topics = dict.fromkeys(topic for batches in parts for topic in batches)
+    return {
+        topic: join([cast(TimeSamples, batches[topic]) for batches in parts if topic in batches])
+        for topic in topics
+    }
 
 
 def text(stamp_ns: int, data: str) -> TextSamples:

@@ -1,15 +1,19 @@
-"""A voyage: the stages joined, offline or from a bag, and all its data as arrays."""
+"""A voyage: how a scene is sailed offline or replayed from a bag, and its data as arrays.
+
+`sail` and `replay` both return a `Voyage`. Between them stands the pipeline of stages, which the
+nodes run one in each process.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -20,9 +24,9 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.navigation.drift import MEAN_RATE_NAMES, merged
+from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import RecordedIntegrals, integral_names
-from tauto_core.results import Summary, answer
+from tauto_core.results import Summary, answer, sea_of
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -37,15 +41,14 @@ from tauto_core.samples import (
     SHIP_FIX,
     SHIP_IMU,
     Batches,
-    FixSamples,
     FloatArray,
-    ImuSamples,
     JointSamples,
     Samples,
     Stage,
     State,
     TimeSamples,
     join,
+    merged,
     text,
 )
 from tauto_core.scene import Scene, parse_scene, scene_yaml
@@ -54,8 +57,6 @@ from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.imu import attitude
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from matplotlib.figure import Figure
 
 
@@ -168,7 +169,8 @@ class Pipeline:
             said += [stage.finish()] if final else []
             for batches in said:
                 for topic, samples in batches.items():
-                    known[topic] = _append(known.get(topic), samples)
+                    before = [known[topic]] if topic in known else []
+                    known[topic] = join([*before, samples])  # type: ignore[type-var]
         return known
 
     def state(self) -> State:
@@ -182,14 +184,10 @@ class Pipeline:
 
     def health(self) -> dict[str, int]:
         """Return the counters of all stages that are not zero."""
-        merged: dict[str, int] = {}
+        counters: dict[str, int] = {}
         for stage in self._stages:
-            merged.update({name: n for name, n in stage.health().items() if n})
-        return merged
-
-
-def _append(known: Samples | None, new: Samples) -> Samples:
-    return new if known is None else join([known, new])  # type: ignore[type-var]
+            counters.update({name: n for name, n in stage.health().items() if n})
+        return counters
 
 
 def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> Pipeline:
@@ -203,320 +201,8 @@ def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) ->
     return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])
 
 
-def sail(
-    scene: Scene,
-    out: Path | None = None,
-    *,
-    origin: str | None = None,
-    force: bool = False,
-    anyway: bool = False,
-    progress: Callable[[float], None] | None = None,
-    watch: Callable[[Batches], None] | None = None,
-) -> dict[str, Any]:
-    """Sail a scene offline; return the object that `tauto sail --json` prints.
-
-    It has `sea` only for a ship in a sea. It has `warnings` only where a number is probably in the
-    wrong unit, measured motion could not be read to its end, waves were left out, or observations
-    disagreed with the clock by more than `drift.gate`.
-
-    Args:
-        scene: the scene to simulate.
-        out: folder of the bag to write; None: no bag.
-        origin: file or name that the user gave, for errors; None: the scene's name.
-        force: replace a bag that is there.
-        anyway: sail machines and ships beyond all that are known, too.
-        progress: called with the fraction done, from 0 to 1.
-        watch: called with all samples on any topic, batch after batch.
-
-    Raises:
-        TautoError: bad scene, no place for the bag, or an event that ends the motion.
-    """
-    started = time.perf_counter()
-    with naming(origin or scene.name, scene.name):
-        if not anyway:
-            check_known(scene)
-        machine, motion = check_scene(scene)
-    heard = out is not None or watch is not None
-    kept = (
-        bool(scene.drift.covariates)
-        or watch is not None
-        or (out is not None and scene.keeps_motion)
-    )
-    source = ShipSource(scene, motion, says_scene=heard, as_messages=kept)
-    stages = pipeline(scene, machine)
-    summary = Summary(scene, machine)
-    with ExitStack() as stack:
-        bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
-        if bag is not None:
-            bag.describe(bag_metadata(scene))
-        for batches in _voyage(source, stages, CHUNK if kept else QUIET_CHUNK):
-            if words := refused_words(stages.health()):
-                raise PropagationError(words, source.produced * scene.step_ns / NS_PER_S)
-            summary.feed(batches)
-            if watch is not None:
-                watch(batches)
-            if bag is not None:
-                bag.write(_kept(scene, batches))
-            if progress is not None:
-                progress(source.produced / source.total)
-    warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
-    return {
-        **report(scene, summary),
-        'wall_s': time.perf_counter() - started,
-        'bag': None if out is None else str(out),
-        **({'warnings': warnings} if warnings else {}),
-    }
-
-
-def compile_kernels(scene: Scene) -> None:
-    """Compile the kernels of a scene's ship and clock, unless they are compiled already.
-
-    The first seconds are run and their output is dropped. Errors are left to the voyage itself,
-    which reports them with their time. The kernels are optimised at once, since a node under way
-    cannot wait for that.
-    """
-    source, stages = ShipSource(scene), pipeline(scene)
-    samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
-    with optimised(), suppress(TautoError):
-        stages.feed(source.produce(samples))
-        stages.finish()
-
-
-def _voyage(source: ShipSource, stages: Pipeline, chunk: int) -> Iterator[Batches]:
-    while source.produced < source.total:
-        yield stages.feed(source.produce(chunk))
-    yield stages.finish()
-
-
-def refused_words(health: Mapping[str, int]) -> str:
-    """Return which samples of the scene's own ship the stages have refused; empty: none.
-
-    Args:
-        health: counters of the stages.
-    """
-    refused = [f'{n} {reason}' for reason in REFUSALS if (n := health.get(reason, 0))]
-    if not refused:
-        return ''
-    return (
-        f'samples of the ship that cannot be integrated: {", ".join(refused)}. Check the size of '
-        'its motion, its height and gravity'
-    )
-
-
-def _kept(scene: Scene, batches: Batches) -> Batches:
-    """Return the samples that the log keeps."""
-    if scene.keeps_motion:
-        return batches
-    return {topic: samples for topic, samples in batches.items() if topic != SHIP_IMU}
-
-
-def report(scene: Scene, summary: Summary) -> dict[str, Any]:
-    """Return what a summary says of a voyage, as `sail` reports it."""
-    figures = {
-        'trochlea': summary.trochlea(),
-        'clock': summary.clock(),
-        'drift': summary.drift(),
-        'longitude': summary.longitude(),
-    }
-    return {
-        'scene': scene.name,
-        'answer': answer(figures),
-        'duration_s': scene.duration,
-        'propagator': summary.propagator,
-        **sea_of(scene),
-        **figures,
-    }
-
-
-def sea_of(scene: Scene) -> dict[str, Any]:
-    """Return the `sea` of a report; nothing for a ship in none."""
-    ship = scene.ship
-    return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
-
-
-# -----------------------------------------------------------------------------
-# Voyages from bags: the report of a recorded one, or the navigator's part estimated anew.
-
-
-def bag_scene(bag: Bag, scene: Scene | None = None) -> Scene:
-    """Return the scene of a bag, or the one given instead.
-
-    Raises:
-        BagError: the bag has none and none is given.
-    """
-    if scene is not None:
-        return scene
-    if bag.scene is None:
-        raise BagError(
-            f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
-            'scene it belongs to (',
-            Argument('scene', 'SCENE'),
-            ')',
-        )
-    return parse_scene(bag.scene, f'{bag.path}:{SCENE}')
-
-
-def summarise_bag(path: Path) -> dict[str, Any]:
-    """Return the report of a recorded voyage: the result of `sail`, without the wall time.
-
-    Raises:
-        BagError: not a bag, or without a scene.
-    """
-    bag = read_bag(path)
-    scene = bag_scene(bag)
-    summary = Summary(scene)
-    said = (JOINT_STATES, PHASE, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
-    for topics in ((OBSERVATION, READING), said):  # the summary needs these two first
-        for topic, part in bag.parts([topic for topic in topics if topic in bag]):
-            summary.feed({topic: part})
-    return {**report(scene, summary), 'bag': str(path)}
-
-
-def _missing(bag: Bag, wanted: Sequence[str]) -> list[str]:
-    """Return warnings about the topics that are not in a bag."""
-    without = {
-        OBSERVATION: 'the drift is what the scene assumes beforehand',
-        SHIP_FIX: 'the ship is taken to lie where the scene begins',
-        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
-        'to lie still',
-    }
-    return [
-        f'{bag.path}: there is no topic {topic}: {so}'
-        for topic, so in without.items()
-        if topic not in bag and topic in (*wanted, SHIP_FIX)
-    ]
-
-
-def _damage(bag: Bag) -> list[str]:
-    """Return what is damaged or missing in a bag that was read; nothing of a whole one."""
-    ended = 'it says cut_short: its recording ended before the voyage did'
-    return [*bag.warnings, *([f'{bag.path}: {ended}'] if is_cut_short(bag.path) else [])]
-
-
-def _recorded_motion(recorded: Batches, scene: Scene) -> RecordedIntegrals | None:
-    """Return the integrals of a scene's covariates from a bag; None if it has none.
-
-    They are exact even where the motion itself is logged thinly.
-    """
-    covariates, estimate = scene.drift.covariates, recorded.get(ESTIMATE)
-    if not covariates or not isinstance(estimate, JointSamples):
-        return None
-    named = set(integral_names(covariates)) <= set(estimate.name)
-    return RecordedIntegrals(estimate, covariates) if named else None
-
-
-def replay(
-    bag: Bag,
-    *,
-    scene: Scene | None = None,
-    smooth: bool = False,
-    stable: bool = False,
-    topics: Collection[str] = (),
-    watch: Callable[[Batches], None] | None = None,
-) -> dict[str, Any]:
-    """Estimate drift and longitude again from a bag's readings and observations alone.
-
-    Args:
-        bag: a bag with `clock/reading`, `clock/observation` and, for distances, `ship/fix`.
-        scene: replaces the bag's own, and is needed where it has none.
-        smooth: also estimate the drift from all observations in hindsight (`hindsight`).
-        stable: also estimate the stability of the clock (`stability_of`).
-        topics: topics that are not computed again, for `watch` as far as the bag has them.
-        watch: called with the samples of `topics`, and with all others that were read or computed.
-
-    Returns:
-        `scene`, the `answer` in a sentence, `sea` for a ship in one, `clock`, `drift`,
-        `longitude`, `duration_s` (the scene's, if it was sailed to its end; otherwise the bag's),
-        and the bag's `start_s`, message `counts`, `damage` and `warnings`, which begin with it;
-        where asked for, `smoothed` and `stability`.
-
-    Raises:
-        BagError: no readings, or no scene.
-        EstimationError: readings whose stability cannot be estimated.
-    """
-    found = bag_scene(bag, scene)
-    wanted = [READING, OBSERVATION, SHIP_FIX, *topics]
-    if found.drift.covariates:
-        wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)
-    recorded = bag.batches([topic for topic in wanted if topic == READING or topic in bag])
-    motion = _recorded_motion(recorded, found)
-    drift = DriftStage(found, expect_schedule=False, motion=motion)
-    stages = Pipeline([drift, LongitudeStage(found, expect_fix=SHIP_FIX in bag)])
-    inputs = [topic for topic in dict.fromkeys((*drift.inputs, SHIP_FIX)) if topic in bag]
-    if SHIP_IMU in inputs and SHIP_IMU not in recorded:  # estimates without the integrals
-        recorded |= bag.batches([SHIP_IMU])
-    summary = Summary(found)
-    said = stages.feed({topic: recorded[topic] for topic in inputs})
-    held = stages.finish()
-    if watch is not None:
-        others = [topic for topic in topics if topic in recorded and topic not in said]
-        watch({topic: recorded[topic] for topic in others})
-    for batches in (said, held):
-        summary.feed(batches)
-        if watch is not None:
-            watch(batches)
-    figures = {
-        'clock': summary.clock(),
-        'drift': summary.drift(),
-        'longitude': summary.longitude(),
-    }
-    damage = _damage(bag)
-    return {
-        'scene': found.name,
-        'answer': answer({**figures, 'damage': damage}),
-        'bag': str(bag.path),
-        **sea_of(found),
-        **figures,
-        **(_smoothed(merged([said, held]), found) if smooth else {}),
-        **(_stability(said) if stable else {}),
-        'start_s': (bag.start_ns or 0) / NS_PER_S,
-        'duration_s': _length_s(bag, found, cast(TimeSamples, recorded[READING])),
-        'counts': bag.counts,
-        'damage': damage,
-        'warnings': [
-            *damage,
-            *_missing(bag, drift.inputs),
-            *drift_warnings(stages.health(), found),
-        ],
-    }
-
-
-def _length_s(bag: Bag, scene: Scene, reading: TimeSamples) -> float:
-    """Return the length of a bag [s]: the scene's, where the scene was sailed to its end.
-
-    Motion is recorded for some steps beyond it, from which the clock is interpolated.
-    """
-    start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
-    read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
-    if (start_ns, read_to_ns) == (scene.starts_at_ns, scene.starts_at_ns + scene.duration_ns):
-        return scene.duration
-    return (end_ns - start_ns) / NS_PER_S
-
-
-def _smoothed(said: Batches, scene: Scene) -> dict[str, Any]:
-    from tauto_core.navigation.hindsight import hindsight
-
-    reading, observation, corrected = (
-        cast(TimeSamples, said.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
-    )
-    estimate = cast(JointSamples, said[ESTIMATE])
-    return {'smoothed': hindsight(reading, observation, corrected, estimate, scene)}
-
-
-def _stability(said: Batches) -> dict[str, Any]:
-    from tauto_core.navigation.stability import stability_of
-
-    return {'stability': stability_of(cast(TimeSamples, said[READING]))}
-
-
 # -----------------------------------------------------------------------------
 # A voyage as arrays: all data of a run or a bag, each array named with its unit.
-
-Kind = TypeVar('Kind', bound=Samples)
-
-_NONE = np.empty(0)
-_STATED = (SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE)
-"""Topics, besides the scene, that a replay does not compute again."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -549,7 +235,7 @@ class Voyage:
     @cached_property
     def start_ns(self) -> int:
         """Stamp of the first reading [ns]."""
-        return int(self._of(READING, TimeSamples).stamp_ns[0])
+        return int(self.samples[READING].stamp_ns[0])
 
     @cached_property
     def time_s(self) -> FloatArray:
@@ -559,12 +245,12 @@ class Voyage:
     @cached_property
     def clock_error_s(self) -> FloatArray:
         """Reading of the dial less the true time [s], fast is positive."""
-        return self._error(READING)
+        return self._read(READING, _error_s)
 
     @cached_property
     def corrected_error_s(self) -> FloatArray:
         """Reading less its estimated error, less the true time [s]."""
-        return self._error(CORRECTED)
+        return self._read(CORRECTED, _error_s)
 
     @property
     def offset_s(self) -> FloatArray:
@@ -584,18 +270,19 @@ class Voyage:
     @property
     def mean_rate_s_per_day(self) -> FloatArray:
         """Estimated rate [s/day]; with covariates its mean since the start."""
-        return self._mean_rate(MEAN_RATE_NAMES[0], 'rate_s_per_day')
+        return self._mean_rate(0)
 
     @property
     def mean_rate_sigma_s_per_day(self) -> FloatArray:
         """Standard deviation of `mean_rate_s_per_day` [s/day]."""
-        return self._mean_rate(MEAN_RATE_NAMES[1], 'rate_sigma_s_per_day')
+        return self._mean_rate(1)
 
-    def _mean_rate(self, name: str, steady: str) -> FloatArray:
-        if ESTIMATE not in self.samples:
-            return _NONE
-        named = self._of(ESTIMATE, JointSamples).name
-        return self._named(ESTIMATE, name if name in named else steady)
+    def _mean_rate(self, which: int) -> FloatArray:
+        def mean(found: JointSamples) -> FloatArray:
+            names = MEAN_RATE_NAMES if MEAN_RATE_NAMES[0] in found.name else ESTIMATE_NAMES[2:]
+            return found.position[:, found.name.index(names[which])]
+
+        return self._read(ESTIMATE, mean)
 
     @property
     def rate_sigma_s_per_day(self) -> FloatArray:
@@ -605,12 +292,12 @@ class Voyage:
     @property
     def angle_rad(self) -> FloatArray:
         """Angle of the wheel in its case [rad]; for a body in a fluid its arc [m]."""
-        return self._joint('position')
+        return self._read(JOINT_STATES, lambda found: found.position[:, 0])
 
     @property
     def angular_velocity_rad_s(self) -> FloatArray:
         """Angular velocity of the wheel in its case [rad/s]; in a fluid the body's speed [m/s]."""
-        return self._joint('velocity')
+        return self._read(JOINT_STATES, lambda found: found.velocity[:, 0])
 
     @property
     def phase_rad(self) -> FloatArray:
@@ -635,17 +322,17 @@ class Voyage:
     @property
     def latitude_deg(self) -> FloatArray:
         """True latitude of the ship [degrees north]."""
-        return self._place(SHIP_FIX, 'latitude')
+        return self._read(SHIP_FIX, lambda found: found.latitude)
 
     @property
     def longitude_deg(self) -> FloatArray:
         """True longitude of the ship [degrees east]."""
-        return self._place(SHIP_FIX, 'longitude')
+        return self._read(SHIP_FIX, lambda found: found.longitude)
 
     @property
     def clock_longitude_deg(self) -> FloatArray:
         """Longitude of the ship by the corrected clock [degrees east]."""
-        return self._place(LONGITUDE_FIX, 'longitude')
+        return self._read(LONGITUDE_FIX, lambda found: found.longitude)
 
     @cached_property
     def observation_time_s(self) -> FloatArray:
@@ -656,10 +343,9 @@ class Voyage:
     def observed_error_s(self) -> FloatArray:
         """Reading at `observation_time_s`, less the true time as it was observed [s]."""
         if OBSERVATION not in self.samples:
-            return _NONE
-        found = self._of(OBSERVATION, TimeSamples)
-        noise = (found.time_ref_ns - found.stamp_ns) / NS_PER_S
-        return np.interp(self.observation_time_s, self.time_s, self.clock_error_s) - noise
+            return np.empty(0)
+        error = np.interp(self.observation_time_s, self.time_s, self.clock_error_s)
+        return error - self._read(OBSERVATION, _error_s)
 
     @cached_property
     def motion_time_s(self) -> FloatArray:
@@ -669,25 +355,21 @@ class Voyage:
     @cached_property
     def motion_roll_rad(self) -> FloatArray:
         """Roll of the ship [rad], starboard side down is positive."""
-        if SHIP_IMU not in self.samples:
-            return _NONE
-        return attitude(self._of(SHIP_IMU, ImuSamples)).roll
+        return self._read(SHIP_IMU, lambda imu: attitude(imu).roll)
 
     @cached_property
     def roll_rad(self) -> FloatArray:
         """Roll of the ship at `time_s` [rad]; empty where the voyage does not log its motion."""
         if not len(self.motion_time_s):
-            return _NONE
+            return np.empty(0)
         return np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad)
 
     @cached_property
     def motion_gravity_m_s2(self) -> FloatArray:
         """Apparent gravity at the clock, the size of the specific force [m/s2]."""
-        if SHIP_IMU not in self.samples:
-            return _NONE
-        force = self._of(SHIP_IMU, ImuSamples).linear_acceleration
-        size: FloatArray = np.sqrt(np.square(force).sum(axis=1))
-        return size
+        return self._read(
+            SHIP_IMU, lambda imu: np.sqrt(np.square(imu.linear_acceleration).sum(axis=1))
+        )
 
     def plot(
         self,
@@ -722,97 +404,260 @@ class Voyage:
             kept.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
             writer.write(kept)
 
-    def _of(self, topic: str, kind: type[Kind]) -> Kind:
-        samples = self.samples[topic]
-        assert isinstance(samples, kind)
-        return samples
+    def _read(self, topic: str, array: Callable[[Any], FloatArray]) -> FloatArray:
+        """Return an array from the samples of a topic; empty where the voyage lacks it."""
+        return array(self.samples[topic]) if topic in self.samples else np.empty(0)
 
     def _seconds(self, topic: str) -> FloatArray:
-        if topic not in self.samples:
-            return _NONE
-        return (self.samples[topic].stamp_ns - self.start_ns) / NS_PER_S
-
-    def _error(self, topic: str) -> FloatArray:
-        if topic not in self.samples:
-            return _NONE
-        found = self._of(topic, TimeSamples)
-        return (found.time_ref_ns - found.stamp_ns) / NS_PER_S
+        return self._read(topic, lambda found: (found.stamp_ns - self.start_ns) / NS_PER_S)
 
     def _named(self, topic: str, name: str) -> FloatArray:
-        if topic not in self.samples:
-            return _NONE
-        found = self._of(topic, JointSamples)
-        return found.position[:, found.name.index(name)]
-
-    def _joint(self, field: str) -> FloatArray:
-        if JOINT_STATES not in self.samples:
-            return _NONE
-        return cast(FloatArray, getattr(self._of(JOINT_STATES, JointSamples), field)[:, 0])
-
-    def _place(self, topic: str, field: str) -> FloatArray:
-        if topic not in self.samples:
-            return _NONE
-        return cast(FloatArray, getattr(self._of(topic, FixSamples), field))
+        return self._read(topic, lambda found: found.position[:, found.name.index(name)])
 
 
-class _Gathered:
-    """Batches of all topics, joined at the end."""
-
-    def __init__(self, *, motion: bool) -> None:
-        self._motion = motion
-        self._parts: dict[str, list[Any]] = {}
-
-    def take(self, batches: Batches) -> None:
-        for topic, samples in batches.items():
-            if topic != SHIP_IMU or self._motion:
-                self._parts.setdefault(topic, []).append(samples)
-
-    def joined(self) -> Batches:
-        return {topic: join(parts) for topic, parts in self._parts.items()}
+def _error_s(clock: TimeSamples) -> FloatArray:
+    return (clock.time_ref_ns - clock.stamp_ns) / NS_PER_S
 
 
-def sail_voyage(
+# -----------------------------------------------------------------------------
+# A scene sailed offline, and a bag replayed.
+
+
+def sail(
     scene: Scene,
+    out: Path | None = None,
     *,
     origin: str | None = None,
+    force: bool = False,
     anyway: bool = False,
+    keep: bool = True,
     progress: Callable[[float], None] | None = None,
+    watch: Callable[[Batches], None] | None = None,
 ) -> Voyage:
     """Return the voyage of a scene, sailed offline.
 
+    Its `result` has `sea` only for a ship in a sea. It has `warnings` only where a number is
+    probably in the wrong unit, measured motion could not be read to its end, waves were left out,
+    or observations disagreed with the clock by more than `drift.gate`.
+
     Args:
         scene: the scene to simulate.
-        origin: file or name that the user gave, for errors.
+        out: folder of the bag to write; None: no bag.
+        origin: file or name that the user gave, for errors; None: the scene's name.
+        force: replace a bag that is there.
         anyway: sail machines and ships beyond all that are known, too.
+        keep: keep the samples. Without them the voyage has its `result` alone, memory does not
+            grow with its length, and a linear machine takes less time.
         progress: called with the fraction done, from 0 to 1.
+        watch: called with all samples on any topic, batch after batch.
 
     Raises:
-        TautoError: see `voyage.sail`.
+        TautoError: bad scene, no place for the bag, or an event that ends the motion.
     """
-    gathered = _Gathered(motion=scene.keeps_motion)
-    result = sail(scene, origin=origin, anyway=anyway, progress=progress, watch=gathered.take)
-    return Voyage(scene, result, gathered.joined())
+    started = time.perf_counter()
+    with naming(origin or scene.name, scene.name):
+        if not anyway:
+            check_known(scene)
+        machine, motion = check_scene(scene)
+    logs = out is not None or keep
+    as_messages = (
+        bool(scene.drift.covariates) or watch is not None or (logs and scene.keeps_motion)
+    )
+    source = ShipSource(
+        scene, motion, says_scene=logs or watch is not None, as_messages=as_messages
+    )
+    stages, summary, kept = pipeline(scene, machine), Summary(scene, machine), list[Batches]()
+    chunk, under_way = CHUNK if as_messages else QUIET_CHUNK, True
+    with ExitStack() as stack:
+        bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
+        if bag is not None:
+            bag.describe(bag_metadata(scene))
+        while under_way:
+            under_way = source.produced < source.total
+            batches = stages.feed(source.produce(chunk)) if under_way else stages.finish()
+            if words := refused_words(stages.health()):
+                raise PropagationError(words, source.produced * scene.step_ns / NS_PER_S)
+            summary.feed(batches)
+            if watch is not None:
+                watch(batches)
+            logged = {t: batches[t] for t in batches if t != SHIP_IMU or scene.keeps_motion}
+            if bag is not None:
+                bag.write(logged)
+            if keep:
+                kept.append(logged)
+            if progress is not None:
+                progress(source.produced / source.total)
+    warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
+    result = {
+        **summary.result(),
+        'wall_s': time.perf_counter() - started,
+        'bag': None if out is None else str(out),
+        **({'warnings': warnings} if warnings else {}),
+    }
+    return Voyage(scene, result, merged(kept))
 
 
-def replay_voyage(
-    path: Path, scene: Scene | None = None, *, smooth: bool = False, stable: bool = False
+def compile_kernels(scene: Scene) -> None:
+    """Compile the kernels of a scene's ship and clock, unless they are compiled already.
+
+    The first seconds are run and their output is dropped. Errors are left to the voyage itself,
+    which reports them with their time. The kernels are optimised at once, since a node under way
+    cannot wait for that.
+    """
+    source, stages = ShipSource(scene), pipeline(scene)
+    samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
+    with optimised(), suppress(TautoError):
+        stages.feed(source.produce(samples))
+        stages.finish()
+
+
+def refused_words(health: Mapping[str, int]) -> str:
+    """Return which samples of the scene's own ship the stages have refused; empty: none.
+
+    Args:
+        health: counters of the stages.
+    """
+    refused = [f'{n} {reason}' for reason in REFUSALS if (n := health.get(reason, 0))]
+    if not refused:
+        return ''
+    return (
+        f'samples of the ship that cannot be integrated: {", ".join(refused)}. Check the size of '
+        'its motion, its height and gravity'
+    )
+
+
+def bag_scene(bag: Bag) -> Scene:
+    """Return the scene of a bag.
+
+    Raises:
+        BagError: the bag has none.
+        SceneError: it cannot be read.
+    """
+    if bag.scene is None:
+        raise BagError(
+            f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
+            'scene it belongs to (',
+            Argument('scene', 'SCENE'),
+            ')',
+        )
+    return parse_scene(bag.scene, f'{bag.path}:{SCENE}')
+
+
+def summarise_bag(path: Path) -> dict[str, Any]:
+    """Return the result of a recorded voyage, as `sail` gives it, without the wall time.
+
+    Raises:
+        BagError: not a bag, or without a scene.
+    """
+    bag = read_bag(path)
+    summary = Summary(bag_scene(bag))
+    computed = (JOINT_STATES, PHASE, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
+    for topics in ((OBSERVATION, READING), computed):  # the summary needs these two first
+        for topic, part in bag.parts([topic for topic in topics if topic in bag]):
+            summary.feed({topic: part})
+    return {**summary.result(), 'bag': str(path)}
+
+
+def replay(
+    bag: Bag,
+    scene: Scene | None = None,
+    *,
+    smooth: bool = False,
+    stability: bool = False,
+    keep: bool = True,
 ) -> Voyage:
     """Return the voyage in a bag, with drift and longitude estimated anew.
 
+    Only readings and observations are needed and, for distances, the ship's places.
+
     Args:
-        path: rosbag2 folder or MCAP file.
-        scene, smooth, stable: as for `voyage.replay`.
+        bag: a bag with `clock/reading`, `clock/observation` and, for distances, `ship/fix`.
+        scene: replaces the bag's own, and is needed where it has none.
+        smooth: also estimate the drift from all observations in hindsight (`hindsight`).
+        stability: also estimate the stability of the clock (`stability_of`).
+        keep: keep the samples, those that are not computed anew among them.
+
+    Returns:
+        A voyage whose `result` has `scene`, the `answer` in a sentence, `sea` for a ship in one,
+        `clock`, `drift`, `longitude`, `duration_s` (the scene's, if it was sailed to its end;
+        otherwise the bag's), and the bag's `start_s`, message `counts`, `damage` and `warnings`,
+        which begin with it; where asked for, `smoothed` and `stability`.
 
     Raises:
-        BagError: not a bag, no readings, or no scene.
+        BagError: no readings, or no scene.
         EstimationError: readings whose stability cannot be estimated.
         SceneError: the bag's scene cannot be read.
     """
-    bag = read_bag(path)
-    sailed = bag_scene(bag, scene)
-    gathered = _Gathered(motion=True)
-    result = replay(
-        bag, scene=sailed, smooth=smooth, stable=stable, topics=_STATED, watch=gathered.take
+    scene = bag_scene(bag) if scene is None else scene
+    stated = [SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE] if keep else []
+    wanted = [READING, OBSERVATION, SHIP_FIX, *stated]
+    if scene.drift.covariates:
+        wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)
+    recorded = bag.batches([topic for topic in wanted if topic == READING or topic in bag])
+    # integrals on drift/estimate are exact even where the motion itself is logged thinly
+    motion, covariates, estimate = None, scene.drift.covariates or (), recorded.get(ESTIMATE)
+    names = set(integral_names(covariates))
+    if names and isinstance(estimate, JointSamples) and names <= set(estimate.name):
+        motion = RecordedIntegrals(estimate, covariates)
+    drift = DriftStage(scene, expect_schedule=False, motion=motion)
+    stages = Pipeline([drift, LongitudeStage(scene, expect_fix=SHIP_FIX in bag)])
+    inputs = [topic for topic in dict.fromkeys((*drift.inputs, SHIP_FIX)) if topic in bag]
+    if SHIP_IMU in inputs and SHIP_IMU not in recorded:  # estimates without the integrals
+        recorded |= bag.batches([SHIP_IMU])
+    summary = Summary(scene)
+    fed = stages.feed({topic: recorded[topic] for topic in inputs})
+    held = stages.finish()
+    summary.feed(fed)
+    summary.feed(held)
+    samples, reading = merged([fed, held]), cast(TimeSamples, recorded[READING])
+    figures = {
+        'clock': summary.clock(),
+        'drift': summary.drift(),
+        'longitude': summary.longitude(),
+    }
+    if smooth:
+        from tauto_core.navigation.hindsight import hindsight
+
+        figures['smoothed'] = hindsight(samples, scene)
+    if stability:
+        from tauto_core.navigation.stability import stability_of
+
+        figures['stability'] = stability_of(cast(TimeSamples, fed[READING]))
+    start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
+    # motion is recorded for some steps beyond the end, from which the clock is interpolated
+    read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
+    is_whole = (start_ns, read_to_ns) == (
+        scene.starts_at_ns,
+        scene.starts_at_ns + scene.duration_ns,
     )
-    told = {} if bag.scenes is None else {SCENE: bag.scenes}
-    return Voyage(sailed, result, {**told, **gathered.joined()})
+    damage = list(bag.warnings)
+    if is_cut_short(bag.path):
+        damage.append(f'{bag.path}: it says cut_short: its recording ended before the voyage did')
+    without = {
+        OBSERVATION: 'the drift is what the scene assumes beforehand',
+        SHIP_FIX: 'the ship is taken to lie where the scene begins',
+        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
+        'to lie still',
+    }
+    missing = [
+        f'{bag.path}: there is no topic {topic}: {so}'
+        for topic, so in without.items()
+        if topic not in bag and topic in (*drift.inputs, SHIP_FIX)
+    ]
+    result = {
+        'scene': scene.name,
+        'answer': answer({**figures, 'damage': damage}),
+        'bag': str(bag.path),
+        **sea_of(scene),
+        **figures,
+        'start_s': start_ns / NS_PER_S,
+        'duration_s': scene.duration if is_whole else (end_ns - start_ns) / NS_PER_S,
+        'counts': bag.counts,
+        'damage': damage,
+        'warnings': [*damage, *missing, *drift_warnings(stages.health(), scene)],
+    }
+    if not keep:
+        return Voyage(scene, result, {})
+    texts = {} if bag.scenes is None else {SCENE: bag.scenes}
+    others = {topic: recorded[topic] for topic in stated if topic in recorded}
+    return Voyage(scene, result, {**texts, **others, **samples})

@@ -95,7 +95,7 @@ def test_friction_stops_a_clock_and_the_summary_says_when():
     scene = scene_of(drag={'coulomb': slip * STIFFNESS}, duration=60.0, log={'interval': 0.05})
     last = math.ceil((1.0 - slip) / (2.0 * slip))
     rests_at = abs(1.0 - 2.0 * slip * last)
-    report = sail(scene)
+    report = sail(scene).result
     assert (last - 2) * half <= report['trochlea']['stopped_s'] <= (last - 1) * half + 0.05
     assert report['trochlea']['amplitude_rad'] == pytest.approx(rests_at, abs=1e-9)
     assert report['answer'].startswith(
@@ -179,7 +179,7 @@ def test_the_amplitude_is_that_of_the_last_swings():
 
 
 def test_a_clock_that_goes_has_not_stopped():
-    said = sail(load_scene('ideal', duration=60.0))['trochlea']
+    said = sail(load_scene('ideal', duration=60.0)).result['trochlea']
     assert said['stopped_s'] is None
     assert said['amplitude_rad'] == pytest.approx(1.0, rel=1e-12)
 

@@ -10,7 +10,7 @@ from tauto_core.comparison.running import PIECES, ErrorTrace, _dearest_first, sa
 from tauto_core.samples import READING, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, UsageError
-from tauto_core.voyage import sail
+from tauto_core.voyage import Voyage, sail
 
 FORCE = """\
 name: {name}
@@ -73,7 +73,7 @@ def test_the_dearest_begin():
 
 
 def test_the_figures_are_those_of_the_voyage(pair):
-    row, report = sail_entry(pair[0]), sail(pair[0].scene)
+    row, report = sail_entry(pair[0]), sail(pair[0].scene).result
     assert row.rate_s_per_day == report['clock']['rate_s_per_day']
     # a dial of 1.001 s on a wheel of 1 s; the roll's forced answer shakes single readings
     assert row.rate_s_per_day == pytest.approx(86.4, abs=1.0)
@@ -90,7 +90,8 @@ def test_the_figures_are_those_of_the_voyage(pair):
 def test_a_clock_whose_swing_dies_away_counts_as_stopped(pair, monkeypatch):
     trochlea = {'stopped_s': 12.5, 'stopped_why': 'its swing had died away'}
     report = {'trochlea': trochlea, 'clock': {'rate_s_per_day': -5.0}}
-    monkeypatch.setattr('tauto_core.voyage.sail', lambda *_, **__: report)
+    stopped = Voyage(pair[0].scene, report, {})
+    monkeypatch.setattr('tauto_core.voyage.sail', lambda *_, **__: stopped)
     row = sail_entry(pair[0])
     assert row.stopped.at_s == 12.5
     assert row.stopped.why == 'after 12.5 seconds: its swing had died away'

@@ -49,7 +49,7 @@ def alone():
 def test_a_row_is_the_voyage_of_its_ship(alone):
     for number in (0, 5):
         ship, row = plan().ship(number), alone.rows[number]
-        report = voyage.sail(ship.scene)
+        report = voyage.sail(ship.scene).result
         assert row['ship'] == number
         assert row['trochlea.release_angle'] == ship.scene.trochlea.release_angle
         assert row['failure'] is None

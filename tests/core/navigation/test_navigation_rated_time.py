@@ -77,7 +77,7 @@ def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> Non
         'drift': {'observation_interval': SECONDS_PER_DAY},
     }
     squares = [
-        sail(load_scene('ideal', seed=seed, **sections))['drift']['rate_error_sigmas'] ** 2
+        sail(load_scene('ideal', seed=seed, **sections)).result['drift']['rate_error_sigmas'] ** 2
         for seed in range(60)
     ]
     assert 0.3 < np.mean(squares) < 1.55
@@ -87,7 +87,8 @@ def test_a_walk_that_is_expected_only_is_not_simulated_and_widens_the_estimate()
     sections = {'duration': SECONDS_PER_DAY, 'log': {'interval': 3600.0}}
     known = load_scene('ideal', **sections, drift={'observation_interval': 3600.0})
     assumed = {'observation_interval': 3600.0, 'random_walk_fm': 3.0}
-    found, before = sail(load_scene('ideal', **sections, drift=assumed)), sail(known)
+    found = sail(load_scene('ideal', **sections, drift=assumed)).result
+    before = sail(known).result
     assert found['clock'] == before['clock']
     assert found['drift']['rate_sigma_s_per_day'] > 2.0 * before['drift']['rate_sigma_s_per_day']
     # the sigma of the error has the departure of the rate from its mean too, 3 s/day sqrt(1/3)

@@ -527,7 +527,7 @@ def one_by_one(scene):
 
 def test_the_bag_of_a_suspended_clock_and_its_forecast():
     scene = load_scene(NAME, duration=120.0)
-    report = sail(scene)
+    report = sail(scene).result
     assert report['propagator'] == 'collocation'
     assert abs(report['clock']['rate_s_per_day']) < 600.0
     free = replace_suspension(scene)

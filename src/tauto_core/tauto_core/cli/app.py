@@ -269,7 +269,7 @@ def _warn(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
             say(warning)
 
 
-def _show(result: dict[str, Any], table: RenderableType | None) -> None:
+def _show(result: Mapping[str, Any], table: RenderableType | None) -> None:
     """Print a result: the table, or the object where there is none."""
     if table is None:
         typer.echo(json.dumps(result, allow_nan=False))
@@ -305,8 +305,14 @@ def sail(
     odd = say_oddities(loaded, scene, anyway=anyway)
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         result = voyage.sail(
-            loaded, out, origin=scene, force=force, anyway=anyway, progress=progress
-        )
+            loaded,
+            out,
+            origin=scene,
+            force=force,
+            anyway=anyway,
+            keep=False,
+            progress=progress,
+        ).result
     _warn(result.get('warnings', ()), odd)
     if as_json:
         _show(result, None)
@@ -362,7 +368,10 @@ def replay(
         check_plot(plot)
     loaded = None if scene is None else load_scene(scene)
     with progress_bar(f'replay {bag}'):
-        result = voyage.replay(read_bag(bag), scene=loaded, smooth=smooth, stable=stability)
+        opened = read_bag(bag)
+        result = voyage.replay(
+            opened, loaded, smooth=smooth, stability=stability, keep=False
+        ).result
     _warn(result['warnings'])
     if plot is not None:
         title = '\n'.join([*wrap(not_whole(result), 100), result['scene']])

@@ -196,9 +196,10 @@ def report(
 
 def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
     from tauto_core.api import is_bag
+    from tauto_core.bags import read_bag
     from tauto_core.cli.terminal import progress_bar
     from tauto_core.scene import load_scene
-    from tauto_core.voyage import replay_voyage, sail_voyage
+    from tauto_core.voyage import replay, sail
 
     if is_bag(source):
         if given:
@@ -206,13 +207,13 @@ def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
                 '--duration and --set are for a scene, and a bag was sailed already. Leave '
                 'them out'
             )
-        voyage = replay_voyage(Path(source))
+        voyage = replay(read_bag(Path(source)))
         said = voyage.result['warnings']
     else:
         scene = load_scene(source, **given)
         say_oddities(scene, source, anyway=anyway)
         with progress_bar(scene.name) as progress:
-            voyage = sail_voyage(scene, origin=source, anyway=anyway, progress=progress)
+            voyage = sail(scene, origin=source, anyway=anyway, progress=progress)
         said = ()
     for warning in said:
         say(warning)

@@ -434,15 +434,17 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
         progress: called with the fraction done, from 0 to 1.
     """
     scene, began = entry.scene, time.process_time()
-    trace, report, stopped = ErrorTrace(scene), {}, None
+    trace, stopped = ErrorTrace(scene), None
+    report: Mapping[str, Any] = {}
     try:
         report = voyage.sail(
             scene,
             origin=entry.origin,
             anyway=True,  # checked before its roll was scaled
+            keep=False,
             progress=progress,
             watch=trace.feed,
-        )
+        ).result
     except PropagationError as error:
         stopped = Stop(error.time_s, str(error))
     clock, longitude = report.get('clock', {}), report.get('longitude', {})

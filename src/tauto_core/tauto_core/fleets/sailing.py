@@ -83,14 +83,15 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dic
         Exception: what has nothing to do with her voyage, such as a MemoryError.
     """
     ship, began, failure = plan.ship(number), time.thread_time(), None
-    report: dict[str, Any] = {}
+    report: Mapping[str, Any] = {}
     try:
         report = voyage.sail(
             ship.scene,
             origin=plan.origin,
             anyway=True,  # all ships were checked together
+            keep=False,
             progress=progress,
-        )
+        ).result
     except MotionDataError:  # a file that is not on this machine, or cannot be read
         raise
     except TautoError as error:

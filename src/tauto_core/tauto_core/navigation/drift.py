@@ -46,7 +46,7 @@ from tauto_core.samples import (
     Samples,
     State,
     TimeSamples,
-    join,
+    merged,
     same,
     scalars,
     take,
@@ -785,12 +785,3 @@ def _settings(reading: Samples | None) -> Iterator[TimeSamples]:
     changes = (np.flatnonzero(source[1:] != source[:-1]) + 1).tolist()
     for first, last in pairwise([0, *changes, len(source)]):
         yield take(reading, slice(first, last))
-
-
-def merged(said: list[Batches]) -> Batches:
-    """Return batches of the same topics, in order, as one."""
-    topics = dict.fromkeys(topic for batches in said for topic in batches)
-    return {
-        topic: join([cast(TimeSamples, batches[topic]) for batches in said if topic in batches])
-        for topic in topics
-    }

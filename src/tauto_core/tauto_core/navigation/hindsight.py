@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -31,7 +31,19 @@ from tauto_core.navigation.kalman import (
 )
 from tauto_core.navigation.longitude import BEFORE_ALL, in_order
 from tauto_core.navigation.regressors import RecordedIntegrals
-from tauto_core.samples import NS_PER_S, FloatArray, IntArray, JointSamples, TimeSamples, take
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    NS_PER_S,
+    OBSERVATION,
+    READING,
+    Batches,
+    FloatArray,
+    IntArray,
+    JointSamples,
+    TimeSamples,
+    take,
+)
 from tauto_core.scene import Scene
 
 # -----------------------------------------------------------------------------
@@ -218,20 +230,12 @@ def filtered_drift(
     return filter_phases(start, at.tolist(), phases.tolist(), model, sigmas, integrals)
 
 
-def hindsight(
-    reading: TimeSamples,
-    observation: TimeSamples | None,
-    corrected: TimeSamples,
-    estimate: JointSamples,
-    scene: Scene,
-) -> dict[str, Any]:
+def hindsight(samples: Batches, scene: Scene) -> dict[str, Any]:
     """Return the smoothed drift of the clock, and how well it would have corrected the dial.
 
     Args:
-        reading: readings of the dial, at least one.
-        observation: observations of the true time.
-        corrected: the readings corrected by the drift as it was known at the time.
-        estimate: the drift as it was known at the time, with the integrals of covariates.
+        samples: readings of the dial, at least one; observations of the true time; the estimates
+            and the corrected readings as they were known at the time.
         scene: gives the assumptions about clock and observations.
 
     Returns:
@@ -239,6 +243,10 @@ def hindsight(
         root mean square and largest size of the remaining error of the clock: `rms_s`, `worst_s`
         in hindsight, `at_the_time_rms_s` and `at_the_time_worst_s` for `corrected`.
     """
+    reading, observation, corrected = (
+        cast(TimeSamples, samples.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)
+    )
+    estimate = cast(JointSamples, samples[ESTIMATE])
     model = clock_model(scene)
     motion = RecordedIntegrals(estimate, model.names) if model.coefficients else None
     way = filtered_drift(reading, observation, model, motion)
