@@ -28,10 +28,10 @@ from tauto_core.curves import (
     numerics,
 )
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.cams.synthesised import PowerTrain, synthesise, synthesised_cam
 from tauto_core.curves.fluid import ActaCurve, Cycloid, Mirrored, SymmetricCurve
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.curves.numerics import gauss, integrate
-from tauto_core.curves.synthesis import PowerTrain, synthesise, synthesised_cam
+from tauto_core.curves.numerics import gauss_sums, integrate
 from tauto_core.machines import (
     HangingMachine,
     LeverMachine,
@@ -267,7 +267,7 @@ def of_numerics():
         'integrate': Law(
             lambda low, wide: integrate(wave, low, low + wide), (0.0, 1.0), (1e-3, 5.0)
         ),
-        'gauss': Law(partial(gauss, np.exp), (-1.0, 1.0), (0.0, 3.0)),
+        'gauss': Law(partial(gauss_sums, np.exp), (-1.0, 1.0), (0.0, 3.0)),
         'angles_of': Law(lambda s: angles_of(s, 0.7), (-20.0, 20.0)),
     }
 

@@ -25,8 +25,8 @@ class AtSlope(WeightCorrected):
 
     at = 0.0
 
-    def slope(self, angle):
-        return np.where(np.asarray(angle) == 0.0, 0.0, type(self).at)
+    def _slope(self, x):
+        return np.where(np.asarray(x) == 0.0, 0.0, type(self).at)
 
     def within(self, angle):
         return np.asarray(angle, np.float64)

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from tauto_core.curves.cam import possible_cam
-from tauto_core.curves.cams.hole import Hole
-from tauto_core.curves.cams.involute import Involute
-from tauto_core.curves.cams.weight_corrected import WeightCorrected
+from tauto_core.curves.cams.corrected import WeightCorrected
+from tauto_core.curves.cams.linear import Hole, Involute
 from tauto_core.scene.errors import CamRangeError
 
 KIND = '''
@@ -23,13 +22,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-
-from tauto_core.curves.cam import Cam
-from tauto_core.curves.cam import invert_lift
-from tauto_core.curves.kind import CamKind
+from tauto_core.curves.cam import Cam, CamKind, LinearLever
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.curves.cam import LinearLever
 
 
 @dataclass(frozen=True)
@@ -50,30 +44,20 @@ class Bent(Cam):
     def hole_distance(self):
         return self.distance
 
-    def lever_arm(self, angle):
-        angle = self.within(angle)
-        return angle * (self.b + self.c * angle**2)
+    def _arm(self, x):
+        return x * (self.b + self.c * x**2)
 
-    def lever_rate(self, angle):
-        return self.b + 3.0 * self.c * self.within(angle) ** 2
+    def _rate(self, x):
+        return self.b + 3.0 * self.c * x**2
 
-    def lever_curvature(self, angle):
-        return 6.0 * self.c * self.within(angle)
+    def _bend(self, x):
+        return 6.0 * self.c * x
 
-    def lift(self, angle):
-        angle = self.within(angle)
-        return 0.5 * self.b * angle**2 + 0.25 * self.c * angle**4
+    def _lift(self, x):
+        return 0.5 * self.b * x**2 + 0.25 * self.c * x**4
 
-    def angle_of_lift(self, lift):
-        return invert_lift(self, lift)
-
-    def _rate_gain(self, angle):
-        return 3.0 * self.c * angle**2
-
-    def _hanging_contact(self, angle):
-        arm, rate = self.lever_arm(angle), self.lever_rate(angle)
-        sine, cosine = np.sin(angle), np.cos(angle)
-        return arm * cosine - rate * sine, arm * sine + rate * cosine
+    def _rate_gain(self, x):
+        return 3.0 * self.c * x**2
 
 
 class BeyondDeadPoint(LeverGeometry):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.curves import Involute, SpringCorrected
-from tauto_core.curves.cams.measured import MeasuredCam, smoothed
+from tauto_core.curves.cams.table import MeasuredCam, smoothed
 from tauto_core.machines import compile_machine
 from tauto_core.scene import (
     ForcePower,

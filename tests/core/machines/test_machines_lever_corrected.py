@@ -11,7 +11,7 @@ from numpy.polynomial import Chebyshev
 from scipy.integrate import solve_ivp
 
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-from tauto_core.curves.synthesis import PowerTrain, synthesise
+from tauto_core.curves.cams.synthesised import PowerTrain, synthesise
 
 # the machine of golden A5: r 20 mm, l0 300 mm, AB 100 mm, AD 150 mm, 50 g, with its small period
 INERTIA, TORQUE, TURNED = 4e-4, 0.05 * 9.81 * 0.15, 0.05 * 0.15**2

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
-from tauto_core.curves.synthesis import (
+from tauto_core.curves.cams.synthesised import (
     PowerTrain,
     SynthesisError,
     synthesise,

@@ -9,18 +9,16 @@ from typing import TYPE_CHECKING
 from tauto_core.curves.cam import (
     ArcLever,
     Cam,
-    Lever,
+    LeverArm,
     LinearLever,
     SmoothLever,
     SpringLever,
     TableLever,
 )
 from tauto_core.curves.cams.circular_arc import CircularArc
-from tauto_core.curves.cams.hole import Hole
-from tauto_core.curves.cams.involute import Involute
-from tauto_core.curves.cams.spring_corrected import SpringCorrected
+from tauto_core.curves.cams.corrected import SpringCorrected, WeightCorrected
+from tauto_core.curves.cams.linear import Hole, Involute
 from tauto_core.curves.cams.table import Fitted, Table, load_table
-from tauto_core.curves.cams.weight_corrected import WeightCorrected
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
@@ -38,7 +36,7 @@ __all__ = [
     'FluidTautochrone',
     'Hole',
     'Involute',
-    'Lever',
+    'LeverArm',
     'LinearLever',
     'SmoothLever',
     'SpringCorrected',

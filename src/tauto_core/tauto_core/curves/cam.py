@@ -1,7 +1,7 @@
 """The cam: a lever arm as a function of the angle, and the curve that gives it.
 
-Its lever as plain numbers for kernels, Euler's linear cams, corrected cams, the inverse of the
-lift, whether a cheek can be cut, and any analytic lever arm as polynomials.
+Lever arms as plain numbers for kernels, the curve of the cheek, whether a cheek can be cut, any
+analytic lever arm as polynomials, and what all kinds of cam share.
 
 Euler, *De novo quodam curvarum tautochronarum genere* (1727). The lever arm t(ϑ) is the distance
 of the thread's line from the axle, so the family of these lines in the wheel's frame has t as
@@ -18,17 +18,18 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from typing import NamedTuple, TypeAlias
+from collections.abc import Iterator
+from typing import ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from tauto_core.curves.lever_geometry import LeverShape
-from tauto_core.curves.numerics import bisect, bracketed_newton, farther, involute_defect
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting
+from tauto_core.curves.numerics import ArrayFunction, bisect, bracketed_newton, farther
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
+from tauto_core.scene.fields import Kind
 
 # -----------------------------------------------------------------------------
 # Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.
@@ -108,8 +109,11 @@ class SmoothLever(NamedTuple):
     middle: FloatArray
 
 
-Lever: TypeAlias = LinearLever | ArcLever | TableLever | SpringLever | SmoothLever
+LeverArm: TypeAlias = LinearLever | ArcLever | TableLever | SpringLever | SmoothLever
 
+
+EXACT = 4.0 * np.finfo(np.float64).eps
+"""Relative rounding of a lift, and of the root of an equation for an angle."""
 
 _ROUNDING = 16.0 * np.finfo(np.float64).eps
 """Relative rounding of an angle at the edge of a range, and of a lever arm there."""
@@ -143,18 +147,56 @@ def arm_rounding(angle: ArrayLike, arm: ArrayLike, rate: ArrayLike) -> FloatArra
 class Cam(ABC):
     """A pair of mirror-image cheeks: t and ψ are odd in ϑ, lift, p, arc and R are even.
 
+    A kind of cam gives its law at angles x = |ϑ| within the range, as arrays of any shape: `_arm`,
+    `_rate`, `_bend`, `_lift` and `_rate_gain`; further `lever` and `range_rad`. Signs, ranges, the
+    curve of the cheek and the inverse of the lift follow from these. A cam that is known by a
+    function or by points needs none of them: `cams.table.Fitted` and `Table` have them.
+
     All methods of an angle raise CamRangeError beyond `range_rad`, and at NaN.
+
+    Attributes:
+        kinked: whether t has a |ϑ|ϑ term at ϑ = 0, so that t'' jumps there.
+        knows_angle_of_lift: whether `angle_of_lift` is a closed form, good to rounding at any
+            lift.
     """
+
+    kinked: bool = False
+    knows_angle_of_lift: bool = False
 
     @property
     @abstractmethod
-    def lever(self) -> Lever:
-        """The law of the lever arm as plain numbers."""
+    def lever(self) -> LeverArm:
+        """The law of the lever arm as plain numbers, for kernels."""
 
     @property
     @abstractmethod
     def range_rad(self) -> float:
         """Largest |ϑ| at which the thread lies on the cheek [rad]; inf if there is no limit."""
+
+    @abstractmethod
+    def _arm(self, x: FloatArray) -> FloatArray:
+        """Return t [m]."""
+
+    @abstractmethod
+    def _rate(self, x: FloatArray) -> FloatArray:
+        """Return t' [m/rad]."""
+
+    @abstractmethod
+    def _bend(self, x: FloatArray) -> FloatArray:
+        """Return t'' [m/rad²]; for a kinked cam at 0, the limit from above."""
+
+    @abstractmethod
+    def _lift(self, x: FloatArray) -> FloatArray:
+        """Return h = ∫ t dϑ from 0 [m]."""
+
+    @abstractmethod
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        """Return t'(x) − t'(0) [m/rad], without cancellation."""
+
+    @property
+    def hole_distance(self) -> float:
+        """Distance a of the hole from the axle [m]; inf where the thread hangs vertically."""
+        return math.inf
 
     @property
     def drawn_rad(self) -> float:
@@ -172,24 +214,9 @@ class Cam(ABC):
         return None
 
     @property
-    def kinked(self) -> bool:
-        """Whether t has a |ϑ|ϑ term at ϑ = 0, so that t'' jumps there."""
-        return False
-
-    @property
     def joints(self) -> FloatArray:
         """Angles between 0 and the range where t is not analytic [rad], increasing."""
         return np.empty(0)
-
-    @property
-    def hole_distance(self) -> float:
-        """Distance a of the hole from the axle [m]; inf where the thread hangs vertically."""
-        return math.inf
-
-    @property
-    def knows_angle_of_lift(self) -> bool:
-        """Whether `angle_of_lift` is a closed form, good to rounding at any lift."""
-        return False
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence.
@@ -202,52 +229,74 @@ class Cam(ABC):
         del amplitude, mass, period
         return ' or give the cam a wider range'
 
-    @abstractmethod
     def lever_arm(self, angle: ArrayLike) -> FloatArray:
         """Return t(ϑ) [m]."""
+        angle = self.within(angle)
+        return np.copysign(1.0, angle) * self._arm(np.abs(angle))
 
-    @abstractmethod
     def lever_rate(self, angle: ArrayLike) -> FloatArray:
         """Return dt/dϑ [m/rad]."""
+        return self._rate(np.abs(self.within(angle)))
 
-    @abstractmethod
     def lever_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return d²t/dϑ² [m/rad²]; for a kinked cam at ±0, the limit from that side."""
+        angle = self.within(angle)
+        return np.copysign(1.0, angle) * self._bend(np.abs(angle))
 
-    @abstractmethod
     def lift(self, angle: ArrayLike) -> FloatArray:
         """Return h = ∫ t dϑ from 0 [m]: the rise of the weight, or the extension of the spring."""
+        return self._lift(np.abs(self.within(angle)))
 
-    @abstractmethod
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
-        """Return the ϑ ≥ 0 at which the lift is h ≥ 0 [m]; within the range."""
+        """Return the ϑ ≥ 0 at which the lift is h [rad], to rounding.
 
-    @abstractmethod
-    def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        """Return t'(ϑ) − t'(0) [m/rad], without cancellation."""
+        Newton's method on √h, which is nearly linear in ϑ. The lever arm must be positive for
+        ϑ > 0.
 
-    @abstractmethod
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return (t cos ϑ − t' sin ϑ, t sin ϑ + t' cos ϑ): the contact of a vertical thread."""
+        Args:
+            lift: h [m], from 0 to that at the cam's range.
+
+        Raises:
+            CamRangeError: a lift that is negative, NaN or beyond that at the cam's range.
+        """
+        lift, _ = self._reached(lift)
+        goal, edge = np.sqrt(lift), self.range_rad
+        start = np.minimum(np.sqrt(2.0 * lift / float(self.lever_rate(0.0))), 0.5 * edge)
+
+        def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+            root, arm = np.sqrt(self._lift(angle)), self._arm(angle)
+            return root - goal, np.divide(arm, 2.0 * root, np.zeros_like(arm), where=root > 0.0)
+
+        return bracketed_newton(excess, start, (0.0, edge), relative=EXACT)
+
+    def _reached(self, lift: ArrayLike) -> tuple[FloatArray, float]:
+        """Return lifts if the cam reaches them, and the highest, which is itself rounded [m]."""
+        lift = np.asarray(lift, dtype=np.float64)
+        highest = float(self.lift(self.range_rad))
+        if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + EXACT))):
+            raise CamRangeError(
+                f'lifts from {float(np.min(lift))!r} to {float(np.max(lift))!r} m: the cam '
+                f'{self!r} lifts by 0 to {highest!r} m and no more; use a smaller amplitude or a '
+                'cam with a wider range'
+            )
+        return lift, highest
 
     def psi(self, angle: ArrayLike) -> FloatArray:
         """Return ψ, the direction of the normal of the thread's line [rad], 0 at rest."""
-        angle = self.within(angle)
-        thread = self._thread(angle)
+        angle, thread = self._thread(angle)
         return angle + np.arctan2(thread.sine, thread.cosine)
 
     def p(self, angle: ArrayLike) -> FloatArray:
         """Return p = dt/dψ = t'/(1 + t'/√(a² − t²)) [m] (§XXIX)."""
-        angle = self.within(angle)
-        return self.lever_rate(angle) * self._thread(angle).share
+        angle, thread = self._thread(angle)
+        return self._rate(np.abs(angle)) * thread.share
 
     def contact(self, angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return the point at which the thread leaves the cheek, (x, y) in the wheel's frame [m].
 
         Positive angles use the cheek at x < 0.
         """
-        angle = self.within(angle)
-        thread = self._thread(angle)
+        angle, thread = self._thread(angle)
         # With s the sine at the hole: c·q·(hanging contact) + t·s·(−sin ϑ, cos ϑ), which has no
         # cancellation at small angles.
         scale = thread.cosine * thread.share
@@ -255,18 +304,21 @@ class Cam(ABC):
         x, y = self._hanging_contact(angle)
         return scale * x - along * np.sin(angle), scale * y + along * np.cos(angle)
 
+    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (t cos ϑ − t' sin ϑ, t sin ϑ + t' cos ϑ): the contact of a vertical thread."""
+        arm, rate = self.lever_arm(angle), self.lever_rate(angle)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        return arm * cosine - rate * sine, arm * sine + rate * cosine
+
     def arc_length(self, angle: ArrayLike) -> FloatArray:
         """Return the length of thread wound on the cheek, ∫ R dψ from 0 [m]; ≥ 0 where R is."""
-        angle = np.abs(self.within(angle))
-        thread = self._thread(angle)
-        sine, cosine, rate = thread
-        gain = self._rate_gain(angle)
+        angle, (sine, cosine, rate) = self._thread(np.abs(angle))
         tip = self.lever_rate(0.0) / self.hole_distance
         # h + (a − s) + (p − p(0)) with the differences resolved: ∫ t dψ = h + a − s.
-        shift = self.lever_arm(angle) * sine * (cosine + tip + tip * cosine)
+        shift = self._arm(angle) * sine * (cosine + tip + tip * cosine)
         shift = shift / ((1.0 + cosine) * (1.0 + tip) * (cosine + tip))
-        gained = gain * cosine * cosine / ((cosine + rate) * (cosine + tip))
-        return self.lift(angle) + shift + gained
+        gained = self._rate_gain(angle) * cosine * cosine / ((cosine + rate) * (cosine + tip))
+        return self._lift(angle) + shift + gained
 
     def radius_of_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return R = sgn ϑ·(t + dp/dψ) [m].
@@ -274,15 +326,15 @@ class Cam(ABC):
         R = |t| (1 − w³) + (1 − w)³ |t|'', w = t'/(t' + √(a² − t²)). Where the curve is hollow R is
         negative; a thread would bridge the hollow.
         """
-        angle = np.abs(self.within(angle))
-        share = self._thread(angle).share
+        angle, thread = self._thread(np.abs(angle))
+        share = thread.share
         w = 1.0 - share
-        bend = self.lever_curvature(angle) * (share * share * share)
-        return self.lever_arm(angle) * share * (1.0 + w + w * w) + bend
+        bend = self._bend(angle) * (share * share * share)
+        return self._arm(angle) * share * (1.0 + w + w * w) + bend
 
     def free_thread(self, angle: ArrayLike) -> FloatArray:
         """Return the length of thread between cheek and hole [m]; inf without a hole."""
-        thread = self._thread(self.within(angle))
+        _, thread = self._thread(angle)
         return self.hole_distance * thread.cosine * thread.share
 
     def within(self, angle: ArrayLike) -> FloatArray:
@@ -297,9 +349,11 @@ class Cam(ABC):
             )
         return angle
 
-    def _thread(self, angle: FloatArray) -> _Thread:
+    def _thread(self, angle: ArrayLike) -> tuple[FloatArray, _Thread]:
+        """Return the angle as an array, and the thread's line there."""
+        angle = self.within(angle)
         arm, rate = self.lever_arm(angle), self.lever_rate(angle)
-        return self._thread_at(arm, rate, arm_rounding(angle, arm, rate))
+        return angle, self._thread_at(arm, rate, arm_rounding(angle, arm, rate))
 
     def _thread_at(self, arm: FloatArray, rate: FloatArray, rounding: FloatArray) -> _Thread:
         """Return the thread's line at a lever arm.
@@ -324,123 +378,6 @@ class Cam(ABC):
             )
         arm = np.clip(arm, -a, a)
         return _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)
-
-
-# -----------------------------------------------------------------------------
-# Cams with a linear lever arm: Euler's two.
-
-
-class LinearCam(Cam):
-    """A cam whose lever arm is t = b·ϑ, h = b·ϑ²/2."""
-
-    @property
-    @abstractmethod
-    def linear_rate(self) -> float:
-        """Lever rate b [m/rad]."""
-
-    @property
-    def lever(self) -> LinearLever:
-        """The law of the lever arm as plain numbers."""
-        return LinearLever(self.linear_rate)
-
-    @property
-    def suits(self) -> tuple[float, float]:
-        """(0, 0): a constant pull without inertia."""
-        return 0.0, 0.0
-
-    def lever_arm(self, angle: ArrayLike) -> FloatArray:
-        """Return t = b·ϑ [m]."""
-        return self.linear_rate * self.within(angle)
-
-    def lever_rate(self, angle: ArrayLike) -> FloatArray:
-        """Return b [m/rad]."""
-        return np.full_like(self.within(angle), self.linear_rate)
-
-    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
-        """Return 0 [m/rad²]."""
-        return np.zeros_like(self.within(angle))
-
-    def lift(self, angle: ArrayLike) -> FloatArray:
-        """Return h = b·ϑ²/2 [m]."""
-        angle = self.within(angle)
-        return 0.5 * self.linear_rate * angle * angle
-
-    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
-        """Return ϑ = √(2h/b) [rad], for 0 ≤ h ≤ h(range)."""
-        angle = np.sqrt(2.0 * np.asarray(lift, dtype=np.float64) / self.linear_rate)
-        return self.within(angle)
-
-    def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        return np.zeros_like(angle)
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        b = self.linear_rate
-        return -b * involute_defect(angle), b * (np.cos(angle) + angle * np.sin(angle))
-
-
-# -----------------------------------------------------------------------------
-# Isochronous cams for powers with inertia or stiffness, for which Euler's two are not (theory D).
-#
-# The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
-# mass m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which
-# must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω².
-#
-# Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
-# strictly along the thread; a vertical thread is the limit of a long one (theory A).
-
-
-class CorrectedCam(Cam):
-    """A cam whose lever arm departs from t'(0)·ϑ so that one power train is isochronous."""
-
-    @property
-    def knows_angle_of_lift(self) -> bool:
-        """True: the lift determines the angle in closed form."""
-        return True
-
-    @abstractmethod
-    def _arm_gain(self, angle: FloatArray) -> FloatArray:
-        """Return t(ϑ) − t'(0)·ϑ [m], without cancellation."""
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        rate = float(self.lever_rate(0.0))
-        sine, cosine = np.sin(angle), np.cos(angle)
-        arm, gain = self._arm_gain(angle), self._rate_gain(angle)
-        x = -rate * involute_defect(angle) + (arm * cosine - gain * sine)
-        return x, rate * (cosine + angle * sine) + (arm * sine + gain * cosine)
-
-
-# -----------------------------------------------------------------------------
-# The angle at which a cam has lifted its thread by a given amount.
-
-_EXACT = 4.0 * np.finfo(np.float64).eps
-
-
-def invert_lift(cam: Cam, lift: ArrayLike) -> FloatArray:
-    """Return the ϑ ≥ 0 with h(ϑ) = lift [rad], to rounding.
-
-    Newton's method on √h, which is nearly linear in ϑ. The lever arm must be positive for ϑ > 0.
-
-    Raises:
-        CamRangeError: a lift that is negative, NaN or beyond that at the cam's range.
-    """
-    lift = np.asarray(lift, dtype=np.float64)
-    edge = cam.range_rad
-    highest = float(cam.lift(edge))
-    # the lift at the range is itself rounded
-    if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + _EXACT))):
-        worst = (float(np.min(lift)), float(np.max(lift)))
-        raise CamRangeError(
-            f'lifts from {worst[0]!r} to {worst[1]!r} m: the cam {cam!r} lifts by 0 to '
-            f'{highest!r} m and no more; use a smaller amplitude or a cam with a wider range'
-        )
-    goal = np.sqrt(lift)
-    start = np.minimum(np.sqrt(2.0 * lift / float(cam.lever_rate(0.0))), 0.5 * edge)
-
-    def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        root, arm = np.sqrt(cam.lift(angle)), cam.lever_arm(angle)
-        return root - goal, np.divide(arm, 2.0 * root, np.zeros_like(arm), where=root > 0.0)
-
-    return bracketed_newton(excess, start, (0.0, edge), relative=_EXACT)
 
 
 # -----------------------------------------------------------------------------
@@ -507,7 +444,7 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
     return cam
 
 
-def possible_lever(shape: LeverShape, kind: str) -> LeverShape:
+def possible_lever(shape: LeverLinkage, kind: str) -> LeverLinkage:
     """Return cam, thread and lever of Sully's machine that are possible, whatever the kind.
 
     Args:
@@ -633,8 +570,6 @@ def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
 # a singularity just beyond the range the pieces shorten in proportion to its distance. The first
 # piece is a polynomial in ϑ², so that t keeps its relative accuracy down to rest.
 
-Law: TypeAlias = Callable[[FloatArray], FloatArray]
-
 TERMS = 12
 """Terms of the first piece, in ϑ²; the others have twice as many, in ϑ."""
 
@@ -650,7 +585,7 @@ class FitError(TautoError):
     """A lever arm that no polynomials represent, since it is not smooth."""
 
 
-def smooth_lever(arm: Law, lift: Law, edge: float) -> SmoothLever:
+def smooth_lever(arm: ArrayFunction, lift: ArrayFunction, edge: float) -> SmoothLever:
     """Return an odd analytic lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
 
     Args:
@@ -662,18 +597,20 @@ def smooth_lever(arm: Law, lift: Law, edge: float) -> SmoothLever:
         FitError: pieces of 2⁻⁴⁸ of the range do not resolve the lever arm.
     """
     first, even = _middle(arm, edge)
-    knots, rows = [0.0, first], [_odd(even, first)]
+    powers = np.arange(TERMS)
+    row = np.zeros(2 * TERMS)
+    row[1::2] = even / first ** (2 * powers)
+    knots, rows = [0.0, first], [row]
     for right, row in _pieces(arm, first, edge):
         knots.append(right)
         rows.append(row)
-    powers = np.arange(TERMS)
     middle = np.array([even, even * (2 * powers + 1), even / (2 * powers + 2)])
     starts = np.array(knots)
     lifts = np.concatenate([[0.0], lift(starts[1:-1])])
     return SmoothLever(starts, np.array(rows), lifts, middle)
 
 
-def _middle(arm: Law, edge: float) -> tuple[float, FloatArray]:
+def _middle(arm: ArrayFunction, edge: float) -> tuple[float, FloatArray]:
     """Return the first knot and the coefficients of t/ϑ in u = (ϑ/knot)² up to it."""
     width = edge
     while width > SHORTEST * edge:
@@ -690,7 +627,7 @@ def _middle(arm: Law, edge: float) -> tuple[float, FloatArray]:
     raise _rough(0.0)
 
 
-def _pieces(arm: Law, first: float, edge: float) -> Iterator[tuple[float, FloatArray]]:
+def _pieces(arm: ArrayFunction, first: float, edge: float) -> Iterator[tuple[float, FloatArray]]:
     """Yield right end and coefficients in ϑ − left end of the pieces beyond the first."""
     left, width = first, first
     while left < edge:
@@ -713,14 +650,7 @@ def _pieces(arm: Law, first: float, edge: float) -> Iterator[tuple[float, FloatA
         left = right
 
 
-def _odd(even: FloatArray, knot: float) -> FloatArray:
-    """Return the coefficients of ϑ^j of ϑ Σ even_j (ϑ/knot)^2j."""
-    row = np.zeros(2 * TERMS)
-    row[1::2] = even / knot ** (2 * np.arange(TERMS))
-    return row
-
-
-def _interpolated(function: Law, terms: int, blur: float = 0.0) -> FloatArray | None:
+def _interpolated(function: ArrayFunction, terms: int, blur: float = 0.0) -> FloatArray | None:
     """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1; None if they do not resolve it.
 
     Args:
@@ -734,22 +664,15 @@ def _interpolated(function: Law, terms: int, blur: float = 0.0) -> FloatArray | 
     noise = blur * float(np.ptp(values))
     if not np.max(np.abs(series[-2:])) <= RESOLVED * np.max(np.abs(series)) + noise:
         return None
-    row = _monomials(np.asarray(series, np.float64))
+    # Σ series_k T_k(2x − 1) in powers of x, by Clenshaw's recurrence; `Chebyshev.convert` does the
+    # same with one object for each coefficient, at twenty times the cost
+    last, before = np.zeros((2, terms))
+    for coefficient in series[:0:-1]:
+        last, before = _plus_shifted(coefficient, -before, 2.0 * last), last
+    row = _plus_shifted(series[0], -before, last)
     wanted = function(_CHECKED)
     wrong = np.abs(np.polynomial.polynomial.polyval(_CHECKED, row) - wanted)
     return row if np.all(wrong <= 8.0 * (RESOLVED * np.abs(wanted) + noise)) else None
-
-
-def _monomials(series: FloatArray) -> FloatArray:
-    """Return the coefficients of x^j of Σ series_k T_k(2x − 1), by Clenshaw's recurrence.
-
-    `Chebyshev.convert` does the same with one object for each coefficient, at twenty times the
-    cost.
-    """
-    last, before = np.zeros((2, len(series)))
-    for coefficient in series[:0:-1]:
-        last, before = _plus_shifted(coefficient, -before, 2.0 * last), last
-    return _plus_shifted(series[0], -before, last)
 
 
 def _plus_shifted(constant: float, row: FloatArray, other: FloatArray) -> FloatArray:
@@ -765,3 +688,109 @@ def _rough(angle: float) -> FitError:
         f'the lever arm near {angle!r} rad is not smooth enough for polynomials of degree '
         f'{2 * TERMS - 1}: use a smaller range, or tabulate the cam'
     )
+
+
+# -----------------------------------------------------------------------------
+# What all kinds of cam share: keys, the threads and powers that they suit, the cam that they make.
+
+CAMS = 'tauto_core.curves.cams'
+
+
+class Pull(NamedTuple):
+    """The pull of a power in the thread: F = force + stiffness · lift + pulling_mass · g_eff.
+
+    Attributes:
+        carried_mass: m, whose inertia rides on the thread [kg].
+        pulling_mass: mass whose weight pulls [kg].
+        force: constant pull, or that of a spring at zero draw [N].
+        stiffness: stiffness of a spring [N/m].
+    """
+
+    carried_mass: float = 0.0
+    pulling_mass: float = 0.0
+    force: float = 0.0
+    stiffness: float = 0.0
+
+    def at_rest(self, gravity: float) -> float:
+        """Return F(0) on land [N]."""
+        return self.force + self.pulling_mass * gravity
+
+
+class Setting(NamedTuple):
+    """The properties of the machine for which a cam is made.
+
+    Attributes:
+        inertia: I of the wheel [kg m2].
+        pull: the pull of the power.
+        gravity: g [m/s2].
+        distance: distance of the hole from the axle [m]; inf where the thread hangs vertically.
+    """
+
+    inertia: float
+    pull: Pull
+    gravity: float
+    distance: float = math.inf
+
+
+class CamKind(Kind):
+    """A cam of a scene; every kind is named by a module of `curves/cams`.
+
+    Attributes:
+        threads: the kinds of thread that it takes.
+        corrects: the power for which it is made, as in `PowerKind.acts_as`; '' for any.
+    """
+
+    threads: ClassVar[tuple[str, ...]]
+    corrects: ClassVar[str] = ''
+
+    kind: str
+
+    def made(self, setting: Setting) -> Cam:
+        """Return the cam for an ideal thread.
+
+        Raises:
+            SceneError: a cheek that no thread can wrap, or a table that cannot be used.
+        """
+        del setting
+        raise self._no_cheek('an ideal thread')
+
+    def on_lever(self, lever: LeverSetting) -> LeverLinkage:
+        """Return cam, thread and lever of Sully's machine.
+
+        Raises:
+            SceneError: a cam that is not compatible with a lever.
+        """
+        del lever
+        raise self._no_cheek('a lever')
+
+    def files(self) -> Iterator[tuple[str, str]]:
+        """Yield key and path of the files that must exist when a scene is loaded."""
+        return iter(())
+
+    def _no_cheek(self, thread: str) -> SceneError:
+        return SceneError(
+            'trochlea',
+            'trochlea.cam.kind',
+            self.kind,
+            f'does not go with {thread}',
+            'See which cams go with which threads in docs/scenes.md.',
+        )
+
+
+def rate_for_period(setting: Setting, period: float) -> float:
+    """Return t'(0) = I ω²/F(0), which gives small swings a period [m/rad].
+
+    Raises:
+        SceneError: a period that is impossible with wheel and power.
+    """
+    omega = math.tau / period
+    rate = setting.inertia * omega * omega / setting.pull.at_rest(setting.gravity)
+    if not 0.0 < rate < math.inf:
+        raise SceneError(
+            'trochlea',
+            'trochlea.cam.period',
+            period,
+            f'asks for a lever arm of {rate!r} m a radian at rest',
+            'Give a period in seconds that wheel and power can keep, for example 1.0.',
+        )
+    return rate

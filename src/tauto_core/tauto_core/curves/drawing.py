@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.curves.cam import Cam, too_sharp
-from tauto_core.curves.cams.involute import Involute
+from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.fluid import DescentCurve
 from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray

@@ -86,7 +86,7 @@ class Pose(NamedTuple):
     free: FloatArray
 
 
-class LeverShape(Protocol):
+class LeverLinkage(Protocol):
     """Cam, thread and lever of Sully's machine; see `lever_geometry`."""
 
     @property
@@ -147,7 +147,7 @@ class LeverShape(Protocol):
         """Return what change would widen the range to an amplitude, as the end of a sentence."""
         ...
 
-    def of_inertia(self, inertia: float) -> LeverShape:
+    def of_inertia(self, inertia: float) -> LeverLinkage:
         """Return the shape for another wheel [kg m2]."""
         ...
 

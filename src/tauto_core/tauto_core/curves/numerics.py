@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
+
+ArrayFunction: TypeAlias = Callable[[FloatArray], FloatArray]
+"""A function of an array of any shape, element by element."""
 
 # -----------------------------------------------------------------------------
 # Differences of nearly equal functions, to full relative precision at small arguments.
@@ -114,7 +118,7 @@ def bracketed_newton(
 # -----------------------------------------------------------------------------
 # Finding the place where a condition ceases to hold, by bisection.
 
-HALVINGS = 60
+BISECTIONS = 60
 """Number of halvings, after which the interval is no longer than the rounding error of its first
 length.
 """
@@ -128,7 +132,7 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
         good: a number at which it holds.
         bad: a number at which it does not, on either side.
     """
-    for _ in range(HALVINGS):
+    for _ in range(BISECTIONS):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good, bad
@@ -137,10 +141,8 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
 # -----------------------------------------------------------------------------
 # The nearest value that works, which errors name as the remedy.
 
-MOST_STEPS = 40
-# the interval is then narrower than the rounding to the printed digits
-_NEAREST_HALVINGS = 20
-_DIGITS = 4
+FACTORS_TRIED = 40
+"""Factors after which `nearest_if_any` gives up."""
 
 
 def nearest(value: float, factor: float, works: Callable[[float], bool]) -> float:
@@ -153,20 +155,31 @@ def nearest(value: float, factor: float, works: Callable[[float], bool]) -> floa
         factor: other than 1; applied repeatedly until a value works.
         works: test of a value; true for all values beyond the first that works.
     """
-    bad, good = value, value * factor
-    while not works(good):
-        bad, good = good, good * factor
-    return _between(bad, good, works)
+    while (found := nearest_if_any(value, factor, works)) is None:
+        value *= factor**FACTORS_TRIED
+    return found
 
 
 def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
     """Return the same, or None if 40 steps by the factor find nothing that works."""
     bad, good = value, value * factor
-    for _ in range(MOST_STEPS):
+    for _ in range(FACTORS_TRIED):
         if works(good):
-            return _between(bad, good, works)
+            break
         bad, good = good, good * factor
-    return None
+    else:
+        return None
+    # after 20 halvings the interval is narrower than the rounding to the printed digits
+    for _ in range(20):
+        middle = math.sqrt(bad) * math.sqrt(good)
+        bad, good = (bad, middle) if works(middle) else (middle, good)
+    exponent = math.floor(math.log10(good)) - 3
+    share = good / 10.0**exponent
+    digits, step = (math.ceil(share), 1) if factor > 1.0 else (math.floor(share), -1)
+    # tests the number as it will be typed, since near the edge rounding decides
+    while not works(typed := float(f'{digits}e{exponent}')):
+        digits += step
+    return typed
 
 
 def farther(arm: float) -> str:
@@ -189,20 +202,6 @@ def that_work(*tried: tuple[str, str, float, float, Callable[[float], bool]]) ->
     return ' or '.join(
         f'{words} {value:.4g} {unit}' for words, unit, value in found if value is not None
     )
-
-
-def _between(bad: float, good: float, works: Callable[[float], bool]) -> float:
-    up = good > bad
-    for _ in range(_NEAREST_HALVINGS):
-        middle = math.sqrt(bad) * math.sqrt(good)
-        bad, good = (bad, middle) if works(middle) else (middle, good)
-    exponent = math.floor(math.log10(good)) + 1 - _DIGITS
-    share = good / 10.0**exponent
-    digits, step = (math.ceil(share), 1) if up else (math.floor(share), -1)
-    # tests the number as it will be typed, since near the edge rounding decides
-    while not works(typed := float(f'{digits}e{exponent}')):
-        digits += step
-    return typed
 
 
 # -----------------------------------------------------------------------------
@@ -273,9 +272,7 @@ class QuadratureError(TautoError):
     """An integral that does not converge, since the function is not smooth."""
 
 
-def integrate(
-    function: Callable[[FloatArray], FloatArray], lower: FloatArray, upper: FloatArray
-) -> FloatArray:
+def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Return the integrals of a function over n intervals, shape (n,).
 
     24-point Gauss–Legendre; each panel is halved until that changes it by less than 1e-14 of the
@@ -294,11 +291,11 @@ def integrate(
     count = len(lower)
     owner, left, width = np.arange(count), lower, upper - lower
     settled = np.zeros(count)
-    coarse = gauss(function, left, width)
+    coarse = gauss_sums(function, left, width)
     for _ in range(_HALVINGS):
         half = 0.5 * width
         left, half = np.stack([left, left + half], axis=1), np.stack([half, half], axis=1)
-        fine = gauss(function, left.ravel(), half.ravel()).reshape(-1, 2)
+        fine = gauss_sums(function, left.ravel(), half.ravel()).reshape(-1, 2)
         both = fine[:, 0] + fine[:, 1]
         whole = np.abs(settled + np.bincount(owner, both, count))
         open_ = ~(np.abs(both - coarse) <= _TOLERANCE * whole[owner])
@@ -320,9 +317,7 @@ def _rule() -> tuple[FloatArray, FloatArray]:
     return np.polynomial.legendre.leggauss(_NODES)
 
 
-def gauss(
-    function: Callable[[FloatArray], FloatArray], left: FloatArray, width: FloatArray
-) -> FloatArray:
+def gauss_sums(function: ArrayFunction, left: FloatArray, width: FloatArray) -> FloatArray:
     """Return 24-point Gauss–Legendre sums over intervals, shape (n,).
 
     Args:

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 from pydantic import Field, Strict
 
-from tauto_core.curves.kind import Pull
+from tauto_core.curves.cam import Pull
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.fields import Kind, NonNegative, Number, Section

@@ -8,9 +8,7 @@ from typing import Annotated, Any, cast
 
 from pydantic import Field
 
-from tauto_core.curves.cam import Cam
-from tauto_core.curves.kind import FOLDER as CAMS
-from tauto_core.curves.kind import CamKind
+from tauto_core.curves.cam import CAMS, Cam, CamKind
 from tauto_core.machines.parts import POWERS, Drag, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import FOLDER as THREADS
 from tauto_core.machines.trochlea import Parts, ThreadKind

@@ -18,9 +18,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tauto_core.curves.cam import Cam, possible_cam
-from tauto_core.curves.kind import CamKind, Setting
-from tauto_core.curves.numerics import gauss, integrate
+from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
+from tauto_core.curves.numerics import gauss_sums, integrate
 from tauto_core.machines.parts import Drag, EscapementKind, PowerKind, Regulator
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem, TautoError
@@ -232,7 +231,7 @@ class Machine:
         pull = float(self.pull(self.cam.lift(amplitude), self.gravity))
         drop = 2.0 * kinetic / (pull + np.sqrt(pull * pull - 2.0 * self.stiffness * kinetic))
         near = np.minimum(near, amplitude)
-        wrong = gauss(self.cam.lever_arm, near, amplitude - near) - drop
+        wrong = gauss_sums(self.cam.lever_arm, near, amplitude - near) - drop
         return np.minimum(near + wrong / self.cam.lever_arm(near), amplitude)
 
     @property

@@ -31,7 +31,7 @@ from numpy.polynomial.polynomial import polyval
 
 from tauto_core.curves.cam import (
     ArcLever,
-    Lever,
+    LeverArm,
     LinearLever,
     SmoothLever,
     SpringLever,
@@ -440,7 +440,7 @@ def _arc(lever: ArcLever, side: float, q: Number) -> Arm:
 
 
 @inlined
-def lever_arm(lever: Lever, side: float, q: Number) -> Arm:
+def lever_arm(lever: LeverArm, side: float, q: Number) -> Arm:
     """Return the arm at the cam angle q.
 
     The law of a kinked cam on one `side` is continued smoothly over the kink, so that a step may
@@ -458,7 +458,7 @@ def lever_arm(lever: Lever, side: float, q: Number) -> Arm:
 
 
 @inlined
-def excess(lever: Lever, q: Number, t: Number, pull: Number, square: float) -> Number:
+def excess(lever: LeverArm, q: Number, t: Number, pull: Number, square: float) -> Number:
     """Return ω²q − pull·t, the excess of the harmonic torque over that of the well."""
     if isinstance(lever, LinearLever):
         # the difference of two large terms would lose digits
@@ -510,7 +510,7 @@ class Well(Protocol):
         """What acts on it."""
 
     @property
-    def lever(self) -> Lever:
+    def lever(self) -> LeverArm:
         """Law of the lever arm."""
 
     @property

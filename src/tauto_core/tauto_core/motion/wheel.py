@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.curves.cam import ArcLever, Lever, LinearLever
+from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.motion import stepping
@@ -201,7 +201,7 @@ class Wheel(NamedTuple):
     """
 
     per_inertia: PerInertia
-    lever: Lever
+    lever: LeverArm
     shape: ArcShape | None
     felt: Felt
     impulse: float

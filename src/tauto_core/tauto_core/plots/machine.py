@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 
 from tauto_core.curves import DescentCurve, cheeks
+from tauto_core.curves.cam import Pull
 from tauto_core.curves.drawing import cheeks_meet_rad
 from tauto_core.curves.fluid import coordinates, fluid_outline
-from tauto_core.curves.kind import Pull
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,

@@ -43,11 +43,11 @@ class Section(BaseModel):
 
 
 # -----------------------------------------------------------------------------
-# Kinds of a section, one module each, found by listing their folder.
+# Kinds of a section, found by listing their folder.
 #
 # A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. All of
-# a kind is in one module: keys, checks, equations and messages. The module names its model
-# `KIND`; no list of kinds has to be extended.
+# a kind is in one module: keys, checks, equations and messages. The module names its models
+# `KINDS`; no list of kinds has to be extended.
 
 
 class Kind(Section):
@@ -68,10 +68,12 @@ def kinds_in(folder: str) -> tuple[type[Kind], ...]:
     """Return the models of a folder's kinds, sorted by rank, then by module name.
 
     Args:
-        folder: name of the package whose modules each have a `KIND`.
+        folder: name of the package whose modules each have `KINDS`, a tuple of models, or `KIND`.
     """
     names = sorted(each.name for each in pkgutil.iter_modules(import_module(folder).__path__))
-    kinds: list[type[Kind]] = [import_module(f'{folder}.{name}').KIND for name in names]
+    kinds: list[type[Kind]] = []
+    for module in (import_module(f'{folder}.{name}') for name in names):
+        kinds += getattr(module, 'KINDS', None) or [module.KIND]
     return tuple(sorted(kinds, key=lambda kind: kind.rank))
 
 

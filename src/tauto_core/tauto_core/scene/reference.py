@@ -15,7 +15,7 @@ from typing import Any, cast, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from tauto_core.curves.kind import FOLDER as CAMS
+from tauto_core.curves.cam import CAMS
 from tauto_core.machines.compiling import compile_trochlea
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, Drag, EscapementKind
 from tauto_core.machines.sections import Trochlea

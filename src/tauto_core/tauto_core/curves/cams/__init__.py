@@ -1,1 +1,1 @@
-"""The kinds of cam, one module each; every module here is a kind."""
+"""The kinds of cam; every module here names one or several."""

@@ -1,4 +1,4 @@
-"""A cheek in the form of a circular arc, an assumption for those before Euler (theory A)."""
+"""A cheek in the form of a circular arc, an assumption for those before Euler."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.cam import ArcLever, Cam, invert_lift
-from tauto_core.curves.kind import CamKind, Setting
+from tauto_core.curves.cam import ArcLever, Cam, CamKind, Setting
 from tauto_core.curves.numerics import sine_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.fields import Positive
@@ -23,10 +21,10 @@ class CircularArc(Cam):
 
     Euler says that the shape was found by repeated trial, and names none (E6, I).
 
-    t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread (theory A). The circle's centre
-    is (∓R, d). The range is half a turn; there the thread has gone round the half disc and
-    leaves it at its outer corner (∓2R, d), level with the root. Up to there it meets neither
-    the other cheek nor the axle, and t > 0, so that the well rises all the way.
+    t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread. t'' jumps from −R to R at rest.
+    The circle's centre is (∓R, d). The range is half a turn; there the thread has gone round the
+    half disc and leaves it at its outer corner (∓2R, d), level with the root. Up to there it meets
+    neither the other cheek nor the axle, and t > 0, so that the well rises all the way.
 
     Attributes:
         radius: R of the arc [m], > 0.
@@ -35,6 +33,7 @@ class CircularArc(Cam):
 
     radius: float
     root_depth: float
+    kinked = True
 
     @property
     def lever(self) -> ArcLever:
@@ -46,45 +45,23 @@ class CircularArc(Cam):
         """π: half a turn round the disc."""
         return math.pi
 
-    @property
-    def kinked(self) -> bool:
-        """True: t'' jumps from −R to R at rest."""
-        return True
+    def _arm(self, x: FloatArray) -> FloatArray:
+        half = 0.5 * x
+        return 2.0 * np.sin(half) * (self.root_depth * np.cos(half) + self.radius * np.sin(half))
 
-    def lever_arm(self, angle: ArrayLike) -> FloatArray:
-        """Return t [m]."""
-        angle = self.within(angle)
-        half = 0.5 * np.abs(angle)
-        arm = 2.0 * np.sin(half) * (self.root_depth * np.cos(half) + self.radius * np.sin(half))
-        return np.copysign(arm, angle)
+    def _rate(self, x: FloatArray) -> FloatArray:
+        return self.root_depth * np.cos(x) + self.radius * np.sin(x)
 
-    def lever_rate(self, angle: ArrayLike) -> FloatArray:
-        """Return t' = d cos ϑ + R sin|ϑ| [m/rad]."""
-        angle = np.abs(self.within(angle))
-        return self.root_depth * np.cos(angle) + self.radius * np.sin(angle)
+    def _bend(self, x: FloatArray) -> FloatArray:
+        return self.radius * np.cos(x) - self.root_depth * np.sin(x)
 
-    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
-        """Return t'' = sgn ϑ (R cos ϑ − d sin|ϑ|) [m/rad²]; ±R at ±0."""
-        angle = self.within(angle)
-        size = np.abs(angle)
-        bend = self.radius * np.cos(size) - self.root_depth * np.sin(size)
-        return np.copysign(1.0, angle) * bend
+    def _lift(self, x: FloatArray) -> FloatArray:
+        sine = np.sin(0.5 * x)
+        return 2.0 * self.root_depth * (sine * sine) + self.radius * sine_defect(x)
 
-    def lift(self, angle: ArrayLike) -> FloatArray:
-        """Return h = d (1 − cos ϑ) + R (|ϑ| − sin|ϑ|) [m]."""
-        angle = np.abs(self.within(angle))
-        sine = np.sin(0.5 * angle)
-        rise = 2.0 * self.root_depth * (sine * sine)
-        return rise + self.radius * sine_defect(angle)
-
-    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
-        """Return the ϑ ≥ 0 of a lift [rad], for 0 ≤ h ≤ h(π)."""
-        return invert_lift(self, lift)
-
-    def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        sine = np.sin(0.5 * angle)
-        drop = 2.0 * self.root_depth * (sine * sine)
-        return self.radius * np.sin(np.abs(angle)) - drop
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        sine = np.sin(0.5 * x)
+        return self.radius * np.sin(x) - 2.0 * self.root_depth * (sine * sine)
 
     def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         sine = np.sin(0.5 * angle)

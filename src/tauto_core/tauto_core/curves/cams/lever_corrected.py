@@ -28,7 +28,7 @@ import numpy as np
 from pydantic import Field
 
 from tauto_core.curves import lever_geometry
-from tauto_core.curves.kind import CamKind
+from tauto_core.curves.cam import CamKind
 from tauto_core.curves.lever_geometry import LeverSetting, Loads, Pose
 from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray

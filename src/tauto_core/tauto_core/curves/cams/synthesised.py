@@ -1,21 +1,232 @@
-"""The isochronous cam for any power, found by quadrature (theory D)."""
+"""The isochronous cam for any power train, found by quadrature (docs/theory/cams.md).
+
+A power train stores V(y) when its own coordinate y (the lift of a weight, the draw of a spring,
+the angle of a lever) leaves its place of rest, and has the inertia M(y). The wheel's moment of
+inertia is I. Every swing takes the time 2π/ω when V = ½ω²s² in the arc ds² = I dϑ² + M dy². So
+with F = dV/dy
+
+    dy/ds = ω²s/F,    I (dϑ/ds)² = 1 − M (ω²s/F)²,    dy/dϑ = √I ω²s/√(F² − M ω⁴s²),
+
+and ϑ(s) is one quadrature. The range ends where F² = M ω⁴s²; the train by itself is no faster
+there. Each side is isochronous by itself, which determines it uniquely (Abel).
+"""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from tauto_core.curves.cam import FitError
+from tauto_core.curves.cam import (
+    CamKind,
+    FitError,
+    Setting,
+    hollow,
+    rate_for_period,
+    smooth_lever,
+)
 from tauto_core.curves.cams.table import Fitted
-from tauto_core.curves.kind import CamKind, Setting, rate_for_period
-from tauto_core.curves.synthesis import PowerTrain, SynthesisError, synthesise, synthesised_cam
-from tauto_core.scene.errors import SceneError
+from tauto_core.curves.numerics import ArrayFunction, bisect, bracketed_newton, integrate
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import SceneError, TautoError
 from tauto_core.scene.fields import Positive
 
-REMEDY = 'Give a smaller range'
+_BRACKETS = 400
+
+
+class SynthesisError(TautoError):
+    """A power train for which there is no such cam."""
+
+
+@dataclass(frozen=True)
+class PowerTrain:
+    """The power train as a function of its own coordinate y ≥ 0.
+
+    Attributes:
+        pull: F(y) = dV/dy > 0 [N, or N m where y is an angle].
+        place: y(V), the inverse of the potential, y(0) = 0.
+        mass: M(y) ≥ 0 [kg, or kg m2].
+        largest: largest potential of the train [J]; inf where it has no end.
+    """
+
+    pull: ArrayFunction
+    place: ArrayFunction
+    mass: ArrayFunction
+    largest: float = math.inf
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """The motion that an isochronous cam must produce: y and ϑ as functions of the arc.
+
+    Attributes:
+        inertia: I of the wheel [kg m2].
+        frequency: ω [rad/s].
+        train: the power train.
+        arc_range: largest s [√kg m].
+    """
+
+    inertia: float
+    frequency: float
+    train: PowerTrain
+    arc_range: float
+
+    def place(self, arc: FloatArray) -> FloatArray:
+        """Return y at the arc s ≥ 0: V = ½ω²s²."""
+        return self.train.place(0.5 * (self.frequency * arc) ** 2)
+
+    def angle(self, arc: FloatArray) -> FloatArray:
+        """Return ϑ = ∫ √(1 − M (ω²s/F)²) ds/√I at the arc s ≥ 0, shape (n,)."""
+        top, root = self.arc_range, math.sqrt(self.inertia)
+        if math.isinf(top):
+            return integrate(self._share, np.zeros_like(arc), arc) / root
+
+        # with s = S sin v the integrand is smooth at the square root's zero at the end of the
+        # range
+        def rate(v: FloatArray) -> FloatArray:
+            return self._share(top * np.sin(v)) * (top * np.cos(v))
+
+        until = np.arcsin(np.minimum(arc / top, 1.0))
+        found: FloatArray = integrate(rate, np.zeros_like(until), until) / root
+        return found
+
+    def ratio(self, arc: FloatArray) -> FloatArray:
+        """Return dy/dϑ at the arc s ≥ 0; where y is a lift it is the lever arm t."""
+        pull = self.train.pull(self.place(arc))
+        share = self._share(arc)
+        drawn: FloatArray = math.sqrt(self.inertia) * self.frequency**2 * arc
+        return drawn / (pull * share)
+
+    @property
+    def angle_range(self) -> float:
+        """Largest ϑ [rad]."""
+        if math.isinf(self.arc_range):
+            return math.inf
+        return float(self.angle(np.array([self.arc_range]))[0])
+
+    def arc(self, angle: FloatArray) -> FloatArray:
+        """Return the arc s of an angle ϑ ≥ 0 within the range, shape (n,).
+
+        Newton's method with dϑ/ds.
+        """
+        root = math.sqrt(self.inertia)
+
+        def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return self.angle(arc) - angle, self._share(arc) / root
+
+        bracket = root * angle, self._beyond(angle)
+        return bracketed_newton(excess, bracket[0], bracket, relative=2e-16)
+
+    def _beyond(self, angle: FloatArray) -> FloatArray:
+        """Return arcs whose angle ϑ is at least as large."""
+        if math.isfinite(self.arc_range):
+            return np.full_like(angle, self.arc_range)
+        high = math.sqrt(self.inertia) * angle
+        while np.any(short := self.angle(high) < angle):
+            high = np.where(short, 2.0 * high, high)
+        return high
+
+    def _share(self, arc: FloatArray) -> FloatArray:
+        """Return √I dϑ/ds = √(1 − M (ω²s/F)²)."""
+        rate = _speed(self.train, self.frequency, arc)
+        share: FloatArray = np.sqrt(np.maximum((1.0 - rate) * (1.0 + rate), 0.0))
+        return share
+
+
+def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis:
+    """Return the motion of the cam that makes a wheel and a power train isochronous.
+
+    Args:
+        inertia: I of the wheel [kg m2], > 0.
+        frequency: ω = 2π/period wanted [rad/s], > 0.
+        train: the power train.
+
+    Raises:
+        SynthesisError: a train that by itself cannot swing as fast.
+    """
+    largest = math.inf
+    if math.isfinite(train.largest):
+        largest = math.sqrt(2.0 * train.largest) / frequency
+    edge = _first_too_fast(train, frequency, largest)
+    if not edge > 0.0:
+        raise SynthesisError(
+            f'no cam makes this power train swing at {frequency!r} rad/s: it is slower by itself '
+            'at any amplitude. Use less inertia, a stronger pull or a longer period'
+        )
+    return Synthesis(inertia, frequency, train, edge)
+
+
+def synthesised_cam(
+    synthesis: Synthesis, distance: float = math.inf, edge: float | None = None
+) -> Fitted:
+    """Return the cam of a power train whose coordinate is the length of thread drawn: t = dy/dϑ.
+
+    Args:
+        synthesis: as `synthesise` returns.
+        distance: distance of the hole from the axle [m]; inf for a vertical thread.
+        edge: range of the cam [rad], > 0; the largest possible when left out.
+
+    Raises:
+        SynthesisError: a range that is not possible, a lever arm longer than the distance of the
+            hole, or a cheek that would be hollow; with the angle, and the range that works.
+        FitError: a train that is not smooth.
+    """
+    limit = synthesis.angle_range
+    reach = limit if edge is None else edge
+    if not 0.0 < reach <= limit or math.isinf(reach):
+        raise SynthesisError(
+            f'a range of {reach!r} rad: must be > 0, finite and at most {limit!r} rad, where the '
+            'power train takes all of the speed. Give a smaller one'
+        )
+
+    def arm(angle: FloatArray) -> FloatArray:
+        return synthesis.ratio(synthesis.arc(angle))
+
+    def lift(angle: FloatArray) -> FloatArray:
+        return synthesis.place(synthesis.arc(angle))
+
+    longest = float(arm(np.array([reach]))[0])
+    if not longest <= distance:
+        raise SynthesisError(
+            f'the lever arm at {reach!r} rad is {longest!r} m, longer than the hole is away, '
+            f'{distance!r} m. Move the hole away, or give a smaller range'
+        )
+    cam = Fitted('synthesis', smooth_lever(arm, lift, reach), distance)
+    stretch = hollow(cam, reach)
+    if stretch is not None:
+        works = (
+            f'a range of at most {stretch[0]:.6g} rad, ' if stretch[0] > 0.0 else ''
+        ) + 'a longer period or a nearer hole'
+        raise SynthesisError(
+            f'the cheek would be hollow from {stretch[0]:.9g} to {stretch[1]:.9g} rad, and a '
+            f'thread bridges a hollow. Use {works}'
+        )
+    return cam
+
+
+def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
+    """Return √M ω²s/F: the share of the train in the speed along the arc."""
+    place = train.place(0.5 * (frequency * arc) ** 2)
+    speed: FloatArray = np.sqrt(train.mass(place)) * (frequency**2 * arc) / train.pull(place)
+    return speed
+
+
+def _first_too_fast(train: PowerTrain, frequency: float, largest: float) -> float:
+    """Return the least arc at which the train has all of the speed, at most `largest`."""
+    top = min(largest, 1e6)
+    arcs = top * np.logspace(-12.0, 0.0, _BRACKETS)
+    beyond = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))
+    if not len(beyond):
+        return largest
+    if beyond[0] == 0:
+        return 0.0
+    low, high = float(arcs[beyond[0] - 1]), float(arcs[beyond[0]])
+    return bisect(lambda arc: bool(_speed(train, frequency, np.array([arc]))[0] < 1.0), low, high)[
+        0
+    ]
 
 
 class SynthesisedCam(CamKind):
@@ -49,7 +260,11 @@ class SynthesisedCam(CamKind):
         except (SynthesisError, FitError) as error:
             problem, _, remedy = str(error).rpartition('. ')
             raise SceneError(
-                'trochlea', key, value, problem or remedy, f'{remedy if problem else REMEDY}.'
+                'trochlea',
+                key,
+                value,
+                problem or remedy,
+                f'{remedy if problem else "Give a smaller range"}.',
             ) from None
 
 

@@ -1,4 +1,11 @@
-"""A cam given by numbers: a lever arm tabulated in a CSV file, or computed to rounding."""
+"""Cams given by numbers: a lever arm computed to rounding, tabulated in a CSV file, or measured.
+
+A spline through measured points follows their errors. Its radius of curvature, t + t'' on a
+vertical thread, magnifies them, so that a convex piece would come out hollow. The cam is therefore
+the smoothest spline that passes within the tolerance of every point: FITPACK's smoothing spline
+(Dierckx 1993, *Curve and Surface Fitting with Splines*, ch. 5). It has as few knots as an allowed
+sum of squares S needs; S is halved until no point is farther off than the tolerance.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +16,42 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.polynomial import Polynomial
 from pydantic import Field
 
-from tauto_core.curves.cam import Cam, SmoothLever, TableLever, hollow, invert_lift
-from tauto_core.curves.kind import CamKind, Setting
+from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever, hollow
+from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.samples import FloatArray
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.fields import Text
+from tauto_core.scene.fields import Positive, Text
 
 if TYPE_CHECKING:
-    from scipy.interpolate import PPoly
+    from scipy.interpolate import BSpline, PPoly
 
-HEADER = ('angle_rad', 'lever_arm_m')
+COLUMNS = ('angle_rad', 'lever_arm_m')
 LEAST_ROWS = 6
-_FORM = f'Write the header {",".join(HEADER)} and rows of two plain numbers.'
+MOST_ROWS = 500
+_TRIED = 32
+"""Largest number of halvings of S, beginning where all points are off by the tolerance; after them
+the points are interpolated.
+"""
+_LARGEST_SHARE = 0.5
+"""Largest tolerance as a share of the longest arm: a larger one would ignore the measurement."""
+_FORM = f'Write the header {",".join(COLUMNS)} and rows of two plain numbers.'
+
+
+class _Splines(NamedTuple):
+    """t, t', t'', h and t' − t'(0) of a tabulated cam."""
+
+    arm: PPoly
+    rate: PPoly
+    bend: PPoly
+    lift: PPoly
+    rate_gain: PPoly
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,60 +91,29 @@ class Table(Cam):
         """Distance of the hole [m]; inf for a vertical thread."""
         return self.distance
 
-    def lever_arm(self, angle: ArrayLike) -> FloatArray:
-        """Return t [m]."""
-        angle = self.within(angle)
-        return np.copysign(1.0, angle) * self._arm(np.abs(angle))
-
-    def lever_rate(self, angle: ArrayLike) -> FloatArray:
-        """Return dt/dϑ [m/rad]."""
-        rate: FloatArray = self._rate(np.abs(self.within(angle)))
-        return rate
-
-    def lever_curvature(self, angle: ArrayLike) -> FloatArray:
-        """Return d²t/dϑ² [m/rad²]."""
-        angle = self.within(angle)
-        return np.copysign(1.0, angle) * self._curvature(np.abs(angle))
-
-    def lift(self, angle: ArrayLike) -> FloatArray:
-        """Return h [m]."""
-        lift: FloatArray = self._lift(np.abs(self.within(angle)))
-        return lift
-
-    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
-        """Return the ϑ ≥ 0 of a lift [rad], for 0 ≤ h ≤ h(range)."""
-        return invert_lift(self, lift)
-
-    def _rate_gain(self, angle: FloatArray) -> FloatArray:
-        gain: FloatArray = self._gain(np.abs(angle))
-        return gain
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        arm, rate = self.lever_arm(angle), self.lever_rate(angle)
-        sine, cosine = np.sin(angle), np.cos(angle)
-        return arm * cosine - rate * sine, arm * sine + rate * cosine
-
     @cached_property
-    def _arm(self) -> PPoly:
+    def splines(self) -> _Splines:
+        """The law and what follows from it, as functions of |ϑ|."""
         from scipy.interpolate import PPoly
 
-        return PPoly(np.ascontiguousarray(self.law.coefficients.T[::-1]), self.law.knots)
+        arm = PPoly(np.ascontiguousarray(self.law.coefficients.T[::-1]), self.law.knots)
+        bend = arm.derivative(2)
+        return _Splines(arm, arm.derivative(), bend, arm.antiderivative(), bend.antiderivative())
 
-    @cached_property
-    def _rate(self) -> PPoly:
-        return self._arm.derivative()
+    def _arm(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.splines.arm(x))
 
-    @cached_property
-    def _curvature(self) -> PPoly:
-        return self._arm.derivative(2)
+    def _rate(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.splines.rate(x))
 
-    @cached_property
-    def _lift(self) -> PPoly:
-        return self._arm.antiderivative()
+    def _bend(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.splines.bend(x))
 
-    @cached_property
-    def _gain(self) -> PPoly:
-        return self._curvature.antiderivative()
+    def _lift(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.splines.lift(x))
+
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.splines.rate_gain(x))
 
 
 class Fitted(Table):
@@ -146,16 +139,33 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     Raises:
         SceneError: naming file, line, value and remedy.
     """
-    rows = read_rows(path)
-    _check_first(path, rows)
-    check_rows(path, rows)
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    name, rows = str(path), _read_rows(path)
+    for line, *first in rows[:1]:
+        if first != [0.0, 0.0]:
+            remedy = 'Begin at rest; negative angles are the mirror image and are not tabulated.'
+            raise SceneError(
+                name, f'line {line}', tuple(first), 'the first row is not 0,0', remedy
+            )
+    _check_rows(path, rows)
     angles, arms = np.array([row[1:] for row in rows]).T
-    table = Table(path.name, _spline(path, angles, arms), distance)
-    check_spline(path, table)
+    everywhere = np.concatenate([-angles[:0:-1], angles])
+    try:
+        spline = make_interp_spline(everywhere, np.concatenate([-arms[:0:-1], arms]), k=5)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        problem = f'no spline goes through these rows: {error}'
+        raise SceneError(name, '', None, problem, 'Space the angles more evenly.') from error
+    whole = PPoly.from_spline(spline.tck)
+    knots = np.unique(whole.x[whole.x >= 0.0])
+    pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
+    law = _law_of_pieces(knots, np.ascontiguousarray(whole.c[::-1, pieces].T))
+    table = Table(path.name, law, distance)
+    _check_spline(path, table)
     return table
 
 
-def read_rows(path: Path) -> list[tuple[int, float, float]]:
+def _read_rows(path: Path) -> list[tuple[int, float, float]]:
     """Return (line, angle, arm) of all rows; blank lines are skipped."""
     name = str(path)
     try:
@@ -165,37 +175,31 @@ def read_rows(path: Path) -> list[tuple[int, float, float]]:
         raise SceneError(name, '', None, problem, 'Give a readable CSV file.') from error
     lines = csv.reader(text.splitlines())
     header = next(lines, [])
-    if tuple(cell.strip() for cell in header) != HEADER:
+    if tuple(cell.strip() for cell in header) != COLUMNS:
         raise SceneError(name, 'line 1', ','.join(header), 'the header is not right', _FORM)
     rows = []
     for cells in lines:
         if not ''.join(cells).strip():
             continue
-        line = lines.line_num
-        if len(cells) != len(HEADER):
+        line, values = lines.line_num, []
+        if len(cells) != len(COLUMNS):
             problem = f'{len(cells)} columns instead of 2'
             raise SceneError(name, f'line {line}', ','.join(cells), problem, _FORM)
-        angle, arm = (_number(name, line, *pair) for pair in zip(HEADER, cells, strict=True))
+        for column, cell in zip(COLUMNS, cells, strict=True):
+            try:
+                values.append(float(cell))
+            except ValueError:
+                values.append(math.nan)
+            if not math.isfinite(values[-1]):
+                place = f'line {line}, {column}'
+                raise SceneError(name, place, cell, 'not a finite number', _FORM)
+        angle, arm = values
         rows.append((line, angle, arm))
     return rows
 
 
-def _number(name: str, line: int, column: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise SceneError(name, f'line {line}, {column}', cell, 'not a finite number', _FORM)
-    return value
-
-
-def check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
-    """Refuse too few rows, angles that do not increase, and arms that are not positive.
-
-    Raises:
-        SceneError: naming file, line, value and remedy.
-    """
+def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
+    """Refuse too few rows, angles that do not increase, and arms that are not positive."""
     name = str(path)
     if len(rows) < LEAST_ROWS:
         problem = f'a quintic spline needs at least {LEAST_ROWS} rows'
@@ -204,41 +208,14 @@ def check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
         if angle <= before:
             problem = f'angles must strictly increase, and the row before has {before!r}'
             remedy = 'Sort the rows and remove duplicates.'
-            raise SceneError(name, f'line {line}, {HEADER[0]}', angle, problem, remedy)
+            raise SceneError(name, f'line {line}, {COLUMNS[0]}', angle, problem, remedy)
         if arm <= 0.0:
             problem = 'the lever arm must be > 0, or nothing drives the wheel back'
             remedy = 'End the table before the arm vanishes.'
-            raise SceneError(name, f'line {line}, {HEADER[1]}', arm, problem, remedy)
+            raise SceneError(name, f'line {line}, {COLUMNS[1]}', arm, problem, remedy)
 
 
-def _check_first(path: Path, rows: list[tuple[int, float, float]]) -> None:
-    name = str(path)
-    for line, *first in rows[:1]:
-        if first != [0.0, 0.0]:
-            remedy = 'Begin at rest; negative angles are the mirror image and are not tabulated.'
-            raise SceneError(
-                name, f'line {line}', tuple(first), 'the first row is not 0,0', remedy
-            )
-
-
-def _spline(path: Path, angles: FloatArray, arms: FloatArray) -> TableLever:
-    from scipy.interpolate import PPoly, make_interp_spline
-
-    everywhere = np.concatenate([-angles[:0:-1], angles])
-    try:
-        spline = make_interp_spline(everywhere, np.concatenate([-arms[:0:-1], arms]), k=5)
-    except (ValueError, np.linalg.LinAlgError) as error:
-        problem = f'no spline goes through these rows: {error}'
-        remedy = 'Space the angles more evenly.'
-        raise SceneError(str(path), '', None, problem, remedy) from error
-    whole = PPoly.from_spline(spline.tck)
-    knots = np.unique(whole.x[whole.x >= 0.0])
-    pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
-    coefficients = np.ascontiguousarray(whole.c[::-1, pieces].T)
-    return law_of_pieces(knots, coefficients)
-
-
-def law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
+def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
     """Return the odd law of a quintic spline.
 
     Args:
@@ -254,36 +231,32 @@ def law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
     return TableLever(knots, coefficients, lifts)
 
 
-def check_spline(path: Path, table: Table) -> None:
+def _check_spline(path: Path, table: Table) -> None:
     """Refuse a spline that is negative, or beyond the hole, between the rows."""
-    name, arm = str(path), table._arm
+    name, arm = str(path), table.splines.arm
     slope = float(table.lever_rate(0.0))
     if not slope > 0.0:
         problem = 'the spline through the rows must rise from rest'
         remedy = 'Tabulate more angles near 0.'
         raise SceneError(name, 'lever rate at 0', slope, problem, remedy)
-    extremes = table._rate.roots(extrapolate=False)
+    extremes = table.splines.rate.roots(extrapolate=False)
     angles = np.append(extremes[np.isfinite(extremes)], table.range_rad)
     lowest, highest = (float(angles[pick(arm(angles))]) for pick in (np.argmin, np.argmax))
     if not arm(lowest) > 0.0:
         problem = f'the spline through the rows falls to this lever arm at {lowest!r} rad'
         remedy = 'Tabulate more angles near there.'
-        raise SceneError(name, HEADER[1], float(arm(lowest)), problem, remedy)
+        raise SceneError(name, COLUMNS[1], float(arm(lowest)), problem, remedy)
     if not arm(highest) <= table.distance:
         problem = (
             f'the lever arm at {highest!r} rad is longer than the distance of the hole, '
             f'thread.distance = {table.distance!r} m'
         )
         remedy = 'End the table before that angle or move the hole away.'
-        raise SceneError(name, HEADER[1], float(arm(highest)), problem, remedy)
+        raise SceneError(name, COLUMNS[1], float(arm(highest)), problem, remedy)
 
 
-def wrappable(path: Path, table: Table) -> Table:
-    """Return a tabulated cam if a thread can wrap it.
-
-    Raises:
-        SceneError: a cheek that would be hollow.
-    """
+def _wrappable(path: Path, table: Table) -> Table:
+    """Return a tabulated cam if its cheek is nowhere hollow; the error names the angles."""
     stretch = hollow(table, table.range_rad)
     if stretch is None:
         return table
@@ -291,12 +264,73 @@ def wrappable(path: Path, table: Table) -> Table:
     sooner = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
     raise SceneError(
         str(path),
-        HEADER[1],
+        COLUMNS[1],
         float(table.lever_arm(start)),
         f'the cheek would be hollow from {start:.6g} to {end:.6g} rad (a radius of curvature '
         'below 0), and a thread bridges a hollow',
         f'{sooner} the lever arm bend down less there.',
     )
+
+
+def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLever:
+    """Return the smoothest odd quintic spline within a tolerance of all points.
+
+    Args:
+        angles: ϑ > 0, strictly increasing [rad], shape (n,), n ≥ 6.
+        arms: t measured there [m], shape (n,).
+        tolerance: largest difference of the spline from any point [m], > 0.
+    """
+    from scipy.interpolate import PPoly
+
+    x = np.concatenate([-angles[::-1], [0.0], angles])
+    y = np.concatenate([-arms[::-1], [0.0], arms])
+
+    def within(exponent: int) -> BSpline | None:
+        spline = _fitted(x, y, tolerance, len(x) * 2.0**-exponent)
+        if spline is None:
+            return None
+        odd = 0.5 * (spline(angles) - spline(-angles))
+        return spline if np.all(np.abs(odd - arms) <= tolerance) else None
+
+    found, rough, smooth = within(0), 0, _TRIED
+    while found is None and smooth - rough > 1:
+        middle = (rough + smooth) // 2
+        tried = within(middle)
+        rough, smooth = (middle, smooth) if tried is None else (rough, middle)
+    if found is None:
+        found = within(smooth) or _fitted(x, y, tolerance, 0.0)
+    assert found is not None  # interpolation always succeeds
+    # (s(ϑ) − s(−ϑ))/2 piece by piece from 0, since FITPACK's knots are not symmetric
+    whole = PPoly.from_spline(found.tck)
+    ends = np.unique(whole.x)
+    knots = np.unique(np.concatenate([[0.0], np.abs(ends)]))
+    # knots that mirror each other are equal to rounding
+    apart = np.diff(knots) > 1e-12 * knots[-1]
+    knots = np.append(knots[:-1][apart], knots[-1])
+    rows = []
+    for left, right in pairwise(knots.tolist()):
+        middle = 0.5 * (left + right)
+        here, there = _piece(whole, middle, left, 1.0), _piece(whole, -middle, -left, -1.0)
+        odd = 0.5 * (here - there)
+        rows.append(np.pad(odd.coef, (0, 6 - len(odd.coef))))
+    return _law_of_pieces(knots, np.array(rows))
+
+
+def _fitted(x: FloatArray, y: FloatArray, tolerance: float, squares: float) -> BSpline | None:
+    """Return FITPACK's spline for a sum of squares, scaled by the tolerance; None if it fails."""
+    from scipy.interpolate import BSpline, splrep
+
+    weights = np.full_like(x, 1.0 / tolerance)
+    tck, _, code, _ = splrep(x, y, w=weights, k=5, s=squares, full_output=1, quiet=1)
+    return None if code > 0 else BSpline(*tck)
+
+
+def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
+    """Return the piece that contains an angle, as a polynomial in h of start + way·h."""
+    x, c = whole.x, whole.c
+    k = int(np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2))
+    found: Polynomial = Polynomial(c[::-1, k])(Polynomial([start - x[k], way]))
+    return found
 
 
 class TableCam(CamKind):
@@ -319,11 +353,105 @@ class TableCam(CamKind):
             SceneError: naming file, line, value and remedy.
         """
         path = data_path(self.path)
-        return wrappable(path, load_table(path, setting.distance))
+        return _wrappable(path, load_table(path, setting.distance))
 
     def files(self) -> Iterator[tuple[str, str]]:
         """Yield the file of the table."""
         yield 'trochlea.cam.path', self.path
 
 
-KIND = TableCam
+class MeasuredCam(CamKind):
+    """Lever arm measured on a real cam: a smooth curve that passes the points within a tolerance.
+
+    CSV with the columns angle_rad, lever_arm_m and at least six rows of increasing angles > 0; the
+    other cheek is assumed to be the mirror image. A tolerance that is too small for the errors of
+    the points gives a hollow cheek, which no thread can wrap. It is refused, and the error names
+    the smallest that works.
+    """
+
+    threads = ('vertical', 'hole')
+    rank = 8
+    starter = {'path': 'shipped:lever_arms/measured.csv', 'tolerance': 2e-5}
+
+    kind: Literal['measured'] = 'measured'
+    path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')
+    tolerance: Positive = Field(
+        description='largest difference between the smoothed lever arm and any point [m]'
+    )
+
+    def made(self, setting: Setting) -> Table:
+        """Return the smoothed cam; it is the same for any wheel and power.
+
+        Raises:
+            SceneError: naming file, line, value and remedy; or a tolerance with which no thread
+                can wrap the cheek.
+        """
+        path = data_path(self.path)
+        rows = _read_rows(path)
+        if rows and rows[0][1:] == (0.0, 0.0):
+            rows = rows[1:]  # the point at rest is part of every cam
+        _check_rows(path, rows)
+        if len(rows) > MOST_ROWS:
+            problem = f'more than {MOST_ROWS} points take minutes to smooth'
+            remedy = 'Take the means of neighbouring points.'
+            raise SceneError(str(path), 'number of rows', len(rows), problem, remedy)
+        line, angle, _ = rows[0]
+        if angle <= 0.0:
+            problem = 'a point at rest or on the other cheek says nothing of this one'
+            remedy = 'Give the points of one cheek, at angles greater than 0.'
+            raise SceneError(str(path), f'line {line}, {COLUMNS[0]}', angle, problem, remedy)
+        angles, arms = np.array([row[1:] for row in rows]).T
+        largest = _LARGEST_SHARE * float(arms.max())
+        if self.tolerance > largest:
+            raise SceneError(
+                'trochlea',
+                'trochlea.cam.tolerance',
+                self.tolerance,
+                f'must be at most half of the longest lever arm, {largest:.6g} m',
+                'Give the error of the measurement, in metres.',
+            )
+        try:
+            return _cam(path, angles, arms, self.tolerance, setting.distance)
+        except SceneError as error:
+            raise self._refused(path, angles, arms, setting.distance, error) from None
+
+    def files(self) -> Iterator[tuple[str, str]]:
+        """Yield the file of the points."""
+        yield 'trochlea.cam.path', self.path
+
+    def _refused(
+        self, path: Path, angles: FloatArray, arms: FloatArray, distance: float, error: SceneError
+    ) -> SceneError:
+        """Return the error for a tolerance without a cam; it names the smallest that works."""
+        largest = _LARGEST_SHARE * float(arms.max())
+
+        def works(tolerance: float) -> bool:
+            if tolerance > largest:
+                return False
+            try:
+                _cam(path, angles, arms, tolerance, distance)
+            except SceneError:
+                return False
+            return True
+
+        found = nearest_if_any(self.tolerance, 1.5, works)
+        least = f'Use a tolerance of at least {found:.4g} m, or ' if found is not None else ''
+        remedy = f'{least}measure those angles again.'
+        return SceneError(
+            'trochlea',
+            'trochlea.cam.tolerance',
+            self.tolerance,
+            f'{path}: within it of all points, {error.problem} ({error.key} = {error.value!r})',
+            remedy[0].upper() + remedy[1:],
+        )
+
+
+def _cam(
+    path: Path, angles: FloatArray, arms: FloatArray, tolerance: float, distance: float
+) -> Table:
+    table = Table(path.name, smoothed(angles, arms, tolerance), distance)
+    _check_spline(path, table)
+    return _wrappable(path, table)
+
+
+KINDS = TableCam, MeasuredCam

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from tauto_core.curves.kind import Pull
+from tauto_core.curves.cam import Pull
 from tauto_core.machines.parts import PowerKind
 from tauto_core.scene.fields import NonNegative, Positive
 

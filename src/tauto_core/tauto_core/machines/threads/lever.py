@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from tauto_core.curves.cam import possible_lever
-from tauto_core.curves.lever_geometry import LeverSetting, LeverShape, Loads
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.parts import Drag, EscapementKind
 from tauto_core.machines.trochlea import Parts, ThreadKind
@@ -50,7 +50,7 @@ class LeverMachine:
     mass: float
     weight_arm: float
     lever_inertia: float
-    geometry: LeverShape
+    geometry: LeverLinkage
     gravity: float
     drag: Drag | None
     escapement: EscapementKind | None

@@ -1,0 +1,371 @@
+"""Isochronous cams for powers with inertia or stiffness, for which Euler's two are not.
+
+The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
+mass m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which
+must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω². The
+equations are those of docs/theory/cams.md, section D.
+
+Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
+strictly along the thread; a vertical thread is the limit of a long one (theory A).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic import Field
+
+from tauto_core.curves.cam import (
+    EXACT,
+    Cam,
+    CamKind,
+    Setting,
+    SmoothLever,
+    SpringLever,
+    hollow,
+    rate_for_period,
+    smooth_lever,
+)
+from tauto_core.curves.numerics import (
+    arctangent_defect,
+    bracketed_newton,
+    farther,
+    involute_defect,
+    nearest,
+    sine_defect,
+)
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.fields import Positive
+
+STEEPEST_THREAD = 1000.0
+"""tan χ at the edge of a weight's cam on a vertical thread, where t grows without bound."""
+
+
+class CorrectedCam(Cam):
+    """A cam whose lever arm departs from t'(0)·ϑ so that one power train is isochronous.
+
+    Attributes:
+        rate: t'(0) [m/rad], > 0.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+    """
+
+    rate: float
+    distance: float
+    knows_angle_of_lift = True
+
+    @property
+    def hole_distance(self) -> float:
+        """Distance a of the hole [m]; inf for a vertical thread."""
+        return self.distance
+
+    @abstractmethod
+    def _arm_gain(self, x: FloatArray) -> FloatArray:
+        """Return t(x) − t'(0)·x [m], without cancellation."""
+
+    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        x, sine, cosine = np.abs(angle), np.sin(angle), np.cos(angle)
+        arm, gain = np.copysign(1.0, angle) * self._arm_gain(x), self._rate_gain(x)
+        across = -self.rate * involute_defect(angle) + (arm * cosine - gain * sine)
+        return across, self.rate * (cosine + angle * sine) + (arm * sine + gain * cosine)
+
+
+@dataclass(frozen=True)
+class WeightCorrected(CorrectedCam):
+    """The isochronous cam for a weight that has inertia.
+
+    With λ = √(I/m), L = λ²/r = g/ω² and the slope χ of the cycloid:
+    ϑ = (L/2λ)(χ + sin χ cos χ), h = (L/2) sin²χ, t = λ tan χ, t' = r sec⁴χ, t'' = 4(λ³/L²) tan χ
+    sec⁶χ. The arc is L√m sin χ. On a vertical thread the range is πλ/(4r), less 4e-10 of it; there
+    the lever arm is 1000 λ and grows without bound. Through a hole at distance a, tan χ ≤ a/λ.
+
+    Attributes:
+        rate: r = t'(0) = I ω²/(m g) [m/rad], > 0.
+        mass_ratio: m/I [1/m²], > 0.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+    """
+
+    rate: float
+    mass_ratio: float
+    distance: float = math.inf
+
+    @cached_property
+    def lever(self) -> SmoothLever:
+        """The law of the lever arm as plain numbers."""
+        return smooth_lever(self.lever_arm, self.lift, self.range_rad)
+
+    @property
+    def suits(self) -> tuple[float, float]:
+        """(m/I, 0): a weight of this inertia, in any gravity."""
+        return self.mass_ratio, 0.0
+
+    @property
+    def range_rad(self) -> float:
+        """Angle where t reaches the hole; on a vertical thread πλ/(4r), less 4e-10 of it [rad]."""
+        return float(self.angle_of_slope(min(self.distance / self.gyration, STEEPEST_THREAD)))
+
+    @property
+    def drawn_rad(self) -> float:
+        """At most a turn, on a vertical thread up to t = λ [rad]; beyond, it is too wide."""
+        steepest = STEEPEST_THREAD if math.isfinite(self.distance) else 1.0
+        return min(self.range_rad, math.tau, float(self.angle_of_slope(steepest)))
+
+    @property
+    def gyration(self) -> float:
+        """λ = √(I/m) [m]."""
+        return 1.0 / math.sqrt(self.mass_ratio)
+
+    @property
+    def length(self) -> float:
+        """L = λ²/r = g/ω² [m]: of the isochronous simple pendulum."""
+        return 1.0 / (self.mass_ratio * self.rate)
+
+    def angle_of_slope(self, slope: ArrayLike) -> FloatArray:
+        """Return ϑ ≥ 0 [rad] where tan χ = t/λ has the value ≥ 0."""
+        slope = np.asarray(slope, dtype=np.float64)
+        halved = np.arctan(slope) + slope / (1.0 + slope * slope)
+        angle: FloatArray = 0.5 * self.gyration / self.rate * halved
+        return angle
+
+    def slope(self, angle: ArrayLike) -> FloatArray:
+        """Return tan χ = t/λ, odd in ϑ; Kepler's equation χ + sin χ cos χ = 2rϑ/λ."""
+        angle = self.within(angle)
+        return np.copysign(self._slope(np.abs(angle)), angle)
+
+    def _slope(self, x: FloatArray) -> FloatArray:
+        x = np.asarray(x)
+        per_rad, flat = 2.0 * self.rate / self.gyration, np.atleast_1d(x)
+        mean = per_rad * flat
+        found, near = np.empty_like(mean), mean < 1.2
+        if near.any():
+            part = mean[near]
+
+            def rising(chi: FloatArray) -> tuple[FloatArray, FloatArray]:
+                cosine = np.cos(chi)
+                return chi + np.sin(chi) * cosine - part, 2.0 * cosine * cosine
+
+            start, bracket = 0.5 * part * (1.0 + part * part / 12.0), (0.5 * part, part)
+            found[near] = np.tan(
+                bracketed_newton(rising, start, bracket, relative=EXACT, absolute=1e-17)
+            )
+        if not near.all():
+            # near the edge the angle is counted from there: w = π/2 − χ, w − sin w cos w = left
+            edge = 0.25 * math.pi * self.gyration / self.rate
+            left = per_rad * (edge - flat[~near])
+
+            def falling(w: FloatArray) -> tuple[FloatArray, FloatArray]:
+                sine = np.sin(w)
+                return 0.5 * sine_defect(2.0 * w) - left, 2.0 * sine * sine
+
+            w = np.cbrt(1.5 * left)
+            start, bracket = w * (1.0 + w * w / 15.0), (0.5 * w, 2.0 * w)
+            found[~near] = 1.0 / np.tan(bracketed_newton(falling, start, bracket, relative=EXACT))
+        return found.reshape(x.shape)
+
+    def _arm(self, x: FloatArray) -> FloatArray:
+        return self.gyration * self._slope(x)
+
+    def _rate(self, x: FloatArray) -> FloatArray:
+        slope = self._slope(x)
+        secant = 1.0 + slope * slope
+        rate: FloatArray = self.rate * (secant * secant)
+        return rate
+
+    def _bend(self, x: FloatArray) -> FloatArray:
+        slope = self._slope(x)
+        secant = 1.0 + slope * slope
+        factor = 4.0 * self.rate**2 / self.gyration
+        return factor * slope * (secant * secant * secant)
+
+    def _lift(self, x: FloatArray) -> FloatArray:
+        slope = self._slope(x)
+        square = slope * slope
+        return 0.5 * self.length * (square / (1.0 + square))
+
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        slope = self._slope(x)
+        square = slope * slope
+        gain: FloatArray = self.rate * square * (2.0 + square)
+        return gain
+
+    def _arm_gain(self, x: FloatArray) -> FloatArray:
+        slope = self._slope(x)
+        square = slope * slope
+        bent = arctangent_defect(slope) + slope * (square / (1.0 + square))
+        return 0.5 * self.gyration * bent
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return the ϑ ≥ 0 of a lift [rad], for 0 ≤ h ≤ h(range)."""
+        lift, highest = self._reached(lift)
+        square = 2.0 * np.minimum(lift, highest) / self.length
+        return np.minimum(self.angle_of_slope(np.sqrt(square / (1.0 - square))), self.range_rad)
+
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return what change would widen the range to an amplitude, as the end of a sentence.
+
+        A heavier weight or a longer period needs shorter lever arms.
+        """
+
+        def heavier(tried: float) -> bool:
+            share = tried / mass
+            wider = replace(self, rate=self.rate / share, mass_ratio=self.mass_ratio * share)
+            return wider.range_rad >= amplitude
+
+        def slower(tried: float) -> bool:
+            share = tried / period
+            return replace(self, rate=self.rate / (share * share)).range_rad >= amplitude
+
+        heaviest, slowest = nearest(mass, 2.0, heavier), nearest(period, 2.0, slower)
+        hanging = replace(self, distance=math.inf)
+        reachable = hanging.range_rad >= amplitude
+        away = farther(float(hanging.lever_arm(amplitude))) if reachable else ''
+        return (
+            f', or use a weight of at least {heaviest:.4g} kg (this one is too light for the '
+            f'period, or the wheel too heavy), or a period of at least {slowest:.4g} s{away}'
+        )
+
+
+@dataclass(frozen=True)
+class SpringCorrected(CorrectedCam):
+    """The isochronous cam for a spring of any stiffness without mass.
+
+    With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), which becomes the
+    involute as κ → 0. The torque is exactly −I ω²ϑ. Through a hole at distance a the range is
+    a/√(b² − a²c²), unlimited where a c ≥ b. The cheek may be hollow at its tip (`hollow`).
+
+    Attributes:
+        rate: b = t'(0) [m/rad], > 0.
+        stiffness_ratio: κ/P [1/m], ≥ 0.
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+    """
+
+    rate: float
+    stiffness_ratio: float
+    distance: float = math.inf
+
+    @property
+    def lever(self) -> SpringLever:
+        """The law of the lever arm as plain numbers."""
+        return SpringLever(self.rate, self.bend)
+
+    @property
+    def bend(self) -> float:
+        """c² = bκ/P [1/rad²]."""
+        return self.rate * self.stiffness_ratio
+
+    @property
+    def suits(self) -> tuple[float, float]:
+        """(0, κ/P): a spring of this stiffness for its pull, without inertia."""
+        return 0.0, self.stiffness_ratio
+
+    @property
+    def range_rad(self) -> float:
+        """Angle at which t reaches the hole [rad]; inf if it never does."""
+        reached = self.distance * math.sqrt(self.bend)
+        if math.isinf(self.distance) or reached >= self.rate:
+            return math.inf
+        return self.distance / math.sqrt((self.rate - reached) * (self.rate + reached))
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return ϑ = √(h (2 + hκ/P)/b) [rad], for 0 ≤ h ≤ h(range)."""
+        lift = np.asarray(lift, dtype=np.float64)
+        return self.within(np.sqrt(lift * (2.0 + self.stiffness_ratio * lift) / self.rate))
+
+    def _square(self, x: FloatArray) -> FloatArray:
+        return 1.0 + self.bend * x * x
+
+    def _arm(self, x: FloatArray) -> FloatArray:
+        return self.rate * x / np.sqrt(self._square(x))
+
+    def _rate(self, x: FloatArray) -> FloatArray:
+        square = self._square(x)
+        return self.rate / (square * np.sqrt(square))
+
+    def _bend(self, x: FloatArray) -> FloatArray:
+        square = self._square(x)
+        return -3.0 * self.rate * self.bend * x / (square * square * np.sqrt(square))
+
+    def _lift(self, x: FloatArray) -> FloatArray:
+        return self.rate * x * x / (1.0 + np.sqrt(self._square(x)))
+
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        return self.rate * np.expm1(-1.5 * np.log1p(self.bend * x * x))
+
+    def _arm_gain(self, x: FloatArray) -> FloatArray:
+        return self.rate * x * np.expm1(-0.5 * np.log1p(self.bend * x * x))
+
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        del mass, period
+        return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
+
+
+class WeightCorrectedCam(CamKind):
+    """The isochronous cam for a weight that has inertia, made for one period (theory D)."""
+
+    threads = ('vertical', 'hole')
+    corrects = 'weight'
+    rank = 5
+    starter = {'period': 1.0}
+
+    kind: Literal['weight_corrected'] = 'weight_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+    def made(self, setting: Setting) -> WeightCorrected:
+        """Return the cam for the wheel and its weight."""
+        rate = rate_for_period(setting, self.period)
+        return WeightCorrected(rate, setting.pull.carried_mass / setting.inertia, setting.distance)
+
+
+class SpringCorrectedCam(CamKind):
+    """The isochronous cam for a spring with stiffness, made for one period (theory D)."""
+
+    threads = ('vertical', 'hole')
+    corrects = 'spring'
+    rank = 6
+    starter = {'period': 1.0}
+
+    kind: Literal['spring_corrected'] = 'spring_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+    def made(self, setting: Setting) -> SpringCorrected:
+        """Return the cam for the wheel and its spring.
+
+        Raises:
+            SceneError: a cheek that would be hollow.
+        """
+        pull, distance = setting.pull, setting.distance
+
+        def cam(period: float, stiffness: float) -> SpringCorrected:
+            rate = rate_for_period(setting, period)
+            return SpringCorrected(rate, stiffness / pull.force, distance)
+
+        made = cam(self.period, pull.stiffness)
+        stretch = hollow(made)
+        if stretch is None:
+            return made
+        softest = nearest(
+            pull.stiffness, 0.5, lambda value: hollow(cam(self.period, value)) is None
+        )
+        slowest = nearest(
+            self.period, 2.0, lambda value: hollow(cam(value, pull.stiffness)) is None
+        )
+        nearer = '' if math.isinf(distance) else ', or bring the hole nearer'
+        raise SceneError(
+            'trochlea',
+            'trochlea.power.stiffness',
+            pull.stiffness,
+            f'the cheek of spring_corrected would be hollow from {stretch[0]:.6g} to '
+            f'{stretch[1]:.6g} rad, and a thread bridges a hollow',
+            f'Use a stiffness of at most {softest:.4g} N/m, or a period of at least {slowest:.4g} '
+            f's{nearer}.',
+        )
+
+
+KINDS = WeightCorrectedCam, SpringCorrectedCam
