@@ -134,21 +134,25 @@ def changed(index: int, row: str) -> str:
 
 
 REFUSED = [
-    ('', {}, r'a\.csv: is empty'),
+    ('', {}, r'a\.csv: line 1, column t_s: is missing; the columns are none'),
     ('t_s,roll_deg\n', {}, r'holds no rows'),
     ('\n'.join(rows(3)), {}, r'holds 3 samples; at least 4'),
-    ('\n'.join(rows()), {'roll_column': 'heel_deg'}, r"'heel_deg'; its columns are t_s, roll_deg"),
+    (
+        '\n'.join(rows()),
+        {'roll_column': 'heel_deg'},
+        r'heel_deg: is missing; the columns are t_s, roll_deg',
+    ),
     ('\n'.join(rows(header='t_s,t_s')), {'roll_column': 't_s'}, r'roll_column.*_rad or _deg'),
-    ('\n'.join(rows()), {'roll_column': 'roll'}, r"roll_column 'roll'.*_rad or _deg"),
-    ('\n'.join(rows()), {'time_column': 't_ms'}, r"time_column 't_ms'.*end in _s\."),
-    ('\n'.join(rows(header='t_s,t_s,roll_deg')), {}, r'more than one column'),
+    ('\n'.join(rows()), {'roll_column': 'roll'}, r"roll_column = 'roll'.*_rad or _deg"),
+    ('\n'.join(rows()), {'time_column': 't_ms'}, r"time_column = 't_ms'.*end in _s\."),
+    ('\n'.join(rows(header='t_s,t_s,roll_deg')), {}, r'column t_s: is named more than once'),
     (changed(5, '3.0,1.0'), {}, r'line 6: time 3 s.*repeats the time before, 3 s'),
     (changed(5, '2.5,1.0'), {}, r'line 6: time 2\.5 s.*goes back from'),
-    (changed(7, '6.0,nan'), {}, r"line 8: roll_deg = 'nan' is not a finite number"),
-    (changed(7, '-inf,1.0'), {}, r"line 8: t_s = '-inf'"),
-    (changed(7, '6.0,calm'), {}, r"line 8: roll_deg = 'calm'"),
-    (changed(7, '6.0,'), {}, r"line 8: roll_deg = ''"),
-    (changed(7, '6.0,1_0'), {}, r"line 8: roll_deg = '1_0'"),
+    (changed(7, '6.0,nan'), {}, r"line 8, roll_deg = 'nan': is not a finite number"),
+    (changed(7, '-inf,1.0'), {}, r"line 8, t_s = '-inf'"),
+    (changed(7, '6.0,calm'), {}, r"line 8, roll_deg = 'calm'"),
+    (changed(7, '6.0,'), {}, r"line 8, roll_deg = ''"),
+    (changed(7, '6.0,1_0'), {}, r"line 8, roll_deg = '1_0'"),
     (changed(7, '6.0,90'), {}, r'line 8: roll = 1\.5708 rad.*within ±1\.5708 rad'),
     (changed(7, '6.0'), {}, r'line 8: has 1 cells, the header 2'),
     (changed(101, '1e12,1.0'), {'max_gap': 1e13}, r'line 102: .*1e\+12 s, more than 50000000'),
@@ -178,7 +182,7 @@ def test_heave_in_another_unit_is_refused(tmp_path):
 def test_binary_file_is_refused(tmp_path):
     scene = csv_scene(tmp_path / 'a.csv', 'x')
     (tmp_path / 'a.csv').write_bytes(b'\x89PNG\xff\xfe\x00')
-    with pytest.raises(MotionDataError, match='is not a CSV text'):
+    with pytest.raises(MotionDataError, match='cannot be read as text'):
         ShipMotion(scene)
 
 

@@ -1,4 +1,4 @@
-"""The data files of a scene: where they lie, and columns of numbers from them.
+"""The data files of a scene: where they lie, and which may be read.
 
 A path is either `shipped:<folder>/<file>`, data that come with the package, or a file of the
 user. A shipped path means the same on every machine, so a bag may contain it.
@@ -6,17 +6,17 @@ user. A shipped path means the same on every machine, so a bag may contain it.
 
 from __future__ import annotations
 
-import csv
-import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+import stat
 from pathlib import Path
 
-from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
+from tauto_core.scene.errors import Problem, UsageError
 
 PREFIX = 'shipped:'
 _DATA = Path(__file__).parent / 'data'
+
+LARGEST_BYTES = 2**28
+"""Largest data file that is read, 256 MiB: motion at 20 Hz for six days. Bags have no limit."""
 
 
 def is_shipped(path: str) -> bool:
@@ -85,77 +85,28 @@ def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]
         return [Problem(key, path, 'is a folder', remedy)]
     if not os.access(file, os.R_OK):
         return [Problem(key, path, 'cannot be read: no permission', 'Make it readable.')]
-    return []
+    reason = why_unreadable(file, bag=folders)
+    return [Problem(key, path, reason, 'Name another file.')] if reason else []
 
 
-# -----------------------------------------------------------------------------
-# Columns of numbers from a CSV file that belongs to a scene, with the line of each row.
+def why_unreadable(file: Path, *, bag: bool = False) -> str:
+    """Return why a file is not to be opened as data; empty if it may be.
 
-
-@dataclass(frozen=True)
-class Columns:
-    """The content of a CSV file.
-
-    Attributes:
-        name: name of the file as the user wrote it.
-        lines: line number of each row.
-        values: the finite numbers of each column, as many as there are lines.
-    """
-
-    name: str
-    lines: list[int]
-    values: dict[str, list[float]]
-
-
-def read_columns(
-    path: str, required: Sequence[str], optional: Sequence[str] = (), *, remedy: str
-) -> Columns:
-    """Read columns of a CSV file whose first line names them; blank lines are skipped.
+    Pipes and devices are refused by their kind, before they are opened: to open a pipe without a
+    writer blocks, and a device such as /dev/zero has no end.
 
     Args:
-        path: `shipped:<folder>/<file>`, or a path of the file system.
-        required: names of columns that must be present.
-        optional: names of columns that are read if they are present.
-        remedy: advice for a file that is not of this form.
-
-    Raises:
-        SceneError: unreadable or empty file, a column missing or named twice, a row of another
-            length, a cell that is not a finite number; with the line.
+        file: where it lies.
+        bag: whether it is a bag, which may be a folder and of any size.
     """
     try:
-        text = data_path(path).read_text(encoding='utf-8-sig')
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(path, '', None, f'cannot be read as text: {error}', remedy) from error
-    rows = csv.reader(text.splitlines())
-    header = [cell.strip() for cell in next(rows, [])]
-    for column in (*required, *(each for each in optional if each in header)):
-        if header.count(column) != 1:
-            what = 'is named more than once' if column in header else 'is missing'
-            raise SceneError(path, f'line 1, column {column}', ABSENT, what, remedy)
-    wanted = {each: header.index(each) for each in (*required, *optional) if each in header}
-    lines: list[int] = []
-    values: dict[str, list[float]] = {column: [] for column in wanted}
-    for cells in rows:
-        if not ''.join(cells).strip():
-            continue
-        line = rows.line_num
-        if len(cells) != len(header):
-            problem = f'has {len(cells)} cells, the header {len(header)}'
-            raise SceneError(path, f'line {line}', ABSENT, problem, 'Correct or drop the row.')
-        lines.append(line)
-        for column, place in wanted.items():
-            values[column].append(_number(path, f'line {line}, {column}', cells[place]))
-    if not lines:
-        raise SceneError(path, '', ABSENT, 'holds no rows below its header', remedy)
-    return Columns(path, lines, values)
-
-
-def _number(path: str, where: str, cell: str) -> float:
-    try:
-        # Python reads 1_0 as 10
-        number = math.nan if '_' in cell else float(cell)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise SceneError(path, where, cell, 'is not a finite number', 'Correct or drop the row.')
-    return number
+        found = file.stat()
+    except OSError as error:
+        return f'cannot be read: {error.strerror}'
+    if bag and stat.S_ISDIR(found.st_mode):
+        return ''
+    if not stat.S_ISREG(found.st_mode):
+        return 'is not a regular file; pipes, devices and folders are not read'
+    if found.st_size > LARGEST_BYTES and not bag:
+        return f'has {found.st_size} bytes; a data file may have at most {LARGEST_BYTES}'
+    return ''

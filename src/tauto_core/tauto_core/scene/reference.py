@@ -27,9 +27,8 @@ from tauto_core.scene.models import Scene
 from tauto_core.scene.refuse import models_of, one_of
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
-from tauto_core.ship.sea_files import FILE_FORMS, RaoFile
+from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile
 from tauto_core.ship.sections import Rao
-from tauto_core.ship.weather_kind import RecordFile
 
 _HEAD = """\
 # Scenes: sections, kinds and keys

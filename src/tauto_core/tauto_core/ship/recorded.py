@@ -9,10 +9,9 @@ effect that lasts for about 1/high.
 
 from __future__ import annotations
 
-import csv
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -22,8 +21,17 @@ from pydantic import Field
 
 from tauto_core.samples import NS_PER_S, FloatArray, ImuSamples
 from tauto_core.scene.data import data_path
-from tauto_core.scene.errors import MotionDataError
+from tauto_core.scene.errors import MotionDataError, SceneError
 from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.tables import (
+    ANGLE_UNITS,
+    LENGTH_UNITS,
+    TIME_UNITS,
+    Column,
+    Table,
+    read_table,
+    unit_factor,
+)
 from tauto_core.scene.times import whole_intervals
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.motion_kind import Surroundings
@@ -180,117 +188,10 @@ def _xyz(vector: Any, axes: str) -> list[float]:
 
 
 # -----------------------------------------------------------------------------
-# Columns of measured motion from a CSV file, with their units.
+# The motion of a record: its time, roll and heave or specific force, and the part that is kept.
 
-UNITS: dict[str, dict[str, float]] = {
-    'time': {'_s': 1.0},
-    'roll': {'_rad': 1.0, '_deg': math.pi / 180.0},
-    'heave': {'_m': 1.0},
-}
-
-
-def read_columns(
-    path: Path, name: str, columns: Mapping[str, str]
-) -> tuple[list[int], dict[str, FloatArray]]:
-    """Read columns of a CSV file whose first line names them; blank lines are skipped.
-
-    Args:
-        path: the file.
-        name: name of the file as the user wrote it, for messages.
-        columns: name of the column for each quantity of `UNITS`; its suffix gives the unit.
-
-    Returns:
-        The line number of each row, and each quantity in SI units and radians, shape (n,).
-
-    Raises:
-        MotionDataError: unreadable or empty file, column missing, named twice or of unknown unit,
-            a row of another length, a cell that is not a finite number.
-    """
-    factors = {quantity: _factor(name, quantity, column) for quantity, column in columns.items()}
-    try:
-        with path.open(encoding='utf-8-sig', newline='') as file:
-            rows = _rows(name, file, columns)
-            lines = [(line, cells) for line, cells in rows]
-    except OSError as error:
-        raise MotionDataError(
-            f'{name}: cannot be read: {error.strerror}. Give a CSV file, or topic for a bag.'
-        ) from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise MotionDataError(
-            f'{name}: is not a CSV text: {error}. Give a CSV file, or topic for a bag.'
-        ) from error
-    if not lines:
-        raise MotionDataError(f'{name}: holds no rows below its header. Give a longer record.')
-    table = np.array([cells for _, cells in lines])
-    values = {
-        quantity: np.ascontiguousarray(table[:, i]) * factor
-        for i, (quantity, factor) in enumerate(factors.items())
-    }
-    return [line for line, _ in lines], values
-
-
-def _factor(name: str, quantity: str, column: str) -> float:
-    """Return the factor that converts a column to SI units and radians."""
-    units = UNITS[quantity]
-    for suffix, factor in units.items():
-        if column.endswith(suffix):
-            return factor
-    raise MotionDataError(
-        f'{name}: {quantity}_column {column!r} has no known unit; it must end in '
-        f'{" or ".join(units)}. Rename the column.'
-    )
-
-
-def _rows(
-    name: str, file: Iterator[str], columns: Mapping[str, str]
-) -> Iterator[tuple[int, list[float]]]:
-    """Yield line number and wanted cells of each row."""
-    reader = csv.reader(file)
-    header = [cell.strip() for cell in next(reader, [])]
-    if not header:
-        raise MotionDataError(f'{name}: is empty. Give a CSV file with a header line.')
-    places = {column: _place(name, header, column) for column in columns.values()}
-    for row in reader:
-        if not row:
-            continue
-        if len(row) != len(header):
-            raise MotionDataError(
-                f'{name}, line {reader.line_num}: has {len(row)} cells, the header '
-                f'{len(header)}. Correct or drop the row.'
-            )
-        where = f'{name}, line {reader.line_num}'
-        yield (
-            reader.line_num,
-            [_number(where, column, row[place]) for column, place in places.items()],
-        )
-
-
-def _place(name: str, header: list[str], column: str) -> int:
-    """Return the index of a column."""
-    if header.count(column) != 1:
-        what = 'names more than one' if column in header else 'has no'
-        raise MotionDataError(
-            f'{name}: {what} column {column!r}; its columns are {", ".join(header)}. '
-            'Name one of them.'
-        )
-    return header.index(column)
-
-
-def _number(where: str, column: str, cell: str) -> float:
-    """Return a cell as a finite number."""
-    try:
-        # Python reads 1_0 as 10
-        number = math.nan if '_' in cell else float(cell)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise MotionDataError(
-            f'{where}: {column} = {cell!r} is not a finite number. Correct or drop the row; '
-            'gaps up to max_gap are interpolated.'
-        )
-    return number
-
-
+_CSV_FORM = 'Give a CSV file with a header line, or topic for a bag.'
+_UNITS = {'time': TIME_UNITS, 'roll': ANGLE_UNITS, 'heave': LENGTH_UNITS}
 FEWEST_SAMPLES = 4
 MOST_STEPS = 50_000_000
 LARGEST: dict[str, tuple[float, str, str]] = {
@@ -319,25 +220,6 @@ class Recorded(Section):
     max_gap: Positive = Field(
         default=3.0, description='longest gap between samples that is interpolated [s]'
     )
-
-
-@dataclass(frozen=True)
-class Record:
-    """A measured motion as read; arrays of shape (n,).
-
-    Attributes:
-        name: name of the file, for messages.
-        time_s: time from the first sample [s], strictly increasing.
-        where: for each sample, its line or message number, for messages.
-        channels: `roll` [rad]; `heave` [m] or `force_y`, `force_z` [m/s2] where measured.
-        warnings: anything unusual about the file.
-    """
-
-    name: str
-    time_s: FloatArray
-    where: list[str]
-    channels: dict[str, FloatArray]
-    warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -373,30 +255,33 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
     Raises:
         MotionDataError: the file cannot be read or used, or is shorter than the scene.
     """
-    record = read_bag_record(recorded) if recorded.topic is not None else read_csv_record(recorded)
+    in_bag = recorded.topic is not None
+    record, warnings = _read_bag(recorded) if in_bag else (_read_csv(recorded), ())
     try:
         gaps = _check_times(record, recorded)
-        _check_sizes(record)
+        if not in_bag:  # the roll of a bag is an unwrapped angle of any size
+            _check_sizes(record)
         _check_length(record, scene)
     except MotionDataError as error:
         # a truncated file may be the reason
-        for warning in record.warnings:
+        for warning in warnings:
             error.add_note(warning)
         raise
-    length = float(record.time_s[-1])
-    keep_mean = recorded.topic is not None or recorded.passband[0] == 0.0
+    time_s = record['time']
+    keep_mean = in_bag or recorded.passband[0] == 0.0
     harmonics = {
-        name: band_limited(record.time_s, values, recorded.passband, keep_mean=keep_mean)
-        for name, values in record.channels.items()
+        name: band_limited(time_s, values, recorded.passband, keep_mean=keep_mean)
+        for name, values in record.values.items()
+        if name != 'time'
     }
     return RecordedMotion(
         harmonics['roll'],
         harmonics.get('heave'),
         harmonics.get('force_y'),
         harmonics.get('force_z'),
-        length,
+        float(time_s[-1]),
         gaps,
-        record.warnings,
+        warnings,
     )
 
 
@@ -428,20 +313,31 @@ def band_limited(
     )
 
 
-def read_csv_record(recorded: Recorded) -> Record:
-    """Read time, roll and, where named, heave from a CSV; units from the columns' suffixes."""
-    columns = {'time': recorded.time_column, 'roll': recorded.roll_column}
+def _read_csv(recorded: Recorded) -> Table:
+    """Return time, roll and, where named, heave from a CSV; units from the columns' suffixes."""
+    named = {'time': recorded.time_column or '', 'roll': recorded.roll_column or ''}
     if recorded.heave_column is not None:
-        columns['heave'] = recorded.heave_column
-    wanted = {quantity: column or '' for quantity, column in columns.items()}
-    lines, values = read_columns(data_path(recorded.path), recorded.path, wanted)
-    time = values.pop('time')
-    channels = {name: recorded.scale * value for name, value in values.items()}
-    return Record(recorded.path, time - time[:1], [f'line {line}' for line in lines], channels, ())
+        named['heave'] = recorded.heave_column
+    remedy = 'Correct or drop the row; gaps up to max_gap are interpolated.'
+    try:
+        columns = {
+            quantity: Column(
+                name,
+                factor=unit_factor(recorded.path, f'{quantity}_column', name, _UNITS[quantity]),
+                remedy=remedy,
+            )
+            for quantity, name in named.items()
+        }
+        table = read_table(recorded.path, tuple(columns.values()), remedy=_CSV_FORM)
+    except SceneError as error:
+        raise MotionDataError(str(error)) from error
+    values = {quantity: recorded.scale * table[name] for quantity, name in named.items()}
+    time = table[named['time']]
+    return Table(recorded.path, {**values, 'time': time - time[0]}, table.places)
 
 
-def read_bag_record(recorded: Recorded) -> Record:
-    """Read roll and specific force from the Imu messages of an MCAP file or rosbag2 folder."""
+def _read_bag(recorded: Recorded) -> tuple[Table, tuple[str, ...]]:
+    """Return time, roll and specific force from the Imu messages of a bag, and warnings."""
     imu, warnings = read_imu(data_path(recorded.path), recorded.path, recorded.topic or '')
     reasons = refusal_reasons(imu, None)
     wrong = np.flatnonzero(reasons)
@@ -455,14 +351,14 @@ def read_bag_record(recorded: Recorded) -> Record:
             'quaternion and no covariance that starts with -1.'
         )
     felt = attitude(imu)
-    channels = {
+    values = {
+        'time': (imu.stamp_ns - imu.stamp_ns[0]) / NS_PER_S,
         'roll': np.unwrap(felt.roll),
         'force_y': felt.force_y,
         'force_z': felt.force_z,
     }
-    time_s = (imu.stamp_ns - imu.stamp_ns[0]) / NS_PER_S
-    where = [f'message {i}' for i in range(1, len(time_s) + 1)]
-    return Record(recorded.path, time_s, where, channels, warnings)
+    places = np.arange(1, len(reasons) + 1)
+    return Table(recorded.path, values, places, 'message'), warnings
 
 
 def recorded_metadata(recorded: Recorded, motion: RecordedMotion) -> dict[str, Any]:
@@ -477,9 +373,9 @@ def recorded_metadata(recorded: Recorded, motion: RecordedMotion) -> dict[str, A
     }
 
 
-def _check_times(record: Record, recorded: Recorded) -> int:
+def _check_times(record: Table, recorded: Recorded) -> int:
     """Refuse times and lengths that cannot be resampled; return the number of gaps bridged."""
-    name, time_s = record.name, record.time_s
+    name, time_s = record.name, record['time']
     if len(time_s) < FEWEST_SAMPLES:
         raise MotionDataError(
             f'{name}: holds {len(time_s)} samples; at least {FEWEST_SAMPLES} are needed. '
@@ -491,7 +387,7 @@ def _check_times(record: Record, recorded: Recorded) -> int:
         at = int(backward[0]) + 1
         what = 'repeats' if step[at - 1] == 0.0 else 'goes back from'
         raise MotionDataError(
-            f'{name}, {record.where[at]}: time {time_s[at]:.9g} s after the first sample {what} '
+            f'{name}, {record.where(at)}: time {time_s[at]:.9g} s after the first sample {what} '
             f'the time before, {time_s[at - 1]:.9g} s; times must increase. '
             'Sort the record and drop what is double.'
         )
@@ -499,7 +395,7 @@ def _check_times(record: Record, recorded: Recorded) -> int:
     if wide.size:
         at = int(wide[0]) + 1
         raise MotionDataError(
-            f'{name}, {record.where[at]}: gap of {step[at - 1]:.9g} s before it, longer than '
+            f'{name}, {record.where(at)}: gap of {step[at - 1]:.9g} s before it, longer than '
             f'max_gap = {recorded.max_gap!r} s. Cut the record there, or raise max_gap.'
         )
     median = float(np.median(step))
@@ -512,7 +408,7 @@ def _check_times(record: Record, recorded: Recorded) -> int:
     length = float(time_s[-1])
     if length > MOST_STEPS * median:
         raise MotionDataError(
-            f'{name}, {record.where[-1]}: the record lasts {length:.6g} s, more than {MOST_STEPS} '
+            f'{name}, {record.where(-1)}: the record lasts {length:.6g} s, more than {MOST_STEPS} '
             f'of its median steps of {median:.6g} s. Cut it where it breaks off.'
         )
     needed = max(1.0 / (high - low), 1.0 / low if low else 0.0)
@@ -525,9 +421,9 @@ def _check_times(record: Record, recorded: Recorded) -> int:
     return int(np.count_nonzero(step > 1.5 * median))
 
 
-def _check_length(record: Record, scene: Surroundings) -> None:
+def _check_length(record: Table, scene: Surroundings) -> None:
     """Refuse a record that ends before the scene."""
-    length = float(record.time_s[-1])
+    length = float(record['time'][-1])
     if scene.duration_ns > round(length * NS_PER_S):
         longest_ns = whole_intervals(round(length * NS_PER_S), scene.log_interval_ns)
         raise MotionDataError(
@@ -536,18 +432,17 @@ def _check_length(record: Record, scene: Surroundings) -> None:
         )
 
 
-def _check_sizes(record: Record) -> None:
+def _check_sizes(record: Table) -> None:
     """Refuse motion larger than any ship makes; the numbers are probably in another unit."""
     for quantity, (limit, unit, reason) in LARGEST.items():
-        values = record.channels.get(quantity)
-        # the roll of a bag is an unwrapped angle of any size
-        if values is None or 'force_y' in record.channels:
+        if quantity not in record:
             continue
+        values = record[quantity]
         wrong = np.flatnonzero(np.abs(values) >= limit)
         if wrong.size:
             at = int(wrong[0])
             raise MotionDataError(
-                f'{record.name}, {record.where[at]}: {quantity} = {values[at]:.6g} {unit} with '
+                f'{record.name}, {record.where(at)}: {quantity} = {values[at]:.6g} {unit} with '
                 f'its scale must stay within ±{limit:.6g} {unit}: {reason}. Correct the row, the '
                 "column's unit or scale."
             )

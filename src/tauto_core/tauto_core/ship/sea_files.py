@@ -1,4 +1,4 @@
-"""The files from which a sea is computed: operators, spectra, roll decay tests.
+"""The files from which a sea is computed: operators, spectra, roll decay tests, records of buoys.
 
 A scene that runs contains tables and numbers, no paths, so a bag needs nothing but its text.
 """
@@ -8,25 +8,32 @@ from __future__ import annotations
 import glob
 import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from functools import reduce
-from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
 from pydantic import Field, Strict, ValidationError
 
-from tauto_core.scene.data import Columns, data_path, missing_file, read_columns, source_name
+from tauto_core.samples import FloatArray
+from tauto_core.scene.data import data_path, missing_file, source_name
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
 from tauto_core.scene.fields import LONGEST_TEXT, NonNegative, Positive, Section, Text
 from tauto_core.scene.refuse import explain
+from tauto_core.scene.tables import (
+    ANGLE_UNITS,
+    TIME_UNITS,
+    Column,
+    Table,
+    read_header,
+    read_table,
+    unit_factor,
+    utc,
+)
 from tauto_core.ship.sections import ComponentCount, Heading
-from tauto_core.ship.weather_kind import RecordFile, read_record
-
-if TYPE_CHECKING:
-    from tauto_core.samples import FloatArray
-
+from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 
 # -----------------------------------------------------------------------------
 # Response amplitude operators of a ship: from a file with all headings to one heading.
@@ -39,6 +46,7 @@ if TYPE_CHECKING:
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
 ROLL = ('roll_re', 'roll_im')
 HEAVE = ('heave_re', 'heave_im')
+_OPTIONAL = tuple(Column(each, optional=True) for each in (*HEAVE, SPEED))
 _OPERATOR_FORM = (
     f'Give a CSV file with the columns {HEADING}, {OMEGA}, {", ".join(ROLL)} and, for the heave, '
     f'{", ".join(HEAVE)}.'
@@ -58,7 +66,7 @@ class RaoFile(Section):
 def read_operator(asked: RaoFile) -> dict[str, Any]:
     """Return the keys of `ship.rao`: the operator at one heading, linear between two of the file.
 
-    A ship is symmetric: waves to starboard (heading > pi) are those to port mirrored, with the
+    A ship is symmetric: waves to starboard (heading > π) are those to port mirrored, with the
     roll of the other sign.
 
     Args:
@@ -69,70 +77,55 @@ def read_operator(asked: RaoFile) -> dict[str, Any]:
             do not increase or differ between headings, a heading outside the file's; with the
             line.
     """
-    optional = (*HEAVE, SPEED)
-    table = read_columns(asked.path, (HEADING, OMEGA, *ROLL), optional, remedy=_OPERATOR_FORM)
-    _check_at_rest(table)
+    columns = (*(Column(each) for each in (HEADING, OMEGA, *ROLL)), *_OPTIONAL)
+    table = read_table(asked.path, columns, remedy=_OPERATOR_FORM)
+    moving = np.flatnonzero(table.values.get(SPEED, np.empty(0)))
+    if moving.size:
+        problem = 'must be 0: the operator of a ship at rest is carried over to ship.speed'
+        remedy = f'Keep the rows at rest, or drop the column {SPEED} if they are.'
+        raise table.refusal(int(moving[0]), SPEED, problem, remedy)
     blocks = _by_heading(table)
     mirrored = asked.heading > math.pi
     heading = math.degrees(math.tau - asked.heading if mirrored else asked.heading)
     below, above, share = _neighbours(asked, sorted(blocks), heading)
     sign = -1.0 if mirrored else 1.0
-    columns = {'roll_real': ROLL[0], 'roll_imaginary': ROLL[1]}
-    if all(column in table.values for column in HEAVE):
-        columns |= {'heave_real': HEAVE[0], 'heave_imaginary': HEAVE[1]}
+    names = {'roll_real': ROLL[0], 'roll_imaginary': ROLL[1]}
+    if all(column in table for column in HEAVE):
+        names |= {'heave_real': HEAVE[0], 'heave_imaginary': HEAVE[1]}
     keys: dict[str, Any] = {
         'source': source_name(asked.path),
         'heading': asked.heading,
-        'angular_frequency': [table.values[OMEGA][row] for row in blocks[below]],
+        'angular_frequency': table[OMEGA][blocks[below]].tolist(),
     }
-    for key, column in columns.items():
-        factor, values = sign if column in ROLL else 1.0, table.values[column]
-        rows = zip(blocks[below], blocks[above], strict=True)
-        keys[key] = [factor * ((1.0 - share) * values[i] + share * values[j]) for i, j in rows]
+    for key, column in names.items():
+        factor = sign if column in ROLL else 1.0
+        low, high = (table[column][blocks[each]] for each in (below, above))
+        keys[key] = (factor * ((1.0 - share) * low + share * high)).tolist()
     return keys
 
 
-def _check_at_rest(table: Columns) -> None:
-    for line, speed in zip(table.lines, table.values.get(SPEED, []), strict=False):
-        if speed != 0.0:
-            problem = 'must be 0: the operator of a ship at rest is carried over to ship.speed'
-            remedy = f'Keep the rows at rest, or drop the column {SPEED} if they are.'
-            raise SceneError(table.name, f'line {line}, {SPEED}', speed, problem, remedy)
-
-
-def _by_heading(table: Columns) -> dict[float, list[int]]:
+def _by_heading(table: Table) -> dict[float, list[int]]:
     """Return the rows of each heading [deg]; all must have the same increasing frequencies."""
     blocks: dict[float, list[int]] = {}
-    for row, heading in enumerate(table.values[HEADING]):
+    for row, heading in enumerate(table[HEADING].tolist()):
         blocks.setdefault(heading, []).append(row)
-    omega = table.values[OMEGA]
+    omega, remedy = table[OMEGA], 'Give every heading the same frequencies, in rising order.'
+    rising = 'greater than the one before'
     first = next(iter(blocks.values()))
-    for where, value, problem in _wrong_frequencies(table, blocks, first):
-        remedy = 'Give every heading the same frequencies, in rising order.'
-        raise SceneError(table.name, f'{where}, {OMEGA}', value, problem, remedy)
-    if len(first) < 2:
-        problem = 'is not enough: an operator needs at least 2 frequencies'
-        remedy = 'Give it at more frequencies.'
-        raise SceneError(table.name, OMEGA, omega[first[0]], problem, remedy)
-    return blocks
-
-
-def _wrong_frequencies(
-    table: Columns, blocks: dict[float, list[int]], first: list[int]
-) -> Iterator[tuple[str, float, str]]:
-    omega, lines = table.values[OMEGA], table.lines
-    if not omega[first[0]] > 0.0:
-        yield f'line {lines[first[0]]}', omega[first[0]], 'must be greater than 0 rad/s'
     for heading, rows in blocks.items():
-        for before, row in pairwise(rows):
-            if not omega[row] > omega[before]:
-                problem = f'must be greater than the one before, {omega[before]!r} rad/s'
-                yield f'line {lines[row]}', omega[row], problem
-        if [omega[row] for row in rows] != [omega[row] for row in first]:
+        table.rows(np.array(rows)).check(
+            Column(OMEGA, unit='rad/s', above=0.0, rising=rising, remedy=remedy)
+        )
+        if not np.array_equal(omega[rows], omega[first]):
             problem = (
                 f'begins a heading, {heading:g} deg, whose frequencies are not the first one’s'
             )
-            yield f'line {lines[rows[0]]}', omega[rows[0]], problem
+            raise table.refusal(rows[0], OMEGA, problem, remedy)
+    if len(first) < 2:
+        problem = 'is not enough: an operator needs at least 2 frequencies'
+        value = float(omega[first[0]])
+        raise SceneError(table.name, OMEGA, value, problem, 'Give it at more frequencies.')
+    return blocks
 
 
 def _neighbours(
@@ -201,83 +194,83 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
             the extra `spectra` is not installed. With the line, or the frequency.
     """
     source = source_name(asked.path)
-    if asked.format == 'table':
-        where, frequency, density = _table(asked)
-    else:
-        frequency, density, stamp = _of_buoy(asked)
-        where = [f'at {each:g} Hz' for each in frequency]
+    if asked.format != 'table':
+        table, stamp = _of_buoy(asked)
         source = f'{source} {stamp}'
-    if frequency and frequency[0] == 0.0 and density[0] == 0.0:
-        where, frequency, density = where[1:], frequency[1:], density[1:]
-    check_spectrum(asked.path, where, frequency, density)
+    elif asked.time is not None:
+        problem = 'does not go with format table, which holds one spectrum'
+        raise SceneError(asked.path, 'time', asked.time, problem, 'Leave it out.')
+    else:
+        columns = Column(FREQUENCY), Column(DENSITY)
+        found = read_table(asked.path, columns, remedy=_SPECTRUM_FORM)
+        values = {'frequency': found[FREQUENCY], 'energy density': found[DENSITY]}
+        table = Table(asked.path, values, found.places)
+    if len(table) and table['frequency'][0] == 0.0 and table['energy density'][0] == 0.0:
+        table = table.rows(np.arange(1, len(table)))
+    check_spectrum(table)
     return {
         'spectrum': 'table',
         'source': source[-LONGEST_TEXT:],
-        'frequency': list(frequency),
-        'energy_density': list(density),
+        'frequency': table['frequency'].tolist(),
+        'energy_density': table['energy density'].tolist(),
         'components': asked.components,
     }
 
 
-def check_spectrum(
-    name: str, where: Sequence[str], frequency: Sequence[float], density: Sequence[float]
-) -> None:
+def check_spectrum(table: Table) -> None:
     """Refuse a table that is not a spectrum.
 
     Args:
-        name: name of its file.
-        where: for each row, its line or frequency, for messages.
-        frequency: [Hz].
-        density: [m2/Hz], as many.
+        table: `frequency` [Hz] and `energy density` [m2/Hz], NaN where nothing was measured.
 
     Raises:
         SceneError: the table is refused; names file, row and value.
     """
-    if len(frequency) < 2:
+    name, density = table.name, table['energy density']
+    if len(table) < 2:
         remedy = 'Give the energy at more frequencies.'
         problem = 'is not enough: a spectrum needs at least 2 frequencies above 0 Hz'
-        raise SceneError(name, 'number of frequencies', len(frequency), problem, remedy)
-    before = 0.0
-    for place, each, energy in zip(where, frequency, density, strict=True):
-        if not each > before:
-            problem = f'must be greater than the frequency before, {before!r} Hz'
-            remedy = 'Sort the rows by frequency, and drop what is double.'
-            raise SceneError(name, f'{place}, frequency', each, problem, remedy)
-        if not math.isfinite(energy):
-            remedy = 'Choose a spectrum without gaps, or fill it in.'
-            problem = 'is a gap: nothing was measured there'
-            raise SceneError(name, f'{place}, energy density', energy, problem, remedy)
-        if energy < 0.0:
-            remedy = 'Correct the row; noise below 0 may be set to 0.'
-            problem = 'must be at least 0 m2/Hz: no wave has negative energy'
-            raise SceneError(name, f'{place}, energy density', energy, problem, remedy)
-        before = each
-    if not any(density):
+        raise SceneError(name, 'number of frequencies', len(table), problem, remedy)
+    table.check(
+        Column(
+            'frequency',
+            unit='Hz',
+            above=0.0,
+            rising='greater than the frequency before',
+            remedy='Sort the rows by frequency, and drop what is double.',
+        ),
+        Column(
+            'energy density',
+            unit='m2/Hz',
+            least=0.0,
+            why='no wave has negative energy',
+            remedy='Correct the row; noise below 0 may be set to 0.',
+        ),
+    )
+    unknown = np.flatnonzero(~np.isfinite(density))
+    if unknown.size:
+        remedy = 'Choose a spectrum without gaps, or fill it in.'
+        problem = 'is a gap: nothing was measured there'
+        raise table.refusal(int(unknown[0]), 'energy density', problem, remedy)
+    if not np.any(density):
         remedy = 'Choose another spectrum, or ship kind still for a calm.'
         problem = 'is 0 m2/Hz at all frequencies: the spectrum is empty'
         raise SceneError(name, 'energy density', ABSENT, problem, remedy)
 
 
-def _table(asked: SpectrumFile) -> tuple[list[str], list[float], list[float]]:
-    if asked.time is not None:
-        problem = 'does not go with format table, which holds one spectrum'
-        raise SceneError(asked.path, 'time', asked.time, problem, 'Leave it out.')
-    table = read_columns(asked.path, (FREQUENCY, DENSITY), remedy=_SPECTRUM_FORM)
-    where = [f'line {line}' for line in table.lines]
-    return where, table.values[FREQUENCY], table.values[DENSITY]
-
-
-def _of_buoy(asked: SpectrumFile) -> tuple[list[float], list[float], str]:
-    """Return frequencies, energy densities and the time of one spectrum of a buoy's file."""
+def _of_buoy(asked: SpectrumFile) -> tuple[Table, str]:
+    """Return one spectrum of a buoy's file, and its time."""
     data = _read_with_library(asked)
     stamps = [str(each) for each in data['time'].values.astype('datetime64[s]').reshape(-1)]
     chosen = _chosen(asked, stamps)
     # the shortest digits, since the float32 nearest to 0.1 means 0.1
-    frequency = [float(str(each)) for each in data['freq'].values]
-    density = [float(each) for each in data.transpose('time', 'freq').values[chosen]]
+    frequency = np.array([float(str(each)) for each in data['freq'].values])
+    density = data.transpose('time', 'freq').values[chosen].astype(np.float64)
     if asked.format == 'ndbc':
-        density = [math.nan if each == NDBC_MISSING else each for each in density]
-    return frequency, density, stamps[chosen]
+        density[density == NDBC_MISSING] = math.nan
+    places = [f'{each:g} Hz' for each in frequency.tolist()]
+    values = {'frequency': frequency, 'energy density': density}
+    return Table(asked.path, values, places, 'at'), stamps[chosen]
 
 
 def _chosen(asked: SpectrumFile, stamps: list[str]) -> int:
@@ -289,7 +282,7 @@ def _chosen(asked: SpectrumFile, stamps: list[str]) -> int:
         problem = f'is missing, and the file holds {told}'
         remedy = 'Give ship.sea.time, for example ' + (stamps[0] if stamps else '…') + '.'
         raise SceneError(asked.path, 'time', ABSENT, problem, remedy)
-    wanted = _instant(asked)
+    wanted = utc(asked.path, 'time', asked.time).replace(tzinfo=None)
     found = [i for i, stamp in enumerate(stamps) if datetime.fromisoformat(stamp) == wanted]
     if len(found) == 1:
         return found[0]
@@ -299,15 +292,6 @@ def _chosen(asked: SpectrumFile, stamps: list[str]) -> int:
     near = sorted(stamps, key=lambda stamp: abs(datetime.fromisoformat(stamp) - wanted))[:2]
     problem = f'is not a time of the file, which holds {told}'
     raise SceneError(asked.path, 'time', asked.time, problem, f'Use {" or ".join(near)}.')
-
-
-def _instant(asked: SpectrumFile) -> datetime:
-    try:
-        instant = datetime.fromisoformat(asked.time or '')
-    except ValueError:
-        problem, remedy = 'is not a date and time', 'Write it as 2000-01-01T02:00, in UTC.'
-        raise SceneError(asked.path, 'time', asked.time, problem, remedy) from None
-    return instant if instant.tzinfo is None else instant.astimezone(UTC).replace(tzinfo=None)
 
 
 def _read_with_library(asked: SpectrumFile) -> Any:
@@ -350,7 +334,6 @@ def _read_with_library(asked: SpectrumFile) -> Any:
 FEWEST_A_CYCLE = 8
 """Samples that a cycle of the roll must have."""
 _DECAY_FORM = 'Give a CSV file whose first line names ship.roll.decay.time_column and roll_column.'
-_UNITS = {'_s': 1.0, '_rad': 1.0, '_deg': math.pi / 180.0}
 
 
 class RollDecay(Section):
@@ -404,22 +387,22 @@ def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
     Raises:
         SceneError: a file that cannot be read, or no decay in it; with the line.
     """
-    import numpy as np
-
     decay = asked.decay
-    units = [_unit(decay, 'time_column', ('_s',)), _unit(decay, 'roll_column', ('_rad', '_deg'))]
-    columns = (decay.time_column, decay.roll_column)
-    table = read_columns(decay.path, columns, remedy=_DECAY_FORM)
-    time, roll = (
-        unit * np.array(table.values[column]) for unit, column in zip(units, columns, strict=True)
+    columns = (
+        Column(
+            decay.time_column,
+            factor=unit_factor(decay.path, 'time_column', decay.time_column, TIME_UNITS),
+            unit='s',
+            rising='later than the time before',
+            remedy='Sort the rows and drop what is double.',
+        ),
+        Column(
+            decay.roll_column,
+            factor=unit_factor(decay.path, 'roll_column', decay.roll_column, ANGLE_UNITS),
+        ),
     )
-    backward = np.flatnonzero(np.diff(time) <= 0.0)
-    if backward.size:
-        line = table.lines[int(backward[0]) + 1]
-        value, problem = float(time[backward[0] + 1]), 'must be later than the time before'
-        remedy = 'Sort the rows and drop what is double.'
-        where = f'line {line}, {decay.time_column}'
-        raise SceneError(decay.path, where, value, problem, remedy)
+    table = read_table(decay.path, columns, remedy=_DECAY_FORM)
+    time, roll = table[decay.time_column], table[decay.roll_column]
     fit = fit_decay(*released(decay.path, time, roll, decay.cycles))
     longer = math.sqrt(decay.model_scale)
     period, sigma = longer * fit.natural_period, longer * fit.period_sigma
@@ -437,15 +420,6 @@ def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
         'slope_coefficient': asked.slope_coefficient,
         'fitted_to': said[-LONGEST_TEXT:],
     }
-
-
-def _unit(decay: RollDecay, key: str, suffixes: tuple[str, ...]) -> float:
-    column = str(getattr(decay, key))
-    for suffix in suffixes:
-        if column.endswith(suffix):
-            return _UNITS[suffix]
-    problem = f'has no known unit; it must end in {" or ".join(suffixes)}'
-    raise SceneError(decay.path, key, column, problem, 'Rename the column.')
 
 
 def released(
@@ -466,8 +440,6 @@ def released(
     Raises:
         SceneError: there are not so many cycles, or too few samples in one.
     """
-    import numpy as np
-
     about = roll - np.mean(roll[-(len(roll) // 4 + 1) :])
     largest = int(np.argmax(np.abs(about)))
     up = about[largest:] > 0.0
@@ -501,7 +473,6 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
         time: [s], increasing, shape (n,), of whole cycles beginning at a zero crossing.
         roll: [rad], shape (n,).
     """
-    import numpy as np
     from scipy.optimize import least_squares
 
     t = time - time[0]
@@ -535,8 +506,6 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
 
 def _first_guess(t: FloatArray, roll: FloatArray) -> tuple[int, list[float]]:
     """Return the number of half cycles, w from it, and zeta from the sizes of both halves."""
-    import numpy as np
-
     about = roll - np.mean(roll)
     up = about > 0.0
     half_cycles = max(int(np.count_nonzero(up[1:] != up[:-1])) + 1, 2)
@@ -545,6 +514,168 @@ def _first_guess(t: FloatArray, roll: FloatArray) -> tuple[int, list[float]]:
     omega = math.pi * half_cycles / float(t[-1])
     decrement = 2.0 * math.log(early / late) / float(t[-1])
     return half_cycles, [omega, min(max(decrement / omega, 1e-4), 0.9)]
+
+
+# -----------------------------------------------------------------------------
+# Records of the sea from a buoy: a CSV file, or one of NDBC's standard meteorological files.
+#
+# NDBC's files (National Data Buoy Center, Measurement descriptions and units) have the columns
+# WVHT, significant wave height [m], DPD, dominant wave period [s], and MWD, the direction from
+# which the waves of that period come [degrees from true north]. Many rows have no waves, since
+# these are measured less often than the wind. Heights and periods of 99 and directions of 999
+# mean the same.
+
+HEIGHT, PERIOD, WAVES_FROM = 'significant_wave_height_m', 'peak_period_s', 'waves_from_deg'
+UTC_TIME, SECONDS = 'time_utc', 'time_s'
+LONGEST_S = 40.0
+"""Longest peak period of wind waves [s]."""
+
+_YEARS = ('YYYY', 'YY')
+_DATE = ('MM', 'DD', 'hh')
+_RECORD_FORM = (
+    f'Give a CSV file with the columns {UTC_TIME} or {SECONDS}, {HEIGHT} and {PERIOD}; for a '
+    'standard meteorological file of NDBC give ship.weather.format: ndbc.'
+)
+
+
+class RecordFile(WeatherKind):
+    """A buoy's record from a file; the scene that runs contains the rows themselves."""
+
+    kind: Literal['record'] = 'record'
+    path: Text = Field(description='file of the record')
+    format: Literal['csv', 'ndbc'] = Field(
+        default='csv', description='csv, or ndbc: a standard meteorological file'
+    )
+    begins: Text | None = Field(
+        default=None,
+        description='UTC at the start of the scene, as 2000-01-01T02:00; when left out that of '
+        'the first row',
+    )
+    max_gap: Positive = Field(
+        default=21_600.0, description='longest gap between rows that is bridged [s]'
+    )
+
+
+def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
+    """Return the keys of `ship.weather` with a buoy's record.
+
+    Rows where height or period is missing are left out, and where directions are needed those
+    without a direction, unless no row has one. Rows are kept from the last one before `begins`;
+    their times count from `begins`.
+
+    Args:
+        asked: the file, its format, when it begins and the longest gap.
+        by_direction: whether the heading of the waves depends on their direction.
+
+    Raises:
+        SceneError: a file that cannot be read, a column that is missing, a cell that is not a
+            number, a height or period out of range, times that do not increase, a gap longer than
+            `max_gap`, or a time to begin at outside the record. With the line.
+    """
+    table = _ndbc_table(asked) if asked.format == 'ndbc' else _csv_table(asked)
+    if not len(table):
+        problem = 'holds no row with a wave height and a period'
+        raise SceneError(asked.path, '', ABSENT, problem, _RECORD_FORM)
+    table = table.rows(np.argsort(table[SECONDS], kind='stable'))
+    undirected = np.isnan(table[WAVES_FROM])
+    by_direction_alone = by_direction and not undirected.all()
+    kept = table.rows(~undirected) if by_direction_alone else table
+    begins_s = _begins_s(asked, kept[SECONDS])
+    latest_s = kept[SECONDS][kept[SECONDS] <= begins_s].max()
+    missing = np.count_nonzero(undirected & (table[SECONDS] >= latest_s))
+    kept = kept.rows(kept[SECONDS] >= latest_s)
+    kept.check(
+        Column(HEIGHT, above=0.0, most=HIGHEST_M), Column(PERIOD, above=0.0, most=LONGEST_S)
+    )
+    gaps = kept.gaps(
+        SECONDS,
+        asked.max_gap,
+        after=f'row with waves{" and their direction" if by_direction_alone else ""}',
+        limit='max_gap',
+        remedy='Raise ship.weather.max_gap, or cut the record at the gap.',
+    )
+    waves_from = kept[WAVES_FROM].tolist()
+    known = [math.radians((each + 180.0) % 360.0) for each in waves_from if not math.isnan(each)]
+    return {
+        **asked.model_dump(exclude={'path', 'format', 'begins'}),
+        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'time': (kept[SECONDS] - begins_s).tolist(),
+        'significant_wave_height': kept[HEIGHT].tolist(),
+        'peak_period': kept[PERIOD].tolist(),
+        'waves_to': known if len(known) == len(kept) else None,
+        'gaps_bridged': gaps,
+        'rows_without_direction': int(missing) if by_direction else 0,
+    }
+
+
+def _begins_s(asked: RecordFile, time_s: FloatArray) -> float:
+    """Return the time of the record at which the scene starts."""
+    first_s, last_s = float(time_s[0]), float(time_s[-1])
+    if asked.begins is None:
+        return first_s
+    begins_s = utc(asked.path, 'begins', asked.begins).timestamp()
+    if first_s <= begins_s <= last_s:
+        return begins_s
+    first, last = (
+        datetime.fromtimestamp(each, UTC).strftime('%Y-%m-%dT%H:%M') for each in (first_s, last_s)
+    )
+    problem = f'is not within the record, from {first} to {last}'
+    raise SceneError(asked.path, 'begins', asked.begins, problem, 'Give a time within it.')
+
+
+def _waves(height: str, period: str, waves_from: str) -> tuple[Column, ...]:
+    """Return the columns of the waves; rows without height or period are skipped."""
+    return (
+        Column(height, gaps='skip', nines=99.0),
+        Column(period, gaps='skip', nines=99.0),
+        Column(waves_from, gaps='nan', nines=999.0, optional=True),
+    )
+
+
+def _csv_table(asked: RecordFile) -> Table:
+    """Return time, height, period and direction of the waves from a CSV file."""
+    has_utc = UTC_TIME in read_header(asked.path, remedy=_RECORD_FORM)
+    if asked.begins is not None and not has_utc:
+        problem = f'needs the column {UTC_TIME}; {SECONDS} counts from a start of its own'
+        raise SceneError(asked.path, 'begins', asked.begins, problem, 'Leave it out.')
+    time = Column(UTC_TIME, utc=True) if has_utc else Column(SECONDS)
+    columns = (time, *_waves(HEIGHT, PERIOD, WAVES_FROM))
+    table = read_table(asked.path, columns, remedy=_RECORD_FORM)
+    unknown = {WAVES_FROM: np.full(len(table), math.nan)}
+    values = {**unknown, **table.values, SECONDS: table[time.name]}
+    return Table(asked.path, values, table.places)
+
+
+def _ndbc_table(asked: RecordFile) -> Table:
+    """Return the same from a standard meteorological file; times from 1970 in UTC."""
+    header = read_header(asked.path, remedy=_RECORD_FORM, divided=' ')
+    year = next((name for name in _YEARS if name in header), _YEARS[0])
+    # MM is the month in the header, and a missing value in the rows
+    date = (*(Column(name) for name in (year, *_DATE)), Column('mm', optional=True))
+    columns = (*date, *_waves('WVHT', 'DPD', 'MWD'))
+    table = read_table(asked.path, columns, remedy=_RECORD_FORM, divided=' ')
+    count = len(table)
+    minutes = table['mm'] if 'mm' in table else np.zeros(count)
+    time_s = np.empty(count)
+    for row in range(count):
+        parts = [float(table[name][row]) for name in (year, *_DATE)]
+        try:
+            if not all(map(float.is_integer, parts)):
+                raise ValueError('its parts must be whole numbers')
+            whole, month, day, hour = map(int, parts)
+            # files before 1999 have two digits
+            whole += 1900 if whole < 100 else 0
+            at = datetime(whole, month, day, hour, tzinfo=UTC)
+        except ValueError as error:
+            raise table.refusal(row, '', f'has no date and time: {error}') from None
+        time_s[row] = (at + timedelta(minutes=float(minutes[row]))).timestamp()
+    values = {
+        HEIGHT: table['WVHT'],
+        PERIOD: table['DPD'],
+        WAVES_FROM: table['MWD'] if 'MWD' in table else np.full(count, math.nan),
+        SECONDS: time_s,
+    }
+    return Table(asked.path, values, table.places)
 
 
 S = TypeVar('S', bound=Section)

@@ -1,0 +1,348 @@
+"""Tables of numbers from the data files of a scene: columns by name, with the line of each row.
+
+The first line of a file names its columns; columns that are not asked for are ignored. Files are
+CSV, or have their cells divided by spaces. A file is read row by row, so that a large one takes
+8 bytes a number.
+
+    table = read_table(
+        path,
+        (
+            Column('time_s', unit='s', rising='later than the time before'),
+            Column('air_degc', unit='°C', least=-60.0, most=60.0),
+            Column('wind_mps', optional=True, gaps='nan'),
+        ),
+        remedy='Give a CSV file with the columns time_s and air_degc.',
+    )
+    table['air_degc']  # array (n,)
+    table.gaps('time_s', 3600.0, limit='max_gap', remedy='Cut it there.')  # number bridged
+    raise table.refusal(7, 'air_degc', 'is warmer than the sea', 'Correct it.')
+
+The last line makes `log.csv: line 9, air_degc = 31.0: is warmer than the sea. Correct it.`
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.samples import FloatArray, IntArray
+from tauto_core.scene.data import data_path, why_unreadable
+from tauto_core.scene.errors import ABSENT, SceneError
+
+MISSING = frozenset({'', 'MM', 'nan', 'NaN', 'NA'})
+"""Cells that mean that nothing was measured, in columns with gaps."""
+
+CORRECT = 'Correct or drop the row.'
+
+TIME_UNITS = {'_s': 1.0}
+ANGLE_UNITS = {'_rad': 1.0, '_deg': math.pi / 180.0}
+LENGTH_UNITS = {'_m': 1.0}
+"""Factors to SI units and radians by the suffix of a column that the user names."""
+WIDER = 1.5
+"""A step longer than this many usual ones counts as a gap."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that is wanted, and what its numbers must satisfy.
+
+    Attributes:
+        name: its heading.
+        optional: whether the file may lack it.
+        utc: whether the cells are dates and times, as 2000-01-01T02:00; they become seconds since
+            1970.
+        gaps: what a cell without a number (`MISSING`) does: 'refuse' the file, 'skip' the row, or
+            become 'nan'.
+        nines: a number from here on also means that nothing was measured (buoys write 99 or 999).
+        factor: multiplies the numbers, to convert their unit.
+        unit: for messages [after the conversion].
+        above: exclusive lower limit.
+        least: inclusive lower limit.
+        most: inclusive upper limit.
+        why: reason for the limits, for messages.
+        rising: how each number must compare with the one before, which must be less, such as
+            'later than the time before'; empty: in any order.
+        remedy: advice for a number that is refused.
+    """
+
+    name: str
+    optional: bool = False
+    utc: bool = False
+    gaps: Literal['refuse', 'skip', 'nan'] = 'refuse'
+    nines: float = math.inf
+    factor: float = 1.0
+    unit: str = ''
+    above: float = -math.inf
+    least: float = -math.inf
+    most: float = math.inf
+    why: str = ''
+    rising: str = ''
+    remedy: str = CORRECT
+
+    def number(self, file: str, line: int, cell: str) -> float:
+        """Return the number in a cell; NaN where nothing was measured.
+
+        Raises:
+            SceneError: neither a finite number nor, with `utc`, a date and time.
+        """
+        where = f'line {line}, {self.name}'
+        if self.gaps != 'refuse' and cell.strip() in MISSING:
+            return math.nan
+        if self.utc:
+            return utc(file, where, cell.strip()).timestamp()
+        try:
+            # Python reads 1_0 as 10
+            number = math.nan if '_' in cell else float(cell)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise SceneError(file, where, cell, 'is not a finite number', self.remedy)
+        return math.nan if number >= self.nines else self.factor * number
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of numbers, and the place of each row for messages.
+
+    Attributes:
+        name: name of the file as the user wrote it.
+        values: the numbers of each column, arrays of shape (n,).
+        places: place of each row, (n,), such as its line.
+        kind: the word before the place of a row: `line`, or `message` for those of a bag.
+    """
+
+    name: str
+    values: Mapping[str, FloatArray]
+    places: IntArray | Sequence[object]
+    kind: str = 'line'
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __contains__(self, column: str) -> bool:
+        return column in self.values
+
+    def __getitem__(self, column: str) -> FloatArray:
+        return self.values[column]
+
+    def rows(self, which: IntArray | NDArray[np.bool_]) -> Table:
+        """Return some of the rows, by their numbers or by a mask, with their places."""
+        values = {column: numbers[which] for column, numbers in self.values.items()}
+        return Table(self.name, values, np.asarray(self.places)[which], self.kind)
+
+    def where(self, row: int) -> str:
+        """Return the place of a row, such as `line 12`."""
+        return f'{self.kind} {self.places[row]}'
+
+    def refusal(self, row: int, column: str, problem: str, remedy: str = CORRECT) -> SceneError:
+        """Return the error that names file, place, column and number.
+
+        Args:
+            row: number of the row in this table, from 0.
+            column: the column; empty for the whole row.
+            problem: what is wrong, with the limit.
+            remedy: what to do.
+        """
+        value = float(self[column][row]) if column else ABSENT
+        where = ', '.join(filter(None, (self.where(row), column)))
+        return SceneError(self.name, where, value, problem, remedy)
+
+    def check(self, *columns: Column) -> None:
+        """Refuse the first number of a column beyond its limits or out of order; NaN passes.
+
+        Raises:
+            SceneError: names file, place, column, number and limit.
+        """
+        for column in columns:
+            values, unit = self[column.name], f' {column.unit}' if column.unit else ''
+            limits = (
+                (column.above, values <= column.above, 'greater than'),
+                (column.least, values < column.least, 'at least'),
+                (column.most, values > column.most, 'at most'),
+            )
+            wrong = np.flatnonzero(np.logical_or.reduce([beyond for _, beyond, _ in limits]))
+            if wrong.size:
+                said = [f'{word} {limit:g}' for limit, _, word in limits if math.isfinite(limit)]
+                problem = f'must be {" and ".join(said)}{unit}'
+                problem += f': {column.why}' if column.why else ''
+                raise self.refusal(int(wrong[0]), column.name, problem, column.remedy)
+            wrong = np.flatnonzero(values[1:] <= values[:-1]) if column.rising else wrong
+            if wrong.size:
+                before = float(values[wrong[0]])
+                problem = f'must be {column.rising}, {before!r}{unit}'
+                raise self.refusal(int(wrong[0]) + 1, column.name, problem, column.remedy)
+
+    def gaps(
+        self, column: str, longest: float, *, after: str = 'row', limit: str, remedy: str
+    ) -> int:
+        """Return the number of gaps in a rising column of times that are bridged.
+
+        A gap is a step of more than `WIDER` times the usual one, the median.
+
+        Args:
+            column: the column of times [s].
+            longest: longest step that is bridged [s].
+            after: what the row before is called, such as `row with waves`.
+            limit: name of the key that sets `longest`, for messages.
+            remedy: advice where a step is longer.
+
+        Raises:
+            SceneError: a longer step, or none at all.
+        """
+        steps = np.diff(self[column])
+        for row, step in enumerate(steps.tolist(), start=1):
+            if step <= 0.0:
+                raise self.refusal(row, '', 'has the time of another row', 'Drop what is double.')
+            if step > longest:
+                problem = f'comes {step:g} s after the last {after}; {limit} is {longest!r} s'
+                raise self.refusal(row, '', problem, remedy)
+        usual = np.sort(steps)[len(steps) // 2] if len(steps) else 0.0
+        return int(np.count_nonzero(steps > WIDER * usual))
+
+
+def read_table(
+    path: str, columns: Sequence[Column], *, remedy: str, divided: Literal[',', ' '] = ','
+) -> Table:
+    """Read columns of numbers; blank lines are skipped.
+
+    Columns whose gaps skip a row are read first; the other cells of such a row are not looked at.
+
+    Args:
+        path: `shipped:<folder>/<file>`, or a path of the file system.
+        columns: the columns wanted, with their limits.
+        remedy: advice for a file that is not of this form.
+        divided: what divides the cells. With ' ', a `#` may precede the header, and lines that
+            begin with one are skipped.
+
+    Raises:
+        SceneError: no regular file, too large, unreadable or empty; a column missing or named
+            twice; a row of another length; a cell without a finite number; a number beyond its
+            limits or out of order. With the line.
+    """
+    with _opened(path, divided, remedy) as rows:
+        table = _table(path, rows, columns, remedy)
+    table.check(*(column for column in columns if column.name in table))
+    return table
+
+
+def read_header(path: str, *, remedy: str, divided: Literal[',', ' '] = ',') -> list[str]:
+    """Return the names of all columns of a file, where the choice of columns depends on them.
+
+    Args and errors: as `read_table`.
+    """
+    with _opened(path, divided, remedy) as rows:
+        return next(rows, (1, []))[1]
+
+
+@contextmanager
+def _opened(path: str, divided: str, remedy: str) -> Iterator[Iterator[tuple[int, list[str]]]]:
+    """Open a file; give the number of each line and its cells, the header first."""
+    file = data_path(path)
+    reason = why_unreadable(file)
+    if reason:
+        raise SceneError(path, '', None, reason, remedy)
+    try:
+        with file.open(encoding='utf-8-sig') as lines:
+            yield _cells(lines, divided)
+    except OSError as error:
+        problem = f'cannot be read: {error.strerror}'
+        raise SceneError(path, '', None, problem, remedy) from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise SceneError(path, '', None, f'cannot be read as text: {error}', remedy) from error
+
+
+def _cells(lines: Iterable[str], divided: str) -> Iterator[tuple[int, list[str]]]:
+    if divided == ',':
+        reader = csv.reader(lines)
+        yield 1, [name.strip() for name in next(reader, [])]
+        for cells in reader:
+            yield reader.line_num, cells
+        return
+    for number, text in enumerate(lines, start=1):
+        if number == 1:
+            yield number, text.lstrip('#').split()
+        elif not text.startswith('#'):
+            yield number, text.split()
+
+
+def _table(
+    path: str, rows: Iterator[tuple[int, list[str]]], columns: Sequence[Column], remedy: str
+) -> Table:
+    _, header = next(rows, (1, []))
+    wanted: list[tuple[Column, int, array[float]]] = []
+    for column in columns:
+        if header.count(column.name) > 1 or not (column.optional or column.name in header):
+            what = 'is named more than once' if column.name in header else 'is missing'
+            problem = f'{what}; the columns are {", ".join(header) or "none"}'
+            raise SceneError(path, f'line 1, column {column.name}', ABSENT, problem, remedy)
+        if column.name in header:
+            wanted.append((column, header.index(column.name), array('d')))
+    wanted.sort(key=lambda each: each[0].gaps != 'skip')
+    places = array('q')
+    for line, cells in rows:
+        if not ''.join(cells).strip():
+            continue
+        if len(cells) != len(header):
+            problem = f'has {len(cells)} cells, the header {len(header)}'
+            raise SceneError(path, f'line {line}', ABSENT, problem, CORRECT)
+        found = []
+        for column, place, _ in wanted:
+            number = column.number(path, line, cells[place])
+            if column.gaps == 'skip' and math.isnan(number):
+                break
+            found.append(number)
+        else:
+            places.append(line)
+            for (_, _, numbers), number in zip(wanted, found, strict=True):
+                numbers.append(number)
+    if not places and not any(column.gaps == 'skip' for column in columns):
+        raise SceneError(path, '', ABSENT, 'holds no rows below its header', remedy)
+    values = {column.name: np.array(numbers) for column, _, numbers in wanted}
+    return Table(path, values, np.array(places, np.int64))
+
+
+def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) -> float:
+    """Return the factor to SI units and radians of a column whose name ends in its unit.
+
+    Args:
+        file: name of the file, for messages.
+        key: the key that names the column.
+        column: its name.
+        units: factor of each suffix, as `ANGLE_UNITS`.
+
+    Raises:
+        SceneError: another suffix.
+    """
+    for suffix, factor in units.items():
+        if column.endswith(suffix):
+            return factor
+    problem = f'has no known unit; it must end in {" or ".join(units)}'
+    raise SceneError(file, key, column, problem, 'Rename the column.')
+
+
+def utc(file: str, key: str, text: str) -> datetime:
+    """Return a date and time in UTC; one without a zone is UTC.
+
+    Args:
+        file: name of the file, for messages.
+        key: key or place in it.
+        text: such as 2000-01-01T02:00.
+
+    Raises:
+        SceneError: no date and time.
+    """
+    try:
+        instant = datetime.fromisoformat(text)
+    except ValueError:
+        problem, remedy = 'is not a date and time', 'Write it as 2000-01-01T02:00, in UTC.'
+        raise SceneError(file, key, text, problem, remedy) from None
+    return instant.replace(tzinfo=UTC) if instant.tzinfo is None else instant.astimezone(UTC)

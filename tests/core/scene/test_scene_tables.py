@@ -1,0 +1,136 @@
+"""Tables of numbers: what is read, and what is refused with its place, value and limit."""
+
+import math
+import os
+import tracemalloc
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tauto_core.scene import load_scene
+from tauto_core.scene.data import LARGEST_BYTES
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.tables import (
+    ANGLE_UNITS,
+    Column,
+    Table,
+    read_header,
+    read_table,
+    unit_factor,
+)
+
+TIME = Column('time_s', unit='s', rising='later than the time before')
+HEAT = Column('air_degc', unit='°C', least=-60.0, most=60.0, why='no sea is so')
+
+
+def read(path: Path, text: str, *columns: Column, **keys) -> Table:
+    path.write_text(text, encoding='utf-8')
+    return read_table(str(path), columns or (TIME, HEAT), remedy='Give a table.', **keys)
+
+
+def test_columns_are_found_by_name_in_any_order_and_others_ignored(tmp_path):
+    table = read(tmp_path / 'a.csv', '\ufeffair_degc, note ,time_s\n\n3,x,0\n  \n4.5,"y,z",2\n')
+    np.testing.assert_array_equal(table['time_s'], [0.0, 2.0])
+    np.testing.assert_array_equal(table['air_degc'], [3.0, 4.5])
+    assert 'note' not in table
+    assert [table.where(0), table.where(1)] == ['line 3', 'line 5']
+    assert read_header(str(tmp_path / 'a.csv'), remedy='') == ['air_degc', 'note', 'time_s']
+
+
+def test_optional_columns_gaps_nines_and_units(tmp_path):
+    wind = Column('wind_deg', optional=True, gaps='nan', nines=999.0, factor=math.pi / 180.0)
+    columns = Column('t'), Column('h', gaps='skip'), wind
+    table = read(tmp_path / 'a.csv', 't,h,wind_deg\n0,1,90\nnever,MM,\n2,1,999\n3,1,\n', *columns)
+    np.testing.assert_array_equal(table['t'], [0.0, 2.0, 3.0])
+    np.testing.assert_array_equal(table['wind_deg'], [math.pi / 2.0, math.nan, math.nan])
+    assert 'wind_deg' not in read(tmp_path / 'b.csv', 't,h\n0,1\n', *columns)
+
+
+def test_cells_divided_by_spaces_and_dates(tmp_path):
+    text = '#at h\n#s m\n2000-01-01T00:00 1\n2000-01-01T01:00+00:30 2\n'
+    table = read(tmp_path / 'a', text, Column('at', utc=True), Column('h'), divided=' ')
+    assert np.diff(table['at']) == [1800.0]
+    assert table.where(1) == 'line 4'
+
+
+def test_gaps_are_counted_and_long_ones_refused():
+    table = Table('a.csv', {'time_s': np.array([0.0, 1.0, 2.0, 4.0, 5.0])}, range(5), 'message')
+    assert table.gaps('time_s', 2.0, limit='max_gap', remedy='') == 1
+    with pytest.raises(
+        SceneError, match=r'a\.csv: message 3: comes 2 s after .* max_gap is 1\.5 s'
+    ):
+        table.gaps('time_s', 1.5, limit='max_gap', remedy='')
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        ('', 'line 1, column time_s: is missing; the columns are none. Give a table.'),
+        ('time_s\n', 'line 1, column air_degc: is missing; the columns are time_s. Give a table.'),
+        (
+            'time_s,air_degc,time_s\n',
+            'line 1, column time_s: is named more than once; the columns',
+        ),
+        ('time_s,air_degc\n\n', 'holds no rows below its header. Give a table.'),
+        ('time_s,air_degc\n0\n', 'line 2: has 1 cells, the header 2. Correct or drop the row.'),
+        (
+            'time_s,air_degc\n0,warm\n',
+            "line 2, air_degc = 'warm': is not a finite number. Correct",
+        ),
+        ('time_s,air_degc\n0,1_0\n', "line 2, air_degc = '1_0': is not a finite number."),
+        ('time_s,air_degc\n0,inf\n', "line 2, air_degc = 'inf': is not a finite number."),
+        (
+            'time_s,air_degc\n0,1\n1,273.15\n',
+            'line 3, air_degc = 273.15: must be at least -60 and at most 60 °C: no sea is so.',
+        ),
+        (
+            'time_s,air_degc\n0,1\n\n0,2\n',
+            'line 4, time_s = 0.0: must be later than the time before, 0.0 s.',
+        ),
+        ('time_s,air_degc\n0,"' + 200_000 * '1' + '"\n', 'cannot be read as text: field larger'),
+    ],
+)
+def test_refusals_name_file_line_column_value_limit_and_remedy(tmp_path, text, said):
+    with pytest.raises(SceneError) as refused:
+        read(tmp_path / 'a.csv', text)
+    assert str(refused.value).startswith(f'{tmp_path / "a.csv"}: {said}')
+
+
+def test_a_unit_that_is_not_known_is_refused():
+    assert unit_factor('a.csv', 'roll_column', 'roll_deg', ANGLE_UNITS) == math.pi / 180.0
+    with pytest.raises(SceneError, match=r"roll_column = 'roll': has no known unit.*_rad or _deg"):
+        unit_factor('a.csv', 'roll_column', 'roll', ANGLE_UNITS)
+
+
+def test_pipes_devices_and_folders_are_refused_before_they_are_opened(tmp_path):
+    os.mkfifo(tmp_path / 'pipe.csv')
+    for path in (str(tmp_path / 'pipe.csv'), '/dev/zero', str(tmp_path)):
+        with pytest.raises(SceneError, match=r'is not a regular file; pipes, devices'):
+            read_table(path, (TIME,), remedy='')
+    sea = {'spectrum': 'file', 'path': str(tmp_path / 'pipe.csv')}
+    with pytest.raises(SceneError, match=r'ship\.sea\.path = .*is not a regular file'):
+        load_scene('ideal', ship={'kind': 'sea', 'sea': sea})
+    recorded = {'path': '/dev/zero', 'topic': 'imu'}
+    with pytest.raises(SceneError, match=r'ship\.recorded\.path = .*is not a regular file'):
+        load_scene('ideal', ship={'kind': 'recorded', 'recorded': recorded})
+
+
+def test_a_file_beyond_the_limit_is_refused_unread(tmp_path):
+    with (tmp_path / 'large.csv').open('wb') as file:
+        file.truncate(LARGEST_BYTES + 1)  # sparse
+    with pytest.raises(SceneError, match=rf'has {LARGEST_BYTES + 1} bytes; .*{LARGEST_BYTES}\.'):
+        read_table(str(tmp_path / 'large.csv'), (TIME,), remedy='')
+
+
+def test_a_large_file_takes_little_more_memory_than_its_numbers(tmp_path):
+    rows = 100_000
+    with (tmp_path / 'a.csv').open('w') as file:
+        file.write('time_s,note\n')
+        file.writelines(f'{row},{"x" * 90}\n' for row in range(rows))
+    tracemalloc.start()
+    table = read_table(str(tmp_path / 'a.csv'), (TIME,), remedy='')
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(table) == rows
+    assert most < 5_000_000  # the text has 10 MB, the numbers and lines 1.6 MB
