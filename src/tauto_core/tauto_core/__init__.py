@@ -12,8 +12,9 @@ gives a curve and `isochronism` its periods. `compare` sends several clocks thro
 modules may change from version to version. Every name is loaded at its first use.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
     from tauto_core.api import (
@@ -51,7 +52,9 @@ __all__ = [
     'scenes',
 ]
 
-_HOMES = {'TautoError': 'scene.errors', 'Voyage': 'voyage'}
+_public = loaded_from(
+    __name__, dict.fromkeys(__all__, 'api') | {'TautoError': 'scene.errors', 'Voyage': 'voyage'}
+)
 
 
 def __getattr__(name: str) -> Any:
@@ -60,11 +63,7 @@ def __getattr__(name: str) -> Any:
         from tauto_core.version import version
 
         return version()
-    if name not in __all__:
-        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
-    found = getattr(import_module(f'{__name__}.{_HOMES.get(name, "api")}'), name)
-    globals()[name] = found
-    return found
+    return _public(name)
 
 
 def __dir__() -> list[str]:
