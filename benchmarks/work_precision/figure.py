@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.work_precision.problems import problems
 from benchmarks.work_precision.ratios import targets
-from tauto_core.files import FigureError, write_figure
+from tauto_core.files import OutputError, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +66,7 @@ def draw(result: Mapping[str, Any], path: Path) -> None:
         path: ending in .svg, .png or .pdf.
 
     Raises:
-        FigureError: the file cannot be written.
+        OutputError: the file cannot be written.
         UsageError: see `check_plot`.
     """
     write_figure(lambda: work_precision(result), path)
@@ -78,7 +78,7 @@ def work_precision(result: Mapping[str, Any]) -> Figure:
 
     shown = [p for p in problems() if any(row['problem'] == p.key for row in result['rows'])]
     if not shown:
-        raise FigureError('there is no row to draw: every run failed. See why with --json')
+        raise OutputError('there is no row to draw: every run failed. See why with --json')
     columns = min(3, len(shown))
     lines = math.ceil(len(shown) / columns)
     figure = Figure(figsize=(4.1 * columns, 3.6 * lines + 1.2), layout='constrained')

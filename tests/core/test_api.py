@@ -292,6 +292,59 @@ def test_a_report_is_written_of_a_voyage(sailed: tauto.Voyage, tmp_path: Path) -
     assert sailed.answer.split()[0] in page
 
 
+def test_a_cam_is_cut_as_by_the_command(tmp_path: Path) -> None:
+    for kind in ('csv', 'svg', 'dxf'):
+        ours, theirs = tmp_path / f'ours.{kind}', tmp_path / f'theirs.{kind}'
+        found = tauto.cut('ideal', ours, points=50, reach_rad=2.0, thread_mm=0.4)
+        assert (found.files, found.reach_rad) == ((ours,), 2.0)
+        words = ['cam', 'ideal', f'--{kind}', str(theirs), '--points', '50', '--reach', '2']
+        said = CliRunner().invoke(app, [*words, '--thread', '0.4']).stderr
+        assert f'up to {found.acts_from_rad:.4g} rad' in said
+        if kind != 'dxf':  # which has the time in it
+            assert ours.read_bytes() == theirs.read_bytes()
+    assert tauto.cut('globe_in_oil', tmp_path / 'curve.csv').reach_rad is None
+    assert tauto.cut('clock_own_cam_lever', tmp_path / 'lever.svg').acts_from_rad is None
+
+
+def test_a_design_is_that_of_the_command_in_any_units() -> None:
+    euler = {'disc_weight': 100, 'pull': 1.0, 'pendulum': 3166, 'length_unit': 'scruple'}
+    found = tauto.design(disc_is_base=True, **euler)
+    options = [
+        word for key, value in euler.items() for word in (f'--{key.replace("_", "-")}', str(value))
+    ]
+    words = ['design', '--disc-is-base', *options, '--json']
+    assert asdict(found) == json.loads(CliRunner().invoke(app, words).stdout)
+    assert found.base_radius_m == pytest.approx(63.32 * 0.31385e-3, rel=1e-6)
+    assert tauto.design(period=1, inertia=4e-4, pull=2.0).disc_weight_n is None
+
+
+def test_a_new_scene_is_that_of_the_command(tmp_path: Path) -> None:
+    file = tmp_path / 'mine.yaml'
+    text = tauto.new_scene(file, thread='hole', escapement='impulse')
+    assert file.read_text(encoding='utf-8') == text
+    assert tauto.load(file).trochlea.thread.kind == 'hole'
+    printed = CliRunner().invoke(app, ['scene', 'new', '--cam', 'hole']).stdout
+    assert tauto.new_scene(cam='hole') == printed
+
+
+def test_a_bag_is_checked_and_recovered(sailed: tauto.Voyage, tmp_path: Path) -> None:
+    sailed.write(tmp_path / 'bag')
+    assert tauto.check_bag(tmp_path / 'bag').whole
+    (mcap,) = (tmp_path / 'bag').glob('*.mcap')
+    mcap.write_bytes(mcap.read_bytes()[:-100])
+    assert tauto.check_bag(str(tmp_path / 'bag')).damage
+    made = tauto.recover_bag(tmp_path / 'bag', tmp_path / 'new')
+    assert made.path == tmp_path / 'new'
+    assert tauto.check_bag(made.path).damage == []
+
+
+def test_claims_are_those_of_the_command() -> None:
+    found = tauto.claims()
+    printed = json.loads(CliRunner().invoke(app, ['euler', '--json']).stdout)['claims']
+    assert [each.claim for each in found] == [each['claim'] for each in printed]
+    assert [each.verdict for each in found] == [each['verdict'] for each in printed]
+
+
 def test_clocks_are_compared() -> None:
     found = tauto.compare('second_cam_at_sea', duration=60.0, jobs=1)
     assert [row.clock for row in found.rows] == ['second_cam_at_sea']
@@ -314,6 +367,24 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.cam('measured', reach_rad=-1.0), 'reach_rad = -1.0: must be > 0'),
         (lambda: tauto.cam('globe_in_oil'), 'has no cam'),
         (lambda: tauto.cam('measured', points=1), 'points = 1: must be at least 2'),
+        (lambda: tauto.cam('globe_in_oil'), 'Use `cut`'),
+        (lambda: tauto.cut('ideal', 'x.png'), r'file=x\.png: must end in \.csv, \.svg or \.dxf'),
+        (lambda: tauto.cut('ideal', 'x.svg', points=1), 'points = 1: must be 2 to 1000000'),
+        (lambda: tauto.cut('ideal', 'x.svg', thread_mm=200), r'thread_mm = 200\.0: must be 0 to'),
+        (lambda: tauto.cut('ideal', 'x.svg', thread_mm=0.5, reach_rad=8.0), r'\(reach_rad=7\.99'),
+        (lambda: tauto.cut('ideal', 'x.svg', reach_rad=99.0), r'reach_rad = 99\.0 rad: must be'),
+        (lambda: tauto.cut('globe_in_oil', 'x.svg', reach_rad=1.0), 'belongs to a cam'),
+        (lambda: tauto.design(period=1.0), r'in period=1 pull=3 base_radius=0\.005'),
+        (lambda: tauto.design(period='1'), "period: '1' is not a number"),
+        (lambda: tauto.design(period=-1.0), r'period = -1\.0: must be > 0'),
+        (lambda: tauto.design(inertia=1, disc_weight=1), 'inertia= and disc_weight= say the same'),
+        (lambda: tauto.design(disc_is_base=True, period=1), 'with disc_is_base=True three of'),
+        (lambda: tauto.design(length_unit='ell'), "length_unit = 'ell': use one of m, mm"),
+        (lambda: tauto.new_scene(cam='round'), 'cam=round: unknown kind'),
+        (lambda: tauto.new_scene('x.txt'), r'file=x\.txt: must end in \.yaml or \.yml'),
+        (lambda: tauto.new_scene(3), 'file = 3: must be a path'),
+        (lambda: tauto.check_bag('no_bag'), 'no_bag does not exist'),
+        (lambda: tauto.recover_bag(3), 'bag = 3: must be a path'),
         (lambda: tauto.compare('ideal', roll_deg=[-10.0]), 'roll_deg=-10: must lie between'),
         (lambda: tauto.compare('ideal', suspension='none'), "suspension = 'none'"),
         (lambda: tauto.plot('ideal', 'sound'), "'sound': is not a picture"),

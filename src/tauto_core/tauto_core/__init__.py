@@ -6,10 +6,12 @@
     print(voyage.answer)
     voyage.plot('error', 'error.png')
 
-`load` reads a scene, `check` says what would run, `sail` sails it, `replay` reads a bag. `cam`
-gives a curve and `isochronism` its periods. `compare` sends several clocks through one sea,
-`fleet` many ships on one voyage; `plot` and `report` draw. Errors derive from `TautoError`. Other
-modules may change from version to version. Every name is loaded at its first use.
+`load` reads a scene, `new_scene` writes one to start from, `check` says what would run, `sail`
+sails it, `replay` reads a bag. `cam` gives a curve, `isochronism` its periods, `cut` its drawing;
+`design` finds what is left out of a wheel's design, and `claims` checks Euler's papers. `compare`
+sends several clocks through one sea, `fleet` many ships on one voyage; `plot` and `report` draw.
+`check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`. Other modules
+may change from version to version. Every name is loaded at its first use.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -20,11 +22,17 @@ if TYPE_CHECKING:
     from tauto_core.api import (
         cam,
         check,
+        check_bag,
+        claims,
         compare,
+        cut,
+        design,
         fleet,
         isochronism,
         load,
+        new_scene,
         plot,
+        recover_bag,
         replay,
         report,
         sail,
@@ -41,11 +49,17 @@ __all__ = [
     '__version__',
     'cam',
     'check',
+    'check_bag',
+    'claims',
     'compare',
+    'cut',
+    'design',
     'fleet',
     'isochronism',
     'load',
+    'new_scene',
     'plot',
+    'recover_bag',
     'replay',
     'report',
     'sail',

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from tauto_core.bags import read_bag
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
-from tauto_core.scene.errors import UsageError, naming
+from tauto_core.scene.errors import Argument, UsageError, naming
+from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.voyage import Voyage
 from tauto_core.voyage import replay as replay_bag
 from tauto_core.voyage import sail as sail_scene
@@ -21,10 +22,14 @@ from tauto_core.voyage import sail as sail_scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tauto_core.bags import Recovered, Soundness
     from tauto_core.comparison import Comparison
+    from tauto_core.euler import Claim
     from tauto_core.fleets import Fleet
     from tauto_core.machines import Isochronism
+    from tauto_core.machines.design import WheelDesign
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
+    from tauto_core.plots.cutting import CamCut
     from tauto_core.samples import FloatArray
 
 
@@ -240,8 +245,8 @@ def cam(
     loaded = load(scene, **overrides)
     if loaded.trochlea is None or loaded.trochlea.cam.kind == 'lever_corrected':
         raise UsageError(
-            f'{loaded.name}: has no cam with two equal cheeks. Use the command `tauto cam`, which '
-            'also draws the cheeks of a lever and a curve in a fluid'
+            f'{loaded.name}: has no cam with two equal cheeks. Use `cut`, which also draws '
+            'the cheeks of a lever and a curve in a fluid'
         )
     count = whole('points', points)
     if count < 2:
@@ -258,6 +263,195 @@ def cam(
         reach = cam_extent(loaded) if reach_rad is None else reach_rad
         angle = np.linspace(0.0, reach, count)
         return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
+
+
+def cut(
+    scene: str | Path | Scene,
+    file: str | Path,
+    *,
+    points: int = 200,
+    reach_rad: float | None = None,
+    thread_mm: float = 0.0,
+    **overrides: object,
+) -> CamCut:
+    """Write a scene's cam for the workshop, in millimetres: a drawing, or points of its outline.
+
+    A curve in a fluid and the uneven cheeks of a lever are written, too.
+
+    Args:
+        scene: as for `load`.
+        file: name of the file, ending in .svg or .dxf for a drawing to scale, or .csv for points;
+            an existing file is replaced.
+        points: number of points on each cheek or branch, 2 to 1,000,000.
+        reach_rad: as for `cam`.
+        thread_mm: thickness of the thread [mm], 0 to 100; the cheeks are cut back by half of it.
+        overrides: as for `load`.
+
+    Raises:
+        UsageError: another ending, arguments out of range, or a thread that the cheeks cannot
+            guide.
+        SceneError: the cam cannot be built.
+        TautoError: the file cannot be written.
+    """
+    from tauto_core.plots import cutting
+
+    place = path('file', file)
+    kind = place.suffix.lower().removeprefix('.')
+    if kind not in cutting.FORMATS:
+        ending = ': must end in .csv, .svg or .dxf. Name another file'
+        raise UsageError(Argument('file', file), ending)
+    count, (thick,) = whole('points', points), numbers('thread_mm', [thread_mm])
+    if reach_rad is not None:
+        (reach_rad,) = numbers('reach_rad', [reach_rad])
+    loaded = load(scene, **overrides)
+    with naming(_origin(scene), loaded.name):
+        return cutting.cut(
+            loaded, {kind: place}, points=count, reach_rad=reach_rad, thread_mm=thick
+        )
+
+
+def design(
+    *,
+    period: float | None = None,
+    pendulum: float | None = None,
+    inertia: float | None = None,
+    disc_weight: float | None = None,
+    disc_radius: float | None = None,
+    disc_is_base: bool = False,
+    pull: float | None = None,
+    base_radius: float | None = None,
+    length_unit: str = 'm',
+    weight_unit: str = 'N',
+    gravity: float = STANDARD_GRAVITY,
+) -> WheelDesign:
+    """Return the design of a wheel and its cam of which one number is left out.
+
+    Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
+    A disc counts as two numbers, weight and radius, one of which may be what is left out.
+
+    Args:
+        period: period of a full swing [s].
+        pendulum: or the length of the simple pendulum that swings with it.
+        inertia: moment of inertia of the wheel [kg m2].
+        disc_weight: or its weight, if it is a uniform disc,
+        disc_radius: and its radius.
+        disc_is_base: whether the radius of the disc is the base radius (XX).
+        pull: pull in the thread, without inertia.
+        base_radius: base radius of the involute; a hole's rate.
+        length_unit: unit of the lengths: m, mm, scruple, rhenish_foot, line or paris_foot.
+        weight_unit: unit of weights and pull: N, kg or pound (of Paris).
+        gravity: acceleration of gravity [m/s2].
+
+    Returns:
+        All numbers, in SI units.
+
+    Raises:
+        UsageError: not exactly one is left out, one is given twice, a unit is not known, or a
+            number is not between 1e-30 and 1e30.
+    """
+    from tauto_core.machines import design as rules
+
+    sizes = {
+        'period': period,
+        'pendulum': pendulum,
+        'inertia': inertia,
+        'disc_weight': disc_weight,
+        'disc_radius': disc_radius,
+        'pull': pull,
+        'base_radius': base_radius,
+    }
+    given = {
+        name: None if size is None else numbers(name, [size])[0] for name, size in sizes.items()
+    }
+    return rules.design(
+        **given,
+        disc_is_base=disc_is_base,
+        length_unit=length_unit,
+        weight_unit=weight_unit,
+        gravity=numbers('gravity', [gravity])[0],
+    )
+
+
+def claims() -> list[Claim]:
+    """Return every claim of Euler's three papers, each checked against a computed value."""
+    from tauto_core.euler.page import all_claims
+
+    return all_claims()
+
+
+def new_scene(
+    file: str | Path | None = None,
+    *,
+    ship: str | None = None,
+    cam: str | None = None,
+    thread: str | None = None,
+    power: str | None = None,
+    escapement: str | None = None,
+) -> str:
+    """Return a scene that sails as YAML, with the unit and meaning of every key.
+
+    Kinds that are not asked for are chosen to go with those that are; with none asked for it is
+    Euler's involute under a weight, in a wind sea.
+
+    Args:
+        file: a file to write it to, ending in .yaml or .yml; it must not exist.
+        ship: kind of the ship's motion: still, components, sea or recorded.
+        cam: kind of the cam, such as involute or hole.
+        thread: kind of the thread: vertical, hole, lever or hanging.
+        power: kind of the power: force, weight, spring or weight_and_spring.
+        escapement: impulse or remontoire; None: there is none.
+
+    Raises:
+        UsageError: an unknown kind, kinds that do not go together, or a file that cannot be
+            written.
+    """
+    from tauto_core.scene.reference import write_scene
+
+    asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
+    if file is not None:
+        path('file', file)
+    kinds = {key: kind for key, kind in asked.items() if kind is not None}
+    return write_scene(None if file is None else str(file), kinds)
+
+
+def check_bag(bag: str | Path) -> Soundness:
+    """Read all of a bag, and return what is wrong with it.
+
+    Checked are the ends of its files, checksums, indices, metadata.yaml, payloads, the order of
+    the log times, and whether the recording was cut short.
+
+    Args:
+        bag: rosbag2 folder or MCAP file.
+
+    Returns:
+        Its `damage`, which `recover_bag` can repair, `faults` of its contents and harmless
+        `notes`, each a list of sentences; `whole` is true without damage and faults.
+
+    Raises:
+        BagError: there is no bag.
+    """
+    from tauto_core import bags
+
+    return bags.check_bag(path('bag', bag))
+
+
+def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
+    """Write what can be read of a damaged bag as a new one; the old one is left as it is.
+
+    Args:
+        bag: rosbag2 folder or MCAP file.
+        out: folder of the new bag, which must not exist; None: beside the old one, with
+            `_recovered` appended to its name.
+
+    Returns:
+        The new bag's `path` and `counts` of messages by topic, and what is `lost`.
+
+    Raises:
+        BagError: nothing is damaged, no message can be read, or the folder cannot be written.
+    """
+    from tauto_core import bags
+
+    return bags.recover_bag(path('bag', bag), None if out is None else path('out', out))
 
 
 def compare(

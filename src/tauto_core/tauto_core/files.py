@@ -217,8 +217,21 @@ _NO_DATE: dict[str, dict[str, Any]] = {
 """Metadata left out of a file, so that it does not change from run to run."""
 
 
-class FigureError(TautoError):
-    """A figure that cannot be written."""
+class OutputError(TautoError):
+    """A file that cannot be written, or a figure that cannot be drawn."""
+
+
+def write_output(path: Path, content: bytes) -> None:
+    """Write a file that the user asked for, as `write_whole` does.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    try:
+        write_whole(path, content)
+    except OSError as error:
+        said = f'{path}: cannot be written: {error.strerror}. Name another file'
+        raise OutputError(said) from None
 
 
 def check_plot(path: Path, argument: str = 'plot') -> None:
@@ -246,7 +259,7 @@ def write_figure(draw: Callable[[], Figure], path: Path, argument: str = 'plot')
         argument: name of the argument that gave it, for error messages.
 
     Raises:
-        FigureError: the file cannot be written.
+        OutputError: the file cannot be written.
         UsageError: see `check_plot`.
     """
     import matplotlib as mpl
@@ -263,9 +276,4 @@ def write_figure(draw: Callable[[], Figure], path: Path, argument: str = 'plot')
             dpi=DOTS_AN_INCH,
             metadata={'Title': title, **_NO_DATE[path.suffix]} if title else _NO_DATE[path.suffix],
         )
-    try:
-        write_whole(path, drawn.getvalue())
-    except OSError as error:
-        raise FigureError(
-            f'{path}: cannot be written: {error.strerror}. Name another file'
-        ) from None
+    write_output(path, drawn.getvalue())

@@ -24,10 +24,10 @@ from tauto_core.machines.design import (
     SCRUPLE_M,
     complete,
     disc_inertia,
-    disc_radius,
-    disc_weight,
     length_of_period,
     length_of_thick_disc,
+    radius_of_disc,
+    weight_of_disc,
 )
 from tauto_core.scene.errors import UsageError
 
@@ -71,8 +71,8 @@ def test_designs_that_are_none(given, said):
 
 def test_discs():
     inertia = disc_inertia(3.0, 0.04, 9.81)
-    assert disc_weight(inertia, 0.04, 9.81) == pytest.approx(3.0, rel=1e-15)
-    assert disc_radius(inertia, 3.0, 9.81) == pytest.approx(0.04, rel=1e-15)
+    assert weight_of_disc(inertia, 0.04, 9.81) == pytest.approx(3.0, rel=1e-15)
+    assert radius_of_disc(inertia, 3.0, 9.81) == pytest.approx(0.04, rel=1e-15)
 
 
 @pytest.mark.parametrize('name', [name for name in GOLDEN if name.startswith('A19-21-L')])

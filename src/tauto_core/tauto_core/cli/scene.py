@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from tauto_core.cli.terminal import say
-from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import DAY_S, LEGIBLE
 from tauto_core.wording import figure, printed, significant, span, with_sigma
 
@@ -276,9 +273,6 @@ def _decided_by(expected: dict[str, Any]) -> str:
 
 Kind = str | None
 
-_ENDINGS = ('.yaml', '.yml')
-"""A word without them may be the name of a shipped scene."""
-
 
 def new(
     ship: Annotated[
@@ -312,36 +306,14 @@ def new(
     Kinds that are not asked for are chosen to go with those that are; with none asked for it is
     Euler's involute under a weight, in a wind sea.
     """
-    from tauto_core.scene.reference import new_scene
+    from tauto_core.scene.reference import write_scene
 
-    if out is not None:
-        _check_file(out)
     asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
-    # the name of a file need not be text, that of a scene is
-    name = 'new_scene' if out is None else Path(out).stem.encode('utf-8', 'replace').decode()
-    text = new_scene(name, {key: kind for key, kind in asked.items() if kind is not None})
+    text = write_scene(out, {key: kind for key, kind in asked.items() if kind is not None})
     if out is None:
         typer.echo(text, nl=False)
-        return
-    try:
-        with Path(out).open('x', encoding='utf-8') as file:
-            file.write(text)
-    except OSError as error:
-        raise UsageError(
-            f'--out {out}: cannot be written: {error.strerror}. Name another file'
-        ) from None
-    say(f'wrote {out}. Sail it with: {shlex.join(("tauto", "sail", out))}')
-
-
-def _check_file(out: str) -> None:
-    """Refuse a name at which no new file can be, or that a later command may not take for one."""
-    if out.endswith(os.sep) or Path(out).is_dir():
-        raise UsageError(f'--out {out}: is a folder. Name a file in it, such as new.yaml')
-    if Path(out).exists():
-        raise UsageError(f'--out {out}: exists, and is not replaced. Name another file')
-    if not out.endswith(_ENDINGS):
-        near = Path(out).with_suffix(_ENDINGS[0])
-        raise UsageError(f'--out {out}: must end in {" or ".join(_ENDINGS)}. Use {near}')
+    else:
+        say(f'wrote {out}. Sail it with: {shlex.join(("tauto", "sail", out))}')
 
 
 def schema() -> None:

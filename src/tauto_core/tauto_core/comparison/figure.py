@@ -42,7 +42,7 @@ def draw(result: Comparison, path: Path) -> None:
         path: name of the file, ending in .svg, .png or .pdf.
 
     Raises:
-        FigureError: the file cannot be written.
+        OutputError: the file cannot be written.
         UsageError: see `files.check_plot`.
     """
     write_figure(lambda: side_by_side(result), path)

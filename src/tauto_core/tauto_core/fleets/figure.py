@@ -32,7 +32,7 @@ def draw(fleet: Fleet, path: Path) -> None:
         path: name of the file, ending in .svg, .png or .pdf.
 
     Raises:
-        FigureError: the file cannot be written.
+        OutputError: the file cannot be written.
         UsageError: see `files.check_plot`.
     """
     write_figure(lambda: figure_of(fleet), path)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
+from tauto_core.scene.times import STANDARD_GRAVITY
 
 RHENISH_FOOT_M = 0.31385
 SCRUPLE_M = RHENISH_FOOT_M / 1000.0
@@ -94,7 +95,7 @@ def complete(
         )
     for name, value in given.items():
         if value is not None:
-            check_size(_WORDS[name], value)
+            _check_size(value, f'{_WORDS[name]} = {value!r}')
     if period is None:
         period = math.tau * math.sqrt((inertia or 0.0) / ((pull or 0.0) * (lever_rate or 0.0)))
     stiffness = (math.tau / period) ** 2
@@ -116,21 +117,187 @@ _WORDS = {
 """The four numbers as messages name them."""
 
 
-def check_size(name: str, value: float) -> None:
-    """Refuse a quantity outside the limits of a design.
+def _check_size(value: float, named: str | Argument) -> None:
+    """Refuse a quantity outside the limits of a design, in any unit."""
+    if not LEAST_SIZE <= value <= LARGEST_SIZE:
+        limits = f': must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. Give another'
+        raise UsageError(named, limits)
+
+
+@dataclass(frozen=True)
+class WheelDesign:
+    """A wheel and its cam, with the disc that the wheel is made of if it is one.
+
+    Attributes:
+        period_s: period of a full swing [s].
+        pendulum_m: length of the simple pendulum that swings with it [m].
+        inertia_kg_m2: moment of inertia of the wheel [kg m2].
+        disc_weight_n: weight of the disc [N]; None where the wheel is not said to be a disc.
+        disc_radius_m: radius of the disc [m]; likewise.
+        pull_n: pull in the thread [N], without inertia.
+        base_radius_m: base radius of the involute, a hole's rate [m].
+        gravity_m_s2: acceleration of gravity [m/s2].
+    """
+
+    period_s: float
+    pendulum_m: float
+    inertia_kg_m2: float
+    disc_weight_n: float | None
+    disc_radius_m: float | None
+    pull_n: float
+    base_radius_m: float
+    gravity_m_s2: float
+
+
+def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
+    """Return the units of a design in metres and newtons.
 
     Args:
-        name: name of the quantity, for the message.
-        value: in any unit.
+        length_unit: one of `LENGTHS_M`.
+        weight_unit: N, or one of `WEIGHTS_KG`.
+        gravity: acceleration of gravity [m/s2].
 
     Raises:
-        UsageError: not between 1e-30 and 1e30.
+        UsageError: an unknown unit.
     """
-    if not LEAST_SIZE <= value <= LARGEST_SIZE:
-        raise UsageError(
-            f'{name} = {value!r}: must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. '
-            'Give another'
-        )
+    if length_unit not in LENGTHS_M:
+        given = Argument('length_unit', repr(length_unit), spaced=True)
+        raise UsageError(given, f': use one of {", ".join(LENGTHS_M)}')
+    if weight_unit not in ('N', *WEIGHTS_KG):
+        given = Argument('weight_unit', repr(weight_unit), spaced=True)
+        raise UsageError(given, f': use one of N, {", ".join(WEIGHTS_KG)}')
+    newtons = 1.0 if weight_unit == 'N' else WEIGHTS_KG[weight_unit] * gravity
+    return LENGTHS_M[length_unit], newtons
+
+
+def design(
+    *,
+    period: float | None = None,
+    pendulum: float | None = None,
+    inertia: float | None = None,
+    disc_weight: float | None = None,
+    disc_radius: float | None = None,
+    disc_is_base: bool = False,
+    pull: float | None = None,
+    base_radius: float | None = None,
+    length_unit: str = 'm',
+    weight_unit: str = 'N',
+    gravity: float = STANDARD_GRAVITY,
+) -> WheelDesign:
+    """Return the design of which three numbers are given (Euler 1727, XIX–XXI).
+
+    Of period, moment of inertia, pull and base radius three give the fourth. A disc counts as two
+    numbers, weight and radius, one of which may be what is left out.
+
+    Args:
+        period: period of a full swing [s].
+        pendulum: or the length of a simple pendulum that swings with it.
+        inertia: moment of inertia of the wheel [kg m2].
+        disc_weight: or its weight, if it is a uniform disc,
+        disc_radius: and its radius.
+        disc_is_base: the radius of the disc is the base radius (XX).
+        pull: pull in the thread, without inertia.
+        base_radius: base radius of the involute; a hole's rate.
+        length_unit: unit of lengths, one of `LENGTHS_M`.
+        weight_unit: unit of weights and the pull, N or one of `WEIGHTS_KG`.
+        gravity: acceleration of gravity [m/s2].
+
+    Raises:
+        UsageError: not exactly one is left out, one is given twice, a number is not between 1e-30
+            and 1e30, or a unit is not known.
+    """
+    _check_size(gravity, Argument('gravity', repr(gravity), spaced=True))
+    metres, newtons = units(length_unit, weight_unit, gravity)
+    given = {
+        'period': (period, 1.0),
+        'pendulum': (pendulum, metres),
+        'inertia': (inertia, 1.0),
+        'disc_weight': (disc_weight, newtons),
+        'disc_radius': (disc_radius, metres),
+        'pull': (pull, newtons),
+        'base_radius': (base_radius, metres),
+    }
+    known: dict[str, float | None] = dict.fromkeys(given)
+    for name, (value, unit) in given.items():
+        if value is not None:
+            _check_size(value, Argument(name, repr(value), spaced=True))
+            known[name] = value * unit
+    for name, other in (
+        ('period', 'pendulum'),
+        ('inertia', 'disc_weight'),
+        ('inertia', 'disc_radius'),
+    ):
+        if known[name] is not None and known[other] is not None:
+            same = ' say the same thing twice. Leave one out'
+            raise UsageError(Argument(name), ' and ', Argument(other), same)
+    length, moment = known['pendulum'], known['inertia']
+    time = known['period'] if length is None else 2.0 * half_period(length, gravity)
+    weight, radius = known['disc_weight'], known['disc_radius']
+    force, base = known['pull'], known['base_radius']
+    if disc_is_base:
+        if radius is not None or moment is not None:
+            raise UsageError(
+                Argument('disc_is_base', value=True),
+                ' makes the radius of the disc the base radius. Leave out ',
+                Argument('disc_radius'),
+                ' and ',
+                Argument('inertia'),
+            )
+        weight, force, base = _disc_is_base(time, weight, force, base, gravity)
+        time, radius = None, base
+    if weight is not None and radius is not None:
+        moment = disc_inertia(weight, radius, gravity)
+    found = complete(period=time, inertia=moment, pull=force, lever_rate=base)
+    if weight is not None:
+        # a radius that was given or found before stays as it is, to the last bit
+        radius = radius or radius_of_disc(found.inertia, weight, gravity)
+    elif radius is not None:
+        weight = weight_of_disc(found.inertia, radius, gravity)
+    return WheelDesign(
+        found.period,
+        found.pendulum_length(gravity),
+        found.inertia,
+        weight,
+        radius,
+        found.pull,
+        found.lever_rate,
+        gravity,
+    )
+
+
+def _disc_is_base(
+    period: float | None,
+    weight: float | None,
+    pull: float | None,
+    base: float | None,
+    gravity: float,
+) -> tuple[float, float, float]:
+    """Return Q, P and r of L = Q r/(2P), where one of L, Q, P, r was left out."""
+    length = None if period is None else length_of_period(period, gravity)
+    match length, weight, pull, base:
+        case None, float(), float(), float():
+            return weight, pull, base
+        case float(), None, float(), float():
+            return 2.0 * pull * length / base, pull, base
+        case float(), float(), None, float():
+            return weight, weight * base / (2.0 * length), base
+        case float(), float(), float(), None:
+            return weight, pull, base_radius_of_disc(weight, pull, length)
+    raise UsageError(
+        'with ',
+        Argument('disc_is_base', value=True),
+        ' three of ',
+        Argument('period'),
+        ' (or ',
+        Argument('pendulum'),
+        '), ',
+        Argument('disc_weight'),
+        ', ',
+        Argument('pull'),
+        ' and ',
+        Argument('base_radius'),
+        ' give the fourth. Leave out exactly one',
+    )
 
 
 def disc_inertia(weight: float, radius: float, gravity: float) -> float:
@@ -144,7 +311,7 @@ def disc_inertia(weight: float, radius: float, gravity: float) -> float:
     return weight * radius * radius / (2.0 * gravity)
 
 
-def disc_weight(inertia: float, radius: float, gravity: float) -> float:
+def weight_of_disc(inertia: float, radius: float, gravity: float) -> float:
     """Return Q = 2 g I/a² of a homogeneous disc [N].
 
     Args:
@@ -155,7 +322,7 @@ def disc_weight(inertia: float, radius: float, gravity: float) -> float:
     return 2.0 * gravity * inertia / (radius * radius)
 
 
-def disc_radius(inertia: float, weight: float, gravity: float) -> float:
+def radius_of_disc(inertia: float, weight: float, gravity: float) -> float:
     """Return a = √(2 g I/Q) of a homogeneous disc [m].
 
     Args:

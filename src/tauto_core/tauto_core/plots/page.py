@@ -17,7 +17,7 @@ import numpy as np
 
 from tauto_core.curves import Cam, DescentCurve
 from tauto_core.curves.fluid import coordinates
-from tauto_core.files import check_place, write_whole
+from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, seaway
@@ -210,17 +210,13 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
         command: the command line that made it, which the page shows.
 
     Raises:
-        UsageError, ReportError: see `check_report`; or the file cannot be written.
+        UsageError, ReportError: see `check_report`.
+        OutputError: the file cannot be written.
     """
     check_report(file)
     text = page(voyage, command)
-    try:
-        # the command may name a file whose name is no text
-        write_whole(file, text.encode('utf-8', 'xmlcharrefreplace'))
-    except OSError as error:
-        raise ReportError(
-            f'{file}: cannot be written: {error.strerror}. Name another file'
-        ) from None
+    # the command may name a file whose name is no text
+    write_output(file, text.encode('utf-8', 'xmlcharrefreplace'))
 
 
 def page(voyage: Voyage, command: str) -> str:

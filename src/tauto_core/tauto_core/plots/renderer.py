@@ -61,7 +61,7 @@ def picture(
 
     Raises:
         UsageError: no such picture, no data for it, or another suffix.
-        FigureError: the file cannot be written.
+        OutputError: the file cannot be written.
     """
     check_picture(what, file, part=from_s is not None or to_s is not None)
     name = '\n'.join([*wrap(not_whole(voyage.result), _TITLE_CHARACTERS), voyage.scene.name])

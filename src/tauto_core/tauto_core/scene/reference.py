@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import textwrap
 from collections.abc import Iterator, Mapping
@@ -186,6 +187,9 @@ def schema_text() -> str:
 # on land.
 
 WIDTH = 99
+ENDINGS = ('.yaml', '.yml')
+"""A word without them may be the name of a shipped scene."""
+
 FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
 """The sections that must be compatible, and the folders of their kinds."""
 
@@ -269,6 +273,38 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
         '',
     ]
     return '\n'.join([*head, *_lines(Scene, content, '', '')]) + '\n'
+
+
+def write_scene(file: str | None, kinds: Mapping[str, str]) -> str:
+    """Return the text of `new_scene`, and write it to a new file if one is named.
+
+    Args:
+        file: name of the file, ending in .yaml or .yml; the scene has its name.
+        kinds: as for `new_scene`.
+
+    Raises:
+        UsageError: as for `new_scene`, or a file that exists, has another ending or cannot be
+            written.
+    """
+    if file is None:
+        return new_scene('new_scene', kinds)
+    given, place = Argument('file', file), Path(file)
+    if file.endswith(os.sep) or place.is_dir():  # a Path drops the slash of a folder
+        raise UsageError(given, ': is a folder. Name a file in it, such as new.yaml')
+    if place.exists():
+        raise UsageError(given, ': exists, and is not replaced. Name another file')
+    if not file.endswith(ENDINGS):
+        near = place.with_suffix(ENDINGS[0])
+        raise UsageError(given, f': must end in {" or ".join(ENDINGS)}. Use {near}')
+    # the name of a file need not be text, that of a scene is
+    text = new_scene(place.stem.encode('utf-8', 'replace').decode(), kinds)
+    try:
+        with place.open('x', encoding='utf-8') as new:
+            new.write(text)
+    except OSError as error:
+        said = f': cannot be written: {error.strerror}. Name another file'
+        raise UsageError(given, said) from None
+    return text
 
 
 def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
