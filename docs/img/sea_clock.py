@@ -16,10 +16,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import tauto_core as tauto
-from tauto_core.plots.chart import Chart
+from tauto_core.plots.chart import Chart, draw_on
 from tauto_core.plots.contents import thinned
 from tauto_core.plots.machine import draw_machine
-from tauto_core.plots.renderer import draw_on
 from tauto_core.scene import Scene
 
 SEA = 'involute_weight_at_sea'

@@ -79,6 +79,8 @@ def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
     again = tmp_path / 'again.svg'
     assert f'wrote {again}' in tauto('replay', bag, '--stability', '--plot', again).stderr
     assert again.read_bytes() == figure.read_bytes()
+    assert tauto('plot', bag, 'stability', '--out', again).exit_code == 0
+    assert again.read_bytes() == figure.read_bytes()
     shown = tauto('replay', bag, '--stability').stdout
     assert 'white FM' in shown
     assert 'τ, s' in shown

@@ -564,8 +564,7 @@ def plot(
             is not one of the voyage.
         TautoError: the source cannot be read or sailed.
     """
-    from tauto_core.plots.contents import OF_A_SCENE
-    from tauto_core.plots.renderer import check_picture
+    from tauto_core.plots.contents import OF_A_SCENE, check_picture
 
     part = from_s is not None or to_s is not None
     check_picture(what, None if file is None else path('file', file), part=part)

@@ -380,7 +380,7 @@ class Voyage:
         to_s: float | None = None,
     ) -> Figure:
         """Draw a picture of the voyage; see `tauto_core.plot`."""
-        from tauto_core.plots.renderer import picture
+        from tauto_core.plots.contents import picture
 
         return picture(self, what, file, from_s=from_s, to_s=to_s)
 

@@ -16,7 +16,6 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -355,11 +354,9 @@ def replay(
     """Estimate drift and longitude again, from a bag alone."""
     from tauto_core import voyage
     from tauto_core.bags import read_bag
-    from tauto_core.cli import show
     from tauto_core.cli.tables import replay_tables
     from tauto_core.cli.terminal import progress_bar
     from tauto_core.files import check_plot
-    from tauto_core.results import not_whole
     from tauto_core.scene import load_scene
 
     if plot is not None:
@@ -369,13 +366,11 @@ def replay(
     loaded = None if scene is None else load_scene(scene)
     with progress_bar(f'replay {bag}'):
         opened = read_bag(bag)
-        result = voyage.replay(
-            opened, loaded, smooth=smooth, stability=stability, keep=False
-        ).result
+        replayed = voyage.replay(opened, loaded, smooth=smooth, stability=stability, keep=False)
+    result = replayed.result
     _warn(result['warnings'])
     if plot is not None:
-        title = '\n'.join([*wrap(not_whole(result), 100), result['scene']])
-        show.draw(result['stability'], title, plot)
+        replayed.plot('stability', plot)
         say(f'wrote {plot}')
     _show(result, None if as_json else replay_tables(result))
 

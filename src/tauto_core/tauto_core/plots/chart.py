@@ -1,14 +1,23 @@
-"""A picture independent of the renderer: lines, bands and points on axes with units."""
+"""Charts: lines, bands and points on axes with units, and how Matplotlib draws them.
+
+The page of a voyage draws the same charts with Bokeh (`page`).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from textwrap import fill
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from tauto_core.samples import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Colour = Literal['blue', 'orange', 'green', 'grey']
 
@@ -98,3 +107,97 @@ class Chart:
         low, high = min(float(y.min()) for y in ends), max(float(y.max()) for y in ends)
         margin = 0.05 * (high - low) or 1e-9
         return low - margin, high + margin
+
+
+COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
+"""The palette of Okabe and Ito, safe for the colour-blind; its grey suits white and black."""
+
+
+def draw(of: Chart, name: str) -> Figure:
+    """Return a chart as a figure.
+
+    Args:
+        of: the chart.
+        name: name of the scene, for the title.
+    """
+    from matplotlib.figure import Figure
+
+    panels = of.panels
+    high = 6.0 if of.equal else 2.4 + 1.6 * len(panels)
+    figure = Figure(figsize=(6.4, high), layout='constrained')
+    for axes, panel in zip(
+        figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0], panels, strict=True
+    ):
+        draw_on(axes, panel)
+        axes.label_outer()
+    named = any(mark.name for mark in of.marks)
+    title = f'{name}: {of.title[0].lower()}{of.title[1:]}'
+    figure.axes[0].set_title(title, loc='left', fontsize=11.0, pad=22.0 if named else 6.0)
+    notes = [panel.note for panel in panels if panel.note]
+    if notes:
+        figure.supxlabel(fill(' '.join(notes), 100), fontsize=8.0, x=0.01, ha='left')
+    return figure
+
+
+def draw_on(axes: Axes, of: Chart) -> None:
+    """Draw a chart on axes, with its legend and without a title."""
+    for line in of.lines:
+        _draw_line(axes, line, solid=of.equal)
+    for mark in of.marks:
+        axes.axvline(mark.x, color=COLOURS['grey'], lw=0.8, ls='--' if mark.name else ':')
+    # the names stand above the axes; the one of a mark at an end of the picture ends there itself
+    left, right = axes.get_xlim()
+    before, raised = -1.0, False
+    for mark in sorted((each for each in of.marks if each.name), key=lambda each: each.x):
+        place = (mark.x - left) / (right - left)
+        raised = place - before < 0.1 and not raised
+        before = place
+        axes.annotate(
+            mark.name,
+            (mark.x, 1.0),
+            (0.0, 11.0 if raised else 3.0),
+            xycoords=('data', 'axes fraction'),
+            textcoords='offset points',
+            ha='left' if place < 0.05 else 'right' if place > 0.95 else 'center',
+            fontsize=8.0,
+            annotation_clip=False,
+        )
+    if (limits := of.y_limits()) is not None:
+        axes.set_ylim(*limits)
+    axes.set_xlabel(of.x_label)
+    axes.set_ylabel(of.y_label)
+    if of.log_x:
+        axes.set_xscale('log')
+    if of.log_y:
+        axes.set_yscale('log')
+    if of.equal:
+        axes.set_aspect('equal', adjustable='datalim')
+    else:
+        axes.ticklabel_format(useOffset=False) if not (of.log_x or of.log_y) else None
+        axes.grid(color='#999999', alpha=0.3, linewidth=0.5)
+    if not of.y_ticks:
+        axes.set_yticks([])
+    axes.spines[['top', 'right']].set_visible(False)
+    if sum(bool(line.name) for line in of.lines) > 1:
+        # where no place is free, the names stay legible on what they cover
+        axes.legend(edgecolor='none', framealpha=0.8, fontsize=8.5, loc='best')
+
+
+def _draw_line(axes: Axes, line: Line, *, solid: bool) -> None:
+    x, y, high, colour = line.x, line.y, line.high, COLOURS[line.colour]
+    name = line.name or '_'
+    if line.kind == 'band':
+        assert high is not None
+        axes.fill_between(x, y, high, color=colour, alpha=0.2, lw=0, label=name)
+    elif line.kind == 'bars':
+        assert high is not None
+        axes.vlines(x, y, high, color=colour, alpha=0.6, lw=4.0, label=name)
+    elif line.kind == 'points':
+        dot = float(np.clip(12.0 / math.log10(len(x) + 9.0), 2.5, 8.0))
+        axes.plot(x, y, '.', color=colour, markersize=dot, label=name)
+    elif line.kind == 'area':
+        axes.fill(x, y, color=colour, alpha=0.5, label=name)
+        axes.plot(x, y, color=colour, linewidth=1.0)
+    else:
+        style = '--' if line.colour == 'orange' and not solid else '-'
+        axes.plot(x, y, style, color=colour, linewidth=1.4, label=name)

@@ -1,4 +1,7 @@
-"""The contents of the pictures of a voyage, independent of the renderer."""
+"""The pictures of a voyage: their contents as charts, and their files.
+
+Matplotlib draws them for `tauto plot`, Bokeh in the page of `tauto report`; both show the same.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tauto_core.files import check_plot, write_figure
 from tauto_core.machines import FluidPendulum, HangingMachine, compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
-from tauto_core.plots.chart import Chart, Colour, Line, Mark
+from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
 from tauto_core.plots.machine import cam_lines, draw_machine
+from tauto_core.results import not_whole
 from tauto_core.samples import (
     NS_PER_S,
     READING,
@@ -31,6 +39,9 @@ from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.weather_kind import State
 from tauto_core.voyage import Voyage
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # -----------------------------------------------------------------------------
 # The motion of the ship on a part of a voyage, for pictures: roll, and heave in metres.
@@ -210,9 +221,7 @@ def _felt(imu: ImuSamples, time_s: FloatArray, note: str) -> Seaway:
 
 
 # -----------------------------------------------------------------------------
-# The contents of the pictures of a voyage, independent of the renderer.
-#
-# `pictures` draws them with Matplotlib and `report` in a page, so both show the same.
+# The contents of the pictures.
 
 MOST_POINTS = 2000
 """Largest number of points of a line; longer lines are thinned so that every extreme is kept."""
@@ -222,6 +231,52 @@ MOST_CHANGES = 8
 """Largest number of changes of the weather that are marked; more could not be told apart."""
 SEGMENT_S = 120.0
 """Length of the segments whose spectra are averaged [s]."""
+TITLE_LENGTH = 64
+"""Characters of a line of a title."""
+
+
+def check_picture(what: str, file: str | Path | None, *, part: bool = False) -> None:
+    """Refuse, before anything runs, an unknown picture or a file to which it cannot be written.
+
+    Args:
+        what: name of the picture.
+        file: the file, if one is named.
+        part: whether a part of the voyage is asked for.
+
+    Raises:
+        UsageError: see `check_what` and `files.check_plot`.
+    """
+    check_what(what, part=part)
+    if file is not None:
+        check_plot(Path(file), 'file')
+
+
+def picture(
+    voyage: Voyage,
+    what: str,
+    file: str | Path | None = None,
+    *,
+    from_s: float | None = None,
+    to_s: float | None = None,
+) -> Figure:
+    """Return a picture as a figure, and write it to a file if one is named.
+
+    Args:
+        voyage: the voyage that the picture shows.
+        what: one of `PICTURES`.
+        file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
+        from_s, to_s: as for `chart`.
+
+    Raises:
+        UsageError: no such picture, no data for it, or another suffix.
+        OutputError: the file cannot be written.
+    """
+    check_picture(what, file, part=from_s is not None or to_s is not None)
+    name = '\n'.join([*wrap(not_whole(voyage.result), TITLE_LENGTH), voyage.scene.name])
+    figure = draw(chart(voyage, what, from_s, to_s), name)
+    if file is not None:
+        write_figure(lambda: figure, Path(file), 'file')
+    return figure
 
 
 def chart(
@@ -594,39 +649,48 @@ def _weather(voyage: Voyage) -> Chart:
 
 
 def _stability(voyage: Voyage) -> Chart:
-    from tauto_core.navigation.stability import stability_of
+    """Return deviations of frequency and of time against τ, Allan's and the time one with bars."""
+    found = voyage.result.get('stability')
+    if found is None:
+        from tauto_core.navigation.stability import stability_of
 
-    reading = voyage.samples[READING]
-    assert isinstance(reading, TimeSamples)
-    try:
-        found = stability_of(reading)
-    except EstimationError as error:
-        raise UsageError(f'stability: {error}') from None
-    rows = found['rows']
-    tau = np.array([row['tau_s'] for row in rows])
-    columns = {
-        name: np.array([row[name] for row in rows])
-        for name in ('allan', 'allan_low', 'allan_high', 'modified', 'hadamard')
-    }
+        reading = voyage.samples[READING]
+        assert isinstance(reading, TimeSamples)
+        try:
+            found = stability_of(reading)
+        except EstimationError as error:
+            raise UsageError(f'stability: {error}') from None
+    rows, percent = found['rows'], f'{100 * found["confidence"]:g} %'
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0] if name != 'noise'}
+    tau, label = columns['tau_s'], 'averaging time τ [s]'
+
+    def bars(of: str, name: str) -> Line:
+        low, high = columns[f'{of}_low'], columns[f'{of}_high']
+        return Line(f'{percent} of {name}', tau, low, 'grey', 'bars', high)
+
+    in_time = Chart(
+        '',
+        label,
+        'time deviation [s]',
+        [bars('time', 'time'), Line('time', tau, columns['time'])],
+        log_x=True,
+        log_y=True,
+        note=f'From {found["samples"]:,} readings. The bars contain the deviation of the clock '
+        f'with {percent} probability.',
+    )
     return Chart(
         'Stability of the clock',
-        'averaging time τ [s]',
+        label,
         'deviation of relative frequency',
         [
-            Line(
-                f'{100 * found["confidence"]:g} % of Allan',
-                tau,
-                columns['allan_low'],
-                'grey',
-                'bars',
-                columns['allan_high'],
-            ),
+            bars('allan', 'Allan'),
             Line('Allan', tau, columns['allan']),
             Line('modified Allan', tau, columns['modified'], 'orange'),
             Line('Hadamard', tau, columns['hadamard'], 'green'),
         ],
         log_x=True,
         log_y=True,
+        below=in_time,
     )
 
 

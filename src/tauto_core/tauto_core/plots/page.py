@@ -19,10 +19,9 @@ from tauto_core.curves import Cam, DescentCurve
 from tauto_core.curves.fluid import coordinates
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
-from tauto_core.plots.chart import Chart, Line
+from tauto_core.plots.chart import COLOURS, Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, seaway
 from tauto_core.plots.machine import Drawing, draw_machine
-from tauto_core.plots.renderer import COLOURS
 from tauto_core.results import SIGNS, groups, not_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
