@@ -66,7 +66,7 @@ def test_a_time_that_chooses_no_one_spectrum_is_refused(tmp_path: Path) -> None:
     told = '2 spectra from 2000-01-01T00:00:00 to 2000-01-01T02:00:00'
     with pytest.raises(SceneError, match=f'time: is missing, and the file holds {told}'):
         sea_of(file, 'ndbc')
-    with pytest.raises(SceneError, match=r'no time of the file.*Use 2000-01-01T02:00:00 or'):
+    with pytest.raises(SceneError, match=r'not a time of the file.*Use 2000-01-01T02:00:00 or'):
         sea_of(file, 'ndbc', '2000-01-01T03:00')
     with pytest.raises(SceneError, match=r'time = .noon.*is not a date and time'):
         sea_of(file, 'ndbc', 'noon')

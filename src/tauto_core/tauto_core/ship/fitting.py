@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tauto_core.kernels import compiled, entry
 from tauto_core.motion.lanes import SIZE, load, splat, store, with_lane
 from tauto_core.samples import FloatArray, IntArray
+from tauto_core.ship.kernels import LANES
 
 
 class Widths(NamedTuple):
@@ -228,18 +229,16 @@ def fit_hermite(
 def _take(values: FloatArray, first: IntArray, done: int, lanes: FloatArray, points: int) -> None:
     """Fill lane r with the window from sample first[done + r] on; spare ones as the last.
 
-    Lane by lane and not in a loop, which would become slow gather and scatter instructions.
+    The loop over the lanes is written out: one at run time would become slow gather and scatter
+    instructions.
     """
-    last = len(first) - 1
-    a, b = first[done], first[min(done + 1, last)]
-    c, d = first[min(done + 2, last)], first[min(done + 3, last)]
-    e, f = first[min(done + 4, last)], first[min(done + 5, last)]
-    g, h = first[min(done + 6, last)], first[min(done + 7, last)]
+    begins: tuple[int, ...] = ()
+    for r in LANES:
+        begins = (*begins, first[min(done + r, len(first) - 1)])
     for i in range(points):
-        x = with_lane(splat(values[a + i]), 1, values[b + i])
-        x = with_lane(with_lane(x, 2, values[c + i]), 3, values[d + i])
-        x = with_lane(with_lane(x, 4, values[e + i]), 5, values[f + i])
-        x = with_lane(with_lane(x, 6, values[g + i]), 7, values[h + i])
+        x = splat(values[begins[0] + i])
+        for r in LANES:
+            x = with_lane(x, r, values[begins[r] + i])
         store(lanes, i, x)
 
 

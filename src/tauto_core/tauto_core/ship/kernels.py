@@ -30,10 +30,40 @@ from tauto_core.motion.lanes import (
 from tauto_core.motion.linear import cosine_sine, short_cosine_sine
 from tauto_core.samples import FloatArray, IntArray
 
+# A loop over a tuple is written out, so that its variable is known when compiling.
+LANES = tuple(range(SIZE))
+_THREE, _FOUR = (0, 1, 2), (0, 1, 2, 3)
+
+
+@inlined
+def strided(rows: tuple[Any, ...], first: int, step: int) -> Any:
+    """Return the numbers at first, first + step, … of rows of eight, taken as one, as lanes.
+
+    So are components of vectors taken out of their array. `first` and `step` are known when
+    compiling.
+    """
+    x = splat(lane(rows[first // SIZE], first % SIZE))
+    for r in LANES:
+        k = first + step * r
+        x = with_lane(x, r, lane(rows[k // SIZE], k % SIZE))
+    return x
+
+
+@inlined
+def interleaved(parts: tuple[Any, ...], row: int) -> Any:
+    """Return a row of eight of the array of vectors whose components are lanes.
+
+    The inverse of `strided`: number k of the array is component k % n of vector k // n.
+    """
+    x, n = splat(0.0), len(parts)
+    for r in LANES:
+        k = SIZE * row + r
+        x = with_lane(x, r, lane(parts[k % n], k // n))
+    return x
+
+
 # -----------------------------------------------------------------------------
-# Compiled sums of harmonics and readings of an IMU; import on first use only.
-#
-# Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
+# Sums of harmonics.
 
 BLOCKS_TOGETHER = 8
 """Blocks for which a part of the table is used while it is in the processor's first cache."""
@@ -151,18 +181,13 @@ def _store_sums(
         return
     right, left = middle + strip, middle - 1 - strip
     store(out, right, mean + (sums[0] + sums[1]))
-    store(out, left, _turned(mean + (sums[0] - sums[1])))
+    store(out, left, strided((mean + (sums[0] - sums[1]),), 7, -1))
     store(out, right + 1, mean + (sums[2] + sums[3]))
-    store(out, left - 1, _turned(mean + (sums[2] - sums[3])))
+    store(out, left - 1, strided((mean + (sums[2] - sums[3]),), 7, -1))
 
 
-@inlined
-def _turned(x: Any) -> Any:
-    """Return lanes in the opposite order."""
-    y = with_lane(splat(lane(x, 7)), 1, lane(x, 6))
-    y = with_lane(with_lane(y, 2, lane(x, 5)), 3, lane(x, 4))
-    y = with_lane(with_lane(y, 4, lane(x, 3)), 5, lane(x, 2))
-    return with_lane(with_lane(y, 6, lane(x, 1)), 7, lane(x, 0))
+# -----------------------------------------------------------------------------
+# Readings of an IMU beside the clock, and roll and force from them.
 
 
 @entry
@@ -195,12 +220,11 @@ def encode(
         s, c = half_angles(0.5 * eight(angle, i))
         turning = eight(rate, i)
         y, z = specific_force(s, c, i, turning, acceleration, heave, height, gravity)
-        store(orientation, 4 * i, _fours(s, c, 0))
-        store(orientation, 4 * i + 1, _fours(s, c, 2))
-        store(orientation, 4 * i + 2, _fours(s, c, 4))
-        store(orientation, 4 * i + 3, _fours(s, c, 6))
-        _store_threes(angular_velocity, i, turning, zero, zero)
-        _store_threes(force, i, zero, y, z)
+        for row in _FOUR:
+            store(orientation, 4 * i + row, interleaved((s, zero, zero, c), row))
+        for row in _THREE:
+            store(angular_velocity, 3 * i + row, interleaved((turning, zero, zero), row))
+            store(force, 3 * i + row, interleaved((zero, y, z), row))
 
 
 @inlined
@@ -248,27 +272,6 @@ def half_angles(half: Any) -> Any:
     return s, c
 
 
-@inlined
-def _fours(x: Any, w: Any, first: int) -> Any:
-    """Return two quaternions (x, 0, 0, w) of lanes, from sample `first` on."""
-    row = with_lane(with_lane(splat(0.0), 0, lane(x, first)), 3, lane(w, first))
-    return with_lane(with_lane(row, 4, lane(x, first + 1)), 7, lane(w, first + 1))
-
-
-@inlined
-def _store_threes(out: FloatArray, i: int, x: Any, y: Any, z: Any) -> None:
-    """Write eight vectors from lanes of x, y, z to rows 3 i to 3 i + 2."""
-    a = with_lane(with_lane(splat(lane(x, 0)), 1, lane(y, 0)), 2, lane(z, 0))
-    a = with_lane(with_lane(with_lane(a, 3, lane(x, 1)), 4, lane(y, 1)), 5, lane(z, 1))
-    store(out, 3 * i, with_lane(with_lane(a, 6, lane(x, 2)), 7, lane(y, 2)))
-    b = with_lane(with_lane(splat(lane(z, 2)), 1, lane(x, 3)), 2, lane(y, 3))
-    b = with_lane(with_lane(with_lane(b, 3, lane(z, 3)), 4, lane(x, 4)), 5, lane(y, 4))
-    store(out, 3 * i + 1, with_lane(with_lane(b, 6, lane(z, 4)), 7, lane(x, 5)))
-    c = with_lane(with_lane(splat(lane(y, 5)), 1, lane(z, 5)), 2, lane(x, 6))
-    c = with_lane(with_lane(with_lane(c, 3, lane(y, 6)), 4, lane(z, 6)), 5, lane(x, 7))
-    store(out, 3 * i + 2, with_lane(with_lane(c, 6, lane(y, 7)), 7, lane(z, 7)))
-
-
 LARGEST = 1e150
 """Larger values, even if they do not overflow themselves, are checked more closely."""
 
@@ -309,7 +312,7 @@ def all_good(
     rows = len(stamp_ns) // SIZE
     off, steep, finite = splat(0.0), splat(0.0), splat(0.0)
     for i in range(rows):
-        x, y, z, w = _quaternions(orientation, i)
+        x, y, z, w = vectors(orientation, i, _FOUR)
         norm = (x * x + y * y) + (z * z + w * w)
         off, steep = larger(off, norm - 1.0), larger(steep, w * y - z * x)
         finite = fma(norm, 0.0, finite)
@@ -329,20 +332,15 @@ def all_good(
 
 
 @inlined
-def _quaternions(orientation: FloatArray, i: int) -> tuple[Any, Any, Any, Any]:
-    """Return x, y, z, w of the eight samples from 8 i on, as lanes."""
-    a, b = load(orientation, 4 * i), load(orientation, 4 * i + 1)
-    c, d = load(orientation, 4 * i + 2), load(orientation, 4 * i + 3)
-    x, y = _every_fourth(a, b, c, d, 0), _every_fourth(a, b, c, d, 1)
-    return x, y, _every_fourth(a, b, c, d, 2), _every_fourth(a, b, c, d, 3)
-
-
-@inlined
-def _every_fourth(a: Any, b: Any, c: Any, d: Any, k: int) -> Any:
-    x = with_lane(splat(lane(a, k)), 1, lane(a, k + 4))
-    x = with_lane(with_lane(x, 2, lane(b, k)), 3, lane(b, k + 4))
-    x = with_lane(with_lane(x, 4, lane(c, k)), 5, lane(c, k + 4))
-    return with_lane(with_lane(x, 6, lane(d, k)), 7, lane(d, k + 4))
+def vectors(array: FloatArray, i: int, places: tuple[int, ...]) -> tuple[Any, ...]:
+    """Return the components of the eight vectors from 8 i on, each as lanes."""
+    rows: tuple[Any, ...] = ()
+    found: tuple[Any, ...] = ()
+    for k in places:
+        rows = (*rows, load(array, len(places) * i + k))
+    for k in places:
+        found = (*found, strided(rows, k, len(places)))
+    return found
 
 
 @entry
@@ -373,11 +371,11 @@ def roll_of(
     """
     rows = len(roll) // SIZE
     for i in range(rows):
-        x, y, z, w = _quaternions(orientation, i)
+        x, y, z, w = vectors(orientation, i, _FOUR)
         sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
         _store_directions(sine, cosine, i, roll)
         if angular_velocity is not None:
-            p, q, r = _vectors(angular_velocity, i)
+            p, q, r = vectors(angular_velocity, i, _THREE)
             across = q * sine + r * cosine
             squared = sine * sine + cosine * cosine
             store(rate, i, p + across * (2.0 * (w * y - z * x)) / squared)
@@ -406,7 +404,7 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
     """
     rows = len(force) // SIZE
     for i in range(rows):
-        _, y, z = _vectors(force, i)
+        _, y, z = vectors(force, i, _THREE)
         _store_forces(y, z, i, tilt, size)
     for i in range(SIZE * rows, len(force)):
         _store_upwards(force[i, 1], force[i, 2], i, tilt, size)
@@ -491,21 +489,6 @@ def _store_upwards(
 
 
 @inlined
-def _vectors(rows: FloatArray, i: int) -> tuple[Any, Any, Any]:
-    """Return x, y, z of the eight vectors from 8 i on, as lanes."""
-    a, b, c = load(rows, 3 * i), load(rows, 3 * i + 1), load(rows, 3 * i + 2)
-    x = with_lane(with_lane(splat(lane(a, 0)), 1, lane(a, 3)), 2, lane(a, 6))
-    x = with_lane(with_lane(with_lane(x, 3, lane(b, 1)), 4, lane(b, 4)), 5, lane(b, 7))
-    x = with_lane(with_lane(x, 6, lane(c, 2)), 7, lane(c, 5))
-    y = with_lane(with_lane(splat(lane(a, 1)), 1, lane(a, 4)), 2, lane(a, 7))
-    y = with_lane(with_lane(with_lane(y, 3, lane(b, 2)), 4, lane(b, 5)), 5, lane(c, 0))
-    y = with_lane(with_lane(y, 6, lane(c, 3)), 7, lane(c, 6))
-    z = with_lane(with_lane(splat(lane(a, 2)), 1, lane(a, 5)), 2, lane(b, 0))
-    z = with_lane(with_lane(with_lane(z, 3, lane(b, 3)), 4, lane(b, 6)), 5, lane(c, 1))
-    return x, y, with_lane(with_lane(z, 6, lane(c, 4)), 7, lane(c, 7))
-
-
-@inlined
 def _arctan(x: Any) -> Any:
     """Return the arc tangent of a number, or of lanes, up to MODERATE.
 
@@ -580,9 +563,7 @@ def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
 
 
 # -----------------------------------------------------------------------------
-# Compiled fading of one motion into another; import on first use only.
-#
-# Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
+# Fading of one motion into another.
 
 ROOT_HALF = math.sqrt(0.5)
 
