@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import Scene, SceneError, load_scene
-from tauto_core.ship.climates import CLIMATES
 from tauto_core.ship.weather_kind import Setting
+from tauto_core.ship.weathers.climate import CLIMATES
 
 DAY_S = 86_400.0
 ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import MotionDataError
 from tauto_core.ship import ShipMotion, attitude
-from tauto_core.ship.recorded import read_imu
+from tauto_core.ship.motions.recorded import read_imu
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 IMU = 'sensor_msgs/msg/Imu'

@@ -9,7 +9,7 @@ import pytest
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import MotionDataError
 from tauto_core.ship import ShipMotion, attitude
-from tauto_core.ship.recorded import band_limited, recorded_motion
+from tauto_core.ship.motions.recorded import band_limited, recorded_motion
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 
 

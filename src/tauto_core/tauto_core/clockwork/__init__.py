@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from tauto_core.clockwork.dial import DialSetting, dial_ns
 from tauto_core.clockwork.live import LiveTrochlea
-from tauto_core.clockwork.swings import SwingTally
-from tauto_core.clockwork.trochlea import TrochleaStage
+from tauto_core.clockwork.trochlea import SwingTally, TrochleaStage
 
 __all__ = ['DialSetting', 'LiveTrochlea', 'SwingTally', 'TrochleaStage', 'dial_ns']

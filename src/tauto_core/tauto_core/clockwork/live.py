@@ -37,8 +37,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S
-from tauto_core.ship.continuity import Continuity
-from tauto_core.ship.imu import REFUSALS, attitude, content_reasons
+from tauto_core.ship.imu import REFUSALS, Continuity, attitude, content_reasons
 
 # -----------------------------------------------------------------------------
 # Motions of the regulator that no machine can have; readings from them are refused.

@@ -1,17 +1,20 @@
-"""The trochlea as a stage: ship motion in, wheel, phase and reading out."""
+"""The trochlea as a stage: ship motion in, wheel, phase and reading out; and its amplitude."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from tauto_core.clockwork.dial import DIAL, dial_ns
+from tauto_core.clockwork.dial import DIAL, DialNoise, dial_ns
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
+from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
 from tauto_core.motion import Motion, make_propagator, steps_in
 from tauto_core.samples import (
     JOINT_STATES,
+    NS_PER_S,
     PHASE,
     READING,
     SHIP_IMU,
@@ -31,9 +34,9 @@ from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S
 from tauto_core.ship.buffer import MotionBuffer, felt_step_ns, samples_a_piece
 from tauto_core.ship.imu import screen
+from tauto_core.wording import significant
 
 if TYPE_CHECKING:
-    from tauto_core.clockwork.dial_noise import DialNoise
     from tauto_core.ship.suspension import Suspension
 
 WHEEL_NAMES = ('wheel',)
@@ -91,11 +94,7 @@ class TrochleaStage:
             from tauto_core.ship.suspension import Suspension
 
             self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
-        self._noise: DialNoise | None = None
-        if scene.clock.is_noisy:
-            from tauto_core.clockwork.dial_noise import DialNoise
-
-            self._noise = DialNoise(scene)
+        self._noise = DialNoise(scene) if scene.clock.is_noisy else None
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
@@ -114,25 +113,27 @@ class TrochleaStage:
         if not isinstance(imu, ImuSamples | PlanarImu) or not len(imu.stamp_ns):
             return {}
         if isinstance(imu, ImuSamples):
-            imu = self._screened(imu)
+            imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
+            for name, number in refused.items():
+                self._refused[name] = self._refused.get(name, 0) + number
         if not len(imu.stamp_ns):
             return {}
         if self._origin_ns is None:
-            self._begin(int(imu.stamp_ns[0]))
-        self._last_stamp = int(imu.stamp_ns[-1])
-        origin_ns = self._origin_ns or 0
+            first_ns, starts_at = int(imu.stamp_ns[0]), self._scene.starts_at_ns
+            if self._anchor == 'scene' and first_ns != starts_at:
+                raise PropagationError(
+                    f'the first motion sample is stamped {first_ns} ns, the scene starts at '
+                    f'{starts_at} ns. Send the motion from its start, or let its first stamp '
+                    'be the start: source:=foreign for every node, LiveTrochlea in Python',
+                    (first_ns - starts_at) * 1e-9,
+                )
+            self._origin_ns = first_ns
+        self._last_stamp, origin_ns = int(imu.stamp_ns[-1]), self._origin_ns
         if self._suspension is None:
             self._buffer.add(imu, origin_ns)
         else:
             self._feel(self._suspension.feed(imu, origin_ns))
         return self._advance(final=False)
-
-    def _screened(self, imu: ImuSamples) -> ImuSamples:
-        """Return the samples that can be integrated; count the others."""
-        imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
-        for name, number in refused.items():
-            self._refused[name] = self._refused.get(name, 0) + number
-        return imu
 
     def finish(self) -> Batches:
         """Return the remaining samples, interpolated with one-sided windows."""
@@ -144,17 +145,6 @@ class TrochleaStage:
         """Take the readings of a sensor in the suspended case."""
         if case is not None:
             self._buffer.add(case, self._origin_ns or 0)
-
-    def _begin(self, first_ns: int) -> None:
-        starts_at = self._scene.starts_at_ns
-        if self._anchor == 'scene' and first_ns != starts_at:
-            raise PropagationError(
-                f'the first motion sample is stamped {first_ns} ns, the scene starts at '
-                f'{starts_at} ns. Send the motion from its start, or let its first stamp '
-                'be the start: source:=foreign for every node, LiveTrochlea in Python',
-                (first_ns - starts_at) * 1e-9,
-            )
-        self._origin_ns = first_ns
 
     def _advance(self, *, final: bool) -> Batches:
         forcing = self._buffer.forcing(self._log_ns, self._end_ns, final=final)
@@ -169,16 +159,6 @@ class TrochleaStage:
         motions = [motion for _, motion in parts]
         return self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
 
-    def _reading_ns(
-        self, stamps: IntArray, half_turns: IntArray, fraction: FloatArray
-    ) -> IntArray:
-        """Return the readings of the dial, with its noise if the scene has any."""
-        origin_ns = self._origin_ns or 0
-        reading = origin_ns + dial_ns(half_turns, fraction, self._nominal_s)
-        if self._noise is None:
-            return reading
-        return reading + self._noise.offsets_ns((stamps - origin_ns) // self._log_ns)
-
     def _messages(self, stamps: IntArray, motions: list[Motion]) -> Batches:
         def column(name: str) -> np.ndarray:
             return np.concatenate([getattr(motion, name) for motion in motions])
@@ -190,7 +170,10 @@ class TrochleaStage:
             [np.pi * (half_turns + fraction), half_turns, fraction, column('beats')], axis=1
         )
         speeds = np.stack([phase_rate, zero, phase_rate / np.pi, zero], axis=1)
-        reading = self._reading_ns(stamps, half_turns, fraction)
+        origin_ns = self._origin_ns or 0
+        reading = origin_ns + dial_ns(half_turns, fraction, self._nominal_s)
+        if self._noise is not None:
+            reading = reading + self._noise.offsets_ns((stamps - origin_ns) // self._log_ns)
         return {
             JOINT_STATES: JointSamples(
                 stamps,
@@ -236,3 +219,132 @@ class TrochleaStage:
         """Return the numbers of samples refused, by reason, or left out, and of gaps bridged."""
         first = self._suspension or self._buffer
         return {**self._refused, 'crowded': first.crowded, 'bridged_gaps': first.bridged}
+
+
+# -----------------------------------------------------------------------------
+# The amplitude of the wheel and whether it still swings, from the topics alone.
+
+LAST_SWINGS = 100
+"""Number of logged samples at the end whose mean energy gives the amplitude."""
+
+SILENCE_PERIODS = 2.0
+"""Number of periods, at the amplitude reached, without a beat, or with too little energy, after
+which a clock counts as stopped. A swing beats twice a period.
+"""
+
+THERMAL_ENERGY_J = 1.380649e-23 * 293.0
+"""Mean energy of a wheel that only the warmth of a room moves, k_B T [J]; the swing of a clock
+with less has died away.
+"""
+
+
+class SwingTally:
+    """Amplitude at the end, and the time at which the clock stopped, over all batches fed.
+
+    At sea the wheel's motion in its case is treated as if the case lay still. So where the swing
+    follows the apparent vertical, a tilt τ of the apparent vertical adds ⟨τ²⟩ to its square.
+
+    Args:
+        scene: the scene of the clock.
+        machine: the regulator of the scene, if it has been built already.
+    """
+
+    def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
+        self._scene, self._built = scene, machine
+        self._angle, self._rate = np.empty(0), np.empty(0)
+        self._first_ns: int | None = None
+        self._last_ns = self._beat_ns = self._reach_ns = 0
+        self._short_ns: int | None = None
+        self._beats = 0.0
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take batches of `trochlea/joint_states` and `trochlea/phase`, in order within each."""
+        wheel, phase = batches.get(JOINT_STATES), batches.get(PHASE)
+        if isinstance(phase, JointSamples) and len(phase.stamp_ns):
+            beats: FloatArray = phase.position[:, phase.name.index(PHASE_NAMES[3])]
+            if self._first_ns is None:
+                self._begin(int(phase.stamp_ns[0]))
+            more = np.flatnonzero(np.diff(beats, prepend=self._beats) > 0.0)
+            if len(more):
+                self._beat_ns = int(phase.stamp_ns[more[-1]])
+            self._beats = float(beats[-1])
+            self._last_ns = max(self._last_ns, int(phase.stamp_ns[-1]))
+        machine = self._machine
+        if isinstance(wheel, JointSamples) and len(wheel.stamp_ns) and machine is not None:
+            angle, rate = wheel.position[:, 0], wheel.velocity[:, 0]
+            if self._first_ns is None:
+                self._begin(int(wheel.stamp_ns[0]))
+            if swing_energy(machine, angle[-1:], rate[-1:])[0] >= self._needed:
+                self._reach_ns, self._short_ns = int(wheel.stamp_ns[-1]), None
+            else:
+                far = np.flatnonzero(swing_energy(machine, angle, rate) >= self._needed)
+                if len(far):
+                    self._reach_ns = int(wheel.stamp_ns[far[-1]])
+                if len(far) or self._short_ns is None:
+                    self._short_ns = int(wheel.stamp_ns[far[-1] + 1 if len(far) else 0])
+            self._angle = np.concatenate([self._angle, angle])[-LAST_SWINGS:]
+            self._rate = np.concatenate([self._rate, rate])[-LAST_SWINGS:]
+            self._last_ns = max(self._last_ns, int(wheel.stamp_ns[-1]))
+
+    def result(self) -> dict[str, float | str | None]:
+        """Return the figures; none for a body in a fluid, or if no sample came.
+
+        Keys: `amplitude_rad` of the last swings; `stopped_s`, time from the start of the last
+        logged instant at which the clock still went, and `stopped_why`, the reason as a clause.
+        These two are None if it still goes.
+        """
+        machine = self._machine
+        if machine is None or not len(self._angle):
+            return {}
+        energy = swing_energy(machine, self._angle, self._rate)
+        energy = energy + recoil_energy(machine, self._angle, self._rate)
+        amplitude = amplitude_of(machine, float(np.mean(energy)))
+        stopped_s, why = self._stopped(machine, amplitude)
+        return {'amplitude_rad': amplitude, 'stopped_s': stopped_s, 'stopped_why': why}
+
+    @cached_property
+    def _machine(self) -> AnyMachine | None:
+        machine = self._built or compile_machine(self._scene)
+        return None if isinstance(machine, FluidPendulum) else machine
+
+    @cached_property
+    def _needed(self) -> float:
+        """Energy of the smallest swing with which a clock goes [J].
+
+        It reaches the impulse on either side, and exceeds the thermal energy.
+        """
+        escapement = self._scene.escapement
+        if self._machine is None or escapement is None:
+            return THERMAL_ENERGY_J
+        sides = np.array([escapement.angle, -escapement.angle])
+        return max(
+            float(np.min(swing_energy(self._machine, sides, np.zeros(2)))), THERMAL_ENERGY_J
+        )
+
+    def _begin(self, first_ns: int) -> None:
+        self._first_ns = self._last_ns = self._beat_ns = self._reach_ns = first_ns
+
+    def _stopped(self, machine: AnyMachine, amplitude: float) -> tuple[float | None, str | None]:
+        """Return when the clock stopped, from the start [s], and why; None if it still goes.
+
+        A period is that at the amplitude reached: on a wide swing of a heavy weight it may be many
+        times that of small swings.
+        """
+        allowed_s = SILENCE_PERIODS * nearest_period(machine, amplitude)
+        ends: list[tuple[int, str]] = []
+        if (self._last_ns - self._beat_ns) / NS_PER_S > allowed_s:
+            ends.append((self._beat_ns, 'from then on the wheel did not pass the middle'))
+        # The counter shows a beat wherever it lies between two logged instants. The energy is
+        # known at logged instants alone, so that a single one with too little proves nothing.
+        short_ns = self._last_ns if self._short_ns is None else self._short_ns
+        if (self._last_ns - short_ns) / NS_PER_S > allowed_s:
+            why = 'its swing had died away'
+            escapement = self._scene.escapement
+            if escapement is not None and self._needed > THERMAL_ENERGY_J:
+                angle = significant(escapement.angle)
+                why = f'its swing had become too small to reach the impulse, at {angle} rad'
+            ends.append((self._reach_ns, why))
+        if not ends:
+            return None, None
+        went_ns, why = min(ends)
+        return (went_ns - (self._first_ns or 0)) / NS_PER_S, why

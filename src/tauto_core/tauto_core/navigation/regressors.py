@@ -30,8 +30,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.times import MAX_GAP_S
-from tauto_core.ship.continuity import Continuity
-from tauto_core.ship.imu import content_reasons, imu_from_roll, plain, screen
+from tauto_core.ship.imu import Continuity, content_reasons, imu_from_roll, plain, screen
 
 # -----------------------------------------------------------------------------
 # The running mean of a signal, compiled; import on first use only.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from tauto_core.scene.models import Scene
     from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage, Waypoint
     from tauto_core.ship.motions.components import Component
-    from tauto_core.ship.recorded import Recorded
+    from tauto_core.ship.motions.recorded import Recorded
     from tauto_core.ship.sections import AxleSuspension, Rao, Roll, Sea, SpectrumTable
 
 __all__ = [
@@ -68,7 +68,7 @@ _of_a_section = loaded_from(
         'FluidTautochroneRegulator': 'tauto_core.machines.fluid_regulator',
         'Log': 'sections',
         'Rao': 'tauto_core.ship.sections',
-        'Recorded': 'tauto_core.ship.recorded',
+        'Recorded': 'tauto_core.ship.motions.recorded',
         'Rest': 'tauto_core.machines.parts',
         'Roll': 'tauto_core.ship.sections',
         'Scene': 'models',

@@ -1,15 +1,415 @@
-"""Measured motion: a CSV of roll and heave, or a bag of an inertial sensor."""
+"""Measured motion: from CSV or a bag, checked, and resampled within a pass-band.
+
+The record is mapped to a uniform grid of its median step by a cubic spline, continued evenly
+(mirrored) at both ends, and transformed by a DCT-I. Of its harmonics, with frequencies n/(2
+length), those with low <= f <= high are kept and the others dropped. The result is a sum of
+cosines, so its derivatives are exact. Mirroring makes its rate zero at both ends of the record, an
+effect that lasts for about 1/high.
+"""
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterator
-from typing import Literal
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
 
+import numpy as np
 from pydantic import Field
 
-from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.samples import NS_PER_S, FloatArray, ImuSamples
+from tauto_core.scene.data import data_path
+from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
+from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.tables import (
+    ANGLE_UNITS,
+    LENGTH_UNITS,
+    TIME_UNITS,
+    Column,
+    Table,
+    read_table,
+    unit_factor,
+)
+from tauto_core.scene.times import whole_intervals
+from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
-from tauto_core.ship.recorded import Recorded, recorded_metadata, recorded_motion
+from tauto_core.ship.sea import spline
+from tauto_core.ship.waves import Harmonics
+
+# -----------------------------------------------------------------------------
+# Imu messages from an MCAP file or rosbag2 folder, as far as it can be read.
+
+IMU_TYPE = 'sensor_msgs/msg/Imu'
+MCAP_MAGIC = b'\x89MCAP0\r\n'
+
+
+def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, ...]]:
+    """Return the Imu messages on a topic in the order stored, by their header stamps.
+
+    A file that is truncated or damaged is read as far as possible, with a warning.
+
+    Args:
+        path: MCAP file, or folder with MCAP files, read in the order of their numbers.
+        name: name of the bag as the user wrote it, for messages.
+        topic: with or without leading slash.
+
+    Returns:
+        The samples and the warnings.
+
+    Raises:
+        MotionDataError: not MCAP; topic missing, empty, of another type or encoding; a payload
+            that is not an Imu message.
+    """
+    from rosbags.typesys import Stores, get_typestore  # slow to import
+
+    wanted = topic.lstrip('/')
+    topics: dict[str, str] = {}
+    payloads: list[bytes] = []
+    warnings: list[str] = []
+    for file in _files(path, name):
+        broke = _collect(file, name, wanted, topics, payloads)
+        if broke:
+            warnings.append(
+                f'{name}: {file.name} breaks off ({broke}); the {len(payloads)} Imu messages '
+                'read up to there are used'
+            )
+    found = topics.get(wanted)
+    if found is None:
+        listed = ', '.join(f'{other}: {kind}' for other, kind in sorted(topics.items()))
+        raise MotionDataError(
+            f'{name}: has no topic {topic!r}; it has {listed or "none"}. Name one with Imu '
+            'messages.'
+        )
+    if found != f'{IMU_TYPE} (cdr)':
+        raise MotionDataError(
+            f'{name}: topic {topic!r} is {found}; it must be {IMU_TYPE} (cdr). Name another topic.'
+        )
+    if not payloads:
+        raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
+    store = get_typestore(Stores.ROS2_JAZZY)
+    messages: list[Any] = []
+    for number, payload in enumerate(payloads, start=1):
+        try:
+            messages.append(store.deserialize_cdr(payload, IMU_TYPE))
+        except Exception as error:  # the exceptions of the deserialiser are not documented
+            raise MotionDataError(
+                f'{name}: message {number} on {topic!r} is not a valid {IMU_TYPE}: {error}. '
+                'Record the bag again.'
+            ) from error
+
+    def vectors(field: str, axes: str) -> FloatArray:
+        return np.array([[getattr(getattr(m, field), axis) for axis in axes] for m in messages])
+
+    def covariances(field: str) -> FloatArray:
+        return np.array([getattr(m, f'{field}_covariance') for m in messages])
+
+    stamps = [m.header.stamp.sec * NS_PER_S + m.header.stamp.nanosec for m in messages]
+    imu = ImuSamples(
+        np.array(stamps, np.int64),
+        messages[0].header.frame_id,
+        vectors('orientation', 'xyzw'),
+        covariances('orientation'),
+        vectors('angular_velocity', 'xyz'),
+        covariances('angular_velocity'),
+        vectors('linear_acceleration', 'xyz'),
+        covariances('linear_acceleration'),
+    )
+    return imu, tuple(warnings)
+
+
+def _files(path: Path, name: str) -> list[Path]:
+    """Return the MCAP files of a bag in the order of their numbers."""
+    if not path.is_dir():
+        return [path]
+    numbered = sorted(
+        path.glob('*.mcap'), key=lambda file: (*map(int, re.findall(r'\d+', file.stem)[-1:]),)
+    )
+    if not numbered:
+        raise MotionDataError(f'{name}: the folder holds no .mcap file. Give an MCAP bag.')
+    return numbered
+
+
+def _collect(
+    file: Path, name: str, topic: str, topics: dict[str, str], payloads: list[bytes]
+) -> str:
+    """Add the topics found, with type and encoding, and the payloads on one; return what broke."""
+    from mcap.records import Channel, Message, Schema  # only for bags
+
+    # mcap's seeking readers cannot read a file without a footer
+    from mcap.stream_reader import StreamReader
+
+    try:
+        stream = file.open('rb')
+    except OSError as error:
+        raise MotionDataError(
+            f'{name}: {file.name} cannot be read: {error.strerror}. Give an MCAP bag.'
+        ) from error
+    with stream:
+        if stream.read(len(MCAP_MAGIC)) != MCAP_MAGIC:
+            raise MotionDataError(
+                f'{name}: {file.name} is not an MCAP file (it does not begin with the magic '
+                'bytes). Give an MCAP bag, or the columns of a CSV instead of topic.'
+            )
+        stream.seek(0)
+        schemas: dict[int, str] = {}
+        wanted: set[int] = set()
+        try:
+            for record in StreamReader(stream, validate_crcs=True).records:
+                if isinstance(record, Schema):
+                    schemas[record.id] = record.name
+                elif isinstance(record, Channel):
+                    kind = schemas.get(record.schema_id, 'no type')
+                    topics[record.topic.lstrip('/')] = f'{kind} ({record.message_encoding})'
+                    if record.topic.lstrip('/') == topic:
+                        wanted.add(record.id)
+                elif isinstance(record, Message) and record.channel_id in wanted:
+                    payloads.append(record.data)
+        except Exception as error:  # in a damaged file parser and decompressor may raise anything
+            return f'{type(error).__name__}: {error}'
+    return ''
+
+
+# -----------------------------------------------------------------------------
+# The motion of a record: its time, roll and heave or specific force, and the part that is kept.
+
+_CSV_FORM = 'Give a CSV file with a header line, or topic for a bag.'
+_UNITS = {'time': TIME_UNITS, 'roll': ANGLE_UNITS, 'heave': LENGTH_UNITS}
+FEWEST_SAMPLES = 4
+MOST_STEPS = 50_000_000
+LARGEST: dict[str, tuple[float, str, str]] = {
+    'roll': (math.pi / 2.0, 'rad', 'the ship would capsize'),
+    'heave': (1000.0, 'm', 'no sea lifts a ship so far'),
+}
+"""Largest size of a channel of a CSV with its unit, and the reason for the limit."""
+
+
+class Recorded(Section):
+    """Measured motion, from the named columns of a CSV file or a sensor_msgs/Imu topic of a bag.
+
+    The name of a column ends in its unit: _s, _deg or _rad, _m. Roll is positive with the
+    starboard side down, heave upwards; a negative `scale` reverses both.
+    """
+
+    path: Text = Field(description='CSV file, .mcap file or rosbag2 folder')
+    time_column: Text | None = Field(default=None, description='CSV column of the time, …_s')
+    roll_column: Text | None = Field(default=None, description='CSV column of the roll, …_deg')
+    heave_column: Text | None = Field(default=None, description='CSV column of the heave, …_m')
+    topic: Text | None = Field(default=None, description='topic of sensor_msgs/Imu in a bag')
+    scale: Number = Field(default=1.0, description='factor on the motion, not 0')
+    passband: tuple[NonNegative, Positive] = Field(
+        default=(0.02, 0.4), description='[lowest, highest] frequency kept [Hz]'
+    )
+    max_gap: Positive = Field(
+        default=3.0, description='longest gap between samples that is interpolated [s]'
+    )
+
+
+@dataclass(frozen=True)
+class RecordedMotion:
+    """Measured motion within the pass-band; t = 0 at the record's first sample.
+
+    Attributes:
+        roll: [rad], starboard down positive.
+        heave: upwards [m]; None where not measured.
+        force_y: measured specific force along the ship's y [m/s2]; None for a CSV.
+        force_z: measured specific force along the ship's z [m/s2]; None for a CSV.
+        length_s: length of the record.
+        gaps: number of gaps bridged by interpolation.
+        warnings: anything unusual about the file.
+    """
+
+    roll: Harmonics
+    heave: Harmonics | None
+    force_y: Harmonics | None
+    force_z: Harmonics | None
+    length_s: float
+    gaps: int
+    warnings: tuple[str, ...]
+
+
+def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
+    """Read a measured motion and resample it within its pass-band.
+
+    For a CSV file the means are dropped unless the pass-band includes 0 Hz. For a bag the means of
+    roll and specific force are kept, so that the apparent vertical stays where it was measured;
+    the specific force is used as it is, without adding `ship.height` or gravity.
+
+    Raises:
+        MotionDataError: the file cannot be read or used, or is shorter than the scene.
+    """
+    in_bag = recorded.topic is not None
+    record, warnings = _read_bag(recorded) if in_bag else (_read_csv(recorded), ())
+    try:
+        gaps = _check_times(record, recorded)
+        for quantity, (limit, unit, reason) in LARGEST.items():
+            # the roll of a bag is an unwrapped angle of any size
+            values = np.empty(0) if in_bag else record.values.get(quantity, np.empty(0))
+            wrong = np.flatnonzero(np.abs(values) >= limit)
+            if wrong.size:
+                at = int(wrong[0])
+                raise MotionDataError(
+                    f'{record.name}, {record.where(at)}: {quantity} = {values[at]:.6g} {unit} '
+                    f'with its scale must stay within ±{limit:.6g} {unit}: {reason}. Correct the '
+                    "row, the column's unit or scale."
+                )
+        length_s = float(record['time'][-1])
+        if scene.duration_ns > round(length_s * NS_PER_S):
+            longest_ns = whole_intervals(round(length_s * NS_PER_S), scene.log_interval_ns)
+            raise MotionDataError(
+                f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
+                f'{length_s:.6g} s. Set duration to at most {longest_ns / NS_PER_S:.15g}.'
+            )
+    except MotionDataError as error:
+        # a truncated file may be the reason
+        for warning in warnings:
+            error.add_note(warning)
+        raise
+    time_s = record['time']
+    keep_mean = in_bag or recorded.passband[0] == 0.0
+    harmonics = {
+        name: band_limited(time_s, values, recorded.passband, keep_mean=keep_mean)
+        for name, values in record.values.items()
+        if name != 'time'
+    }
+    return RecordedMotion(
+        harmonics['roll'],
+        harmonics.get('heave'),
+        harmonics.get('force_y'),
+        harmonics.get('force_z'),
+        length_s,
+        gaps,
+        warnings,
+    )
+
+
+def band_limited(
+    time_s: FloatArray, values: FloatArray, passband: tuple[float, float], *, keep_mean: bool
+) -> Harmonics:
+    """Return the part of a record within a pass-band, as described at the top of this module.
+
+    Args:
+        time_s: from 0 [s], strictly increasing, shape (n,), n >= 4.
+        values: shape (n,).
+        passband: lowest and highest frequency kept [Hz], the highest below half the sampling rate.
+        keep_mean: whether the mean over the record is kept.
+    """
+    length = float(time_s[-1])
+    steps = round(length / float(np.median(np.diff(time_s))))
+    instants = np.asarray(length / steps * np.arange(steps + 1), np.float64)
+    uniform = spline(time_s, values, instants)
+    mirrored = np.concatenate([uniform, uniform[-2:0:-1]])
+    coefficients = np.fft.rfft(mirrored).real / steps
+    n = np.arange(1, steps)
+    frequency = n / (2.0 * length)
+    inside = n[(passband[0] <= frequency) & (frequency <= passband[1])]
+    return Harmonics(
+        coefficients[inside],
+        2.0 * length / inside,
+        np.zeros(len(inside)),
+        0.5 * float(coefficients[0]) if keep_mean else 0.0,
+    )
+
+
+def _read_csv(recorded: Recorded) -> Table:
+    """Return time, roll and, where named, heave from a CSV; units from the columns' suffixes."""
+    named = {'time': recorded.time_column or '', 'roll': recorded.roll_column or ''}
+    if recorded.heave_column is not None:
+        named['heave'] = recorded.heave_column
+    remedy = 'Correct or drop the row; gaps up to max_gap are interpolated.'
+    try:
+        columns = {
+            quantity: Column(
+                name,
+                factor=unit_factor(recorded.path, f'{quantity}_column', name, _UNITS[quantity]),
+                remedy=remedy,
+            )
+            for quantity, name in named.items()
+        }
+        table = read_table(recorded.path, tuple(columns.values()), remedy=_CSV_FORM)
+    except SceneError as error:
+        raise MotionDataError(str(error)) from error
+    values = {quantity: recorded.scale * table[name] for quantity, name in named.items()}
+    time = table[named['time']]
+    return Table(recorded.path, {**values, 'time': time - time[0]}, table.places)
+
+
+def _read_bag(recorded: Recorded) -> tuple[Table, tuple[str, ...]]:
+    """Return time, roll and specific force from the Imu messages of a bag, and warnings."""
+    imu, warnings = read_imu(data_path(recorded.path), recorded.path, recorded.topic or '')
+    reasons = refusal_reasons(imu, None)
+    wrong = np.flatnonzero(reasons)
+    if wrong.size:
+        at = int(wrong[0])
+        raise MotionDataError(
+            f'{recorded.path}: Imu message {at + 1} on {recorded.topic} (stamp '
+            f'{int(imu.stamp_ns[at])} ns, orientation {imu.orientation[at].tolist()}) is refused: '
+            f'{REFUSALS[reasons[at] - 1]}; {wrong.size} of {len(reasons)} messages are. '
+            'Every message needs a later stamp than the one before, finite vectors, a unit '
+            'quaternion and no covariance that starts with -1.'
+        )
+    felt = attitude(imu)
+    values = {
+        'time': (imu.stamp_ns - imu.stamp_ns[0]) / NS_PER_S,
+        'roll': np.unwrap(felt.roll),
+        'force_y': felt.force_y,
+        'force_z': felt.force_z,
+    }
+    places = np.arange(1, len(reasons) + 1)
+    return Table(recorded.path, values, places, 'message'), warnings
+
+
+def _check_times(record: Table, recorded: Recorded) -> int:
+    """Refuse times and lengths that cannot be resampled; return the number of gaps bridged."""
+    name, time_s = record.name, record['time']
+    if len(time_s) < FEWEST_SAMPLES:
+        raise MotionDataError(
+            f'{name}: holds {len(time_s)} samples; at least {FEWEST_SAMPLES} are needed. '
+            'Give a longer record.'
+        )
+    step = np.diff(time_s)
+    backward = np.flatnonzero(step <= 0.0)
+    if backward.size:
+        at = int(backward[0]) + 1
+        what = 'repeats' if step[at - 1] == 0.0 else 'goes back from'
+        raise MotionDataError(
+            f'{name}, {record.where(at)}: time {time_s[at]:.9g} s after the first sample {what} '
+            f'the time before, {time_s[at - 1]:.9g} s; times must increase. '
+            'Sort the record and drop what is double.'
+        )
+    wide = np.flatnonzero(step > recorded.max_gap)
+    if wide.size:
+        at = int(wide[0]) + 1
+        raise MotionDataError(
+            f'{name}, {record.where(at)}: gap of {step[at - 1]:.9g} s before it, longer than '
+            f'max_gap = {recorded.max_gap!r} s. Cut the record there, or raise max_gap.'
+        )
+    median = float(np.median(step))
+    low, high = recorded.passband
+    if high >= 0.5 / median:
+        raise MotionDataError(
+            f'{name}: sampled every {median:.6g} s, it holds nothing above {0.5 / median:.6g} Hz, '
+            f'but passband reaches {high!r} Hz. Lower its upper edge.'
+        )
+    length = float(time_s[-1])
+    if length > MOST_STEPS * median:
+        raise MotionDataError(
+            f'{name}, {record.where(-1)}: the record lasts {length:.6g} s, more than {MOST_STEPS} '
+            f'of its median steps of {median:.6g} s. Cut it where it breaks off.'
+        )
+    needed = max(1.0 / (high - low), 1.0 / low if low else 0.0)
+    if length < needed:
+        raise MotionDataError(
+            f'{name}: lasts {length:.6g} s; the passband {[low, high]} Hz needs at least '
+            f'{needed:.6g} s, one period of its lower edge and of its width. '
+            'Give a longer record, or another passband.'
+        )
+    return int(np.count_nonzero(step > 1.5 * median))
+
+
+# -----------------------------------------------------------------------------
+# The kind of ship.
 
 
 class RecordedShip(ShipKind):
@@ -37,7 +437,14 @@ class RecordedShip(ShipKind):
             motion.heave,
             motion.force_y,
             motion.force_z,
-            recorded_metadata(self.recorded, motion),
+            {
+                'path': self.recorded.path,
+                'passband_hz': list(self.recorded.passband),
+                'components': len(motion.roll.amplitude),
+                'record_s': motion.length_s,
+                'gaps_interpolated': motion.gaps,
+                'scale': self.recorded.scale,
+            },
             motion.warnings,
         )
 
@@ -48,7 +455,38 @@ class RecordedShip(ShipKind):
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between its keys."""
         recorded = self.recorded
-        yield from _source(recorded)
+        columns = {
+            'time_column': recorded.time_column,
+            'roll_column': recorded.roll_column,
+            'heave_column': recorded.heave_column,
+        }
+        if recorded.topic is not None:
+            for key, column in columns.items():
+                if column is not None:
+                    yield Problem(
+                        f'ship.recorded.{key}',
+                        column,
+                        'names a CSV column, but topic says that path is a bag',
+                        'Leave out topic for a CSV, the columns for a bag.',
+                    )
+            if recorded.scale not in (0.0, 1.0):
+                yield Problem(
+                    'ship.recorded.scale',
+                    recorded.scale,
+                    'does not go with a bag: a measured specific force holds gravity and cannot '
+                    'be scaled',
+                    'Use 1.0, or a CSV of roll and heave.',
+                )
+        else:
+            for key in ('time_column', 'roll_column'):
+                if columns[key] is None:
+                    yield Problem(
+                        f'ship.recorded.{key}',
+                        ABSENT,
+                        'is missing',
+                        'Name the column with its unit, for example t_s and roll_deg; '
+                        'for a bag give topic instead.',
+                    )
         low, high = recorded.passband
         band = list(recorded.passband)
         if low >= high:
@@ -79,41 +517,6 @@ class RecordedShip(ShipKind):
         """Return the heave if none was measured."""
         measured = self.recorded.heave_column is not None or self.recorded.topic is not None
         return () if measured else ('heave',)
-
-
-def _source(recorded: Recorded) -> Iterator[Problem]:
-    columns = {
-        'time_column': recorded.time_column,
-        'roll_column': recorded.roll_column,
-        'heave_column': recorded.heave_column,
-    }
-    if recorded.topic is not None:
-        for key, column in columns.items():
-            if column is not None:
-                yield Problem(
-                    f'ship.recorded.{key}',
-                    column,
-                    'names a CSV column, but topic says that path is a bag',
-                    'Leave out topic for a CSV, the columns for a bag.',
-                )
-        if recorded.scale not in (0.0, 1.0):
-            yield Problem(
-                'ship.recorded.scale',
-                recorded.scale,
-                'does not go with a bag: a measured specific force holds gravity and cannot be '
-                'scaled',
-                'Use 1.0, or a CSV of roll and heave.',
-            )
-        return
-    for key in ('time_column', 'roll_column'):
-        if columns[key] is None:
-            yield Problem(
-                f'ship.recorded.{key}',
-                ABSENT,
-                'is missing',
-                'Name the column with its unit, for example t_s and roll_deg; '
-                'for a bag give topic instead.',
-            )
 
 
 KIND = RecordedShip

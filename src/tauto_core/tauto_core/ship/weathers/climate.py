@@ -5,18 +5,76 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag, Instant, Positive, Section
-from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds
-from tauto_core.ship.climates import CLIMATES, Climate
+from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import HIGHEST_M, LEAST_CHANGE_S, Setting, State, WeatherKind
+
+# -----------------------------------------------------------------------------
+# Wave climates with their sources.
+#
+# From a record of hourly significant wave heights Hs: the median is exp⟨ln Hs⟩, the deviation is
+# that of ln Hs, and the correlation time τ follows from exp(−24 h/τ) = the autocorrelation of
+# ln Hs at a lag of a day.
+
+HOUR_S = DAY_S / 24.0
+
+
+class Climate(NamedTuple):
+    """The wave climate of a part of the ocean in a season.
+
+    Attributes:
+        median_wave_height: median of the significant wave heights [m].
+        log_deviation: standard deviation of their logarithm.
+        correlation_time: correlation time of the logarithm [s].
+        steepness: significant steepness s_p = 2π Hs/(g Tp²).
+        waves_to: direction in which the waves run, from north to the east [rad]; None: not known.
+        source: source of these numbers.
+    """
+
+    median_wave_height: float
+    log_deviation: float
+    correlation_time: float
+    steepness: float
+    waves_to: float | None
+    source: str
+
+
+CLIMATES = {
+    'north_atlantic_winter': Climate(
+        median_wave_height=4.06,
+        log_deviation=0.42,
+        correlation_time=41.0 * HOUR_S,
+        # 0.040 by the record's mean period, which in a Bretschneider sea is 0.710 Tp (ITTC)
+        steepness=0.020,
+        waves_to=math.radians(76.0),
+        source='Marine Institute of Ireland, buoy M6 (53.07 N, 15.88 W), 2156 hours of November '
+        '2025 to January 2026',
+    ),
+    'trades': Climate(
+        median_wave_height=1.31,
+        log_deviation=0.30,
+        correlation_time=70.0 * HOUR_S,
+        # that of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 1964):
+        # Hs = 0.209 U²/g and Tp = 7.16 U/g at any wind U
+        steepness=0.0256,
+        waves_to=math.radians(267.0),
+        source='NDBC buoy 42060 (16.4 N, 63.3 W), 58,452 records of November to April, '
+        '2009 to 2025; steepness of a fully developed sea',
+    ),
+}
+"""The climates by their names in `ship.weather.regions[…].climate`."""
+
+
+# -----------------------------------------------------------------------------
+# The kind of weather: regions, port, and the states that the seed draws.
 
 _STREAM = 0x636C696D
 """Stream of random numbers from the seed, separate from those of the seas and the dial's noise."""
@@ -111,8 +169,8 @@ class ClimateWeather(WeatherKind):
         begin_ns, step_ns = 0, nanoseconds(self.interval)
         # the state that follows the end too: the sea of a scene does not depend on its duration
         end_ns = scene.duration_ns + step_ns
-        first = 0
-        if self.port is not None:
+        first, port = 0, self.port
+        if port is not None:
             passage = setting.passage_for('ship.weather.port', ABSENT)
             begin_ns, first = passage.sails_ns, passage.sails_ns + step_ns
             last_change_ns = max(step_ns // 2, nanoseconds(LEAST_CHANGE_S))
@@ -128,12 +186,23 @@ class ClimateWeather(WeatherKind):
             climate = self.regions[number].resolved()
             kept = math.exp(-self.interval / climate.correlation_time) if index else 0.0
             departure = kept * departure + math.sqrt(1.0 - kept * kept) * drawn
-            states.append(_state(setting, at_ns, departure, climate, number))
-        if self.port is None:
+            # ln Hs departs from its mean by so many deviations
+            height = climate.median_wave_height * math.exp(climate.log_deviation * departure)
+            period = math.sqrt(math.tau * height / (scene.gravity * climate.steepness))
+            key = f'ship.weather.regions[{number}]'
+            states.append(setting.state(at_ns, height, period, key, waves_to=climate.waves_to))
+        if port is None:
             return tuple(states)
-        ends = [0] * (begin_ns > 0) + [begin_ns], [passage.arrives_ns]
-        before, after = ([_in_port(setting, self.port, at_ns) for at_ns in each] for each in ends)
-        return (*before, *states, *after)
+        key = 'ship.weather.port'
+
+        def in_port(at_ns: int) -> State:
+            if port.significant_wave_height is None or port.peak_period is None:
+                return setting.calm(at_ns, key)
+            waves = port.significant_wave_height, port.peak_period
+            return setting.state(at_ns, *waves, key, heading=port.heading, speed=0.0)
+
+        before = [in_port(at_ns) for at_ns in [0] * (begin_ns > 0) + [begin_ns]]
+        return (*before, *states, in_port(passage.arrives_ns))
 
     def _begins_ns(self, setting: Setting) -> list[int]:
         """Return when the regions begin, from the start of the scene."""
@@ -157,73 +226,51 @@ class ClimateWeather(WeatherKind):
         if not self.regions:
             yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
         for index, region in enumerate(self.regions):
-            yield from _of_region(region, f'ship.weather.regions[{index}]', first=index == 0)
-        if self.port is not None:
-            yield from _of_port(self.port, rate_hz)
+            key = f'ship.weather.regions[{index}]'
+            if region.at is not None and region.waypoint is not None:
+                yield Problem(
+                    f'{key}.waypoint',
+                    region.waypoint,
+                    'does not go with at',
+                    'Leave one of them out.',
+                )
+            if region.at is None and region.waypoint is None and index > 0:
+                yield Problem(
+                    f'{key}.at',
+                    ABSENT,
+                    'is missing, and there is no waypoint in its place',
+                    'Give the beginning of the region: `at: …` [s], or `waypoint: …`, number of a '
+                    'place.',
+                )
+            for name in _NUMBERS:
+                if region.climate is None and getattr(region, name) is None:
+                    yield Problem(
+                        f'{key}.{name}',
+                        ABSENT,
+                        'is missing, and there is no climate to take it from',
+                        f'Write `{name}: …`, or `climate: {" or ".join(CLIMATES)}`.',
+                    )
+        port = self.port
+        if port is None:
+            return
+        waves = {
+            name: getattr(port, name)
+            for name in ('significant_wave_height', 'peak_period', 'heading')
+        }
+        for name, value in waves.items():
+            key = f'ship.weather.port.{name}'
+            if port.still and value is not None:
+                what = 'does not go with still: a calm has no waves'
+                yield Problem(key, value, what, 'Leave out one of them.')
+            elif not port.still and value is None and name != 'heading':
+                remedy = f'Write `{name}: …`, or `still: true` for a calm.'
+                yield Problem(key, ABSENT, 'is missing', remedy)
+        if port.peak_period is not None:
+            yield from sampled('ship.weather.port.peak_period', port.peak_period, rate_hz)
 
     def facts(self) -> dict[str, object]:
         """Return the sources of the numbers."""
         return {'sources': [region.resolved().source for region in self.regions]}
-
-
-def _state(setting: Setting, at_ns: int, departure: float, climate: Climate, number: int) -> State:
-    """Return a state whose ln Hs departs from its mean by so many deviations."""
-    height = climate.median_wave_height * math.exp(climate.log_deviation * departure)
-    period = math.sqrt(math.tau * height / (setting.scene.gravity * climate.steepness))
-    key = f'ship.weather.regions[{number}]'
-    return setting.state(at_ns, height, period, key, waves_to=climate.waves_to)
-
-
-def _in_port(setting: Setting, port: Port, at_ns: int) -> State:
-    key = 'ship.weather.port'
-    if port.significant_wave_height is None or port.peak_period is None:
-        return setting.calm(at_ns, key)
-    return setting.state(
-        at_ns,
-        port.significant_wave_height,
-        port.peak_period,
-        key,
-        heading=port.heading,
-        speed=0.0,
-    )
-
-
-def _of_region(region: Region, key: str, *, first: bool) -> Iterator[Problem]:
-    if region.at is not None and region.waypoint is not None:
-        yield Problem(
-            f'{key}.waypoint', region.waypoint, 'does not go with at', 'Leave one of them out.'
-        )
-    if region.at is None and region.waypoint is None and not first:
-        yield Problem(
-            f'{key}.at',
-            ABSENT,
-            'is missing, and there is no waypoint in its place',
-            'Give the beginning of the region: `at: …` [s], or `waypoint: …`, number of a place.',
-        )
-    for name in _NUMBERS:
-        if region.climate is None and getattr(region, name) is None:
-            yield Problem(
-                f'{key}.{name}',
-                ABSENT,
-                'is missing, and there is no climate to take it from',
-                f'Write `{name}: …`, or `climate: {" or ".join(CLIMATES)}`.',
-            )
-
-
-def _of_port(port: Port, rate_hz: float) -> Iterator[Problem]:
-    waves = {
-        name: getattr(port, name) for name in ('significant_wave_height', 'peak_period', 'heading')
-    }
-    for name, value in waves.items():
-        key = f'ship.weather.port.{name}'
-        if port.still and value is not None:
-            what = 'does not go with still: a calm has no waves'
-            yield Problem(key, value, what, 'Leave out one of them.')
-        elif not port.still and value is None and name != 'heading':
-            remedy = f'Write `{name}: …`, or `still: true` for a calm.'
-            yield Problem(key, ABSENT, 'is missing', remedy)
-    if port.peak_period is not None:
-        yield from sampled('ship.weather.port.peak_period', port.peak_period, rate_hz)
 
 
 KIND = ClimateWeather

@@ -58,6 +58,62 @@ class SeaState(Section):
         default=None, description='speed of the ship [m/s]; ship.speed when left out'
     )
 
+    def problems(self, key: str, rate_hz: float, *, follow_route: bool) -> Iterator[Problem]:
+        """Yield what is wrong between its keys.
+
+        Args:
+            key: its own key.
+            rate_hz: samples of the motion a second.
+            follow_route: whether the weather follows the route of the voyage.
+        """
+        if (self.at is None) == (self.waypoint is None):
+            what = 'is missing, and there is no waypoint in its place'
+            remedy = 'Write `at: …`, time from the start [s], or `waypoint: …`, number of a place.'
+            if self.at is not None:
+                what, remedy = 'does not go with waypoint', 'Leave one of them out.'
+            yield Problem(f'{key}.at', ABSENT if self.at is None else self.at, what, remedy)
+        if self.still:
+            given = [name for name in _OF_WAVES if getattr(self, name) is not None]
+            for name in given[:1]:
+                yield Problem(
+                    f'{key}.{name}',
+                    getattr(self, name),
+                    'does not go with still: a calm has no waves',
+                    'Leave out one of them.',
+                )
+        else:
+            for name in ('significant_wave_height', 'peak_period'):
+                if getattr(self, name) is None:
+                    yield Problem(
+                        f'{key}.{name}',
+                        ABSENT,
+                        'is missing',
+                        f'Write `{name}: …`, or `still: true` for a calm.',
+                    )
+            if self.peak_period is not None:
+                yield from sampled(f'{key}.peak_period', self.peak_period, rate_hz)
+        if self.waves_to is not None and self.heading is not None:
+            yield Problem(
+                f'{key}.waves_to',
+                self.waves_to,
+                'does not go with heading: either says where the waves run to',
+                'Leave one of them out.',
+            )
+        elif self.waves_to is not None and not follow_route:
+            yield Problem(
+                f'{key}.waves_to',
+                self.waves_to,
+                'needs the course made good',
+                'Write `follow_route: true` in ship.weather, or give heading.',
+            )
+        if self.speed is not None and follow_route:
+            yield Problem(
+                f'{key}.speed',
+                self.speed,
+                'does not go with follow_route: the voyage has a speed',
+                'Leave one of them out.',
+            )
+
 
 class StatesWeather(WeatherKind):
     """Seas at given times, each changing gradually into the next.
@@ -81,10 +137,29 @@ class StatesWeather(WeatherKind):
 
     def resolved(self, setting: Setting) -> tuple[State, ...]:
         """Return the states as they are listed."""
-        return tuple(
-            _resolved(state, setting, f'ship.weather.states[{index}]')
-            for index, state in enumerate(self.states)
-        )
+        states = []
+        for index, state in enumerate(self.states):
+            key = f'ship.weather.states[{index}]'
+            if state.at is not None:
+                at_ns = nanoseconds(state.at)
+            else:
+                at_ns = setting.time_of_place(state.waypoint or 0, f'{key}.waypoint')
+            if state.significant_wave_height is None or state.peak_period is None:
+                states.append(setting.calm(at_ns, key))
+                continue
+            states.append(
+                setting.state(
+                    at_ns,
+                    state.significant_wave_height,
+                    state.peak_period,
+                    key,
+                    spectrum=state.spectrum,
+                    heading=state.heading,
+                    waves_to=state.waves_to,
+                    speed=state.speed,
+                )
+            )
+        return tuple(states)
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield what is wrong between the keys of each state, and between their times."""
@@ -97,9 +172,7 @@ class StatesWeather(WeatherKind):
             )
         for index, state in enumerate(self.states):
             key = f'ship.weather.states[{index}]'
-            yield from _time(state, key)
-            yield from _waves(state, key, rate_hz)
-            yield from _manner(state, key, follow_route=self.follow_route)
+            yield from state.problems(key, rate_hz, follow_route=self.follow_route)
         timed = [(k, each.at) for k, each in enumerate(self.states) if each.at is not None]
         for (_, before), (index, at) in pairwise(timed):
             if not at > before:
@@ -109,82 +182,6 @@ class StatesWeather(WeatherKind):
                     f'must be later than the time before, {before!r} s',
                     'Give the states in the order of their times.',
                 )
-
-
-def _resolved(state: SeaState, setting: Setting, key: str) -> State:
-    at_ns = (
-        nanoseconds(state.at)
-        if state.at is not None
-        else setting.time_of_place(state.waypoint or 0, f'{key}.waypoint')
-    )
-    if state.significant_wave_height is None or state.peak_period is None:
-        return setting.calm(at_ns, key)
-    return setting.state(
-        at_ns,
-        state.significant_wave_height,
-        state.peak_period,
-        key,
-        spectrum=state.spectrum,
-        heading=state.heading,
-        waves_to=state.waves_to,
-        speed=state.speed,
-    )
-
-
-def _time(state: SeaState, key: str) -> Iterator[Problem]:
-    if (state.at is None) == (state.waypoint is None):
-        what = 'is missing, and there is no waypoint in its place'
-        remedy = 'Write `at: …`, time from the start [s], or `waypoint: …`, number of a place.'
-        if state.at is not None:
-            what, remedy = 'does not go with waypoint', 'Leave one of them out.'
-        yield Problem(f'{key}.at', ABSENT if state.at is None else state.at, what, remedy)
-
-
-def _waves(state: SeaState, key: str, rate_hz: float) -> Iterator[Problem]:
-    if state.still:
-        given = [name for name in _OF_WAVES if getattr(state, name) is not None]
-        for name in given[:1]:
-            yield Problem(
-                f'{key}.{name}',
-                getattr(state, name),
-                'does not go with still: a calm has no waves',
-                'Leave out one of them.',
-            )
-        return
-    for name in ('significant_wave_height', 'peak_period'):
-        if getattr(state, name) is None:
-            yield Problem(
-                f'{key}.{name}',
-                ABSENT,
-                'is missing',
-                f'Write `{name}: …`, or `still: true` for a calm.',
-            )
-    if state.peak_period is not None:
-        yield from sampled(f'{key}.peak_period', state.peak_period, rate_hz)
-
-
-def _manner(state: SeaState, key: str, *, follow_route: bool) -> Iterator[Problem]:
-    if state.waves_to is not None and state.heading is not None:
-        yield Problem(
-            f'{key}.waves_to',
-            state.waves_to,
-            'does not go with heading: either says where the waves run to',
-            'Leave one of them out.',
-        )
-    elif state.waves_to is not None and not follow_route:
-        yield Problem(
-            f'{key}.waves_to',
-            state.waves_to,
-            'needs the course made good',
-            'Write `follow_route: true` in ship.weather, or give heading.',
-        )
-    if state.speed is not None and follow_route:
-        yield Problem(
-            f'{key}.speed',
-            state.speed,
-            'does not go with follow_route: the voyage has a speed',
-            'Leave one of them out.',
-        )
 
 
 KIND = StatesWeather
