@@ -276,6 +276,7 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
         f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
         'viscous drag stops the wheel before it swings': overdamped and not uneven,
         'quadratic drag is not linear': drag.quadratic > 0.0,
+        f'drag of kind {drag.kind} is not linear': drag.law(machine.inertia) is not None,
         'friction turns round with the wheel': drag.coulomb > 0.0,
         'the escapement acts at an instant': machine.escapement is not None,
         'recoil turns round at each impulse': bool(

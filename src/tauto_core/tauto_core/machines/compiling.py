@@ -11,7 +11,7 @@ import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError
 from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator, compile_fluid_pendulum
-from tauto_core.machines.parts import Drag, EscapementKind, Regulator
+from tauto_core.machines.parts import DragKind, EscapementKind, Regulator
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
@@ -152,7 +152,7 @@ class Parts(Protocol):
         ...
 
     @property
-    def drag(self) -> Drag | None:
+    def drag(self) -> DragKind | None:
         """Torques against the motion in the case."""
         ...
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
+import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.curves.cam import Pull
@@ -13,30 +15,91 @@ from tauto_core.scene.errors import Problem
 from tauto_core.scene.fields import Kind, NonNegative, Number, Section
 
 # -----------------------------------------------------------------------------
-# The drag on the wheel: torques against its motion in the case (theory E2).
+# What all kinds of drag share: torques on the wheel against its motion in the case.
+
+DRAGS = 'tauto_core.machines.drags'
 
 
-class Drag(Section):
-    """Torque against the motion of the wheel in its case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇."""
+class DragLaw(Protocol):
+    """A torque against the motion over the wheel's inertia I: a NamedTuple of plain numbers.
 
+    It is compiled, so that its method is written in the language of docs/kernels.md.
+    """
+
+    def torque(self, rate: Any, direction: float) -> Any:
+        """Return the torque over I [rad/s2], 0 at rest and odd in θ̇.
+
+        Args:
+            rate: θ̇ [rad/s]: a number, an array, or lanes of numbers at the nodes of a step.
+            direction: sign of θ̇ during the step, ±1; at its ends θ̇ may be a little beyond 0, where
+                a law with |θ̇| goes on smoothly as direction · θ̇.
+        """
+        ...
+
+
+class DragKind(Kind):
+    """Torque against the motion of the wheel in its case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇, and a law.
+
+    Every kind is named by a module of `machines/drags`. It adds its keys and its `law` to the
+    three terms that all have. Steps, steady swing and the verdict on a rate follow from these.
+    """
+
+    kind: str
     viscous: NonNegative = Field(default=0.0, description='c₁ [N m s]')
     quadratic: NonNegative = Field(default=0.0, description='c₂ [N m s2]')
     coulomb: NonNegative = Field(default=0.0, description='c₀ [N m]')
 
+    def law(self, inertia: float) -> DragLaw | None:
+        """Return the torque of this kind besides the three terms, over I; None if there is none.
+
+        Args:
+            inertia: I of the wheel [kg m2].
+        """
+        del inertia
+        return None
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the torque is c₁θ̇ alone, for which there are closed forms."""
+        return not (self.quadratic or self.coulomb) and self.law(1.0) is None
+
     @property
     def is_zero(self) -> bool:
         """Whether all of it is 0."""
-        return not (self.viscous or self.quadratic or self.coulomb)
+        return self.is_linear and not self.viscous
 
     def torque(self, rate: FloatArray) -> FloatArray:
-        """Return the torque against the motion at θ̇ ≥ 0 [N m]."""
-        return self.viscous * rate + self.quadratic * rate * rate + self.coulomb
+        """Return the torque against the motion at θ̇ ≥ 0 [N m]; it dissipates ∫ torque dθ."""
+        torque = self.viscous * rate + self.quadratic * rate * rate + self.coulomb
+        law = self.law(1.0)
+        return torque if law is None else torque + law.torque(rate, 1.0)
 
-    def with_friction(self, friction: float) -> Drag:
+    def damping(self, rate: float) -> float:
+        """Return P′/θ̇ₘ [N m s], with P the mean power that it takes from a harmonic swing.
+
+        P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π; of a law of its own by quadrature and difference.
+
+        Args:
+            rate: θ̇ₘ, the greatest angular velocity of the swing [rad/s].
+        """
+        known = self.viscous + 4.0 / math.pi * self.quadratic * rate
+        known += 2.0 / math.pi * self.coulomb / rate
+        law = self.law(1.0)
+        if law is None:
+            return known
+        sine = np.sin(0.25 * math.pi * (1.0 + np.polynomial.legendre.leggauss(24)[0]))
+        weights = 0.5 * np.polynomial.legendre.leggauss(24)[1]
+
+        def power(greatest: float) -> float:
+            along = greatest * sine
+            return float(weights @ (law.torque(along, 1.0) * along))
+
+        nearby = 1e-4 * rate
+        return known + (power(rate + nearby) - power(rate - nearby)) / (2.0 * nearby * rate)
+
+    def with_friction(self, friction: float) -> DragKind:
         """Return the drag together with another friction [N m]."""
-        return Drag(
-            viscous=self.viscous, quadratic=self.quadratic, coulomb=self.coulomb + friction
-        )
+        return self.model_copy(update={'coulomb': self.coulomb + friction})
 
     def left_out(self) -> tuple[str, ...]:
         """Return the terms that are 0."""
@@ -204,7 +267,7 @@ class Regulator(Protocol):
         ...
 
     @property
-    def drag(self) -> Drag | None:
+    def drag(self) -> DragKind | None:
         """Drag torques against the motion in the case."""
         ...
 

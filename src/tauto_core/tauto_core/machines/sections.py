@@ -9,7 +9,8 @@ from typing import Annotated, Any, cast
 from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
-from tauto_core.machines.parts import POWERS, Drag, EscapementKind, PowerKind
+from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import FOLDER as THREADS
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.scene.errors import Problem, SceneError
@@ -42,7 +43,7 @@ class Trochlea(Section):
     def parts(
         self,
         gravity: float,
-        drag: Drag | None = None,
+        drag: DragKind | None = None,
         escapement: EscapementKind | None = None,
     ) -> Parts:
         """Return the parts of a machine; friction of resting teeth is part of the drag."""
@@ -78,7 +79,7 @@ class Trochlea(Section):
     def problems(
         self,
         gravity: float,
-        drag: Drag | None,
+        drag: DragKind | None,
         escapement: EscapementKind | None,
         *,
         still: bool,

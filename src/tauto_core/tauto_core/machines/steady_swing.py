@@ -21,7 +21,8 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError, panel_nodes, running, unresolved
-from tauto_core.machines.parts import Drag, EscapementKind
+from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray
@@ -83,7 +84,7 @@ _GROWS = (
 class _Torques(NamedTuple):
     """Drag and recoil, the torques on the wheel besides the thread's [N m]."""
 
-    drag: Drag
+    drag: DragKind
     recoil: float
 
     def against(self, rate: FloatArray) -> FloatArray:
@@ -131,14 +132,14 @@ def _free(machine: Machine | LeverMachine) -> SteadySwing:
     return SteadySwing(abs(machine.release_angle), period, period, math.inf)
 
 
-def _drag(machine: Machine | LeverMachine) -> Drag | None:
+def _drag(machine: Machine | LeverMachine) -> DragKind | None:
     """Return the drag, None if all of it is 0."""
     drag = machine.drag
     return None if drag is None or drag.is_zero else drag
 
 
 def _driven(
-    machine: Machine | LeverMachine, drag: Drag | None, escapement: EscapementKind
+    machine: Machine | LeverMachine, drag: DragKind | None, escapement: EscapementKind
 ) -> SteadySwing | NoSteadySwing:
     """Return the steady swing in which drag takes what the escapement gives."""
     (least, edge), start = _reach(machine, escapement.angle), machine.release_angle

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
 from tauto_core.curves.numerics import gauss_sums, integrate
-from tauto_core.machines.parts import Drag, EscapementKind, PowerKind, Regulator
+from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, Regulator
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem, TautoError
 from tauto_core.scene.fields import Kind
@@ -57,7 +57,7 @@ class Machine:
     gravity: float
     cam: Cam
     follows_apparent_vertical: bool
-    drag: Drag | None
+    drag: DragKind | None
     escapement: EscapementKind | None
     release_angle: float
 
@@ -289,7 +289,7 @@ class Parts(NamedTuple):
     power: PowerKind
     release_angle: float
     gravity: float
-    drag: Drag | None
+    drag: DragKind | None
     escapement: EscapementKind | None
 
 
@@ -353,7 +353,7 @@ class ThreadKind(Kind):
         )
 
     def problems(
-        self, power: PowerKind, drag: Drag | None, escapement: EscapementKind | None
+        self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
     ) -> Iterator[Problem]:
         """Yield what is not compatible with a thread that moves its weight."""
         if not self.moves_the_weight:

@@ -85,7 +85,7 @@ def _stays_linear(machine: Machine) -> bool:
     if drag is None:
         return True
     underdamped = drag.viscous < 2.0 * machine.inertia * machine.frequency
-    return underdamped and not drag.quadratic and not drag.coulomb
+    return underdamped and drag.is_linear
 
 
 def _swings_freely(machine: Machine | LeverMachine) -> bool:

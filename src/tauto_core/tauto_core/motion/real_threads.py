@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.machines import HangingMachine, LeverMachine
-from tauto_core.machines.parts import Drag
+from tauto_core.machines.drags.polynomial import Drag
 from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack
@@ -68,6 +68,7 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
         impulse=math.inf if escapement is None else escapement.angle,
         pace=pace,
         gravity=machine.gravity,
+        law=drag.law(inertia),
     )
 
 
@@ -184,7 +185,7 @@ class RealThreads(Stepped):
         swing_s = math.tau / min(self._model.omega)
         # No turning points are found here, so that the drag may not ask for the direction of the
         # swing; no impulse comes, so that the pallet stays 0 and recoil with it.
-        on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, impulse=math.inf)
+        on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, law=None, impulse=math.inf)
         free = self._model._replace(system=self._model.system._replace(on_wheel=on_wheel))
         step = MARGIN * self._tolerance.step
         tolerance = self._tolerance._replace(step=step, coarsen=step * COARSEN)

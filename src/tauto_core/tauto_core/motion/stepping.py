@@ -116,7 +116,7 @@ def stages_of(machine: Machine, shape: ArcShape | None) -> int:
     anharmonic or damped: longer ones would be of no use there.
     """
     drag = machine.drag
-    abrupt = drag is not None and (drag.quadratic > 0.0 or drag.coulomb > 0.0)
+    abrupt = drag is not None and not drag.is_linear
     cam = machine.cam
     if abrupt or cam.kinked or cam.joints.size:
         return SIZE

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple, Protocol, TypeAlias
 
 from tauto_core.kernels import compiled, inlined
+from tauto_core.machines.parts import DragLaw
 from tauto_core.motion.events import BEYOND, is_due, phase_to
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import Lanes, fma, largest, least, load, store
@@ -34,7 +35,7 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.wells import Number, term
+from tauto_core.motion.wells import Number, law_torque, term
 from tauto_core.samples import FloatArray
 
 WELL_WITHIN = 0.05
@@ -52,6 +53,7 @@ class OnWheel(NamedTuple):
         impulse: angle of the impulse [rad]; infinite without one.
         pace: frequency of the swing [rad/s].
         gravity: g at rest [m/s2].
+        law: of a further drag, over I, or None.
     """
 
     viscous: float
@@ -61,6 +63,7 @@ class OnWheel(NamedTuple):
     impulse: float
     pace: float
     gravity: float
+    law: DragLaw | None = None
 
 
 class ThreadSystem(System):
@@ -92,7 +95,7 @@ class ThreadSystem(System):
     @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
-        return self.on_wheel.quadratic > 0.0
+        return self.on_wheel.law is not None or self.on_wheel.quadratic > 0.0
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
         """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""
@@ -127,7 +130,7 @@ class ThreadSystem(System):
 def resistance(on_wheel: OnWheel, mode: Mode, rate: Number) -> Number:
     """Return the torques of drag and recoil, reversed, over I: c₁ θ̇ + c₂ d θ̇² + R s."""
     drag = rate * fma(on_wheel.quadratic * mode.direction, rate, on_wheel.viscous)
-    return drag + term(on_wheel.recoil, mode.pallet)
+    return drag + term(on_wheel.recoil, mode.pallet) + law_torque(on_wheel.law, rate, mode)
 
 
 @compiled

@@ -40,7 +40,7 @@ from tauto_core.curves.cam import (
 from tauto_core.curves.numerics import bracketed_newton
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
-from tauto_core.machines.parts import Ebb
+from tauto_core.machines.parts import DragLaw, Ebb
 from tauto_core.motion.events import is_due
 from tauto_core.motion.gauss_step import Omega, sine_versine
 from tauto_core.motion.lanes import (
@@ -489,6 +489,7 @@ class PerInertia(NamedTuple):
         viscous, quadratic, coulomb: c₁/I [1/s], c₂/I [1/rad] and c₀/I [rad/s2] of the drag.
         impulse: the escapement's impulse.
         recoil: R/I [rad/s2].
+        law: of a further drag, over I.
     """
 
     carried: float | None
@@ -500,6 +501,7 @@ class PerInertia(NamedTuple):
     coulomb: float | None
     impulse: Impulse | None
     recoil: float | None
+    law: DragLaw | None = None
 
 
 class Well(Protocol):
@@ -536,7 +538,14 @@ def resistance(per_inertia: PerInertia, rate: Number, mode: Mode) -> Number:
     """Return the torque of drag and recoil against the motion over I, by θ̇."""
     d = mode.direction
     drag = term(per_inertia.viscous, rate) + term(per_inertia.quadratic, d * (rate * rate))
-    return drag + term(per_inertia.coulomb, d) + term(per_inertia.recoil, mode.pallet)
+    drag = drag + term(per_inertia.coulomb, d) + term(per_inertia.recoil, mode.pallet)
+    return drag + law_torque(per_inertia.law, rate, mode)
+
+
+@inlined
+def law_torque(law: DragLaw | None, rate: Number, mode: Mode) -> Number:
+    """Return the torque over I of a drag with a law of its own; −0.0 without one."""
+    return -0.0 if law is None else law.torque(rate, mode.direction)
 
 
 @inlined

@@ -222,7 +222,9 @@ class Wheel(NamedTuple):
     @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
-        return self.per_inertia.quadratic is not None or self.per_inertia.coulomb is not None
+        on_wheel = self.per_inertia
+        kinked = on_wheel.quadratic is not None or on_wheel.coulomb is not None
+        return kinked or on_wheel.law is not None
 
     @property
     def kinked(self) -> bool:
@@ -499,6 +501,7 @@ class Collocation(Stepped):
             if escapement
             else None,
             recoil=_or_none(escapement.recoil, inertia) if escapement else None,
+            law=drag.law(inertia) if drag else None,
         )
         channels = forcing.neutral, forcing.tilt, forcing.gravity
         wheel = Wheel(

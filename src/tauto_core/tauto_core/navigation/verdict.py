@@ -10,7 +10,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine
-from tauto_core.machines.parts import Drag
 from tauto_core.navigation.drift import mean_rate
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict
 from tauto_core.navigation.longitude import (
@@ -334,27 +333,13 @@ def _kept(scene: Scene, machine: AnyMachine, least_s_per_day: float, length_s: f
     settled_s = 0.0
     if depends and drag is not None:
         greatest = machine.frequency * amplitude
-        settled_s = FORGOTTEN * _time_constant_s(drag, machine.inertia, greatest)
+        # the energy of a harmonic swing comes e-fold nearer to the steady in J/damping
+        settled_s = FORGOTTEN * (machine.inertia / drag.damping(greatest))
     words = (
         f'{TOO_SHORT}its rate depends on the amplitude, which takes {span(settled_s, 2)} to '
         'settle. Sail longer'
     )
     return words if length_s < settled_s else ''
-
-
-def _time_constant_s(drag: Drag, inertia: float, rate: float) -> float:
-    """Return the time in which the energy of a harmonic swing comes e-fold nearer to the steady.
-
-    J θ̇ₘ/P′ with P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π, the mean power of the drag.
-
-    Args:
-        drag: not all of it 0.
-        inertia: J [kg m2].
-        rate: θ̇ₘ, the greatest angular velocity of the swing [rad/s].
-    """
-    return inertia / (
-        drag.viscous + 4.0 / math.pi * drag.quadratic * rate + 2.0 / math.pi * drag.coulomb / rate
-    )
 
 
 def projection(

@@ -10,8 +10,9 @@ from tauto_core.first_use import loaded_from
 from tauto_core.scene.errors import SceneError, TautoError
 
 if TYPE_CHECKING:
+    from tauto_core.machines.drags.polynomial import Drag
     from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
-    from tauto_core.machines.parts import Drag, Rest
+    from tauto_core.machines.parts import Rest
     from tauto_core.machines.sections import Trochlea
     from tauto_core.scene.data import data_path
     from tauto_core.scene.loader import (
@@ -63,7 +64,7 @@ _of_a_section = loaded_from(
         'AxleSuspension': 'tauto_core.ship.sections',
         'Clock': 'sections',
         'Component': 'tauto_core.ship.motions.components',
-        'Drag': 'tauto_core.machines.parts',
+        'Drag': 'tauto_core.machines.drags.polynomial',
         'DriftSettings': 'sections',
         'FluidTautochroneRegulator': 'tauto_core.machines.fluid_regulator',
         'Log': 'sections',
@@ -89,7 +90,7 @@ _of_a_section = loaded_from(
 
 def __getattr__(name: str) -> Any:
     """Return a section or a kind by its name, loaded now."""
-    if name.endswith(('Cam', 'Escapement', 'Power', 'Ship', 'Thread', 'Weather')):
+    if name.endswith(('Cam', 'Drag', 'Escapement', 'Power', 'Ship', 'Thread', 'Weather')):
         from tauto_core.scene.reference import all_kinds
 
         for model in all_kinds():

@@ -13,7 +13,7 @@ from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
-from tauto_core.machines.parts import ESCAPEMENTS, Drag, EscapementKind
+from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import Trochlea
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import OneOf, Positive, Section, Text
@@ -45,7 +45,9 @@ class Scene(Section):
     regulator: FluidTautochroneRegulator | None = Field(
         default=None, description='mapping with `kind`: an oscillator in place of a trochlea'
     )
-    drag: Drag | None = Field(default=None, description='mapping: viscous, quadratic, coulomb')
+    drag: Annotated[DragKind, OneOf(DRAGS, default='polynomial')] | None = Field(
+        default=None, description='mapping: viscous, quadratic, coulomb'
+    )
     escapement: Annotated[EscapementKind, OneOf(ESCAPEMENTS, default='impulse')] | None = Field(
         default=None, description='mapping: kind, energy, angle, rest'
     )

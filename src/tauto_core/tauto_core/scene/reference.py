@@ -18,7 +18,8 @@ from pydantic.fields import FieldInfo
 
 from tauto_core.curves.cam import CAMS
 from tauto_core.machines.compiling import compile_trochlea
-from tauto_core.machines.parts import ESCAPEMENTS, POWERS, Drag, EscapementKind
+from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.trochlea import FOLDER as THREADS
 from tauto_core.scene.errors import Argument, UsageError
@@ -88,6 +89,7 @@ def _of_model(title: str, model: type[BaseModel]) -> str:
     rows = [
         f'| `{name}` | {_default(field)} | {_meaning(name, field)} |'
         for name, field in model.model_fields.items()
+        if not field.exclude
     ]
     said = ' '.join((model.__doc__ or '').split())
     table = ['| key | default | meaning |', '|---|---|---|', *rows]
@@ -107,7 +109,7 @@ def _default(field: FieldInfo) -> str:
 
 def _meaning(name: str, field: FieldInfo) -> str:
     kinds = one_of(field)
-    if kinds is not None:
+    if kinds is not None and len(kinds.models) > 1:
         names = ', '.join(str(each.model_fields['kind'].default) for each in kinds.models)
         return f'{field.description}: {names}'
     if name == 'kind' and not field.description:
@@ -146,11 +148,11 @@ def schema() -> dict[str, Any]:
     definitions['Landfall'] = waypoint
     place = waypoint['properties']['place']
     definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
-    for name in (*(model.__name__ for model in all_kinds()), RecordFile.__name__):
-        # an escapement without a kind is of the kind impulse
-        if name != 'Escapement':
-            required = definitions[name].setdefault('required', [])
-            required.insert(0, 'kind')
+    # a section without `kind` is of the default kind, if there is one
+    defaults = {folder.default for folder in _folders(Scene)}
+    names = [each.__name__ for each in all_kinds() if kind_of(each) not in defaults]
+    for name in (*names, RecordFile.__name__):
+        definitions[name].setdefault('required', []).insert(0, 'kind')
     found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
     head = {'$schema': 'https://json-schema.org/draft/2020-12/schema', 'title': 'Scene of Tauto'}
     cleaned: dict[str, Any] = _cleaned({**head, **found, 'title': head['title']})
@@ -199,10 +201,8 @@ _PLAIN = re.compile(
 )
 _USUAL = {'cam': 'involute', 'thread': 'vertical', 'power': 'weight', 'escapement': ''}
 _FORMS: dict[type[BaseModel], type[BaseModel]] = {Rao: RaoFile}
-_DRAG = {'viscous': 1.25e-5}
 # Values shown in the comments for sections and keys that are left out.
 _LEFT_OUT: dict[str, Any] = {
-    'drag': _DRAG,
     'suspension': {
         'kind': 'axle',
         'support_radius': 0.02,
@@ -346,7 +346,7 @@ def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
     if escapement:
         model = _model('escapement', escapement)
         gives = cast(EscapementKind, model.model_validate(_started('escapement', escapement)))
-    drag = Drag(**_DRAG) if escapement else None
+    drag = Drag.model_validate(Drag.starter) if escapement else None
     return not list(valid.problems(STANDARD_GRAVITY, drag, gives, still=False))
 
 
@@ -417,7 +417,11 @@ def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:
             **{key: _started(key, kinds[key]) for key in ('cam', 'thread', 'power')},
             'release_angle': 1.0,
         },
-        **({'drag': _DRAG, 'escapement': _started('escapement', gives)} if gives else {}),
+        **(
+            {'drag': dict(Drag.starter), 'escapement': _started('escapement', gives)}
+            if gives
+            else {}
+        ),
         'ship': _started('ship', ship),
         # wide enough for a weight, which loses a minute a day at sea
         'drift': {'observation_interval': 60.0, 'prior_rate_sigma': 100.0},
@@ -457,7 +461,7 @@ def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[
     """Yield the fields, the key of the kind first, without those that do not apply to the kind."""
     fields = sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind')
     for name, field in fields:
-        if not (name == 'gamma' and given.get('spectrum') != 'jonswap'):
+        if not (field.exclude or (name == 'gamma' and given.get('spectrum') != 'jonswap')):
             yield name, field
 
 
@@ -472,8 +476,9 @@ def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] |
     if isinstance(value, BaseModel):
         model = type(value)
     elif isinstance(value, dict):
-        tag = value.get('kind')
-        if one_of(field) is not None:
+        kinds = one_of(field)
+        if kinds is not None:
+            tag = value.get('kind', kinds.default)
             model = next(each for each in models if kind_of(cast(type[Kind], each)) == tag)
     return _FORMS.get(model, model)
 

@@ -23,7 +23,7 @@ from pydantic import Field
 
 from tauto_core.curves.numerics import nearest
 from tauto_core.machines.axle_pendulum import Modes, modes
-from tauto_core.machines.parts import Drag, EscapementKind
+from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.trochlea import Parts, SlackThreadError, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, TautoError
@@ -214,7 +214,7 @@ class HangingMachine:
     base_radius: float
     length: float
     gravity: float
-    drag: Drag | None
+    drag: DragKind | None
     escapement: EscapementKind | None
     release_angle: float
 

@@ -22,7 +22,7 @@ from pydantic import Field
 from tauto_core.curves.cam import possible_lever
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads
 from tauto_core.curves.numerics import integrate
-from tauto_core.machines.parts import Drag, EscapementKind
+from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
@@ -52,7 +52,7 @@ class LeverMachine:
     lever_inertia: float
     geometry: LeverLinkage
     gravity: float
-    drag: Drag | None
+    drag: DragKind | None
     escapement: EscapementKind | None
     release_angle: float
 

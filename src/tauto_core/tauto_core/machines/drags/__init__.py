@@ -1,0 +1,1 @@
+"""The kinds of drag; every module here names one or several."""
