@@ -23,11 +23,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from tauto_core.fleets import Plan, as_draws, sail_fleet
-from tauto_core.fleets.sailing import sail_ship
+from tauto_core.ensembles.fleets import Plan, as_draws, sail_fleet, sail_ship
+from tauto_core.ensembles.workers import Crew, run_each
 from tauto_core.scene import load_scene
 from tauto_core.scene.models import Scene
-from tauto_core.workers import Crew, run_each
 
 DAY_S = 86_400.0
 PASSAGE_S = 81.0 * DAY_S

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core.cli.app import app
-from tauto_core.comparison import CLOCKS
+from tauto_core.ensembles.comparison import CLOCKS
 from tauto_core.scene import shipped_scenes
 from tauto_core.wording import figure, with_sigma
 

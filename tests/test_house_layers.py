@@ -12,11 +12,11 @@ CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
     'allantools',
     'bokeh',
-    'dask',  # of distributed, which pins its version
     'distributed',
     'ezdxf',
     'geographiclib',
     'llvmlite',
+    'loky',
     'lz4',
     'matplotlib',
     'mcap',

@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from tauto_core.ensembles.answers import distances, shares_within
+from tauto_core.ensembles.fleets import Fleet, Plan, sail_fleet
+from tauto_core.ensembles.workers import Crew
 from tauto_core.files import write_figure
-from tauto_core.fleets import Fleet, Plan, sail_fleet
-from tauto_core.fleets.answers import distances, shares_within
 from tauto_core.navigation.longitude import AWARDS
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
-from tauto_core.workers import Crew
 
 DAY_S = 86_400.0
 IN_PORT_S, AT_SEA_S = 3.0 * DAY_S, 12.0 * DAY_S

@@ -11,6 +11,7 @@ TEST = [
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
+    'distributed>=2024.8',
     'hypothesis>=6.100',
     'jsonschema>=4.20',
     'mpmath>=1.3',
@@ -40,6 +41,8 @@ SPECTRA = ['wavespectra>=4.9']
 REPORT = ['bokeh>=3.4']
 # The rows of `tauto fleet --out`.
 FLEET = ['pyarrow>=16.0']
+# The workers of `tauto fleet --scheduler`.
+CLUSTER = ['distributed>=2024.8']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = ['tauto_nodes[ros]']
 
@@ -66,14 +69,15 @@ setup(
     python_requires='>=3.11',
     install_requires=[
         'allantools>=2024.6',
-        'distributed>=2024.8',
         'ezdxf>=1.1',
         'geographiclib>=2.0',
         'llvmlite>=0.43',
+        'loky>=3.5',
         'lz4>=4.3',
         'matplotlib>=3.6',
         'mcap>=1.1',
         'numpy>=1.26',
+        'psutil>=5.9',
         'pydantic>=2.7',
         'pyyaml>=6.0.1',
         'rich>=13.7',
@@ -83,6 +87,7 @@ setup(
         'zstandard>=0.22',
     ],
     extras_require={
+        'cluster': CLUSTER,
         'test': TEST,
         'dev': TEST + LINT + DOCS,
         'docs': DOCS,

@@ -10,9 +10,9 @@ from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
 from tauto_core.cli.many import comparison_table, failures
-from tauto_core.comparison import Comparison, Row, Stop, draw, running
-from tauto_core.comparison.figure import side_by_side
-from tauto_core.workers import Ended, WorkerError
+from tauto_core.ensembles import comparison
+from tauto_core.ensembles.comparison import Comparison, Row, Stop, draw, side_by_side
+from tauto_core.ensembles.workers import Ended, WorkerError
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
 CHEAP = ('compare', 'second_cam_at_sea', '--duration', '600', '--jobs', '1')
@@ -169,7 +169,7 @@ def test_what_cannot_be_is_refused_before_anything_runs(
 
 def test_a_clock_whose_processes_died_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     lost: Ended[Row] = Ended(0, None, WorkerError('its process died four times'))
-    monkeypatch.setattr(running, 'run_each', lambda *_: (each for each in [lost]))
+    monkeypatch.setattr(comparison, 'run_each', lambda *_: (each for each in [lost]))
     result = tauto(*CHEAP)
     assert (result.exit_code, result.stdout) == (1, '')
     assert 'second_cam_at_sea: its process died four times' in result.stderr

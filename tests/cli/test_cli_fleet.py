@@ -5,14 +5,13 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from tauto_core import workers
 from tauto_core.cli.app import app
 from tauto_core.cli.many import answer, tables
+from tauto_core.ensembles import fleets, workers
+from tauto_core.ensembles.answers import Answers, Within
+from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.files import one_writer
-from tauto_core.fleets import Answers, sailing
-from tauto_core.fleets.answers import Within
 from tauto_core.scene.errors import TautoWarning
-from tauto_core.workers import Ended, WorkerError
 
 SCENE = 'second_cam_at_sea'
 VARY = """\
@@ -158,7 +157,7 @@ def test_a_lost_ship_gives_no_answer_and_exit_code_1(tmp_path, monkeypatch):
         yield from others
         yield Ended(first.place, None, WorkerError('its process died'))
 
-    monkeypatch.setattr(sailing, 'run_each', lost)
+    monkeypatch.setattr(fleets, 'run_each', lost)
     words = ('--ships', '3', '--out', str(tmp_path / 'rows'), '--json')
     with pytest.warns(TautoWarning, match=r'ship 0: its process died\. She is lost'):
         ended = fleet(*words)

@@ -12,11 +12,11 @@ import pytest
 
 import tauto_core
 from tauto_core import version as v
-from tauto_core.fleets import Plan, sail_fleet
+from tauto_core.ensembles.fleets import Plan, sail_fleet
+from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.voyage import sail
-from tauto_core.workers import Crew, versions
 
 PACKAGE = Path(tauto_core.__file__).parent
 

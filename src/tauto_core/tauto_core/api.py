@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tauto_core.bags import Recovered, Soundness
-    from tauto_core.comparison import Comparison
+    from tauto_core.ensembles.comparison import Comparison
+    from tauto_core.ensembles.fleets import Fleet
     from tauto_core.euler import Claim
-    from tauto_core.fleets import Fleet
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
@@ -477,7 +477,7 @@ def compare(
     Raises:
         TautoError: clocks that cannot be compared, or arguments out of range.
     """
-    from tauto_core import comparison
+    from tauto_core.ensembles import comparison
 
     if suspension not in ('both', 'with', 'without'):
         raise UsageError(
@@ -526,8 +526,8 @@ def fleet(
         TautoError: a drawn value that the scene does not allow, arguments out of range, or
             processes that cannot be started.
     """
-    from tauto_core import fleets
-    from tauto_core.workers import Crew
+    from tauto_core.ensembles import fleets
+    from tauto_core.ensembles.workers import Crew
 
     if isinstance(vary, str | Path):
         draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)

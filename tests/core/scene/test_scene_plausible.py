@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 import tauto_core as tauto
 from tauto_core.checks.readiness import check_known, implausible, oddities
 from tauto_core.cli.app import app
-from tauto_core.fleets import Plan, as_draws
+from tauto_core.ensembles.fleets import Plan, as_draws
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import SceneError
 

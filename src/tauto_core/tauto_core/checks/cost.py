@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.machines import AnyMachine, FluidPendulum, Machine, SlackThreadError
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    Machine,
+    SlackThreadError,
+    compile_machine,
+)
 from tauto_core.motion import make_collocation, propagator_name, steps_in
 from tauto_core.samples import NS_PER_S, PHASE, SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, Solver
@@ -625,14 +631,8 @@ def forecast(
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
-    still = scene.lies_still
-    name = propagator_name(machine, still=still)
-    swing_s = _swing_s(machine)
-    allowed = None if scene.solver is None else scene.solver.tolerance
-    engine = make_collocation(machine, allowed) if name == 'collocation' else None
-    samples = samples_a_piece(scene, steps_in(engine))
-    piece_s = samples * felt_step_ns(scene) / NS_PER_S
-    steps = None if engine is None else _steps(scene, machine, engine, swing_s, piece_s)
+    still, swing_s = scene.lies_still, _swing_s(machine)
+    name, steps = _propagation(scene, machine, swing_s)
     nominal_s = scene.clock.nominal_period or machine.small_period
     run_s = _run_s(scene, name, motion, scene.duration / swing_s, steps)
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
@@ -727,6 +727,30 @@ def _shortest_wave_s(scene: Scene) -> float | None:
         squares = case_modes(scene.suspension).squared_frequencies(scene.gravity)
         frequencies.append(math.sqrt(squares[1]))
     return math.tau / max(frequencies) if frequencies else None
+
+
+def work_s(scene: Scene) -> float:
+    """Return the expected processor time of a voyage, less the start of its process [s].
+
+    Args:
+        scene: a scene that runs.
+    """
+    machine, motion = compile_machine(scene), ShipMotion(scene)
+    if isinstance(machine, FluidPendulum):
+        return _forecast_in_fluid(scene, machine, motion).run_s - START_S['half_swings']
+    swing_s = _swing_s(machine)
+    name, steps = _propagation(scene, machine, swing_s)
+    return _run_s(scene, name, motion, scene.duration / swing_s, steps) - START_S[name]
+
+
+def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str, _Steps | None]:
+    """Return the propagator of a scene, and its steps if it takes some."""
+    name = propagator_name(machine, still=scene.lies_still)
+    if name != 'collocation':
+        return name, None
+    engine = make_collocation(machine, None if scene.solver is None else scene.solver.tolerance)
+    piece_s = samples_a_piece(scene, steps_in(engine)) * felt_step_ns(scene) / NS_PER_S
+    return name, _steps(scene, machine, engine, swing_s, piece_s)
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,9 @@ from tauto_core.wording import counted, figure, printed, significant, span
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from tauto_core.comparison import Comparison, Row
-    from tauto_core.fleets import Answers, Fleet
-    from tauto_core.fleets.answers import Within
+    from tauto_core.ensembles.answers import Answers, Within
+    from tauto_core.ensembles.comparison import Comparison, Row
+    from tauto_core.ensembles.fleets import Fleet
 
 
 # -----------------------------------------------------------------------------
@@ -90,8 +90,8 @@ def compare(
     the shipped clocks have regulated on land. The column `rated` allows for the rate observed in
     port, where the ship lies in the same sea.
     """
-    from tauto_core import comparison
     from tauto_core.cli.terminal import ended_by_sigterm, progress_bar
+    from tauto_core.ensembles import comparison
     from tauto_core.files import check_plot
 
     for path in plot or ():
@@ -227,10 +227,11 @@ def fleet(
     her own waves, and what --vary draws.
     """
     from tauto_core.cli.terminal import counting_bar, ended_by_sigterm
+    from tauto_core.ensembles.answers import draw
+    from tauto_core.ensembles.fleets import Plan, read_draws, sail_fleet
+    from tauto_core.ensembles.workers import Crew
     from tauto_core.files import check_plot
-    from tauto_core.fleets import Plan, draw, read_draws, sail_fleet
     from tauto_core.scene import load_scene
-    from tauto_core.workers import Crew
 
     for path in plot or ():
         check_plot(path)
@@ -274,7 +275,7 @@ def answer(result: Answers) -> str:
 
 def _errors_alone(result: Answers) -> str:
     """Return medians and 95 % quantiles of the errors in a sentence."""
-    from tauto_core.fleets.answers import QUANTILES
+    from tauto_core.ensembles.answers import QUANTILES
 
     rated, dial = (result.quantiles_nmi[name] for name in ('corrected', 'raw'))
     if rated is None or dial is None:
@@ -338,7 +339,7 @@ def _shares(within: dict[str, list[Within]]) -> Table:
 
 
 def _quantiles(result: Answers) -> Table:
-    from tauto_core.fleets.answers import QUANTILES
+    from tauto_core.ensembles.answers import QUANTILES
 
     table = _table(
         'error of the longitude below which so many ships stay [nmi]',

@@ -6,18 +6,17 @@ import socket
 import subprocess
 import sys
 import time
+from concurrent.futures import CancelledError
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from distributed.scheduler import KilledWorker
 
-from tauto_core import workers
+from tauto_core.ensembles import workers
+from tauto_core.ensembles.workers import Crew, WorkerError, _Attention, run_each
 from tauto_core.scene.errors import EstimationError, TautoWarning, UsageError
-from tauto_core.workers import Crew, Ended, WorkerError, _Attention, _ended, run_each
-
-# On a machine with much else to do, processes that were killed are not soon there again.
-WAITS = pytest.mark.filterwarnings('ignore:no worker process is left')
 
 
 def half(number, tell):
@@ -65,7 +64,7 @@ def test_processes_return_what_this_one_does():
 def test_a_script_without_a_guard_is_not_run_again_by_its_processes(tmp_path):
     script = tmp_path / 'script.py'
     script.write_text(
-        'from tauto_core.workers import Crew, run_each\n'
+        'from tauto_core.ensembles.workers import Crew, run_each\n'
         "print('begins')\n"
         'ended = run_each(lambda number, tell: number / 2, [1.0, 2.0], Crew(2))\n'
         'print(sorted(each.result for each in ended))\n'
@@ -84,7 +83,6 @@ def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
     assert str(ended[1].error) == '2 is even'
 
 
-@WAITS
 def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
     (tmp_path / 'once').touch()
     found = results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], Crew(2)))
@@ -92,7 +90,6 @@ def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@WAITS
 def test_a_run_that_kills_every_process_is_given_up(tmp_path):
     for k in range(20):
         (tmp_path / str(k)).touch()
@@ -121,15 +118,15 @@ def test_an_interrupt_while_processes_start_ends_without_a_traceback(number):
     """A terminal sends Ctrl-C to all processes of a command, here at the start of the first."""
     script = (
         'import os, signal\n'
-        'from distributed import Nanny\n'
+        'from loky.backend.process import LokyProcess\n'
         'from tauto_core.cli.terminal import ended_by_sigterm\n'
-        'from tauto_core.workers import Crew, run_each\n'
-        'start = Nanny.start_unsafe\n'
-        'async def interrupted(self):\n'
-        '    Nanny.start_unsafe = start\n'
+        'from tauto_core.ensembles.workers import Crew, run_each\n'
+        'start = LokyProcess.start\n'
+        'def interrupted(self):\n'
+        '    LokyProcess.start = start\n'
         f'    os.{"killpg(0" if number == signal.SIGINT else "kill(os.getpid()"}, {int(number)})\n'
-        '    return await start(self)\n'
-        'Nanny.start_unsafe = interrupted\n'
+        '    return start(self)\n'
+        'LokyProcess.start = interrupted\n'
         'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
         'try:\n'
         '    with ended_by_sigterm():\n'
@@ -152,7 +149,7 @@ def test_an_interrupt_while_processes_start_ends_without_a_traceback(number):
 def test_processes_do_not_see_the_interrupt_of_a_terminal():
     script = (
         'import signal\n'
-        'from tauto_core.workers import Crew, run_each\n'
+        'from tauto_core.ensembles.workers import Crew, run_each\n'
         'def blocked(number, tell):\n'
         '    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])\n'
         'print({each.result for each in run_each(blocked, list(range(4)), Crew(2))})\n'
@@ -185,8 +182,8 @@ class Scheduler:
 
     scheduler = SimpleNamespace(ncores=None, address='tcp://ship:8786')
 
-    def __init__(self, answer, cluster=None):
-        self.answer, self.cluster = answer, cluster
+    def __init__(self, answer):
+        self.answer, self.futures = answer, {}
 
     def sync(self, _asked, callback_timeout):
         assert callback_timeout == workers.REACHED_WITHIN_S
@@ -199,7 +196,6 @@ class Scheduler:
     ('client', 'said'),
     [
         (Scheduler({}), r'no worker process is left for 3 runs. Start .*dask worker tcp://ship:8'),
-        (Scheduler({}, 'here'), 'no worker process is left for 3 runs. They are being started'),
         (Scheduler(TimeoutError()), 'the scheduler has not answered for 10 s'),
     ],
 )
@@ -219,24 +215,70 @@ def test_nobody_is_waited_for_without_a_word(client, said):
     assert attention.lost
 
 
-@pytest.mark.parametrize('broken', [TimeoutError(), OSError('Connection reset by peer')])
-def test_a_result_that_does_not_arrive_is_no_failure_of_its_run(broken):
-    """A worker that is killed between its run and the fetching of the result breaks the way."""
-    answers = [broken, broken, 'result']
+def test_a_result_that_does_not_arrive_is_not_waited_for_in_vain():
+    client = Scheduler({'tcp://worker:1': 1})
+    client.futures = {'a': SimpleNamespace(status='pending')}
+    attention = _Attention(client)
+    attention.ask(2)
+    client.futures = {key: SimpleNamespace(status='finished') for key in 'ab'}
+    attention.ask(2)
+    client.futures = {'c': SimpleNamespace(status='finished')}  # the others have come
+    attention.ask(1)
+    with pytest.raises(WorkerError, match=r'the scheduler is lost .results do not arrive'):
+        attention.ask(1)
+    assert attention.lost
 
-    def result(timeout):
-        assert timeout == workers.ASK_S
-        answer = answers.pop(0)
-        if isinstance(answer, Exception):
-            raise answer
-        return answer
 
-    future = SimpleNamespace(result=result, status='finished')
-    attention = _Attention(Scheduler({'tcp://worker:1': 1}))
-    assert _ended(7, future, attention) == Ended(7, 'result')
-    answers, future.status = [broken], 'error'
-    assert _ended(7, future, attention) == Ended(7, None, broken)
-    answers, future.status = [broken], 'finished'
-    attention = _Attention(Scheduler(OSError('Connection refused')))
+def test_what_a_scheduler_says_of_a_run():
+    attention = _Attention(Scheduler({}))
+    own = OSError('Connection reset by peer')
+    assert attention.meaning(own) is own
+    died = attention.meaning(KilledWorker('run', None, {}))
+    assert isinstance(died, WorkerError)
+    assert 'died four times' in str(died)
+    assert not attention.lost
     with pytest.raises(WorkerError, match='the scheduler is lost'):
-        _ended(7, future, attention)
+        attention.meaning(CancelledError())
+    assert attention.lost
+
+
+def test_a_scheduler_needs_an_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    with pytest.raises(UsageError, match=r"Run pip install 'tauto_core\[cluster\]'"):
+        next(run_each(half, [1], Crew(2, 'tcp://ship:8786')))
+
+
+def test_work_that_is_small_is_done_in_this_process():
+    start_s = workers.START_S
+    assert Crew(2).for_work([0.5 * start_s] * 4) == Crew(1)
+    assert Crew(2).for_work([0.7 * start_s] * 3) == Crew(2)
+    assert Crew(4).for_work([0.33 * start_s] * 4) == Crew(1)
+    assert Crew(4).for_work([0.36 * start_s] * 4) == Crew(4)
+    assert Crew(4).for_work([0.72 * start_s] * 2) == Crew(1)  # the others would have nothing
+    assert Crew(1).for_work([99.0 * start_s]) == Crew(1)
+    assert Crew(2, 'tcp://ship:8786').for_work([0.0]).scheduler is not None
+
+
+def test_processes_end_soon_after_the_one_that_started_them_is_killed(tmp_path):
+    script = (
+        'import os, sys, time\n'
+        'from pathlib import Path\n'
+        'from tauto_core.ensembles.workers import Crew, run_each\n'
+        'def tells(number, tell):\n'
+        '    (Path(sys.argv[1]) / str(os.getpid())).touch()\n'
+        '    for k in range(300):\n'
+        '        time.sleep(0.1)\n'
+        '        tell(k / 300)\n'
+        'def killed(share):\n'
+        '    os.kill(os.getpid(), 9)\n'
+        'list(run_each(tells, [1, 2], Crew(2), killed))\n'
+    )
+    words = [sys.executable, '-c', script, str(tmp_path)]
+    done = subprocess.run(words, check=False, timeout=100)
+    assert done.returncode == -signal.SIGKILL
+    pids = [int(file.name) for file in tmp_path.iterdir()]
+    assert pids
+    deadline = time.monotonic() + 20.0
+    while any(Path(f'/proc/{pid}').exists() for pid in pids):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)

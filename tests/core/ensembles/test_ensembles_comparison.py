@@ -5,8 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.comparison import Entry, compare, make_entries
-from tauto_core.comparison.running import PIECES, ErrorTrace, _dearest_first, sail_entry
+from tauto_core.ensembles.comparison import (
+    PIECES,
+    Entry,
+    ErrorTrace,
+    _dearest_first,
+    compare,
+    make_entries,
+    sail_entry,
+)
 from tauto_core.samples import READING, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, UsageError

@@ -5,8 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.comparison import CLOCKS, SHARED, make_entries
-from tauto_core.comparison.running import significant_roll_deg, with_roll
+from tauto_core.ensembles.comparison import (
+    CLOCKS,
+    SHARED,
+    make_entries,
+    significant_roll_deg,
+    with_roll,
+)
 from tauto_core.scene import Component, ComponentsShip, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.ship import ShipMotion

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm, truncnorm, uniform
 
-from tauto_core.fleets import Plan, as_draws, read_draws
+from tauto_core.ensembles.fleets import Plan, as_draws, read_draws
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, UsageError
 

@@ -16,13 +16,22 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from tauto_core import voyage, workers
-from tauto_core.fleets import FleetError, Plan, answers, as_draws, draw, sail_fleet, sailing
-from tauto_core.fleets.figure import figure_of
-from tauto_core.fleets.sailing import FIGURES, Store, sail_ship, schema
+from tauto_core import voyage
+from tauto_core.ensembles import fleets, workers
+from tauto_core.ensembles.answers import answers, draw, figure_of
+from tauto_core.ensembles.fleets import (
+    FIGURES,
+    FleetError,
+    Plan,
+    Store,
+    as_draws,
+    sail_fleet,
+    sail_ship,
+    schema,
+)
+from tauto_core.ensembles.workers import Crew, Ended, WorkerError
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
-from tauto_core.workers import Crew, Ended, WorkerError
 
 NAME = 'second_cam_at_sea'
 VARY = {
@@ -58,7 +67,8 @@ def test_a_row_is_the_voyage_of_its_ship(alone):
     assert len({row['clock_error_s'] for row in alone.rows}) == 6
 
 
-def test_processes_give_the_rows_of_one(alone, tmp_path):
+def test_processes_give_the_rows_of_one(alone, tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, 'START_S', 0.0)  # also for work that is small
     told: list[float] = []
     beside = sail_fleet(plan(), Crew(2), tmp_path / 'fleet', told.append)
     assert lasting(beside.rows) == lasting(alone.rows)
@@ -83,11 +93,11 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return sail_ship(plan, number, progress)
 
-    monkeypatch.setattr(sailing, 'sail_ship', counted)
+    monkeypatch.setattr(fleets, 'sail_ship', counted)
     with pytest.raises(KeyboardInterrupt):
         sail_fleet(plan(), Crew(1), folder)
     assert sailed == [2, 3, 4]
-    monkeypatch.setattr(sailing, 'sail_ship', sail_ship)
+    monkeypatch.setattr(fleets, 'sail_ship', sail_ship)
     whole = sail_fleet(plan(), Crew(1), folder)
     assert lasting(whole.rows) == lasting(alone.rows)
     again = sail_fleet(plan(4), Crew(1), folder)  # nothing is left to sail, nothing is lost
@@ -108,12 +118,11 @@ def killed_once(folder, plan, number, progress):
     return sail_ship(plan, number, tell)
 
 
-# where much else runs, its process is not soon there again
-@pytest.mark.filterwarnings('ignore:no worker process is left')
 def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, 'START_S', 0.0)
     (tmp_path / 'bullet').mkdir()
     (tmp_path / 'bullet' / 'one').touch()
-    monkeypatch.setattr(sailing, 'sail_ship', partial(killed_once, tmp_path / 'bullet'))
+    monkeypatch.setattr(fleets, 'sail_ship', partial(killed_once, tmp_path / 'bullet'))
     sail_fleet(plan(), Crew(2), tmp_path / 'fleet')
     assert not list((tmp_path / 'bullet').iterdir())
     rows = pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()
@@ -135,7 +144,7 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
         return sail(scene, **further)
 
     sail = voyage.sail
-    monkeypatch.setattr(sailing, 'run_each', without_3)
+    monkeypatch.setattr(fleets, 'run_each', without_3)
     monkeypatch.setattr(voyage, 'sail', without_4)
     with (
         pytest.warns(TautoWarning) as said,
@@ -174,9 +183,9 @@ KILLED_AT_A_NAME = """
 import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[3])
-from test_fleets_sailing import plan
-from tauto_core.fleets import sail_fleet, sailing
-from tauto_core.workers import Crew
+from test_ensembles_fleets import plan
+from tauto_core.ensembles import fleets
+from tauto_core.ensembles.workers import Crew
 replace, names = os.replace, []
 def killed(draft, place):
     names.append(place)
@@ -184,8 +193,8 @@ def killed(draft, place):
         os.kill(os.getpid(), signal.SIGKILL)
     replace(draft, place)
 os.replace = killed
-sailing.EVERY_S = 0.0
-sail_fleet(plan(), Crew(1), Path(sys.argv[1]))
+fleets.EVERY_S = 0.0
+fleets.sail_fleet(plan(), Crew(1), Path(sys.argv[1]))
 """
 
 
@@ -220,7 +229,7 @@ def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
             pass
         yield from workers.run_each(task, items, crew, progress)
 
-    monkeypatch.setattr(sailing, 'run_each', beside)
+    monkeypatch.setattr(fleets, 'run_each', beside)
     assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
     with late.opened():
         assert lasting(late.rows) == lasting(alone.rows)
@@ -352,7 +361,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
     folder, lost = tmp_path / 'fleet', []
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
     monkeypatch.setattr(workers, 'ASK_S', 0.2)
-    monkeypatch.setattr(sailing, 'EVERY_S', 0.0)
+    monkeypatch.setattr(fleets, 'EVERY_S', 0.0)
     with ExitStack() as running:
         start = lambda *words: running.enter_context(_process(*words))  # noqa: E731
         scheduler = start('dask_scheduler', '--host', '127.0.0.1', '--port', '0', '--no-dashboard')

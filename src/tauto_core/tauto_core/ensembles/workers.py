@@ -1,0 +1,477 @@
+"""Many independent runs: in this process, in several of this machine, or on a dask scheduler.
+
+The last two are executors of `concurrent.futures`: `_Processes` here, dask's own on a cluster. The
+mechanics keep one core busy each, so a run takes a process with one thread. Neither loky nor dask
+is loaded where runs are made in this process.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import platform
+import queue
+import signal
+import struct
+import threading
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+)
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from multiprocessing import Pipe, resource_tracker
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+
+from tauto_core.scene.errors import Argument, TautoError, TautoWarning, UsageError, install
+from tauto_core.version import identity
+from tauto_core.wording import counted
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Item = TypeVar('Item')
+Result = TypeVar('Result')
+Share: TypeAlias = Callable[[float], None]
+Task: TypeAlias = Callable[[Item, Share], Result]
+
+REACHED_WITHIN_S = 10.0
+"""Time limit for reaching a scheduler."""
+
+ASK_S = 5.0
+"""Time without news after which the scheduler is asked whether it has workers."""
+
+TELL_S = 0.2
+"""Interval at which a run reports its progress [s]."""
+
+_ALIKE = ('numpy', 'scipy', 'llvmlite', 'pydantic')
+"""Libraries on whose versions results may depend."""
+
+_TOPIC = 'tauto-share'
+
+MOST_DEATHS = 4
+"""Deaths of its process after which a run is given up."""
+
+START_S = 1.5
+"""Approximate time in which a process starts and loads what a run needs [s]."""
+
+IDLE_S = 10.0
+"""Time without a run after which a process ends. Where this process was killed, nobody else ends
+those that it started [s].
+"""
+
+_DIED = (
+    'its process died four times, for want of memory perhaps. Use fewer processes at once (',
+    Argument('jobs', 1),
+    '), or machines with more memory',
+)
+
+
+class WorkerError(TautoError):
+    """Processes or a scheduler that are not available, or that died: no fault of a run."""
+
+
+@dataclass(frozen=True)
+class Crew:
+    """The processes on which runs are made.
+
+    Attributes:
+        jobs: number of parallel processes on this machine, >= 1; 1: in this process.
+        scheduler: address of a dask scheduler, for example `tcp://ship:8786`; then `jobs` is not
+            used.
+    """
+
+    jobs: int = 2
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.jobs < 1:
+            raise UsageError(
+                Argument('jobs', self.jobs), ': must be at least 1. Use for example 2'
+            )
+
+    def for_work(self, works_s: Iterable[float]) -> Crew:
+        """Return this process alone where others would take longer to start than they would save.
+
+        Args:
+            works_s: expected processor time of each run [s]; used where there is a choice.
+        """
+        if self.jobs == 1 or self.scheduler is not None:
+            return self
+        works = list(works_s)
+        saved_s = sum(works) * (1.0 - 1.0 / min(self.jobs, len(works)))
+        return self if saved_s > START_S else Crew(1)
+
+
+@dataclass(frozen=True)
+class Ended(Generic[Result]):
+    """A run that has ended.
+
+    Attributes:
+        place: index of its item.
+        result: result of the task; None where it failed.
+        error: the exception; a WorkerError where its processes died; None where there is a result.
+    """
+
+    place: int
+    result: Result | None
+    error: Exception | None = None
+
+
+def run_each(
+    task: Task[Item, Result],
+    items: Sequence[Item],
+    crew: Crew,
+    progress: Share | None = None,
+) -> Generator[Ended[Result]]:
+    """Yield the result of each item, as runs end; they begin in the order of the items.
+
+    A run whose process dies is repeated on another one, up to three times. While nothing runs for
+    want of workers, a TautoWarning says so. When the iterator is closed, runs that have not begun
+    are dropped, and processes on this machine end.
+
+    Args:
+        task: called with an item and a function that reports the share done; both, and the result,
+            are sent between processes.
+        items: at least one.
+        crew: the processes.
+        progress: called with the share of all that is done, increasing from 0 to 1.
+
+    Raises:
+        WorkerError: the scheduler cannot be reached or is lost on the way, or its workers have
+            other versions.
+    """
+    shares = _Shares(len(items), progress)
+    if crew.jobs == 1 and crew.scheduler is None:
+        for place, item in enumerate(items):
+            try:
+                ended = Ended(place, task(item, partial(shares.tell, place)))
+            except Exception as error:
+                ended = Ended(place, None, error)
+            shares.tell(place, 1.0)
+            yield ended
+        return
+    news: queue.SimpleQueue[tuple[int, float] | Future[Result]] = queue.SimpleQueue()
+    with ExitStack() as started:
+        pool: Executor
+        if crew.scheduler is None:
+            pool = started.enter_context(closing(_Processes(min(crew.jobs, len(items)), news.put)))
+            attention = None
+        else:
+            client = started.enter_context(_joined(crew.scheduler))
+            attention = _Attention(client)
+            pool = client.get_executor(pure=False)
+            client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
+            started.callback(attention.leave, pool)
+        left: dict[Future[Result], int] = {}
+        for place, item in enumerate(items):
+            run = pool.submit(_run, task, place, item)
+            left[run] = place
+            run.add_done_callback(news.put)
+        del run  # results that were handed on need not be kept
+        while left:
+            try:
+                new = news.get(timeout=ASK_S)
+            except queue.Empty:
+                if attention is not None:
+                    attention.ask(len(left))
+                continue
+            if isinstance(new, tuple):
+                shares.tell(*new)
+                continue
+            place = left.pop(new)
+            try:
+                ended = Ended(place, new.result())
+            except Exception as error:
+                meant = error if attention is None else attention.meaning(error)
+                ended = Ended(place, None, meant)
+            shares.tell(place, 1.0)
+            yield ended
+
+
+_to_parent: Connection | None = None
+"""In a process of `_Processes`, the pipe for progress."""
+
+_PROGRESS = struct.Struct('qd')
+
+
+def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
+    """Run one item in another process, and report its progress from there."""
+    told = time.monotonic()
+
+    def tell(share: float) -> None:
+        nonlocal told
+        if time.monotonic() < told + TELL_S:
+            return
+        told = time.monotonic()
+        if _to_parent is None:
+            from distributed import get_worker
+
+            get_worker().log_event(_TOPIC, (place, share))
+            return
+        try:
+            # So short a message is written whole or not at all, also if this process is killed.
+            _to_parent.send_bytes(_PROGRESS.pack(place, share))
+        except BlockingIOError:  # nobody has read for long: the next message will do
+            pass
+        except OSError:  # the parent was killed, so nobody waits for the result
+            os._exit(1)
+
+    return task(item, tell)
+
+
+class _Shares:
+    """The share of all runs that is done."""
+
+    def __init__(self, count: int, progress: Share | None) -> None:
+        self._shares = [0.0] * count
+        self._done = 0.0
+        self._progress = progress
+
+    def tell(self, place: int, share: float) -> None:
+        """Take the share of one run; a run that is repeated does not reduce it."""
+        gained = share - self._shares[place]
+        if gained <= 0.0:
+            return
+        self._shares[place] = share
+        self._done += gained
+        if self._progress is not None:
+            self._progress(min(self._done / len(self._shares), 1.0))
+
+
+class _Processes(Executor):
+    """Makes each run in one of several processes of this machine; no port is opened for them.
+
+    A process that dies breaks a pool of loky as a whole, and the pool cannot say which run it
+    made. So there are as many pools as processes, with a thread for each. A death then concerns
+    one run, which is made again, while the others go on.
+
+    Args:
+        jobs: number of processes.
+        tell: called in another thread with the place of a run and its share done.
+    """
+
+    def __init__(self, jobs: int, tell: Callable[[tuple[int, float]], None]) -> None:
+        from loky.backend import resource_tracker as loky_tracker
+
+        # Processes inherit from their thread that a terminal's Ctrl-C does not end them. The
+        # trackers take that back in the thread that starts them, so they start here.
+        resource_tracker.ensure_running()
+        loky_tracker.ensure_running()
+        self._changing, self._is_open = threading.Lock(), True
+        self._pools: dict[int, Any] = {}
+        self._reader, self._writer = Pipe(duplex=False)
+        os.set_blocking(self._writer.fileno(), False)
+        # A daemon: it holds up no interpreter that ends before it is told to.
+        threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
+        self._threads = ThreadPoolExecutor(
+            jobs,
+            initializer=signal.pthread_sigmask,
+            initargs=(signal.SIG_BLOCK, {signal.SIGINT}),
+        )
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return the future of a call in the next process that is free."""
+        return self._threads.submit(self._in_process, partial(fn, *args, **kwargs))
+
+    def close(self) -> None:
+        """End all processes; runs that have not ended are dropped."""
+        with self._changing:
+            self._is_open = False
+            pools = list(self._pools.values())
+        for pool in pools:
+            pool.shutdown(kill_workers=True)
+        self._writer.close()
+        self._threads.shutdown(cancel_futures=True)
+
+    def _in_process(self, call: Callable[[], Any]) -> Any:
+        for _ in range(MOST_DEATHS):
+            with suppress(BrokenExecutor):
+                return self._begun(call).result()
+            with self._changing:
+                self._pools.pop(threading.get_ident())
+        raise WorkerError(*_DIED)
+
+    def _begun(self, call: Callable[[], Any]) -> Future[Any]:
+        from loky.process_executor import ProcessPoolExecutor
+
+        with self._changing:
+            if not self._is_open:
+                raise CancelledError
+            pool = self._pools.get(threading.get_ident())
+            if pool is None:
+                pool = ProcessPoolExecutor(
+                    1, timeout=IDLE_S, initializer=_report_to, initargs=(self._writer,)
+                )
+                self._pools[threading.get_ident()] = pool
+            try:
+                begun: Future[Any] = pool.submit(call)
+            except OSError as error:
+                raise WorkerError(
+                    f'no process can be started ({error}). Use fewer at once (',
+                    Argument('jobs', 1),
+                    ')',
+                ) from None
+            return begun
+
+    def _listen(self, tell: Callable[[tuple[int, float]], None]) -> None:
+        with self._reader, suppress(EOFError):  # when all processes have ended
+            while True:
+                tell(_PROGRESS.unpack(self._reader.recv_bytes()))
+
+
+def _report_to(parent: Connection) -> None:
+    """Start a process of `_Processes`."""
+    global _to_parent  # noqa: PLW0603 - what a pool initializes can lie nowhere else
+    _to_parent = parent
+
+
+class _Attention:
+    """Asks a scheduler from which nothing comes, so that nobody waits for it in vain.
+
+    Attributes:
+        lost: whether it is gone.
+    """
+
+    def __init__(self, client: Client) -> None:
+        self._client = client
+        self._said = ''
+        self._ready: set[Any] = set()
+        self.lost = False
+
+    def ask(self, left: int) -> None:
+        """Say once that there are no workers, or that the scheduler does not answer.
+
+        Args:
+            left: number of runs that wait.
+
+        Raises:
+            WorkerError: it is lost.
+        """
+        scheduler, said = self._client.scheduler, ''
+        # A result that breaks off on its way here leaves its future waiting for ever.
+        states = list(self._client.futures.items())
+        ready = {key for key, state in states if state.status == 'finished'}
+        if ready & self._ready:
+            raise self.gone('results do not arrive')
+        self._ready = ready
+        try:
+            if scheduler is None:
+                raise self.gone('closed')
+            if not self._client.sync(scheduler.ncores, callback_timeout=REACHED_WITHIN_S):
+                said = (
+                    f'no worker process is left for {counted(left, "run")}. Start some '
+                    f'(dask worker {scheduler.address} --nthreads 1), or stop with Ctrl-C'
+                )
+        except TimeoutError:
+            said = (
+                f'the scheduler has not answered for {REACHED_WITHIN_S:g} s. See what its own log '
+                'says, or stop with Ctrl-C'
+            )
+        except OSError as error:
+            raise self.gone(str(error)) from None
+        if said and said != self._said:
+            warnings.warn(said, TautoWarning, stacklevel=2)
+        self._said = said
+
+    def gone(self, why: str) -> WorkerError:
+        """Return the error for a scheduler that is lost."""
+        self.lost = True
+        return WorkerError(f'the scheduler is lost ({why}). See its own log; start it again')
+
+    def meaning(self, error: Exception) -> Exception:
+        """Return what the error of a run's future means.
+
+        Raises:
+            WorkerError: the scheduler is lost.
+        """
+        from distributed.scheduler import KilledWorker
+
+        if isinstance(error, CancelledError):
+            raise self.gone('it let go of the runs') from None
+        return WorkerError(*_DIED) if isinstance(error, KilledWorker) else error
+
+    def leave(self, pool: Executor) -> None:
+        """Drop the runs that have not begun."""
+        self._client.unsubscribe_topic(_TOPIC)
+        if not self.lost:  # nobody would answer
+            pool.shutdown(wait=False)
+
+
+@contextmanager
+def _joined(address: str) -> Iterator[Client]:
+    try:
+        import distributed
+        from distributed.utils import silence_logging_cmgr
+    except ImportError:
+        raise UsageError(
+            Argument('scheduler', address),
+            ': needs distributed, which is not installed. Run ',
+            f'{install("cluster")}, or leave out ',
+            Argument('scheduler'),
+        ) from None
+    began = time.monotonic()
+    quiet = silence_logging_cmgr(logging.CRITICAL)  # what it would log of a lost scheduler is said
+    try:
+        client = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        waited = time.monotonic() - began
+        raise WorkerError(
+            Argument('scheduler', address),
+            f': cannot be reached, after {waited:.1f} s ({error}). Start it (dask scheduler), '
+            'check the address, or leave out ',
+            Argument('scheduler'),
+        ) from None
+    with quiet, client:
+        _check_alike(client, address)
+        yield client
+
+
+def versions() -> dict[str, str]:
+    """Return the versions on which results may depend; of this package the code itself."""
+    return {
+        'python': platform.python_version(),
+        'tauto_core': identity(),
+        **{name: version(name) for name in _ALIKE},
+    }
+
+
+def _check_alike(client: Client, address: str) -> None:
+    """Refuse workers that could give other bits than this machine."""
+    with suppress(TimeoutError):
+        client.wait_for_workers(1, timeout=REACHED_WITHIN_S)
+    ours = versions()
+    theirs = client.run(versions, on_error='return')
+    if not theirs:
+        raise WorkerError(
+            Argument('scheduler', address),
+            f': has no workers, after {REACHED_WITHIN_S:g} s. Start some '
+            f'(dask worker {address} --nthreads 1)',
+        )
+    for worker, found in theirs.items():
+        if not isinstance(found, dict):
+            raise WorkerError(
+                Argument('scheduler', address),
+                f': worker {worker} cannot run tauto_core ({found}). Install tauto_core '
+                f'{ours["tauto_core"]} there',
+            )
+        apart = [
+            f'{name} {found[name]} against {ours[name]}'
+            for name in ours
+            if found[name] != ours[name]
+        ]
+        if apart:
+            raise WorkerError(
+                Argument('scheduler', address),
+                f': worker {worker} has other versions than this machine: {", ".join(apart)}. '
+                'Install the same on both',
+            )
