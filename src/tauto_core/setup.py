@@ -43,6 +43,8 @@ REPORT = ['bokeh>=3.4']
 FLEET = ['pyarrow>=16.0']
 # The workers of `tauto fleet --scheduler`.
 CLUSTER = ['distributed>=2024.8']
+# The coefficients of a hull, for `tauto hull`; the shapes that ship need nothing.
+HULL = ['capytaine>=3.0']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = ['tauto_nodes[ros]']
 
@@ -58,6 +60,7 @@ setup(
             'motion/gauss_coefficients.txt',
             'scene/shipped/*.yaml',
             'scene/data/*/*',
+            'ship/hulls/*.npz',
             'scene/scene.schema.json',
             'report_page.html',
         ],
@@ -92,6 +95,7 @@ setup(
         'dev': TEST + LINT + DOCS,
         'docs': DOCS,
         'fleet': FLEET,
+        'hull': HULL,
         'report': REPORT,
         'ros': ROS,
         'spectra': SPECTRA,

@@ -1,0 +1,878 @@
+"""The motions of a ship in waves from the hydrodynamic coefficients of her hull (theory G7).
+
+`HullCoefficients` is what a panel method computes of a hull at rest: added mass, damping and the
+exciting forces of waves. `Hull` adds the weights that she carries and gives her six motions at
+any heading and speed. `rate_by_place` says what these do to the rate of a weight-driven clock.
+
+Axes as everywhere (theory E): x forward, y to port, z up, here from amidships, the centreline and
+the waterline. The six motions are surge, sway, heave [m], roll (starboard down), pitch (bow down)
+and yaw (bow to port) [rad]. Waves run in the direction beta from the bow to port: 0 following
+seas, pi/2 beam seas, pi head seas. Deep water.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.files import write_whole
+from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.scene.errors import ABSENT, Problem, TautoError
+from tauto_core.ship.sea import spline
+
+ComplexArray: TypeAlias = NDArray[np.complex128]
+
+STANDARD_GRAVITY = 9.80665
+MOST_FROUDE = 0.25
+"""Froude number U/sqrt(g L) up to which the speed terms of strip theory are used."""
+LEAST_ENCOUNTER = 0.2
+"""Encounter frequency, as a part of the wave's, below which helm and sails hold her course."""
+LENGTHS_M = (2.0, 400.0)
+_PAIRS = np.add.outer(np.arange(6), np.arange(6)) % 2 == 0
+"""Motions of a hull with equal sides that act on each other: 1, 3, 5 and 2, 4, 6."""
+_FORMAT = 1
+_DAMAGED = (zipfile.BadZipFile, zlib.error)
+SHAPES_FOLDER = Path(__file__).parent / 'hulls'
+
+
+class HullError(TautoError):
+    """A hull, or a use of one, that is refused; names key, value, limit and remedy.
+
+    Args:
+        key: what is wrong, for example `draught`.
+        value: what was given; `ABSENT` where nothing was.
+        problem: what is wrong, with the limit.
+        remedy: what to do instead, as a sentence.
+    """
+
+    exit_code = 2
+
+    def __init__(self, key: str, value: object, problem: str, remedy: str) -> None:
+        self.problem = Problem(key, value, problem, remedy)
+        super().__init__(str(self.problem))
+
+
+def check_proportions(length: float, beam: float, draught: float) -> None:
+    """Refuse principal dimensions that no hull has which this theory is for.
+
+    Args:
+        length: of the waterline [m].
+        beam: of the waterline [m].
+        draught: without keel [m].
+
+    Raises:
+        HullError: a length outside `LENGTHS_M`, wider than half the length, deeper than wide, or
+            so slender or flat that the numbers must be mistaken.
+    """
+    low, high = LENGTHS_M
+    for key, size in (('length', length), ('beam', beam), ('draught', draught)):
+        if not (math.isfinite(size) and size > 0.0):
+            raise HullError(key, size, 'must be a number above 0 m', 'Give it in metres.')
+    if not low <= length <= high:
+        remedy = (
+            f'Give it in metres; did you mean {length / 10:g}?'
+            if length > high
+            else 'Give the length of the waterline in metres.'
+        )
+        raise HullError('length', length, f'must lie in [{low:g}, {high:g}] m', remedy)
+    if not length / 20.0 <= beam <= length / 2.0:
+        raise HullError(
+            'beam',
+            beam,
+            f'must lie between a 20th and half of the length, {length / 20:.3g} to '
+            f'{length / 2:.3g} m',
+            'Give the beam of the waterline in metres.',
+        )
+    if draught > beam:
+        raise HullError(
+            'draught',
+            draught,
+            f'must not exceed the beam, {beam:g} m: the hull would be deeper than wide',
+            'Give the draught of the hull without its keel.',
+        )
+    if draught < beam / 20.0:
+        raise HullError(
+            'draught',
+            draught,
+            f'must be at least a 20th of the beam, {beam / 20:.3g} m',
+            'Give the draught in metres.',
+        )
+
+
+def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY) -> None:
+    """Refuse a speed beyond the validity of the speed terms.
+
+    Args:
+        speed: U [m/s].
+        length: L of the waterline [m].
+        gravity: g [m/s2].
+
+    Raises:
+        HullError: negative, or a Froude number U/sqrt(g L) above `MOST_FROUDE`.
+    """
+    most = MOST_FROUDE * math.sqrt(gravity * length)
+    if not 0.0 <= speed <= most:
+        raise HullError(
+            'speed',
+            speed,
+            f'must lie in [0, {most:.3g}] m/s for a hull of {length:g} m: strip theory holds up '
+            f'to a Froude number of {MOST_FROUDE}',
+            'Sail slower, or a longer hull.',
+        )
+
+
+# -----------------------------------------------------------------------------
+# What a panel method computes of a hull at rest.
+
+
+@dataclass(frozen=True, eq=False)
+class HullCoefficients:
+    """Hydrostatics, added mass, damping and exciting forces of a hull at rest in deep water.
+
+    The tables are made dimensionless after Froude, with L the length, g gravity and rho the
+    density of the water: frequencies by sqrt(g/L), added mass by rho L^3, damping by rho L^3
+    sqrt(g/L), forces per wave amplitude by rho g L^2; each index of a rotation brings another L.
+    So they hold for the same shape at any length, in any water and under any gravity.
+
+    The exciting forces are those of the panel program, factors of exp(-i omega t) for the wave
+    a exp(i k (x cos beta + y sin beta) - i omega t).
+
+    Attributes:
+        name: what the hull is called.
+        source: how the tables were made.
+        length: L of the waterline [m].
+        beam: of the waterline [m].
+        draught: without keel [m].
+        volume: V, displaced [m3].
+        buoyancy: x_B and z_B of the centre of buoyancy [m].
+        waterplane_area: [m2].
+        flotation: x_F of the centre of the waterplane [m].
+        second_moments: of the waterplane about the x and the y axis, I_T and I_L [m4].
+        frequency: rising, (n,), the first 0.
+        added_mass: symmetric, (n + 1, 6, 6), the last for an infinite frequency.
+        damping: symmetric, (n, 6, 6).
+        excitation: complex, (n, m, 6), for m headings that divide [0, pi] evenly.
+    """
+
+    name: str
+    source: str
+    length: float
+    beam: float
+    draught: float
+    volume: float
+    buoyancy: tuple[float, float]
+    waterplane_area: float
+    flotation: float
+    second_moments: tuple[float, float]
+    frequency: FloatArray = field(repr=False)
+    added_mass: FloatArray = field(repr=False)
+    damping: FloatArray = field(repr=False)
+    excitation: ComplexArray = field(repr=False)
+
+    def __post_init__(self) -> None:
+        for problem in self._problems():
+            raise HullError(problem.key, problem.value, problem.problem, problem.remedy)
+
+    def _problems(self) -> Iterator[Problem]:
+        remedy = 'Make the table anew with `tauto hull`.'
+        n, m = len(self.frequency), self.excitation.shape[1] if self.excitation.ndim == 3 else 0
+        shapes = {
+            'added_mass': (self.added_mass.shape, (n + 1, 6, 6)),
+            'damping': (self.damping.shape, (n, 6, 6)),
+            'excitation': (self.excitation.shape, (n, m, 6)),
+        }
+        for key, (found, wanted) in shapes.items():
+            if found != wanted:
+                problem = f'must have the shape {wanted} for {n} frequencies'
+                yield Problem(key, found, problem, remedy)
+                return
+        if n < 8 or m < 7:
+            problem = 'at least 8 frequencies and 7 headings are needed'
+            yield Problem('frequency', f'{n} by {m} headings', problem, remedy)
+        rising = n > 0 and self.frequency[0] == 0.0 and bool(np.all(np.diff(self.frequency) > 0.0))
+        if not rising:
+            yield Problem('frequency', ABSENT, 'must rise from 0', remedy)
+        for key in ('frequency', 'added_mass', 'damping', 'excitation'):
+            if not np.all(np.isfinite(getattr(self, key))):
+                yield Problem(key, ABSENT, 'must hold finite numbers alone', remedy)
+        sizes = ('volume', 'waterplane_area')
+        for key in sizes:
+            if not getattr(self, key) > 0.0:
+                yield Problem(key, getattr(self, key), 'must be above 0', remedy)
+        block = self.volume / (self.length * self.beam * self.draught)
+        if not 0.05 < block <= 1.001:
+            problem = f'makes a block coefficient of {block:.3g}; it must lie in (0.05, 1]'
+            yield Problem('volume', self.volume, problem, remedy)
+        check_proportions(self.length, self.beam, self.draught)
+
+    @property
+    def block(self) -> float:
+        """Block coefficient V/(L B T)."""
+        return self.volume / (self.length * self.beam * self.draught)
+
+    def scaled(self, length: float) -> HullCoefficients:
+        """Return the same shape at another length [m]; the tables stay as they are."""
+        check_proportions(length, *(length / self.length * x for x in (self.beam, self.draught)))
+        s = length / self.length
+        return replace(
+            self,
+            length=length,
+            beam=s * self.beam,
+            draught=s * self.draught,
+            volume=s**3 * self.volume,
+            buoyancy=(s * self.buoyancy[0], s * self.buoyancy[1]),
+            waterplane_area=s**2 * self.waterplane_area,
+            flotation=s * self.flotation,
+            second_moments=(s**4 * self.second_moments[0], s**4 * self.second_moments[1]),
+        )
+
+    def radiated_damping(self) -> FloatArray:
+        """Return the damping that the waves imply which the exciting forces belong to, (n, 6, 6).
+
+        A force that waves exert on the hull and the waves that she makes by moving are the same
+        thing seen from two sides (Haskind's relation; J. N. Newman, J. Ship Res. 6, 1962): in the
+        units of the tables B_jk = omega^3/(4 pi) times the integral of Re(F_j conj(F_k)) over all
+        headings. The table's own damping comes from the pressure of radiated waves alone, so the
+        difference of the two measures the tables.
+        """
+        spacing = np.pi / (self.excitation.shape[1] - 1)
+        # trapezoidal over the whole turn: each heading but the outermost has its mirror image
+        weight = np.full(self.excitation.shape[1], 2.0 * spacing)
+        weight[[0, -1]] = spacing
+        power = np.einsum('m,nmj,nmk->njk', weight, self.excitation, self.excitation.conj()).real
+        scale = self.frequency**3 / (4.0 * np.pi)
+        return np.asarray(np.where(_PAIRS, scale[:, None, None] * power, 0.0))
+
+    def save(self, path: Path) -> None:
+        """Write the coefficients to an .npz file, whole or not at all; an existing one goes.
+
+        Args:
+            path: the file.
+
+        Raises:
+            HullError: the file cannot be written.
+        """
+        content: dict[str, Any] = {
+            'format': np.array(_FORMAT),
+            'name': np.array(self.name),
+            'source': np.array(self.source),
+            'sizes': np.array(
+                [
+                    *(self.length, self.beam, self.draught, self.volume, *self.buoyancy),
+                    *(self.waterplane_area, self.flotation, *self.second_moments),
+                ]
+            ),
+            'frequency': self.frequency,
+            'added_mass': self.added_mass.astype(np.float32),
+            'damping': self.damping.astype(np.float32),
+            'excitation': self.excitation.astype(np.complex64),
+        }
+        written = BytesIO()
+        np.savez_compressed(written, **content)
+        try:
+            write_whole(path, written.getvalue())
+        except OSError as error:
+            problem = f'cannot be written: {error.strerror}'
+            raise HullError('path', str(path), problem, 'Name another file.') from None
+
+
+def load_hull(path: Path) -> HullCoefficients:
+    """Return the coefficients of an .npz file that `tauto hull` has written.
+
+    Args:
+        path: the file.
+
+    Raises:
+        HullError: no such file, or its content is not that of a hull.
+    """
+    remedy = 'Make one with `tauto hull`.'
+    try:
+        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            held = {name: file[name] for name in file.files}
+    except FileNotFoundError:
+        raise HullError('path', str(path), 'there is no such file', remedy) from None
+    except OSError as error:
+        said = error.strerror or 'it is damaged'
+        raise HullError('path', str(path), f'cannot be read: {said}', remedy) from None
+    except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, *_DAMAGED):
+        problem = 'cannot be read: it is no .npz file, or damaged'
+        raise HullError('path', str(path), problem, remedy) from None
+    wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')
+    missing = [name for name in (*wanted, 'excitation') if name not in held]
+    if missing:
+        raise HullError('path', str(path), f'holds no {", ".join(missing)}', remedy)
+    if held['format'] != _FORMAT:
+        problem = f'has the format {held["format"]}; this version reads {_FORMAT}'
+        raise HullError('path', str(path), problem, remedy)
+    try:
+        length, beam, draught, volume, x, z, area, flotation, across, along = (
+            float(size) for size in held['sizes']
+        )
+        return HullCoefficients(
+            name=str(held['name']),
+            source=str(held['source']),
+            length=length,
+            beam=beam,
+            draught=draught,
+            volume=volume,
+            buoyancy=(x, z),
+            waterplane_area=area,
+            flotation=flotation,
+            second_moments=(across, along),
+            frequency=held['frequency'].astype(np.float64),
+            added_mass=held['added_mass'].astype(np.float64),
+            damping=held['damping'].astype(np.float64),
+            excitation=held['excitation'].astype(np.complex128),
+        )
+    except (TypeError, ValueError):
+        raise HullError('path', str(path), 'holds something else than a hull', remedy) from None
+
+
+# -----------------------------------------------------------------------------
+# Shapes that come with the package.
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parametric form with the principal dimensions of a kind of ship, nobody's lines.
+
+    Half breadth y = B/2 (1 - |2x/L|^p) (1 - |z/T|^q), the family to which Wigley's hull belongs
+    (p = q = 2). Its waterplane coefficient is p/(p + 1), that of its midship section q/(q + 1).
+
+    Attributes:
+        length: L of the waterline [m].
+        beam: B [m].
+        draught: T, without keel [m].
+        block: block coefficient C_B.
+        waterplane: waterplane coefficient, at least C_B; None: its root.
+        about: what is like it.
+    """
+
+    length: float
+    beam: float
+    draught: float
+    block: float
+    waterplane: float | None = None
+    about: str = ''
+
+    def exponents(self) -> tuple[float, float]:
+        """Return p and q.
+
+        Raises:
+            HullError: dimensions or coefficients out of range.
+        """
+        check_proportions(self.length, self.beam, self.draught)
+        if not 0.3 <= self.block <= 0.98:
+            raise HullError(
+                'block',
+                self.block,
+                'must lie in [0.3, 0.98]: a yacht without her keel has some 0.4, a ship of the '
+                'line 0.6, a barge 0.9',
+                'Give the volume displaced, divided by length, beam and draught.',
+            )
+        across = math.sqrt(self.block) if self.waterplane is None else self.waterplane
+        if not 1.02 * self.block <= across <= 0.99:
+            raise HullError(
+                'waterplane',
+                across,
+                f'must lie in [{1.02 * self.block:.3g}, 0.99], from the block coefficient on',
+                'Leave it out: it is then the root of the block coefficient.',
+            )
+        middle = self.block / across
+        return across / (1.0 - across), middle / (1.0 - middle)
+
+
+SHAPES: dict[str, Shape] = {
+    # Swan class, 1766: gundeck 96 ft 7 in, beam 26 ft 9 in (R. Winfield, British Warships in the
+    # Age of Sail 1714-1792, 2007, chapter 7). Draught and coefficients are assumed; she displaces
+    # 400 t with them, 300 tons burthen.
+    'sloop': Shape(29.4, 8.15, 3.4, 0.50, 0.78, 'a sloop of war of the 1760s'),
+    # A 60-gun ship as built in 1732: gundeck 144 ft, beam 41 ft 5 in (Winfield, chapter 4); she
+    # carried Harrison's watch to Jamaica in 1761. Draught and block coefficient are assumed.
+    'deptford': Shape(44.0, 12.6, 5.0, 0.59, None, "a ship of the Deptford's size, 1732"),
+    # Granado, 1742: 91 ft on the main deck, 26 ft in the beam (National Maritime Museum,
+    # SLR0331). Draught and coefficients are assumed: full, to carry mortars.
+    'ketch': Shape(27.7, 7.95, 3.1, 0.56, 0.82, 'a bomb ketch of the 1740s'),
+    # The parent of the Delft series (Gerritsma, Onnink, Versluis, Int. Shipbuilding Progress 28,
+    # 1981) at 10 m: L/B 3.155, B/T 3.992, C_B 0.365; waterplane from its area. Without keel.
+    'yacht': Shape(10.0, 3.17, 0.794, 0.365, 0.69, 'a sailing yacht of the 1970s, without keel'),
+}
+
+
+def named_hull(name: str) -> HullCoefficients:
+    """Return the coefficients of one of `SHAPES`.
+
+    Raises:
+        HullError: no such shape.
+    """
+    if name not in SHAPES:
+        near = difflib.get_close_matches(name, SHAPES, 1)
+        meant = f' Did you mean {near[0]}?' if near else ''
+        known = f'must be one of {", ".join(SHAPES)}'
+        raise HullError('shape', name, known, f'Make others with `tauto hull`.{meant}')
+    return load_hull(SHAPES_FOLDER / f'{name}.npz')
+
+
+# -----------------------------------------------------------------------------
+# A ship: a hull and the weights in her.
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in the ship [m]: forward of amidships, to port, up from the waterline."""
+
+    forward: float = 0.0
+    port: float = 0.0
+    up: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """The steady motions of a ship per metre of wave amplitude, as factors of exp(i omega_e t).
+
+    To the elevation a cos(omega t + eps) amidships belongs, for each factor H, the motion
+    a |H| cos(omega_e t + eps + arg H). This is the convention of `waves.Course.answer`.
+
+    Attributes:
+        omega: of the waves [rad/s], (n,).
+        encounter: omega_e [rad/s], negative where the ship overtakes the waves, (n,).
+        motions: surge, sway, heave [m/m], roll, pitch, yaw [rad/m], (n, 6).
+        gravity: g [m/s2].
+    """
+
+    omega: FloatArray
+    encounter: FloatArray
+    motions: ComplexArray
+    gravity: float
+
+    def displacement(self, place: Place) -> ComplexArray:
+        """Return the displacement at a place in level axes, (n, 3): X_1-3 + X_4-6 x r."""
+        moved, turned = self.motions[:, :3], self.motions[:, 3:]
+        return moved + np.cross(turned, [place.forward, place.port, place.up])
+
+    def accelerations(self, place: Place) -> ComplexArray:
+        """Return the accelerations at a place in level axes [m/s2 per m], (n, 3).
+
+        They are forward, to port and up, without gravity: -omega_e^2 times the displacement.
+        """
+        return -(self.encounter**2)[:, None] * self.displacement(place)
+
+    def along_the_deck(self, place: Place) -> ComplexArray:
+        """Return the specific force along a deck that pitches [m/s2 per m], (n,).
+
+        x'' - g theta_p: a plane fixed to the ship feels gravity's part along it, too.
+        """
+        return self.accelerations(place)[:, 0] - self.gravity * self.motions[:, 4]
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A hull with the weights that a ship carries in her.
+
+    Attributes:
+        coefficients: of the hull at her length.
+        roll_period: natural period of the roll [s].
+        roll_damping_ratio: part of critical damping that is added to the damping by waves, which
+            is next to none in roll: of bilges, keel and sails.
+        gravity: g [m/s2].
+        k_xx: radius of gyration in roll about the centre of gravity [m]; None: 0.38 beam.
+        k_yy: in pitch [m]; None: 0.25 length.
+        k_zz: in yaw [m]; None: 0.25 length.
+        centre_of_gravity: z_G over the waterline [m]; None: where the roll's period puts it.
+    """
+
+    coefficients: HullCoefficients
+    roll_period: float
+    roll_damping_ratio: float
+    gravity: float = STANDARD_GRAVITY
+    k_xx: float | None = None
+    k_yy: float | None = None
+    k_zz: float | None = None
+    centre_of_gravity: float | None = None
+
+    def __post_init__(self) -> None:
+        length, beam = self.coefficients.length, self.coefficients.beam
+        positive = {'roll_period': 's', 'gravity': 'm/s2'}
+        for key, unit in positive.items():
+            value = getattr(self, key)
+            if not (math.isfinite(value) and value > 0.0):
+                raise HullError(key, value, f'must be above 0 {unit}', 'Give a positive number.')
+        if not 0.0 <= self.roll_damping_ratio < 1.0:
+            raise HullError(
+                'roll_damping_ratio',
+                self.roll_damping_ratio,
+                'must lie in [0, 1), 1 being critical',
+                'A ship without sail has some 0.05 to 0.1.',
+            )
+        radii = (('k_xx', beam, 'beam'), ('k_yy', length, 'length'), ('k_zz', length, 'length'))
+        for key, size, whose in radii:
+            value = getattr(self, key)
+            if value is not None and not 0.1 * size <= value <= 0.6 * size:
+                raise HullError(
+                    key,
+                    value,
+                    f'must lie in [{0.1 * size:.3g}, {0.6 * size:.3g}] m, 0.1 to 0.6 of the '
+                    f'{whose}',
+                    f'Leave it out for the usual part of the {whose}.',
+                )
+        low, high = -self.coefficients.draught - 0.5 * beam, beam
+        z = self.z_g
+        if not low <= z <= high:
+            given = self.centre_of_gravity is not None
+            raise HullError(
+                'centre_of_gravity' if given else 'roll_period',
+                z if given else self.roll_period,
+                f'puts the centre of gravity {z:.3g} m over the waterline; it must lie in '
+                f'[{low:.3g}, {high:.3g}] m'
+                + ('' if given else f' (metacentric height {self.gm:.3g} m)'),
+                'Give it in metres.'
+                if given
+                else f'A hull of {beam:.3g} m beam rolls in some {3.1 * math.sqrt(beam):.2g} s.',
+            )
+
+    @property
+    def _roll_rate(self) -> float:
+        """Natural frequency of the roll in the units of the tables."""
+        unit = math.sqrt(self.gravity / self.coefficients.length)
+        return 2.0 * math.pi / self.roll_period / unit
+
+    def _rolled_mass(self) -> tuple[float, float, float]:
+        """Return A44, A24 and A22 at the natural frequency, in the units of the tables."""
+        at = np.array([self._roll_rate])
+        a = [
+            float(_added_mass(self.coefficients, at, j, k)[0]) for j, k in ((3, 3), (1, 3), (1, 1))
+        ]
+        return a[0], a[1], a[2]
+
+    @property
+    def z_g(self) -> float:
+        """Height of the centre of gravity over the waterline [m].
+
+        Where it is not given it is that for which z_G = BM_T + z_B - GM and the roll about it has
+        its period: GM = (k_xx^2 + A44/(rho V)) omega_n^2/g with the added mass A44 about it.
+        """
+        if self.centre_of_gravity is not None:
+            return self.centre_of_gravity
+        hull = self.coefficients
+        unit = hull.length
+        volume = hull.volume / unit**3
+        metacentre = hull.second_moments[0] / hull.volume + hull.buoyancy[1]
+        a44, a24, a22 = (a / volume for a in self._rolled_mass())
+        c = self._roll_rate**2
+        # c a22 z^2 + (1 + 2 c a24) z + c (k_xx^2 + a44) - metacentre = 0, in units of length
+        middle = 1.0 + 2.0 * c * a24
+        last = c * ((self._k_xx / unit) ** 2 + a44) - metacentre / unit
+        root = middle**2 - 4.0 * c * a22 * last
+        if root < 0.0 or middle <= 0.0:
+            raise HullError(
+                'roll_period',
+                self.roll_period,
+                'is too short: no centre of gravity gives this hull such a period',
+                f'A hull of {hull.beam:.3g} m beam rolls in some '
+                f'{3.1 * math.sqrt(hull.beam):.2g} s.',
+            )
+        return -2.0 * last / (middle + math.sqrt(root)) * unit
+
+    @property
+    def gm(self) -> float:
+        """Metacentric height that gives the roll its period [m]."""
+        hull = self.coefficients
+        return self._roll_rate**2 * self._roll_inertia() / hull.volume * hull.length**4
+
+    def _roll_inertia(self) -> float:
+        """Return I44 + A44 about the centre of gravity, in the units of the tables."""
+        hull = self.coefficients
+        a44, a24, a22 = self._rolled_mass()
+        z = self.z_g / hull.length
+        own = hull.volume / hull.length**3 * (self._k_xx / hull.length) ** 2
+        return own + a44 + 2.0 * z * a24 + z**2 * a22
+
+    @property
+    def _k_xx(self) -> float:
+        return 0.38 * self.coefficients.beam if self.k_xx is None else self.k_xx
+
+    @property
+    def _k_zz(self) -> float:
+        """In units of the length."""
+        return 0.25 if self.k_zz is None else self.k_zz / self.coefficients.length
+
+    def check_speed(self, speed: float) -> None:
+        """Refuse a speed [m/s] beyond the validity of the speed terms.
+
+        Raises:
+            HullError: negative, or a Froude number above `MOST_FROUDE`.
+        """
+        check_froude(speed, self.coefficients.length, self.gravity)
+
+    def check_place(self, place: Place) -> None:
+        """Refuse a place outside the ship.
+
+        Raises:
+            HullError: before the stem, behind the stern, beyond a side, under the keel, or higher
+                than the hull is long.
+        """
+        hull = self.coefficients
+        limits = {
+            'forward': (-0.5 * hull.length, 0.5 * hull.length),
+            'port': (-0.5 * hull.beam, 0.5 * hull.beam),
+            'up': (-hull.draught, hull.length),
+        }
+        for key, (low, high) in limits.items():
+            value = getattr(place, key)
+            if not low <= value <= high:
+                raise HullError(
+                    f'clock.{key}',
+                    value,
+                    f'must lie in [{low:.3g}, {high:.3g}] m: the clock is outside the hull',
+                    'Measure from amidships, the centreline and the waterline.',
+                )
+
+    def response(self, omega: FloatArray, heading: float, speed: float = 0.0) -> Response:
+        """Return the ship's six motions in regular waves.
+
+        [-w^2 (M + A) - i w B + C] X = F, with A and B at the encounter frequency w = omega_e and F
+        at the wave's own. Under way, A and B have the speed terms of strip theory (N. Salvesen, E.
+        O. Tuck, O. Faltinsen, Ship motions and sea loads, Trans. SNAME 78, 1970). F is that of the
+        ship at rest.
+
+        Where she runs with the waves |omega_e| is nearly 0. Heave, roll and pitch are then static.
+        Surge, sway and yaw, which the water does not bring back, would grow like 1/omega_e^2 and
+        do not with a hand at the helm: below `LEAST_ENCOUNTER` omega their inertia counts as at
+        that frequency, q, and U/omega_e as U omega_e/q^2.
+
+        Args:
+            omega: of the waves in deep water [rad/s], > 0, (n,).
+            heading: direction in which the waves run, from the bow to port [rad].
+            speed: U of the ship [m/s].
+
+        Raises:
+            HullError: see `check_speed`.
+        """
+        self.check_speed(speed)
+        hull = self.coefficients
+        unit = math.sqrt(self.gravity / hull.length)
+        own = np.asarray(omega, np.float64) / unit
+        froude = speed / math.sqrt(self.gravity * hull.length)
+        met = own - own**2 * (froude * math.cos(heading))
+        held = np.maximum(np.abs(met), LEAST_ENCOUNTER * own)
+        matrix = self._fluid(met, froude * met / held**2) + self._ship(met)
+        mass = hull.volume / hull.length**3 * np.array([1.0, 1.0, self._k_zz**2])
+        for j, own_mass in zip((0, 1, 5), mass, strict=True):
+            moved = own_mass + _added_mass(hull, np.abs(met), j, j)
+            matrix[:, j, j] -= (held**2 - met**2) * moved
+        force = self._force(own, heading)[:, :, None]
+        motions = np.array(np.linalg.solve(matrix, force)[:, :, 0].conj(), np.complex128)
+        motions[:, 3:] /= hull.length
+        return Response(own * unit, met * unit, motions, self.gravity)
+
+    def _fluid(self, w: FloatArray, drift: FloatArray) -> ComplexArray:
+        """Return -w^2 A - i w B with the speed terms for U/w, (n, 6, 6)."""
+        hull = self.coefficients
+        size = np.abs(w)
+        found = np.zeros((len(w), 6, 6), np.complex128)
+        for j, k in zip(*np.nonzero(_PAIRS), strict=True):
+            if k < j:
+                continue
+            mass = _added_mass(hull, size, j, k)
+            found[:, j, k] = -(w**2) * mass - 1j * w * _damping(hull, size, j, k)
+            found[:, k, j] = found[:, j, k]
+        found[:, 3, 3] -= (
+            1j * w * (2.0 * self.roll_damping_ratio * self._roll_rate * self._roll_inertia())
+        )
+        if not np.any(drift):
+            return found
+        # A pitched ship under way has vertical velocity -U theta, a yawed one U psi athwart: with
+        # kappa = i U/w, A35 = A35 - U/w^2 B33, B35 = B35 + U A33 and so on (the paper's table 1).
+        kappa = 1j * drift[:, None]
+        found[:, :, 4] += kappa * found[:, :, 2]
+        found[:, :, 5] -= kappa * found[:, :, 1]
+        found[:, 4, :] -= kappa * found[:, 2, :]
+        found[:, 5, :] += kappa * found[:, 1, :]
+        return found
+
+    def _ship(self, w: FloatArray) -> ComplexArray:
+        """Return -w^2 M + C of the rigid body and the hydrostatics, (n, 6, 6)."""
+        hull, unit = self.coefficients, self.coefficients.length
+        m = hull.volume / unit**3
+        x, z = hull.buoyancy[0] / unit, self.z_g / unit
+        k_yy = 0.25 if self.k_yy is None else self.k_yy / unit
+        mass = np.diag(
+            [
+                *(1.0, 1.0, 1.0),
+                (self._k_xx / unit) ** 2 + z**2,
+                k_yy**2 + x**2 + z**2,
+                self._k_zz**2 + x**2,
+            ]
+        )
+        for j, k, moment in ((0, 4, z), (1, 3, -z), (1, 5, x), (2, 4, -x), (3, 5, -x * z)):
+            mass[j, k] = mass[k, j] = moment
+        stiffness = np.zeros((6, 6))
+        area, across = hull.waterplane_area / unit**2, self.gm / unit
+        along = hull.second_moments[1] / unit**4
+        stiffness[2, 2] = area
+        stiffness[2, 4] = stiffness[4, 2] = -area * hull.flotation / unit
+        stiffness[3, 3] = m * across
+        stiffness[4, 4] = along + m * (hull.buoyancy[1] / unit - z)
+        return np.asarray(-(w**2)[:, None, None] * (m * mass) + stiffness, np.complex128)
+
+    def _force(self, own: FloatArray, heading: float) -> ComplexArray:
+        """Return the exciting forces at frequencies in the units of the tables, (n, 6).
+
+        Between headings a sum of cosines (forces 1, 3, 5) or sines (2, 4, 6) through all of them;
+        between frequencies a spline of (F - F_static)/omega^2; below the first (F - F_static) as
+        omega^2; beyond the last F as 1/omega^2, which is more than the waves, whose pressure
+        reaches 1/k down, leave it.
+        """
+        hull = self.coefficients
+        unit = hull.length
+        at_heading = np.empty((len(hull.frequency), 6), np.complex128)
+        weights = _heading_weights(hull.excitation.shape[1], heading)
+        at_heading[:, ::2] = np.einsum('m,nmj->nj', weights[0], hull.excitation[:, :, ::2])
+        at_heading[:, 1::2] = np.einsum('m,nmj->nj', weights[1], hull.excitation[:, :, 1::2])
+        static = np.zeros(6)
+        static[2] = hull.waterplane_area / unit**2
+        static[4] = -static[2] * hull.flotation / unit
+        rows = hull.frequency[1:]
+        last = rows[-1]
+        inside = np.clip(own, rows[0], last)
+        tail = np.minimum(last / own, 1.0) ** 2
+        found = np.empty((len(own), 6), np.complex128)
+        for j in range(6):
+            ratio = (at_heading[1:, j] - static[j]) / rows**2
+            read = spline(rows, ratio.real, inside) + 1j * spline(rows, ratio.imag, inside)
+            found[:, j] = np.where(own > last, at_heading[-1, j] * tail, static[j] + read * own**2)
+        return found
+
+
+def _added_mass(hull: HullCoefficients, at: FloatArray, j: int, k: int) -> FloatArray:
+    """Return an added mass: a spline, and beyond the last row as 1/omega^2 to its limit."""
+    rows, values = hull.frequency, hull.added_mass[:, j, k]
+    inside = spline(rows, values[:-1], np.minimum(at, rows[-1]))
+    far = np.maximum(at / rows[-1], 1.0) ** -2
+    return np.asarray(values[-1] + (inside - values[-1]) * far)
+
+
+def _damping(hull: HullCoefficients, at: FloatArray, j: int, k: int) -> FloatArray:
+    """Return a damping: a spline, and beyond the last row as 1/omega^2 to 0."""
+    rows, values = hull.frequency, hull.damping[:, j, k]
+    far = np.maximum(at / rows[-1], 1.0) ** -2
+    return np.asarray(spline(rows, values, np.minimum(at, rows[-1])) * far)
+
+
+def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray]:
+    """Return the weights of the headings in the sums of cosines and of sines through them."""
+    n = np.arange(count)
+    at = np.pi * n / (count - 1)
+    cosines = np.linalg.solve(np.cos(np.outer(at, n)).T, np.cos(n * heading))
+    sines = np.zeros(count)
+    inner = n[1:-1]
+    sines[1:-1] = np.linalg.solve(np.sin(np.outer(at[1:-1], inner)).T, np.sin(inner * heading))
+    return cosines, sines
+
+
+# -----------------------------------------------------------------------------
+# What a sea costs a clock that a weight drives, by heading and place.
+
+
+@dataclass(frozen=True)
+class PlaceRate:
+    """What the three accelerations at a place do to a clock driven by a weight [s/day].
+
+    The mean of sqrt(|f|/g) to second order: heave loses <z''^2>/8g^2, motion athwart gains
+    <y''^2>/4g^2, and so does motion fore and aft where the thread may lean that way.
+
+    Attributes:
+        heading: of the waves [rad].
+        place: of the clock.
+        heave: part of the motion up and down.
+        athwart: part of the motion to the sides.
+        fore_and_aft: part of the motion fore and aft.
+        along_the_deck: <(x'' - g theta_p)^2>/4g^2, what a plane that pitches with her does not
+            let the thread follow.
+    """
+
+    heading: float
+    place: Place
+    heave: float
+    athwart: float
+    fore_and_aft: float
+    along_the_deck: float
+
+    @property
+    def kept_vertical(self) -> float:
+        """Rate where gimbals keep the plane of the wheel vertical and the thread in it."""
+        return self.heave + self.athwart
+
+    @property
+    def leaning_freely(self) -> float:
+        """Rate where the thread leans fore and aft, too."""
+        return self.heave + self.athwart + self.fore_and_aft
+
+    @property
+    def pitching(self) -> float:
+        """Rate where the plane of the wheel pitches with the ship."""
+        return self.leaning_freely - self.along_the_deck
+
+
+def rate_by_place(
+    hull: Hull,
+    spectrum: Callable[[FloatArray], FloatArray],
+    *,
+    headings: Sequence[float],
+    places: Iterable[Place],
+    speed: float = 0.0,
+    omega: FloatArray | None = None,
+) -> list[PlaceRate]:
+    """Return what a sea costs a clock driven by a weight, for each heading and place.
+
+    The static formula (theory E2), for waves slow beside the swing. Integrals over the waves' own
+    frequencies; accelerations with omega_e^2.
+
+    Args:
+        hull: the ship.
+        spectrum: S of the elevation [m2 s/rad] at frequencies [rad/s].
+        headings: directions of the waves from the bow to port [rad].
+        places: where the clock may be.
+        speed: of the ship [m/s].
+        omega: frequencies of the trapezoidal sums [rad/s]; None: 4000 from 0.05 to 20 sqrt(g/L).
+
+    Raises:
+        HullError: see `Hull.check_speed` and `Hull.check_place`.
+    """
+    if omega is None:
+        omega = math.sqrt(hull.gravity / hull.coefficients.length) * np.geomspace(0.05, 20.0, 4000)
+    density = spectrum(omega)
+    scale = SECONDS_PER_DAY / hull.gravity**2
+    places = list(places)
+    for place in places:
+        hull.check_place(place)
+
+    def mean_square(factor: ComplexArray) -> float:
+        return float(np.trapezoid(density * np.abs(factor) ** 2, omega))
+
+    found = []
+    for heading in headings:
+        response = hull.response(omega, heading, speed)
+        for place in places:
+            x, y, z = response.accelerations(place).T
+            found.append(
+                PlaceRate(
+                    heading,
+                    place,
+                    heave=-scale / 8.0 * mean_square(z),
+                    athwart=scale / 4.0 * mean_square(y),
+                    fore_and_aft=scale / 4.0 * mean_square(x),
+                    along_the_deck=scale / 4.0 * mean_square(response.along_the_deck(place)),
+                )
+            )
+    return found

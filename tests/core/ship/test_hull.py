@@ -1,0 +1,480 @@
+"""The motions of a ship in waves from the coefficients of her hull (theory G7)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tauto_core.ship import hull as hulls
+from tauto_core.ship.hull import (
+    SHAPES,
+    STANDARD_GRAVITY,
+    Hull,
+    HullError,
+    Place,
+    load_hull,
+    named_hull,
+    rate_by_place,
+)
+from tauto_core.ship.sea import bretschneider
+
+HEADINGS = (0.0, 0.4, 0.5 * math.pi, 2.2, math.pi, -1.0, 5.5)
+
+
+def standard_sea(omega):
+    return bretschneider(omega, 2.5, 9.0)
+
+
+@pytest.fixture(scope='module')
+def deptford():
+    return named_hull('deptford')
+
+
+@pytest.fixture(scope='module')
+def ship(deptford):
+    """The ship of the table in theory G7: centre of gravity in the waterline."""
+    return Hull(deptford, 11.0, 0.08, centre_of_gravity=0.0)
+
+
+@pytest.fixture(scope='module', params=SHAPES)
+def any_ship(request):
+    hull = named_hull(request.param)
+    return Hull(hull, 3.1 * math.sqrt(hull.beam), 0.08)
+
+
+def unit(ship):
+    """Return sqrt(g/L) [rad/s]."""
+    return math.sqrt(ship.gravity / ship.coefficients.length)
+
+
+# -----------------------------------------------------------------------------
+# Limits.
+
+
+@pytest.mark.parametrize('heading', HEADINGS)
+def test_a_long_wave_lifts_and_turns_her_with_its_surface(any_ship, heading):
+    """But for the panels: their sum is 1.5 % off in pitch, 4 % in roll, a small difference."""
+    omega = unit(any_ship) * np.array([0.02])
+    found = any_ship.response(omega, heading).motions[0]
+    slope = -1j * omega[0] ** 2 / any_ship.gravity
+    assert found[2] == pytest.approx(1.0, abs=1e-3)
+    assert found[3] == pytest.approx(slope * math.sin(heading), abs=0.05 * abs(slope))
+    assert found[4] == pytest.approx(-slope * math.cos(heading), abs=0.03 * abs(slope))
+    # a particle of water moves in a circle, and she with it
+    assert found[0] == pytest.approx(-1j * math.cos(heading), abs=0.015)
+    assert found[1] == pytest.approx(-1j * math.sin(heading), abs=0.015)
+
+
+def test_a_short_wave_leaves_her_at_rest(any_ship):
+    omega = unit(any_ship) * np.array([4.8, 10.0, 40.0, 400.0])
+    for heading in HEADINGS:
+        size = np.abs(any_ship.response(omega, heading).accelerations(Place())).max(axis=1)
+        assert size[2] < 0.5 * size[0] + 1e-12 * size.max()
+        assert size[3] < 0.02 * max(size[0], 1e-3)
+
+
+def test_the_response_does_not_jump_where_the_table_ends(any_ship):
+    hull = any_ship.coefficients
+    for edge in (hull.frequency[1], hull.frequency[-1]):
+        omega = unit(any_ship) * edge * np.array([1.0 - 1e-7, 1.0 + 1e-7])
+        for heading in HEADINGS:
+            before, after = any_ship.response(omega, heading).motions
+            np.testing.assert_allclose(after, before, atol=1e-5 * np.abs(before).max())
+
+
+def test_she_is_the_same_on_both_sides(ship):
+    omega = unit(ship) * np.linspace(0.2, 6.0, 25)
+    mirror = np.array([1, -1, 1, -1, 1, -1])
+    for heading, speed in ((0.3, 0.0), (1.2, 2.0), (2.9, 4.0)):
+        port = ship.response(omega, heading, speed).motions
+        starboard = ship.response(omega, -heading, speed).motions
+        np.testing.assert_allclose(starboard, port * mirror, atol=1e-13)
+        np.testing.assert_allclose(
+            ship.response(omega, heading + math.tau, speed).motions, port, atol=1e-10
+        )
+
+
+def test_starboard_goes_down_where_the_wave_rises_to_port(ship):
+    """Signs of the project: roll positive starboard down, pitch positive bow down."""
+    long = np.array([0.15])
+    wave = ship.response(long, 0.5 * math.pi)
+    # a cos(omega t - k y): at a quarter period the surface rises to port
+    assert (wave.motions[0, 3] * 1j).real > 0.0
+    # head seas, a cos(omega t + k x): at a quarter period it falls towards the bow
+    head = ship.response(long, math.pi)
+    assert (head.motions[0, 4] * 1j).real > 0.0
+
+
+def test_a_place_forward_sinks_as_the_bow_does(ship):
+    response = ship.response(np.array([0.7]), math.pi)
+    x, y, z = response.displacement(Place(10.0, 0.0, 2.0))[0]
+    surge, _, heave, _, pitch, _ = response.motions[0]
+    assert z == pytest.approx(heave - 10.0 * pitch)
+    assert x == pytest.approx(surge + 2.0 * pitch)
+    assert abs(y) < 1e-12
+    roll, yaw, sway = (ship.response(np.array([0.7]), 1.0).motions[0, j] for j in (3, 5, 1))
+    turned = ship.response(np.array([0.7]), 1.0).displacement(Place(10.0, 3.0, 2.0))[0]
+    assert turned[1] == pytest.approx(sway + 10.0 * yaw - 2.0 * roll)
+
+
+# -----------------------------------------------------------------------------
+# The table of theory G7, from two other programs with meshes of their own.
+
+# fmt: off
+TABLE = (  # heading, forward, up, heave, athwart, fore and aft, vertical, freely, pitching
+    (180, 0.0, 0.0, -10.6, 0.0, 11.7, -10.6, 1.1, -19.2),
+    (180, 5.0, 1.0, -19.5, 0.0, 9.1, -19.5, -10.4, -37.7),
+    (180, 12.0, 3.0, -53.8, 0.0, 7.0, -53.8, -46.8, -91.0),
+    (135, 5.0, 1.0, -27.9, 8.5, 6.3, -19.4, -13.1, -34.4),
+    (90, 0.0, 0.0, -38.8, 26.3, 0.0, -12.4, -12.4, -12.4),
+    (90, 12.0, 3.0, -38.8, 30.7, 0.0, -8.1, -8.1, -8.1),
+)
+# fmt: on
+
+
+@pytest.mark.parametrize('row', TABLE)
+def test_what_a_sea_costs_a_weight_by_heading_and_place(ship, row):
+    """Within 5 %, or 0.6 s/day where that is more: so far the two programs agree."""
+    degrees, forward, up, *wanted = row
+    [found] = rate_by_place(
+        ship, standard_sea, headings=[math.radians(degrees)], places=[Place(forward, 0.0, up)]
+    )
+    parts = (found.heave, found.athwart, found.fore_and_aft)
+    totals = (found.kept_vertical, found.leaning_freely, found.pitching)
+    for value, other in zip((*parts, *totals), wanted, strict=True):
+        assert value == pytest.approx(other, rel=0.05, abs=0.6)
+
+
+def test_the_speed_terms_bring_159_to_179_seconds(ship, monkeypatch):
+    """12 m forward at 5 knots into the sea (theory G7 c)."""
+    knots = 5.0 * 1852.0 / 3600.0
+
+    def heave():
+        [found] = rate_by_place(
+            *(ship, standard_sea),
+            headings=[math.pi],
+            places=[Place(12.0, 0.0, 3.0)],
+            speed=knots,
+        )
+        return found.heave
+
+    assert heave() == pytest.approx(-179.0, abs=1.0)
+    with_terms = Hull._fluid
+    monkeypatch.setattr(Hull, '_fluid', lambda self, w, _drift: with_terms(self, w, np.zeros(1)))
+    assert heave() == pytest.approx(-159.0, abs=1.0)
+
+
+def test_where_her_weights_lie_counts_more_than_what_she_is(deptford):
+    """k_yy 0.22, 0.25, 0.28 L in head seas, z_G -1, 1 m in beam seas (theory G7)."""
+    place = [Place(12.0, 0.0, 3.0)]
+    for k_yy, wanted in ((0.22, -36.0), (0.25, -54.0), (0.28, -76.0)):
+        ship = Hull(deptford, 11.0, 0.08, centre_of_gravity=0.0, k_yy=k_yy * 44.0)
+        [found] = rate_by_place(ship, standard_sea, headings=[math.pi], places=place)
+        assert found.heave == pytest.approx(wanted, abs=1.0)
+    for z_g, wanted in ((-1.0, 46.0), (1.0, 22.0)):
+        ship = Hull(deptford, 11.0, 0.08, centre_of_gravity=z_g)
+        [found] = rate_by_place(ship, standard_sea, headings=[0.5 * math.pi], places=place)
+        assert found.athwart == pytest.approx(wanted, abs=1.0)
+
+
+def test_the_rate_does_not_depend_on_where_the_sea_is_cut(any_ship):
+    """All is there at 4 times the peak frequency; a cork loses 58 % more at the double."""
+    headings, places = [0.0, 0.5 * math.pi, 2.4, math.pi], [Place()]
+    peak = math.tau / 9.0 if any_ship.coefficients.length > 20.0 else 4.0
+    period = math.tau / peak
+    cut = [
+        rate_by_place(
+            *(any_ship, lambda omega: bretschneider(omega, 0.5, period)),
+            headings=headings,
+            places=places,
+            omega=np.linspace(0.3 * peak, most * peak, 4000),
+        )
+        for most in (8.0, 16.0)
+    ]
+    for less, more in zip(*cut, strict=True):
+        assert more.heave == pytest.approx(less.heave, rel=0.01)
+        assert more.athwart == pytest.approx(less.athwart, rel=0.01, abs=1e-9)
+        assert more.fore_and_aft == pytest.approx(less.fore_and_aft, rel=0.01, abs=1e-9)
+
+
+# -----------------------------------------------------------------------------
+# Froude's scaling, the roll, energy.
+
+
+def test_a_shape_scales_by_froude(deptford):
+    """Twice as long in waves twice as long: the same motion, half the angle, exactly."""
+    small, large = (Hull(deptford.scaled(x), 11.0 * math.sqrt(x / 44.0), 0.08) for x in (44, 88))
+    assert large.coefficients.volume == 8.0 * small.coefficients.volume
+    omega = np.linspace(0.2, 2.6, 20)
+    for heading in HEADINGS:
+        one = small.response(omega, heading, 2.0)
+        other = large.response(omega / math.sqrt(2.0), heading, 2.0 * math.sqrt(2.0))
+        scale = np.array([1, 1, 1, 2, 2, 2])
+        np.testing.assert_allclose(other.motions * scale, one.motions, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(
+            *(2.0 * other.accelerations(Place(2.0, 1.0, 1.0)),),
+            one.accelerations(Place(1.0, 0.5, 0.5)),
+            rtol=1e-9,
+            atol=1e-12,
+        )
+
+
+def test_the_period_of_the_roll_puts_the_centre_of_gravity_in_its_place(any_ship):
+    hull = any_ship.coefficients
+    metacentre = hull.second_moments[0] / hull.volume + hull.buoyancy[1]
+    assert any_ship.z_g == pytest.approx(metacentre - any_ship.gm, rel=1e-12)
+    # the roll is largest where its period is
+    omega = np.linspace(0.5, 2.0, 3001) * math.tau / any_ship.roll_period
+    weak = replace(any_ship, roll_damping_ratio=0.01)
+    slope = omega**2 / weak.gravity
+    roll = np.abs(weak.response(omega, 0.5 * math.pi).motions[:, 3]) / slope
+    assert math.tau / omega[np.argmax(roll)] == pytest.approx(any_ship.roll_period, rel=0.03)
+
+
+@pytest.mark.parametrize('name', SHAPES)
+def test_no_motion_takes_energy_from_calm_water(name):
+    """Damping is not negative, but for the noise of the panels: 1e-3 of its largest."""
+    hull = named_hull(name)
+    largest = np.sqrt(np.diagonal(hull.damping, axis1=1, axis2=2).max(axis=0))
+    for matrix in hull.damping:
+        assert np.linalg.eigvalsh(matrix / np.outer(largest, largest)).min() > -1e-3
+
+
+@pytest.mark.parametrize('name', SHAPES)
+def test_the_damping_is_what_the_exciting_forces_say(name):
+    """Haskind: the waves that she makes by moving are those by which waves move her."""
+    hull = named_hull(name)
+    radiated = hull.radiated_damping()
+    for j in range(6):
+        own, other = hull.damping[:, j, j], radiated[:, j, j]
+        np.testing.assert_allclose(other, own, atol=0.035 * own.max())
+        kept = own > 0.3 * own.max()
+        np.testing.assert_allclose(other[kept], own[kept], rtol=0.035)
+
+
+def test_single_precision_is_enough(deptford):
+    """Numbers of a file have 7 digits; noise of 1e-4 in all moves the rate by 1e-3 at most."""
+    random = np.random.default_rng(1)
+
+    def noisy(table):
+        return table * (1.0 + 1e-4 * random.standard_normal(table.shape))
+
+    other = replace(
+        deptford,
+        added_mass=noisy(deptford.added_mass),
+        damping=noisy(deptford.damping),
+        excitation=noisy(deptford.excitation),
+    )
+    arguments = {'headings': [1.0, 2.0, math.pi], 'places': [Place(5.0, 0.0, 1.0)]}
+    one, two = (
+        rate_by_place(Hull(each, 11.0, 0.08), standard_sea, **arguments)
+        for each in (deptford, other)
+    )
+    for a, b in zip(one, two, strict=True):
+        assert b.heave == pytest.approx(a.heave, rel=1e-3)
+        assert b.leaning_freely == pytest.approx(a.leaning_freely, abs=0.02)
+
+
+# -----------------------------------------------------------------------------
+# Under way.
+
+
+def test_at_rest_the_waves_are_met_as_they_are(ship):
+    omega = np.linspace(0.2, 2.0, 7)
+    np.testing.assert_array_equal(ship.response(omega, 1.0).encounter, omega)
+
+
+def test_the_encounter_is_that_of_the_course(ship):
+    from tauto_core.ship.waves import Course
+
+    omega = np.linspace(0.2, 4.0, 30)
+    course = Course(4.0, 0.5, STANDARD_GRAVITY)
+    met = ship.response(omega, 0.5, 4.0).encounter
+    np.testing.assert_allclose(met, course.frequency(omega), atol=1e-12)
+    assert met.min() < 0.0 < met.max()
+
+
+def test_a_wave_that_stands_still_beside_her_moves_her_by_its_surface_alone(ship):
+    """In following seas omega_e passes zero: motions stay bounded, accelerations vanish."""
+    speed = 5.0
+    still = STANDARD_GRAVITY / speed
+    omega = still * np.array([0.5, 0.9, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.1, 2.0])
+    response = ship.response(omega, 0.0, speed)
+    assert np.all(np.isfinite(response.motions))
+    assert np.all(np.abs(response.accelerations(Place(12.0, 0.0, 3.0))[2:5]) < 1e-8)
+    assert np.abs(response.motions[:, :3]).max() < 2.0
+    before, after = response.motions[2], response.motions[4]
+    # whichever way the wave creeps
+    np.testing.assert_allclose(after, before, atol=1e-6)
+    edge = STANDARD_GRAVITY / speed * (1.0 - hulls.LEAST_ENCOUNTER)
+    before, after = ship.response(edge * np.array([1.0 - 1e-7, 1.0 + 1e-7]), 0.0, speed).motions
+    np.testing.assert_allclose(after, before, atol=1e-4)
+
+
+def test_she_heaves_in_a_wave_that_stands_still_as_far_as_it_lifts_her(ship):
+    """C X = F, but for the force that her own waves would make."""
+    hull, speed = ship.coefficients, 5.0
+    omega = np.array([STANDARD_GRAVITY / speed])
+    heave = ship.response(omega, 0.0, speed).motions[0, 2]
+    force = ship._force(omega / unit(ship), 0.0)[0, 2]
+    static = force.conj() * hull.length**2 / hull.waterplane_area
+    assert heave == pytest.approx(static, rel=0.02)
+
+
+def test_what_she_overtakes_is_damped_as_well(ship):
+    """Beyond omega_e = 0 damping takes energy too: at the roll's resonance more means less."""
+    omega = np.linspace(2.7, 3.0, 50)
+    weak, strong = (
+        np.abs(
+            replace(ship, roll_damping_ratio=ratio).response(omega, 0.6, 5.0).motions[:, 3]
+        ).max()
+        for ratio in (0.04, 0.16)
+    )
+    assert np.all(ship.response(omega, 0.6, 5.0).encounter < 0.0)
+    assert strong < 0.6 * weak
+
+
+def test_a_slow_ship_is_nearly_one_at_rest(ship):
+    omega = unit(ship) * np.linspace(0.3, 4.5, 40)
+    for heading in HEADINGS:
+        at_rest = ship.response(omega, heading).accelerations(Place(5.0, 0.0, 1.0))
+        slow = ship.response(omega, heading, 1e-4).accelerations(Place(5.0, 0.0, 1.0))
+        np.testing.assert_allclose(slow, at_rest, atol=2e-3 * np.abs(at_rest).max())
+
+
+# -----------------------------------------------------------------------------
+# Files, and bad input.
+
+
+def test_a_file_holds_the_hull(tmp_path, deptford):
+    deptford.save(tmp_path / 'mine.npz')
+    read = load_hull(tmp_path / 'mine.npz')
+    assert (read.name, read.source, read.volume) == (
+        deptford.name,
+        deptford.source,
+        deptford.volume,
+    )
+    for table in ('frequency', 'added_mass', 'damping', 'excitation'):
+        np.testing.assert_array_equal(getattr(read, table), getattr(deptford, table))
+    before = (tmp_path / 'mine.npz').read_bytes()
+    read.save(tmp_path / 'mine.npz')
+    assert (tmp_path / 'mine.npz').read_bytes() == before
+
+
+def test_shipped_tables_are_small():
+    assert {each.stem for each in hulls.SHAPES_FOLDER.glob('*.npz')} == set(SHAPES)
+    assert all(each.stat().st_size < 200_000 for each in hulls.SHAPES_FOLDER.glob('*.npz'))
+
+
+@pytest.mark.parametrize('name', SHAPES)
+def test_a_shipped_table_is_that_of_its_shape(name):
+    shape, hull = SHAPES[name], named_hull(name)
+    assert (hull.length, hull.beam, hull.draught) == pytest.approx(
+        (shape.length, shape.beam, shape.draught)
+    )
+    assert hull.block == pytest.approx(shape.block, rel=0.01)
+    p, _ = shape.exponents()
+    area = p / (p + 1.0) * shape.length * shape.beam
+    assert hull.waterplane_area == pytest.approx(area, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ('content', 'words'),
+    [
+        (None, 'there is no such file'),
+        (b'', 'it is no .npz file'),
+        (b'PK\x03\x04 and then nothing', 'it is no .npz file, or damaged'),
+        (b'heading,roll\n1,2\n', 'it is no .npz file, or damaged'),
+        ({'format': 1, 'name': 'x'}, 'holds no source, sizes'),
+        ({'format': 2}, 'has the format 2; this version reads 1'),
+        ({'sizes': [1.0, 2.0]}, 'something else than a hull'),
+        ({'frequency': [0.0, 0.2, 0.1]}, 'must have the shape'),
+        ({'damping': np.full((32, 6, 6), np.nan)}, 'must hold finite numbers'),
+        ({'excitation': np.zeros((32, 2, 6), complex)}, '7 headings are needed'),
+    ],
+)
+def test_a_file_that_is_no_hull_is_refused(tmp_path, deptford, content, words):
+    path = tmp_path / 'bad.npz'
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    elif content is not None:
+        deptford.save(path)
+        held = dict(np.load(path))
+        held = content if 'name' in content else held | content
+        np.savez(path, **held)
+    with pytest.raises(HullError, match=words):
+        load_hull(path)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        ({'roll_period': 0.0}, 'roll_period = 0.0: must be above 0 s'),
+        ({'roll_period': 2.0}, 'roll_period = 2.0: .*rolls in some 11 s'),
+        ({'roll_damping_ratio': 8.0}, r'roll_damping_ratio = 8.0: must lie in \[0, 1\)'),
+        ({'k_yy': 25.0 * 2}, r'k_yy = 50.0: must lie in \[4.4, 26.4\] m'),
+        ({'k_xx': 0.38}, r'k_xx = 0.38: must lie in \[1.26, 7.56\] m'),
+        ({'centre_of_gravity': 30.0}, 'centre_of_gravity = 30.0: puts the centre of gravity'),
+        ({'gravity': -9.8}, 'gravity = -9.8: must be above 0 m/s2'),
+    ],
+)
+def test_weights_that_no_ship_carries_are_refused(deptford, arguments, words):
+    given = {'roll_period': 11.0, 'roll_damping_ratio': 0.08} | arguments
+    with pytest.raises(HullError, match=words):
+        Hull(deptford, **given)
+
+
+def test_a_speed_beyond_the_theory_is_refused(ship):
+    with pytest.raises(HullError, match=r'speed = 6.0: must lie in \[0, 5.19\] m/s .*0.25'):
+        ship.response(np.array([1.0]), 0.0, 6.0)
+    with pytest.raises(HullError, match='speed = nan'):
+        ship.check_speed(math.nan)
+
+
+def test_a_clock_outside_the_hull_is_refused(ship):
+    for place, words in (
+        (Place(forward=23.0), r'clock.forward = 23.0: must lie in \[-22, 22\] m'),
+        (Place(port=-7.0), 'clock.port = -7.0'),
+        (Place(up=-6.0), 'clock.up = -6.0'),
+    ):
+        with pytest.raises(HullError, match=words):
+            rate_by_place(ship, standard_sea, headings=[0.0], places=[place])
+
+
+def test_an_unknown_shape_names_the_nearest():
+    with pytest.raises(HullError, match=r'one of sloop, deptford.* Did you mean sloop'):
+        named_hull('sloups')
+
+
+@pytest.mark.parametrize(
+    ('sizes', 'words'),
+    [
+        ((440.0, 126.0, 50.0), r'length = 440.0: must lie in \[2, 400\] m.*did you mean 44'),
+        ((44.0, 5.0, 12.6), 'draught = 12.6: must not exceed the beam, 5 m'),
+        ((44.0, 30.0, 5.0), 'beam = 30.0: must lie between a 20th and half'),
+        ((44.0, 12.6, 0.1), 'draught = 0.1: must be at least a 20th'),
+        ((math.nan, 12.6, 5.0), 'length = nan: must be a number above 0 m'),
+    ],
+)
+def test_sizes_that_no_hull_has_are_refused(sizes, words):
+    with pytest.raises(HullError, match=words):
+        hulls.check_proportions(*sizes)
+
+
+@pytest.mark.parametrize(
+    ('coefficients', 'words'),
+    [
+        ((5.9, None), r'block = 5.9: must lie in \[0.3, 0.98\]'),
+        ((0.6, 0.5), r'waterplane = 0.5: must lie in \[0.612, 0.99\]'),
+    ],
+)
+def test_coefficients_that_no_form_has_are_refused(coefficients, words):
+    with pytest.raises(HullError, match=words):
+        hulls.Shape(44.0, 12.6, 5.0, *coefficients).exponents()
+
+
+def test_a_form_of_two_and_two_is_wigleys():
+    assert hulls.Shape(10.0, 1.0, 0.625, 4.0 / 9.0).exponents() == pytest.approx((2.0, 2.0))
