@@ -35,6 +35,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     'isochronism': ('isochronism', 'cheek_before_euler', '--amplitudes', '0.2,0.6,1'),
     'isochronism_fluid': ('isochronism', 'globe_in_oil', '--amplitudes', '0.1,0.2'),
     'design': ('design', '--period', '1', '--inertia', '4e-4', '--pull', '2.9'),
+    'hull': ('hull', '--shape', 'deptford'),
     'compare': (
         *('compare', 'ideal', 'cheek_before_euler', '--ship-of', 'ideal'),
         *('--duration', '120', '--jobs', '1'),

@@ -23,7 +23,7 @@ from typer.core import TyperGroup
 from typer.main import get_command_name, get_group
 from typer.models import CommandInfo, TyperInfo
 
-from tauto_core.cli import bag, curves, euler, many, scene, show
+from tauto_core.cli import bag, curves, euler, hull, many, scene, show
 from tauto_core.cli.terminal import (
     Anyway,
     AsJson,
@@ -417,6 +417,7 @@ scene_commands.command()(scene.schema)
 commands.command()(curves.cam)
 commands.command()(curves.isochronism)
 commands.command()(curves.design)
+commands.command()(hull.hull)
 commands.command()(many.compare)
 commands.command()(many.fleet)
 commands.command()(show.plot)
