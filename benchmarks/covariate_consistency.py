@@ -37,10 +37,15 @@ from scipy.stats import chi2
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import DriftStage, clock_model, prior
-from tauto_core.navigation.coefficient_runs import fit, runs
+from tauto_core.navigation.covariates import (
+    RecordedIntegrals,
+    Regressors,
+    fit,
+    integral_names,
+    runs,
+)
 from tauto_core.navigation.hindsight import filtered_drift
 from tauto_core.navigation.kalman import ClockModel, covariance, means, predict
-from tauto_core.navigation.regressors import RecordedIntegrals, Regressors, integral_names
 from tauto_core.samples import (
     CORRECTED,
     NS_PER_S,

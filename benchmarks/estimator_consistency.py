@@ -22,7 +22,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from tauto_core.navigation import clock_model
-from tauto_core.navigation.drift import expected_walk_per_s
+from tauto_core.navigation.covariates import expected_walk_per_s
 from tauto_core.navigation.hindsight import filtered_drift
 from tauto_core.navigation.kalman import Estimate, predict
 from tauto_core.samples import (

@@ -28,7 +28,7 @@ from tauto_core.checks import cost
 from tauto_core.checks.readiness import check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.motion import propagator_name
-from tauto_core.navigation import DriftStage, LongitudeStage, coefficient_runs
+from tauto_core.navigation import DriftStage, LongitudeStage, covariates
 from tauto_core.results import Summary
 from tauto_core.samples import SHIP_IMU, Batches, Samples, Stage
 from tauto_core.scene import Scene, load_scene
@@ -223,11 +223,11 @@ def _trials(repeats: int) -> list[float]:
         scene = sailed(name, 60.0, drift__covariates=['roll', 'heave'])
         times = []
         for _ in range(repeats + 1):
-            coefficient_runs._runs.cache_clear()
-            coefficient_runs._fit.cache_clear()
+            covariates._runs.cache_clear()
+            covariates._fit.cache_clear()
             began_s = time.thread_time()
-            tried = coefficient_runs.runs(scene)
-            coefficient_runs.fit(scene, tuple(each.coefficient for each in tried))
+            tried = covariates.runs(scene)
+            covariates.fit(scene, tuple(each.coefficient for each in tried))
             times.append(time.thread_time() - began_s)
         found.append(min(times[1:]))
     return found

@@ -19,7 +19,8 @@ from tauto_core.navigation import (
     forgets_its_start,
     projection,
 )
-from tauto_core.navigation.drift import dial_model, expected_walk_per_s, has_mean_rate, mean_rate
+from tauto_core.navigation.covariates import dial_model, expected_walk_per_s
+from tauto_core.navigation.drift import has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,

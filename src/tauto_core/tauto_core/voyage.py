@@ -24,8 +24,8 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
+from tauto_core.navigation.covariates import RecordedIntegrals, integral_names
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
-from tauto_core.navigation.regressors import RecordedIntegrals, integral_names
 from tauto_core.results import Summary, answer, sea_of
 from tauto_core.samples import (
     CORRECTED,

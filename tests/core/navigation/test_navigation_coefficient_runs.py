@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tauto_core.navigation import clock_model, coefficient_runs
-from tauto_core.navigation.coefficient_runs import (
+from tauto_core.navigation import clock_model, covariates
+from tauto_core.navigation.covariates import (
     FITS,
     HEAVE,
     HEAVE_PERIODS_S,
@@ -183,12 +183,12 @@ def test_the_walk_is_the_one_that_bends_the_error_as_much(monkeypatch):
         def error_s(self, ship, _seed=0):
             return 3.0 + ship.is_random * 1e-9 * self.at_s**2
 
-    monkeypatch.setattr(coefficient_runs, '_Run', Bent)
-    coefficient_runs._fit.cache_clear()
+    monkeypatch.setattr(covariates, '_Run', Bent)
+    covariates._fit.cache_clear()
     tau_s = 0.5 * SEA_S
     q = (2.0 * 1e-9 * tau_s**2) ** 2 / (2.0 / 3.0 * tau_s**3)
     found = fit(scene_of(HANGING), ())
-    coefficient_runs._fit.cache_clear()
+    covariates._fit.cache_clear()
     assert found.random_walk_fm == pytest.approx(86_400.0 * math.sqrt(q * 86_400.0), rel=1e-9)
 
 

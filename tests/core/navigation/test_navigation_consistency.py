@@ -6,7 +6,7 @@ from scipy.stats import chi2
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, clock_model, prior
-from tauto_core.navigation.drift import expected_walk_per_s
+from tauto_core.navigation.covariates import expected_walk_per_s
 from tauto_core.navigation.hindsight import filtered_drift
 from tauto_core.navigation.kalman import Estimate, predict
 from tauto_core.samples import ESTIMATE, OBSERVATION, READING, TimeSamples

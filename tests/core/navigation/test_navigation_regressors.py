@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.navigation import DriftStage, LongitudeStage, drift_warnings, estimate_names
-from tauto_core.navigation.longitude import fix_samples
-from tauto_core.navigation.regressors import (
+from tauto_core.navigation.covariates import (
     HELD_S,
     MEAN_S,
     RecordedIntegrals,
     Regressors,
     integral_names,
 )
+from tauto_core.navigation.longitude import fix_samples
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,

@@ -31,8 +31,7 @@ from tauto_core.machines import (
 )
 from tauto_core.machines.axle_pendulum import Modes
 from tauto_core.motion import propagator_name
-from tauto_core.navigation.coefficient_runs import coefficients, fit, runs
-from tauto_core.navigation.drift import dial_model
+from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError

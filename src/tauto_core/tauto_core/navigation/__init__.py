@@ -1,9 +1,9 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
+from tauto_core.navigation.covariates import clock_model
 from tauto_core.navigation.drift import (
     ESTIMATE_NAMES,
     DriftStage,
-    clock_model,
     drift_warnings,
     estimate_names,
 )

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from operator import sub
 from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
@@ -12,12 +11,16 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 import numpy as np
 
 from tauto_core.clockwork.dial import DialSetting
+from tauto_core.navigation.covariates import (
+    HELD_S,
+    Motion,
+    Regressors,
+    clock_model,
+    integral_names,
+)
 from tauto_core.navigation.kalman import (
-    LUNAR_SIGMA_S,
-    RANDOM_WALK_FM_FLOOR_PER_S,
     REFUSED,
     REOPENED,
-    WHITE_FM_FLOOR_S,
     ClockModel,
     Estimate,
     Filtered,
@@ -32,7 +35,6 @@ from tauto_core.navigation.kalman import (
     same_fields,
 )
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
-from tauto_core.navigation.regressors import HELD_S, Motion, Regressors, integral_names
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -52,7 +54,6 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene
-from tauto_core.scene.sections import walk_per_s, white_s
 from tauto_core.ship.source import schedule
 from tauto_core.wording import counted
 
@@ -74,23 +75,16 @@ def observed_phases(
         at_ns: times of the observations, within the readings; (n,).
         observed_ns: the true time as it was observed; (n,).
     """
-    after = np.searchsorted(stamp_ns, at_ns)
-    before = np.maximum(after - 1, 0)
-    error = reference_ns - stamp_ns
-    left, right = error[before], error[after]
-    span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
-    # integers below 2^53 ns, 104 days, are exact
-    between = left + (right - left) * ((at_ns - stamp_ns[before]) / span)
-    dial_error = np.where(stamp_ns[after] == at_ns, right, between)
-    return np.asarray((dial_error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
+    error = on_line(stamp_ns, (reference_ns - stamp_ns)[:, None], at_ns)[:, 0]
+    return np.asarray((error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
 
 
-def on_line(stamp_ns: IntArray, values: FloatArray, at_ns: IntArray) -> FloatArray:
+def on_line(stamp_ns: IntArray, values: FloatArray | IntArray, at_ns: IntArray) -> FloatArray:
     """Return values at instants between readings by linear interpolation, (n, c).
 
     Args:
         stamp_ns: stamps of the readings, increasing, (m,).
-        values: the values at these stamps, (m, c).
+        values: the values at these stamps, (m, c); integers below 2^53 are exact.
         at_ns: within the readings, (n,).
     """
     after = np.searchsorted(stamp_ns, at_ns)
@@ -98,55 +92,8 @@ def on_line(stamp_ns: IntArray, values: FloatArray, at_ns: IntArray) -> FloatArr
     span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
     part = ((at_ns - stamp_ns[before]) / span)[:, None]
     between = values[before] + (values[after] - values[before]) * part
-    return np.where((stamp_ns[after] == at_ns)[:, None], values[after], between)
-
-
-# -----------------------------------------------------------------------------
-# The assumptions of the navigator about the clock and the observations before the voyage.
-
-PATIENCE = 3.0
-"""Number of observation intervals for which the filter rejects outliers."""
-
-
-def clock_model(scene: Scene) -> ClockModel:
-    """Return the clock model of the scene's `drift`, with covariates.
-
-    The coefficients are those of the scene or, where it gives none, those from trial runs of its
-    machine (`coefficient_runs`).
-    """
-    model = dial_model(scene)
-    if not scene.drift.covariates:
-        return model
-    from tauto_core.navigation.coefficient_runs import coefficients
-
-    return replace(model, coefficients=coefficients(scene))
-
-
-def expected_walk_per_s(scene: Scene) -> float:
-    """Return the density of the random walk of the rate that the navigator expects [1/s].
-
-    The dial's own, which is simulated, or what the scene's `drift` says, whichever is larger.
-    """
-    return max(scene.clock.random_walk_fm_per_s, walk_per_s(scene.drift.random_walk_fm or 0.0))
-
-
-def dial_model(scene: Scene) -> ClockModel:
-    """Return the clock model of the scene's `drift`, with at least the noise of a good clock.
-
-    Outliers are refused for three observation intervals. After that, as at a landfall, a change of
-    the clock is more likely than an error of the observer.
-    """
-    drift, clock = scene.drift, scene.clock
-    return ClockModel(
-        observation_sigma_s=drift.observation_sigma,
-        prior_rate_sigma=drift.prior_rate_sigma / SECONDS_PER_DAY,
-        states=drift.states,
-        white_fm_s=max(WHITE_FM_FLOOR_S, clock.white_fm_s, white_s(drift.white_fm or 0.0)),
-        random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, expected_walk_per_s(scene)),
-        gate=drift.gate,
-        patience_s=PATIENCE * drift.observation_interval,
-        lunar_sigma_s=LUNAR_SIGMA_S if drift.lunars is None else drift.lunars.sigma,
-    )
+    found: FloatArray = np.where((stamp_ns[after] == at_ns)[:, None], values[after], between)
+    return found
 
 
 # -----------------------------------------------------------------------------
@@ -196,20 +143,11 @@ def estimate_values(
     clock = [now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY]
     if passed is None:
         return np.column_stack(clock)
-    known = now._asdict()
+    known, names = now._asdict(), ('y', *covariates)
     learned = [
         column for name in covariates for column in (known[name], np.sqrt(known[f'{name}_{name}']))
     ]
-    return np.column_stack(
-        (*clock, *_mean_rate(now, covariates, passed), *learned, passed.integrals_s)
-    )
-
-
-def _mean_rate(
-    now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed
-) -> tuple[FloatArray, FloatArray]:
-    """Return y + Σ k_j ⟨x_j⟩ with the means since the first reading, and its sigma [s/day]."""
-    known, names = now._asdict(), ('y', *covariates)
+    # the mean rate y + Σ k_j ⟨x_j⟩ since the first reading, and its sigma
     elapsed = np.where(passed.elapsed_s > 0.0, passed.elapsed_s, np.inf)
     weights = [np.ones(len(elapsed)), *(column / elapsed for column in passed.gained_s.T)]
     rate = sum(weight * known[name] for weight, name in zip(weights, names, strict=True))
@@ -217,7 +155,8 @@ def _mean_rate(
     for (i, j), field in zip(pairs(len(names)), covariances(names), strict=True):
         variance = variance + (1.0 if i == j else 2.0) * weights[i] * weights[j] * known[field]
     sigma = np.sqrt(np.maximum(variance, 0.0))
-    return rate * SECONDS_PER_DAY, sigma * SECONDS_PER_DAY
+    mean = rate * SECONDS_PER_DAY, sigma * SECONDS_PER_DAY
+    return np.column_stack((*clock, *mean, *learned, passed.integrals_s))
 
 
 def has_mean_rate(found: Mapping[str, float]) -> bool:
@@ -352,10 +291,7 @@ class Track:
     def _remember(self, kept: list[Seen], new: list[Observed], way: Filtered) -> None:
         """Move the base forward when more than enough observations have been seen since.
 
-        Args:
-            kept: observations since the base, before those of the run.
-            new: the observations of the run.
-            way: the result of the filter for them.
+        Those of the run are `new`; those since the base, before it, are `kept`.
         """
         total = len(kept) + len(new)
         first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
@@ -444,31 +380,36 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
         health: its counters; those of other stages are ignored.
         scene: the scene of the run.
     """
-    values = {'gate': scene.drift.gate, 'prior': scene.drift.prior_rate_sigma}
-    return [
-        f'drift: {words.format(**values, **_agreeing(health[name]))}'
-        for name, words in _SAID.items()
-        if health.get(name)
-    ]
-
-
-def _agreeing(number: int) -> dict[str, str]:
-    """Return words in the singular or plural."""
-    return {
-        'observations': counted(number, 'observation'),
-        'samples': counted(number, 'sample'),
-        'readings': counted(number, 'reading'),
-        'were': 'was' if number == 1 else 'were',
-        'them': 'it' if number == 1 else 'them',
-        'outliers': 'an outlier' if number == 1 else 'outliers',
-        'times': 'once' if number == 1 else f'{number} times',
-    }
+    found = []
+    for name, words in _SAID.items():
+        if number := health.get(name):
+            one = number == 1
+            said = words.format(
+                gate=scene.drift.gate,
+                prior=scene.drift.prior_rate_sigma,
+                observations=counted(number, 'observation'),
+                samples=counted(number, 'sample'),
+                readings=counted(number, 'reading'),
+                were='was' if one else 'were',
+                them='it' if one else 'them',
+                outliers='an outlier' if one else 'outliers',
+                times='once' if one else f'{number} times',
+            )
+            found.append(f'drift: {said}')
+    return found
 
 
 HELD_NS = round(HELD_S * NS_PER_S)
 
 HISTORY = 4096
 """Number of readings kept, beyond those held back, for observations that come late."""
+
+_COUNTED = (
+    'readings_out_of_order', 'observations_out_of_order', 'observations_repeated',
+    'observations_delayed', 'observations_from_future', 'observations_unscheduled',
+    'observations_missing', 'observations_too_old', 'observations_unmatched', 'dial_stops',
+    'dial_settings',
+)  # fmt: skip
 
 AHEAD_NS = 86_400 * NS_PER_S
 """An observation stamped later than this after the newest reading belongs to another clock."""
@@ -520,19 +461,7 @@ class DriftStage:
         self._last_observation_ns = BEFORE_ALL
         self._track: Track | None = None
         self._setting: DialSetting | None = None
-        self._health = {
-            'readings_out_of_order': 0,
-            'observations_out_of_order': 0,
-            'observations_repeated': 0,
-            'observations_delayed': 0,
-            'observations_from_future': 0,
-            'observations_unscheduled': 0,
-            'observations_missing': 0,
-            'observations_too_old': 0,
-            'observations_unmatched': 0,
-            'dial_stops': 0,
-            'dial_settings': 0,
-        }
+        self._health = dict.fromkeys(_COUNTED, 0)
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -543,23 +472,25 @@ class DriftStage:
         """Take readings, observations and motion; return what can be published now."""
         if self._motion is not None:
             self._motion.feed(batches)
-        runs = list(_settings(batches.get(READING)))
-        if runs and not self._is_set_otherwise(runs[0]):
-            self._accept_readings(runs.pop(0))
+        # runs of readings that describe the same setting of their dial
+        runs: list[TimeSamples] = []
+        reading = batches.get(READING)
+        if isinstance(reading, TimeSamples) and len(reading.stamp_ns):
+            changes = np.flatnonzero(reading.source[1:] != reading.source[:-1]) + 1
+            edges = pairwise([0, *changes.tolist(), len(reading.source)])
+            runs = [take(reading, slice(first, last)) for first, last in edges]
+            setting = DialSetting.of(str(reading.source[0]))
+            if setting is None or setting == self._setting:
+                self._accept_readings(runs.pop(0))
         if OBSERVATION in batches:
             self._accept_observations(cast(TimeSamples, batches[OBSERVATION]))
         said: list[Batches] = []
-        for reading in runs:
+        for run in runs:
             said.append(self._release(AFTER_ALL, final=True))
-            self._begin_again(reading)
-            self._accept_readings(reading)
+            self._begin_again(run)
+            self._accept_readings(run)
         said.append(self._release(self._next_scheduled_ns()))
         return merged(said)
-
-    def _is_set_otherwise(self, reading: TimeSamples) -> bool:
-        """Return whether readings come from a dial that was set or stopped since the last one."""
-        setting = DialSetting.of(str(reading.source[0]))
-        return setting is not None and setting != self._setting
 
     def _begin_again(self, reading: TimeSamples) -> None:
         """Forget the earlier readings; continue from the estimate as far as it is still valid."""
@@ -578,7 +509,9 @@ class DriftStage:
         self._health['dial_stops'] += 1
         lost_s = (setting.lost_ns - before.lost_ns) / NS_PER_S
         last, at_ns = self._track.last, int(reading.stamp_ns[0])
-        reached = self._integrals_at(reading.stamp_ns[:1])
+        reached = ()
+        if self._motion is not None:
+            reached = tuple(self._motion.at(reading.stamp_ns[:1])[0].tolist())
         gained = tuple(map(sub, reached, last.integrals_s))
         elapsed_s = max(at_ns - last.stamp_ns, 0) / NS_PER_S
         now = predict(last.estimate, elapsed_s, self._model, gained)
@@ -598,6 +531,10 @@ class DriftStage:
 
     def state(self) -> State:
         """Return readings, observations and estimate."""
+        motion: State = {}
+        if self._motion is not None:
+            motion = {'integral': self._integral, 'begun': self._begun}
+            motion['motion'] = self._motion.state()
         return {
             'stamp': self._stamp,
             'reference': self._reference,
@@ -608,16 +545,7 @@ class DriftStage:
             'track': None if self._track is None else self._track.state(),
             'setting': None if self._setting is None else self._setting.source(),
             'health': dict(self._health),
-            **self._state_of_motion(),
-        }
-
-    def _state_of_motion(self) -> State:
-        if self._motion is None:
-            return {}
-        return {
-            'integral': self._integral,
-            'begun': self._begun,
-            'motion': self._motion.state(),
+            **motion,
         }
 
     def restore(self, state: State) -> None:
@@ -709,48 +637,36 @@ class DriftStage:
             final: whether readings no longer wait for the motion either.
         """
         if self._motion is not None and not final:
-            before_ns = min(before_ns, self._moved_ns(self._motion))
+            reached_ns = self._motion.reached_ns
+            if self._schedule is None:  # in a live graph they wait no longer than HELD_S
+                reached_ns = max(reached_ns, self._last_reading_ns - HELD_NS)
+            before_ns = min(before_ns, reached_ns + 1)
         ready = max(int(np.searchsorted(self._stamp, before_ns)), self._released)
         if not ready:
             return {}
         if self._motion is not None:
             new = self._motion.at(self._stamp[len(self._integral) : ready])
             self._integral = np.concatenate((self._integral, new))
-        if self._track is None:
-            self._begin()
+        if self._track is None:  # the dial is set at the first reading
+            first = int(self._stamp[0])
+            reached = tuple(self._integral[0].tolist()) if self._motion is not None else ()
+            self._begun = first, reached
+            known = Known(first, prior(self._model), integrals_s=reached)
+            self._track = Track(known, self._model)
         way = self._use_observations(self._stamp[:ready])
         stamps = self._stamp[self._released : ready]
         references = self._reference[self._released : ready]
-        passed = self._passed(stamps, self._integral[self._released : ready])
+        passed = None
+        if self._motion is not None and self._begun is not None:
+            first, begun = self._begun
+            integrals = self._integral[self._released : ready]
+            passed = Passed((stamps - first) / NS_PER_S, integrals, integrals - np.array(begun))
         remembered = 1 if self._schedule is not None else HISTORY
         forgotten = max(ready - remembered, 0)
         self._stamp, self._reference = self._stamp[forgotten:], self._reference[forgotten:]
         self._integral = self._integral[forgotten:]
         self._released = ready - forgotten
         return estimates(stamps, references, way, self._model, passed) if len(stamps) else {}
-
-    def _moved_ns(self, motion: Motion) -> int:
-        """Return the stamp before which readings need not wait for the motion any longer."""
-        reached_ns = motion.reached_ns
-        if self._schedule is None:
-            reached_ns = max(reached_ns, self._last_reading_ns - HELD_NS)
-        return reached_ns + 1
-
-    def _begin(self) -> None:
-        """Set the dial at the first reading."""
-        first = int(self._stamp[0])
-        reached = tuple(self._integral[0].tolist()) if self._motion is not None else ()
-        self._begun = first, reached
-        known = Known(first, prior(self._model), integrals_s=reached)
-        self._track = Track(known, self._model)
-
-    def _passed(self, stamps: IntArray, integrals: FloatArray) -> Passed | None:
-        """Return time and integrals of readings since the first one, if there are covariates."""
-        if self._motion is None or self._begun is None:
-            return None
-        first, begun = self._begun
-        elapsed_s = (stamps - first) / NS_PER_S
-        return Passed(elapsed_s, integrals, integrals - np.array(begun))
 
     def _use_observations(self, ready: IntArray) -> Filtered:
         """Update with the observations up to the last of `ready`; return the run of the filter."""
@@ -771,17 +687,3 @@ class DriftStage:
         known = self._stamp[: len(self._integral)]
         reached = on_line(known, self._integral, at).tolist()
         return self._track.use(stamps, phases.tolist(), sigmas, list(map(tuple, reached)))
-
-    def _integrals_at(self, stamp_ns: IntArray) -> tuple[float, ...]:
-        """Return the integrals at one stamp [s]."""
-        return tuple(self._motion.at(stamp_ns)[0].tolist()) if self._motion is not None else ()
-
-
-def _settings(reading: Samples | None) -> Iterator[TimeSamples]:
-    """Yield runs of readings that describe the same setting of their dial."""
-    if not isinstance(reading, TimeSamples) or not len(reading.stamp_ns):
-        return
-    source = reading.source
-    changes = (np.flatnonzero(source[1:] != source[:-1]) + 1).tolist()
-    for first, last in pairwise([0, *changes, len(source)]):
-        yield take(reading, slice(first, last))

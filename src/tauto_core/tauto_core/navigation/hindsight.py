@@ -7,9 +7,9 @@ from typing import Any, cast
 
 import numpy as np
 
+from tauto_core.navigation.covariates import RecordedIntegrals, clock_model
 from tauto_core.navigation.drift import (
     Passed,
-    clock_model,
     estimate_names,
     estimate_values,
     observed_phases,
@@ -30,7 +30,6 @@ from tauto_core.navigation.kalman import (
     same_fields,
 )
 from tauto_core.navigation.longitude import BEFORE_ALL, in_order
-from tauto_core.navigation.regressors import RecordedIntegrals
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -116,7 +115,11 @@ class Smoother:
         place = np.searchsorted(way.stamp_ns[1:], stamp_ns, 'right')
         since = (stamp_ns - way.stamp_ns[place]) / NS_PER_S
         gained = tuple((integrals_s - way.integrals_s[place]).T)
-        known = _at(way.states, place)
+
+        def at(states: Estimate[FloatArray], where: IntArray) -> Estimate[FloatArray]:
+            return same_fields(states, (column[where] for column in states))
+
+        known = at(way.states, place)
         # where the next observation reopened the state, the rate may have changed here
         changed = known._replace(yy=known.yy + self.rate_variance[place])
         now = predict(changed, since, self.model, gained)
@@ -128,7 +131,7 @@ class Smoother:
         f = _transition(elapsed, way.integrals_s[ahead + 1] - integrals_s[later])
         noise = _noise(way.states, elapsed, self.model)
         jumped = noise._replace(xx=noise.xx + way.opened_s[ahead] ** 2)
-        expected = _at(self.expected, ahead)
+        expected = at(self.expected, ahead)
         mean, p = means(now, names), covariance(now, names)
         gain, part = _backwards(
             p[later], f, covariance(jumped, names), covariance(expected, names)
@@ -158,10 +161,6 @@ def smooth(way: Filtered, model: ClockModel) -> Smoother:
         p[k] = part[k] + gain[k] @ p[k + 1] @ gain[k].T
     rate = way.opened_s / since
     return Smoother(way, model, expected, mean[1:], p[1:], np.append(rate * rate, 0.0))
-
-
-def _at(states: Estimate[FloatArray], place: IntArray) -> Estimate[FloatArray]:
-    return same_fields(states, (column[place] for column in states))
 
 
 def _transition(elapsed_s: FloatArray, gained_s: FloatArray) -> FloatArray:
@@ -254,29 +253,19 @@ def hindsight(samples: Batches, scene: Scene) -> dict[str, Any]:
     used = way.stamp_ns[1:]
     kept = take(reading, in_order(reading.stamp_ns, BEFORE_ALL))
     known = smoother.at(kept.stamp_ns, None if motion is None else motion.at(kept.stamp_ns))
-    values = estimate_values(smoother.at(used, way.integrals_s[1:]), model.names, _passed(way))
-    error = (kept.time_ref_ns - kept.stamp_ns) / NS_PER_S
-    rms, worst = _size(error - known.x)
-    rms_then, worst_then = _size((corrected.time_ref_ns - corrected.stamp_ns) / NS_PER_S)
+    passed, integrals = None, way.integrals_s
+    if integrals.shape[1]:
+        elapsed_s = (used - way.stamp_ns[0]) / NS_PER_S
+        passed = Passed(elapsed_s, integrals[1:], integrals[1:] - integrals[0])
+    values = estimate_values(smoother.at(used, integrals[1:]), model.names, passed)
+    left = (kept.time_ref_ns - kept.stamp_ns) / NS_PER_S - known.x
+    then = (corrected.time_ref_ns - corrected.stamp_ns) / NS_PER_S
     columns = zip(estimate_names(model.names), values.T.tolist(), strict=True)
     return {
-        'rms_s': rms,
-        'worst_s': worst,
-        'at_the_time_rms_s': rms_then,
-        'at_the_time_worst_s': worst_then,
+        'rms_s': float(np.sqrt(np.mean(left * left))),
+        'worst_s': float(np.abs(left).max()),
+        'at_the_time_rms_s': float(np.sqrt(np.mean(then * then))),
+        'at_the_time_worst_s': float(np.abs(then).max()),
         'stamp_s': (used / NS_PER_S).tolist(),
         **dict(columns),
     }
-
-
-def _passed(way: Filtered) -> Passed | None:
-    """Return time and integrals of the observations since the first, if there are covariates."""
-    integrals = way.integrals_s
-    if not integrals.shape[1]:
-        return None
-    elapsed_s = (way.stamp_ns[1:] - way.stamp_ns[0]) / NS_PER_S
-    return Passed(elapsed_s, integrals[1:], integrals[1:] - integrals[0])
-
-
-def _size(error_s: FloatArray) -> tuple[float, float]:
-    return float(np.sqrt(np.mean(error_s * error_s))), float(np.abs(error_s).max())

@@ -153,6 +153,11 @@ HELD = 4096
 """
 
 
+_COUNTED = (
+    'out_of_order', 'fixes_invalid', 'fixes_from_future', 'stamps_unjoined', 'dial_settings',
+)  # fmt: skip
+
+
 def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
     """Return the error of the longitude [arc minutes, east positive] for a clock fast by x [s].
 
@@ -205,13 +210,7 @@ class LongitudeStage:
         self._last_ns = dict.fromkeys(self.inputs, BEFORE_ALL)
         self._setting: DialSetting | None = None
         self._stale: set[str] = set()
-        self._health = {
-            'out_of_order': 0,
-            'fixes_invalid': 0,
-            'fixes_from_future': 0,
-            'stamps_unjoined': 0,
-            'dial_settings': 0,
-        }
+        self._health = dict.fromkeys(_COUNTED, 0)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take what has arrived; return longitudes of the stamps that every topic has reached."""
@@ -221,8 +220,12 @@ class LongitudeStage:
             if topic in batches:
                 self._hold(topic, batches[topic])
         said = self._say()
-        if not self._expect_fix:
-            self._forget()
+        for topic, held in self._held.items() if not self._expect_fix else ():
+            excess = count(held) - HELD
+            if excess > 0:
+                self._held[topic] = take(cast(TimeSamples, held), slice(excess, None))
+                if topic in self._joined:
+                    self._health['stamps_unjoined'] += excess
         return said
 
     def _see_setting(self, reading: TimeSamples) -> None:
@@ -278,7 +281,10 @@ class LongitudeStage:
     def _hold(self, topic: str, samples: Samples) -> None:
         new = cast(TimeSamples, samples)
         if topic == SHIP_FIX:
-            valid = _valid(cast(FixSamples, samples))
+            fix = cast(FixSamples, samples)
+            # false for NaN
+            on_globe = (np.abs(fix.latitude) <= 90.0) & (np.abs(fix.longitude) <= 360.0)
+            valid = on_globe & (fix.status >= STATUS_FIX)
             self._health['fixes_invalid'] += int(np.count_nonzero(~valid))
             new = _only(new, valid)
             if not self._expect_fix and self._last_ns[READING] > BEFORE_ALL:
@@ -303,14 +309,6 @@ class LongitudeStage:
         old = self._held.get(topic)
         self._held[topic] = new if old is None else join([cast(TimeSamples, old), new])
 
-    def _forget(self) -> None:
-        for topic, held in self._held.items():
-            excess = count(held) - HELD
-            if excess > 0:
-                self._held[topic] = take(cast(TimeSamples, held), slice(excess, None))
-                if topic in self._joined:
-                    self._health['stamps_unjoined'] += excess
-
     def _say(self) -> Batches:
         if any(topic not in self._held for topic in self._joined):
             return {}
@@ -319,10 +317,25 @@ class LongitudeStage:
         stamps = reading.stamp_ns
         if not len(stamps):
             return {}
-        corrected = cast(TimeSamples, parts[CORRECTED])
-        sigma = column(cast(JointSamples, parts[ESTIMATE]), 'offset_sigma_s')
+        sigma_s = column(cast(JointSamples, parts[ESTIMATE]), 'offset_sigma_s')
         fix = cast(FixSamples, parts[SHIP_FIX]) if self._expect_fix else self._places(stamps)
-        return _longitudes(stamps, fix, _error_s(reading), _error_s(corrected), sigma)
+        raw, error = (
+            longitude_error_arcmin((clock.time_ref_ns - clock.stamp_ns) / NS_PER_S)
+            for clock in (reading, cast(TimeSamples, parts[CORRECTED]))
+        )
+        # the bits of np.cos may depend on the position in an array
+        cosine = np.array([math.cos(math.radians(phi)) for phi in fix.latitude.tolist()])
+        values = np.column_stack(
+            (raw, raw * cosine, error, error * cosine, ARCMIN_PER_S * sigma_s * cosine)
+        )
+        east_sigma_m = EQUATOR_M_PER_S * cosine * sigma_s
+        variances = np.full((len(stamps), 3), POSITION_VARIANCE_M2)
+        variances[:, 0] = east_sigma_m * east_sigma_m
+        longitude = wrap_degrees(fix.longitude + error / 60.0)
+        return {
+            LONGITUDE_FIX: fix_samples(stamps, fix.latitude, longitude, variances),
+            LONGITUDE_ERROR: scalars(stamps, ERROR_NAMES, values),
+        }
 
     def _matched(self) -> dict[str, Samples]:
         """Take from each joined topic the samples up to the stamp that all topics have reached."""
@@ -365,41 +378,6 @@ def _same_stamps(parts: Mapping[str, Samples]) -> bool:
 
 def _only(samples: TimeSamples, which: NDArray[np.bool_]) -> TimeSamples:
     return samples if which.all() else take(samples, which)
-
-
-def _valid(fix: FixSamples) -> NDArray[np.bool_]:
-    """Return which fixes have a valid status and a position on the globe (false for NaN)."""
-    on_globe = (np.abs(fix.latitude) <= 90.0) & (np.abs(fix.longitude) <= 360.0)
-    valid: NDArray[np.bool_] = on_globe & (fix.status >= STATUS_FIX)
-    return valid
-
-
-def _error_s(clock: TimeSamples) -> FloatArray:
-    """Return clock minus true time [s]."""
-    return (clock.time_ref_ns - clock.stamp_ns) / NS_PER_S
-
-
-def _longitudes(
-    stamps: IntArray,
-    fix: FixSamples,
-    raw_s: FloatArray,
-    residual_s: FloatArray,
-    sigma_s: FloatArray,
-) -> Batches:
-    # the bits of np.cos may depend on the position in an array
-    cosine = np.array([math.cos(math.radians(phi)) for phi in fix.latitude.tolist()])
-    raw, error = longitude_error_arcmin(raw_s), longitude_error_arcmin(residual_s)
-    values = np.column_stack(
-        (raw, raw * cosine, error, error * cosine, ARCMIN_PER_S * sigma_s * cosine)
-    )
-    east_sigma_m = EQUATOR_M_PER_S * cosine * sigma_s
-    variances = np.full((len(stamps), 3), POSITION_VARIANCE_M2)
-    variances[:, 0] = east_sigma_m * east_sigma_m
-    longitude = wrap_degrees(fix.longitude + error / 60.0)
-    return {
-        LONGITUDE_FIX: fix_samples(stamps, fix.latitude, longitude, variances),
-        LONGITUDE_ERROR: scalars(stamps, ERROR_NAMES, values),
-    }
 
 
 # -----------------------------------------------------------------------------

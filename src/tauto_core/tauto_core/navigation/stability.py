@@ -110,11 +110,17 @@ def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
 def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
     span = max(first.span, second.span)
     length = 2 ** math.ceil(math.log2(min(_PERIODS * (span + 1), 2 * count)))
-    spectrum = _sine(length) ** (alpha - 2 + 2 * first.order)
+    sine = np.asarray(2.0 * np.sin(np.pi / length * np.arange(length // 2 + 1)))
+    spectrum = sine ** (alpha - 2 + 2 * first.order)
     one = _response(first, length)
     other = one if first == second else _response(second, length)
     crossed = np.fft.irfft(spectrum * one * other)
-    sizes = [_mean(spectrum * each * each) for each in (one, other)]
+    # the covariance at lag zero, the mean over both halves of the spectrum
+    powers = [spectrum * each * each for each in (one, other)]
+    sizes = [
+        float(np.sum(power[:-1]) + np.sum(power[1:])) / (2.0 * (len(power) - 1))
+        for power in powers
+    ]
     counts = count - first.span, count - second.span
     # differences are paired by the distance of their middles
     apart = np.arange(min(max(counts), length // 2))
@@ -122,16 +128,6 @@ def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair
     squares = crossed[: len(apart)] ** 2 * pairs
     total = float(2.0 * np.sum(squares) - squares[0]) / (sizes[0] * sizes[1])
     return Pair(sizes[1] / sizes[0], 2.0 * total / (counts[0] * counts[1]))
-
-
-def _mean(spectrum: FloatArray) -> float:
-    """Return the covariance at lag zero, the mean over both halves of a spectrum."""
-    return float(np.sum(spectrum[:-1]) + np.sum(spectrum[1:])) / (2.0 * (len(spectrum) - 1))
-
-
-def _sine(length: int) -> FloatArray:
-    """Return 2 sin πf on the frequencies of a transform."""
-    return np.asarray(2.0 * np.sin(np.pi / length * np.arange(length // 2 + 1)))
 
 
 def _response(difference: Difference, length: int) -> FloatArray:
@@ -367,7 +363,14 @@ def stability(
         )
     if factors is None:
         factors = tuple(2**k for k in range(most.bit_length()))
-    error = _without_trend(error)
+    # no deviation depends on the straight line through the ends
+    error = error - error[0] - (error[-1] - error[0]) * (np.arange(len(error)) / (len(error) - 1))
+    third = np.diff(error, 3)
+    if np.abs(third).max() <= 8.0 * np.finfo(np.float64).eps * np.abs(error_s).max():
+        raise EstimationError(
+            'the errors of the clock lie on a parabola: its rate is steady or changes steadily, '
+            'and there is no noise to measure. Leave out the stability'
+        )
     by_octave = weights_of_kinds(error, most.bit_length())
     weights = by_octave[[factor.bit_length() - 1 for factor in factors]]
     rate = 1.0 / interval_s
@@ -391,23 +394,6 @@ def stability(
         ),
         hadamard=found['ohdev'],
     )
-
-
-def _without_trend(error: FloatArray) -> FloatArray:
-    """Return errors less the straight line through their ends, which no deviation depends on.
-
-    Raises:
-        EstimationError: nothing is left but a parabola.
-    """
-    place = np.arange(len(error)) / (len(error) - 1)
-    left = error - error[0] - (error[-1] - error[0]) * place
-    third = np.diff(left, 3)
-    if np.abs(third).max() <= 8.0 * np.finfo(np.float64).eps * np.abs(error).max():
-        raise EstimationError(
-            'the errors of the clock lie on a parabola: its rate is steady or changes steadily, '
-            'and there is no noise to measure. Leave out the stability'
-        )
-    return np.asarray(left, np.float64)
 
 
 def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> FloatArray:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -46,14 +45,6 @@ updated, its sigma is about ν/(2τ), so it has grown by 2.5. Any other observat
 """
 
 
-@dataclass
-class _Check:
-    """An observation, and the reading at its stamp; the stamp alone until that has come."""
-
-    stamp_ns: int
-    reading: tuple[int, int] | None = None
-
-
 class RatedTime:
     """Finds when the rate that is estimated now began, from observations, readings and estimates.
 
@@ -65,26 +56,25 @@ class RatedTime:
     """
 
     def __init__(self) -> None:
-        self._checks: list[_Check] = []
-        self._read = self._told = 0
+        self._checks: list[int] = []  # stamps of the observations
+        self._readings: list[tuple[int, int]] = []  # at these stamps, as far as they have come
+        self._told = 0
         self._reopened: int | None = None
         self._sigma = np.inf
 
     def observe(self, observations: TimeSamples) -> None:
         """Take the next batch of `clock/observation`."""
-        last = self._checks[-1].stamp_ns if self._checks else -1
-        stamps = np.unique(observations.stamp_ns[observations.stamp_ns > last])
-        self._checks += [_Check(stamp) for stamp in stamps.tolist()]
+        last = self._checks[-1] if self._checks else -1
+        self._checks += np.unique(observations.stamp_ns[observations.stamp_ns > last]).tolist()
 
     def read(self, readings: TimeSamples) -> None:
         """Take the next batch of `clock/reading`."""
         stamps = readings.stamp_ns
-        for check in self._checks[self._read :]:
-            place = int(np.searchsorted(stamps, check.stamp_ns))
+        for check in self._checks[len(self._readings) :]:
+            place = int(np.searchsorted(stamps, check))
             if place == len(stamps):
                 return
-            check.reading = int(stamps[place]), int(readings.time_ref_ns[place])
-            self._read += 1
+            self._readings.append((int(stamps[place]), int(readings.time_ref_ns[place])))
 
     def estimate(self, estimates: JointSamples) -> None:
         """Take the next batch of `drift/estimate`, n > 0."""
@@ -92,7 +82,7 @@ class RatedTime:
         known = estimates.position[:, estimates.name.index('rate_sigma_s_per_day')]
         sigmas = np.concatenate(([self._sigma], known))
         for check in self._checks[self._told :]:
-            place = int(np.searchsorted(stamps, check.stamp_ns))
+            place = int(np.searchsorted(stamps, check))
             if place == len(stamps):
                 break
             if sigmas[place + 1] > GROWTH * sigmas[place]:
@@ -106,7 +96,7 @@ class RatedTime:
             return None
         measured = self._told > self._reopened + 1
         place = self._reopened if measured else self._reopened - 1
-        return self._checks[place].reading if place >= 0 else None
+        return self._readings[place] if 0 <= place < len(self._readings) else None
 
 
 # -----------------------------------------------------------------------------
@@ -216,7 +206,12 @@ class RateScatter:
                 f'{TOO_SHORT}it is logged {len(kept)} times, and how its rate scatters shows in '
                 f'{LEAST_PARTS + 1} or more. Sail longer, or log more often',
             )
-        squares = _cosines(kept) ** 2
+        # c_j [s/day] for j = 1 to COSINES, the rate being constant in each part
+        elapsed, gained = kept[:, 0] - kept[0, 0], kept[:, 1] - kept[:, 0]
+        rate = np.diff(gained) / np.diff(elapsed) * SECONDS_PER_DAY
+        turns = math.pi * np.arange(1, COSINES + 1)[:, None]
+        weights = np.diff(np.sin(turns * (elapsed / elapsed[-1])), axis=1) / turns
+        squares = (math.sqrt(2.0) * np.sum(weights * rate, axis=1)) ** 2
         if not squares.any():
             return RateError(0.0, length_s)
         shape = 1.0 / (1.0 + (np.pi * np.outer(MEMORIES, np.arange(1, COSINES + 1))) ** 2)
@@ -234,20 +229,6 @@ class RateScatter:
                 f'known to {sigma:.2g} s/day at best. Sail longer',
             )
         return RateError(sigma, length_s)
-
-
-def _cosines(kept: IntArray) -> FloatArray:
-    """Return c_j [s/day] for j = 1 to `COSINES`, the rate being constant in each part.
-
-    Args:
-        kept: stamps and readings [ns], (n, 2), n > 1.
-    """
-    elapsed, gained = kept[:, 0] - kept[0, 0], kept[:, 1] - kept[:, 0]
-    rate = np.diff(gained) / np.diff(elapsed) * SECONDS_PER_DAY
-    turns = math.pi * np.arange(1, COSINES + 1)[:, None]
-    weights = np.diff(np.sin(turns * (elapsed / elapsed[-1])), axis=1) / turns
-    cosines: FloatArray = math.sqrt(2.0) * np.sum(weights * rate, axis=1)
-    return cosines
 
 
 # -----------------------------------------------------------------------------
@@ -294,52 +275,39 @@ def forgets_its_start(
     """
     if isinstance(machine, FluidPendulum):
         return found
-    least = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
-    why = _kept(scene, machine, least, found.length_s)
-    return RateError(None, found.length_s, why) if why else found
 
-
-def _kept(scene: Scene, machine: AnyMachine, least_s_per_day: float, length_s: float) -> str:
-    """Return what keeps the swing from forgetting its start, or ''.
-
-    Args:
-        scene: the scene of the run.
-        machine: its regulator.
-        least_s_per_day: least effect on the rate that counts [s/day].
-        length_s: length of the run [s].
-    """
+    why, still = '', scene.lies_still
     drag = None if machine.drag is None or machine.drag.is_zero else machine.drag
     if drag is not None and machine.escapement is None:
-        return (
+        why = (
             f'{_CANNOT}the swing dies away, since there is drag and no escapement to make good '
             'for it. Give the clock an escapement'
         )
-    if scene.lies_still:
-        return ''
-    if isinstance(machine, HangingMachine):
-        return f'{_CANNOT}nothing holds the swing of the thread, {_WANDERS}'
-    amplitude = abs(machine.release_angle)
-    less, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
-    depends = abs(less / full - 1.0) * SECONDS_PER_DAY > least_s_per_day
-    if depends and drag is None:
-        return (
-            f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, {_WANDERS}. '
-            'Give the clock drag and an escapement'
-        )
-    if scene.suspension is not None and (depends or machine.feels_gravity):
-        return (
-            f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, {_WANDERS}'
-        )
-    settled_s = 0.0
-    if depends and drag is not None:
-        greatest = machine.frequency * amplitude
-        # the energy of a harmonic swing comes e-fold nearer to the steady in J/damping
-        settled_s = FORGOTTEN * (machine.inertia / drag.damping(greatest))
-    words = (
-        f'{TOO_SHORT}its rate depends on the amplitude, which takes {span(settled_s, 2)} to '
-        'settle. Sail longer'
-    )
-    return words if length_s < settled_s else ''
+    elif isinstance(machine, HangingMachine):
+        why = '' if still else f'{_CANNOT}nothing holds the swing of the thread, {_WANDERS}'
+    elif not still:
+        least = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
+        amplitude = abs(machine.release_angle)
+        less, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
+        depends = abs(less / full - 1.0) * SECONDS_PER_DAY > least
+        if depends and drag is None:
+            why = (
+                f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, '
+                f'{_WANDERS}. Give the clock drag and an escapement'
+            )
+        elif scene.suspension is not None and (depends or machine.feels_gravity):
+            why = f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, '
+            why += _WANDERS
+        elif depends and drag is not None:
+            # the energy of a harmonic swing comes e-fold nearer to the steady in J/damping
+            damping = drag.damping(machine.frequency * amplitude)
+            settled_s = FORGOTTEN * (machine.inertia / damping)
+            if found.length_s < settled_s:
+                why = (
+                    f'{TOO_SHORT}its rate depends on the amplitude, which takes '
+                    f'{span(settled_s, 2)} to settle. Sail longer'
+                )
+    return RateError(None, found.length_s, why) if why else found
 
 
 def projection(
@@ -425,11 +393,6 @@ _JUDGED = ('raw_error_nmi', 'error_nmi')
 Row: TypeAlias = tuple[int, FloatArray]
 
 
-class _Moment(NamedTuple):
-    distance_nmi: float
-    stamp_ns: int
-
-
 class _RowsBefore:
     """The last row of a topic, and the last one before each of several instants."""
 
@@ -464,7 +427,7 @@ class LongitudeTally:
     def __init__(self) -> None:
         self._errors, self._latitudes = _RowsBefore(), _RowsBefore()
         self._first_ns = 0
-        self._worst: dict[str, _Moment] = {}
+        self._worst: dict[str, tuple[float, int]] = {}  # size [nmi] and stamp
         self._in_port_ns = BEFORE_ALL
         self._checked_before: dict[int, int | None] = {}
         self._last_checked: int | None = None
@@ -504,14 +467,13 @@ class LongitudeTally:
         left_port = int(np.searchsorted(errors.stamp_ns, self._in_port_ns))
         if left_port < count(errors):
             for name in _JUDGED:
-                self._seek_worst(name, columns[name][left_port:], errors.stamp_ns[left_port:])
-
-    def _seek_worst(self, name: str, errors_nmi: FloatArray, stamp_ns: IntArray) -> None:
-        sizes = np.abs(errors_nmi)
-        place = int(sizes.argmax())
-        known = self._worst.get(name)
-        if known is None or sizes[place] > known.distance_nmi:
-            self._worst[name] = _Moment(float(sizes[place]), int(stamp_ns[place]))
+                sizes = np.abs(columns[name][left_port:])
+                place = int(sizes.argmax())
+                if name not in self._worst or sizes[place] > self._worst[name][0]:
+                    self._worst[name] = (
+                        float(sizes[place]),
+                        int(errors.stamp_ns[left_port + place]),
+                    )
 
     def result(self) -> dict[str, Any] | None:
         """Return the verdict, None if no error came. Times are from the first error [s].
@@ -538,8 +500,8 @@ class LongitudeTally:
         at_end = self._verdict(self._errors.last, self._latitudes.last, self._last_checked)
         stamp, values = self._errors.last
         last = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
-        raw, corrected = (
-            self._worst.get(name, _Moment(abs(last[name]), stamp)) for name in _JUDGED
+        (raw_nmi, raw_ns), (worst_nmi, worst_ns) = (
+            self._worst.get(name, (abs(last[name]), stamp)) for name in _JUDGED
         )
         judged = landfalls[-1] if landfalls else at_end
         tried = judged['prize_pounds'] is not None
@@ -547,12 +509,12 @@ class LongitudeTally:
             **judged,
             'landfalls': landfalls,
             'worst_since_s': self._time_s(min(max(self._in_port_ns, self._first_ns), stamp)),
-            'worst_error_nmi': corrected.distance_nmi,
-            'worst_at_s': self._time_s(corrected.stamp_ns),
-            'worst_prize_pounds': prize_pounds(corrected.distance_nmi) if tried else None,
-            'worst_raw_error_nmi': raw.distance_nmi,
-            'worst_raw_at_s': self._time_s(raw.stamp_ns),
-            'worst_raw_prize_pounds': prize_pounds(raw.distance_nmi) if tried else None,
+            'worst_error_nmi': worst_nmi,
+            'worst_at_s': self._time_s(worst_ns),
+            'worst_prize_pounds': prize_pounds(worst_nmi) if tried else None,
+            'worst_raw_error_nmi': raw_nmi,
+            'worst_raw_at_s': self._time_s(raw_ns),
+            'worst_raw_prize_pounds': prize_pounds(raw_nmi) if tried else None,
         }
 
     def _verdict(self, row: Row, latitude: Row | None, checked_ns: int | None) -> dict[str, Any]:
