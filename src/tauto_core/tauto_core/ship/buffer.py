@@ -181,36 +181,6 @@ def window_nodes(stride: int, before: int) -> tuple[float, ...]:
     return tuple((i - before) / stride for i in range(points))
 
 
-def windows(
-    stamps_ns: IntArray,
-    values: FloatArray,
-    rates: FloatArray,
-    pieces: Pieces,
-    *,
-    stride: int,
-    offset: int,
-    before: int,
-) -> tuple[IntArray, FloatArray]:
-    """Return the first sample of the window of each piece, (n,), and coefficients.
-
-    The coefficients are those of the pieces that are not regular; for these the first sample is
-    given as −1 less their row. Args: as `polynomials`, with `before` for `wide`.
-    """
-    others = np.flatnonzero(~pieces.regular)
-    first = pieces.begin - before
-    first[others] = -1 - np.arange(len(others))
-    fitted = polynomials(
-        stamps_ns,
-        values,
-        rates,
-        pieces.part(others),
-        stride=stride,
-        offset=offset,
-        wide=before,
-    )
-    return first, fitted
-
-
 # -----------------------------------------------------------------------------
 # The time step of the motion that the clock feels, which a suspended case makes finer.
 
@@ -257,30 +227,17 @@ def felt_parts(scene: Scene) -> int:
         if scene.step_ns % parts == 0:
             return parts
     if needed_hz > fast / LARGEST_TURN and needed_hz * step_s > MOST_PARTS:
-        raise _swings_too_fast(scene, slow, needed_hz)
-    raise _too_fast(scene, hung, fast, step_s)
-
-
-def felt_step_ns(scene: Scene) -> int:
-    """Return the time between samples of the motion that the clock feels [ns]."""
-    return scene.step_ns // felt_parts(scene)
-
-
-def _swings_too_fast(scene: Scene, slow: float, needed_hz: float) -> SceneError:
-    return SceneError(
-        scene.name,
-        'ship.rate',
-        scene.ship.rate,
-        f'is too low for wide swings of the case, whose slow mode turns {slow:.6g} rad/s',
-        f'Use a rate of at least {needed_hz / MOST_PARTS:.6g} Hz, or set suspension.large_angles '
-        'to false.',
-    )
-
-
-def _too_fast(scene: Scene, hung: AxleSuspension, fast: float, step_s: float) -> SceneError:
+        raise SceneError(
+            scene.name,
+            'ship.rate',
+            scene.ship.rate,
+            f'is too low for wide swings of the case, whose slow mode turns {slow:.6g} rad/s',
+            f'Use a rate of at least {needed_hz / MOST_PARTS:.6g} Hz, or set '
+            'suspension.large_angles to false.',
+        )
     limit = LARGEST_TURN * MOST_PARTS / step_s
     if fast <= limit:
-        return SceneError(
+        raise SceneError(
             scene.name,
             'ship.rate',
             scene.ship.rate,
@@ -294,7 +251,7 @@ def _too_fast(scene: Scene, hung: AxleSuspension, fast: float, step_s: float) ->
     remedy = (
         f'Use a gyration_radius of at least {wider:.6g} m, or ' if wider < math.inf else 'Use '
     )
-    return SceneError(
+    raise SceneError(
         scene.name,
         'suspension.gyration_radius',
         hung.gyration_radius,
@@ -302,6 +259,11 @@ def _too_fast(scene: Scene, hung: AxleSuspension, fast: float, step_s: float) ->
         f'{case_modes(hung).b_prime:.6g} m); at {scene.ship.rate!r} Hz the limit is {limit:.6g}',
         f'{remedy}a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
     )
+
+
+def felt_step_ns(scene: Scene) -> int:
+    """Return the time between samples of the motion that the clock feels [ns]."""
+    return scene.step_ns // felt_parts(scene)
 
 
 BRIDGED_STEPS = 1.5
@@ -388,7 +350,7 @@ class MotionBuffer:
         wide = self._by_samples and step_ns > COARSE_NS
         self._before = COARSE_BEFORE if wide else ROLL_BEFORE
         self._times: IntArray = np.empty(0, np.int64)
-        self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self._channels()}
+        self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self.channel_names()}
         self._first = 0
         self._next = 0
         self._turns = 0
@@ -413,7 +375,7 @@ class MotionBuffer:
         for name, values in self._data.items():
             joined[name][:known] = values
         if joined:
-            self._fill(imu, {name: values[known:] for name, values in joined.items()})
+            self.fill(imu, {name: values[known:] for name, values in joined.items()})
         self._times, self._data = times, joined
 
     @property
@@ -421,14 +383,14 @@ class MotionBuffer:
         """Whether the buffer holds any sample."""
         return len(self._times) > 0
 
-    def _channels(self) -> tuple[str, ...]:
+    def channel_names(self) -> tuple[str, ...]:
         """Return the names of the channels; `line` is the direction of the neutral line."""
         if self._still:
             return ()
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
         return (*line, 'gravity') if self._apparent_gravity else line
 
-    def _fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
+    def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # kernels
 
@@ -480,7 +442,7 @@ class MotionBuffer:
                 returned by the previous call.
         """
         end = _LATEST_NS if end_ns is None else end_ns
-        pieces = self._ready(log_ns, end, final=final)
+        pieces = self.ready(log_ns, end, final=final)
         if not len(pieces.begin):
             return None
         stops = self._times[pieces.end]
@@ -488,16 +450,19 @@ class MotionBuffer:
         logs = np.arange(starts[0] // log_ns + 1, min(stops[-1], end) // log_ns + 1) * log_ns
         at = np.searchsorted(stops, logs)
         if stops[-1] <= end and np.array_equal(stops[at], logs):
-            spans, piece = _whole(starts, stops, at), None
+            n, piece = len(starts), None  # a span for each piece
+            logged = np.zeros(n, np.bool_)
+            logged[at] = True
+            length_s = np.asarray((stops - starts) * 1e-9, np.float64)
+            spans = Forcing(length_s, np.zeros(n), np.ones(n), stops, logged)
         else:
             spans, piece = _cut(starts, stops, log_ns, end)
         if not self._still:
             spans = replace(spans, **self._polynomials(pieces, piece))
-        self._next = self._first + int(pieces.end[-1])
-        self._forget()
+        self.forget(pieces)
         return spans
 
-    def _ready(self, log_ns: int, end_ns: int, *, final: bool) -> Pieces:
+    def ready(self, log_ns: int, end_ns: int, *, final: bool) -> Pieces:
         """Return the complete pieces not yet used, up to the first gap; raise if it is next."""
         times, begin = self._times, self._next - self._first
         bridged_ns = int(BRIDGED_STEPS * self._step_ns)
@@ -538,28 +503,33 @@ class MotionBuffer:
     def _polynomials(self, pieces: Pieces, piece: IntArray | None) -> dict[str, Any]:
         """Return the polynomials of the motion over each span."""
         if self._by_samples:
-            return {'window': self._window(pieces, piece)}
-        found = {'neutral': self._channel('line', self._data.get('line_rate'), pieces)}
+            values, rates = self._data['line'], self._data['line_rate']
+            # a regular piece is given by its samples, another, −1 less its row, by a polynomial
+            others = np.flatnonzero(~pieces.regular)
+            first = pieces.begin - self._before
+            first[others] = -1 - np.arange(len(others))
+            fitted = self.fitted('line', pieces.part(others), rates, wide=self._before)
+            if piece is not None:
+                first = first[piece]
+            nodes = window_nodes(self._stride, self._before)
+            return {'window': Window(nodes, Polynomials(values, rates, first, fitted))}
+        found = {'neutral': self.fitted('line', pieces, self._data.get('line_rate'))}
         if self._apparent_vertical:
-            found['tilt'] = self._channel('tilt', None, pieces)
+            found['tilt'] = self.fitted('tilt', pieces)
         if self._apparent_gravity:
-            found['gravity'] = self._channel('gravity', None, pieces)
+            found['gravity'] = self.fitted('gravity', pieces)
         if piece is not None:
             found = {name: coefficients[piece] for name, coefficients in found.items()}
         return found
 
-    def _window(self, pieces: Pieces, piece: IntArray | None) -> Window:
-        """Return the samples of the neutral line over each span."""
-        values, rates = self._data['line'], self._data['line_rate']
-        stride, before = self._stride, self._before
-        first, fitted = windows(
-            self._times, values, rates, pieces, stride=stride, offset=self._first, before=before
-        )
-        if piece is not None:
-            first = first[piece]
-        return Window(window_nodes(stride, before), Polynomials(values, rates, first, fitted))
-
-    def _channel(self, name: str, rates: FloatArray | None, pieces: Pieces) -> FloatArray:
+    def fitted(
+        self,
+        name: str,
+        pieces: Pieces,
+        rates: FloatArray | None = None,
+        wide: int | None = None,
+    ) -> FloatArray:
+        """Return the polynomials of a channel, as `polynomials` does."""
         return polynomials(
             self._times,
             self._data[name],
@@ -567,10 +537,12 @@ class MotionBuffer:
             pieces,
             stride=self._stride,
             offset=self._first,
+            wide=wide,
         )
 
-    def _forget(self) -> None:
-        """Drop the samples that no later window can reach."""
+    def forget(self, used: Pieces) -> None:
+        """Drop the samples that no piece after those used can reach."""
+        self._next = self._first + int(used.end[-1])
         drop = max(self._next - FORCE_POINTS - self._first, 0)
         self._times = self._times[drop:]
         self._data = {name: values[drop:] for name, values in self._data.items()}
@@ -596,15 +568,6 @@ class MotionBuffer:
         self._first, self._next = state['first'], state['next']
         self._turns, self._last_roll = state['turns'], state['last_roll']
         self.bridged, self.crowded = state['bridged'], state['crowded']
-
-
-def _whole(starts: IntArray, stops: IntArray, at_logs: IntArray) -> Forcing:
-    """Return a span for each piece."""
-    n = len(starts)
-    logged = np.zeros(n, np.bool_)
-    logged[at_logs] = True
-    length_s = np.asarray((stops - starts) * 1e-9, np.float64)
-    return Forcing(length_s, np.zeros(n), np.ones(n), stops, logged)
 
 
 def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:

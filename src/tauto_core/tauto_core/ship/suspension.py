@@ -16,7 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
-from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, CaseSwing
+from tauto_core.motion.suspended_case import (
+    AxleModes,
+    AxleSwing,
+    BearingMotion,
+    CaseMotion,
+    CaseSwing,
+)
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer, felt_step_ns
@@ -222,10 +228,11 @@ class _BearingBuffer(MotionBuffer):
         )
         self._felt_ns = felt_ns
 
-    def _channels(self) -> tuple[str, ...]:
+    def channel_names(self) -> tuple[str, ...]:
+        """Return the names of both components of the specific force."""
         return ('sway', 'lift')
 
-    def _fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
+    def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
         """Fill in ÿ and g + z̈: the specific force turned by the roll (theory E1)."""
         read = attitude(message(imu) if isinstance(imu, PlanarImu) else imu)
         c, s = np.cos(read.roll), np.sin(read.roll)
@@ -239,7 +246,7 @@ class _BearingBuffer(MotionBuffer):
     def motion(self, *, final: bool) -> BearingMotion | None:
         """Return the motion over the pieces that are complete, None where there is none."""
         latest = 2**63 - 1
-        pieces = self._ready(latest, latest, final=final)
+        pieces = self.ready(latest, latest, final=final)
         if not len(pieces.begin):
             return None
         begin, end = self._times[pieces.begin], self._times[pieces.end]
@@ -247,11 +254,10 @@ class _BearingBuffer(MotionBuffer):
             begin_ns=begin,
             length_ns=end - begin,
             parts=-(-(end - begin) // self._felt_ns),
-            sway=self._channel('sway', None, pieces),
-            lift=self._channel('lift', None, pieces),
+            sway=self.fitted('sway', pieces),
+            lift=self.fitted('lift', pieces),
         )
-        self._next = self._first + int(pieces.end[-1])
-        self._forget()
+        self.forget(pieces)
         return found
 
 
@@ -276,7 +282,9 @@ class Suspension:
         e = hung.support_radius - hung.axle_radius
         self._case = Case(e, hung.depth, hung.gyration_radius, scene.gravity)
         tolerance = scene.solver.tolerance if scene.solver else None
-        self._swing = _swing_of(self._large, self._case, tolerance)
+        self._swing: CaseSwing = (
+            AxleSwing(*self._case, tolerance=tolerance) if self._large else AxleModes(*self._case)
+        )
         self._buffer = _BearingBuffer(
             step_ns=scene.step_ns, felt_ns=felt_step_ns(scene), max_gap_s=max_gap_s
         )
@@ -309,7 +317,14 @@ class Suspension:
         return self._advance(origin_ns, final=True)
 
     def _advance(self, origin_ns: int, *, final: bool) -> ImuSamples | None:
-        first = None if self._released else self._release()
+        first: tuple[float, ...] | None = None
+        if not self._released and self._buffer.has_samples:  # in equilibrium
+            sway, lift = self._buffer.first()
+            if not lift > 0.0:
+                raise lifted_off(0.0)
+            tilt = self._swing.release(sway, lift)
+            self._last = np.array([tilt, tilt, 0.0, 0.0])
+            first = tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
         bearing = self._buffer.motion(final=final)
         if bearing is None:
             return None
@@ -319,7 +334,9 @@ class Suspension:
         pressed = pressing(self._case, case, *bearing.at_ends())
         contact = pressed / (1.0 + wide * wide)
         if self._large:
-            _check_contact(contact, bearing.end_ns)
+            lost = contact <= 0.0  # at a sample; its propagator checks between samples
+            if np.any(lost):
+                raise lifted_off(float(bearing.end_ns[np.argmax(lost)] * 1e-9))
         else:
             self._check_small(case, bearing, pressed)
         columns = [
@@ -337,17 +354,6 @@ class Suspension:
                 for at_start, column in zip(first, columns, strict=True)
             ]
         return imu_from_roll(stamps + origin_ns, *columns)
-
-    def _release(self) -> tuple[float, float, float, float] | None:
-        """Put the case in equilibrium; return φ, φ̇ and the force in it."""
-        if not self._buffer.has_samples:
-            return None
-        sway, lift = self._buffer.first()
-        if not lift > 0.0:
-            raise lifted_off(0.0)
-        tilt = self._swing.release(sway, lift)
-        self._last = np.array([tilt, tilt, 0.0, 0.0])
-        return tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
 
     def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
@@ -382,20 +388,3 @@ class Suspension:
         self._last = np.array(state['last'])
         self._buffer.restore(state['buffer'])
         self._swing.restore(state['swing'])
-
-
-def _check_contact(contact: FloatArray, end_ns: IntArray) -> None:
-    """Refuse a case that lifts off at a sample; its propagator checks between samples."""
-    lost = contact <= 0.0
-    if np.any(lost):
-        raise lifted_off(float(end_ns[np.argmax(lost)] * 1e-9))
-
-
-def _swing_of(large: bool, case: Case, tolerance: float | None) -> CaseSwing:
-    if large:
-        from tauto_core.motion.suspended_case import AxleSwing  # imports kernels
-
-        return AxleSwing(*case, tolerance=tolerance)
-    from tauto_core.motion.suspended_case import AxleModes
-
-    return AxleModes(*case)
