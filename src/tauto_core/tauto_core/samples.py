@@ -65,7 +65,7 @@ class ImuSamples:
 class PlanarImu:
     """The motion of a ship that only rolls and heaves, from which `ImuSamples` could be made.
 
-    A clock needs two or four of the ten numbers of such a sample; `ship.planar` computes them with
+    A clock needs two or four of the ten numbers of such a sample; `ship.imu` computes them with
     the same bits as from all ten. No sample would be refused (`ship.imu.screen`), and stamps
     continue those before. Arrays are (n,).
     """

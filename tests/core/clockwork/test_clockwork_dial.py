@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.clockwork.dial import BLOCK, DialNoise
+from tauto_core.clockwork.dial import NOISE_BLOCK, DialNoise
 from tauto_core.samples import READING, join, take
 from tauto_core.scene import load_scene
 from tauto_core.ship import ShipMotion
@@ -128,9 +128,9 @@ def test_any_split_and_any_resumption_give_the_same_readings(cuts, resumed):
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.sets(st.integers(1, 3 * BLOCK), min_size=1, max_size=8))
+@given(st.sets(st.integers(1, 3 * NOISE_BLOCK), min_size=1, max_size=8))
 def test_neither_pieces_nor_gaps_nor_blocks_change_the_noise(asked):
-    whole = DialNoise(noisy()).offsets_ns(np.arange(3 * BLOCK + 1))
+    whole = DialNoise(noisy()).offsets_ns(np.arange(3 * NOISE_BLOCK + 1))
     noise, order = DialNoise(noisy()), np.array(sorted(asked))
     for part in np.array_split(order, 3):
         if len(part):

@@ -14,7 +14,7 @@ from tauto_core.scene.errors import SceneError
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
     Column,
-    Table,
+    Columns,
     read_header,
     read_table,
     unit_factor,
@@ -24,7 +24,7 @@ TIME = Column('time_s', unit='s', rising='later than the time before')
 HEAT = Column('air_degc', unit='°C', least=-60.0, most=60.0, why='no sea is so')
 
 
-def read(path: Path, text: str, *columns: Column, **keys) -> Table:
+def read(path: Path, text: str, *columns: Column, **keys) -> Columns:
     path.write_text(text, encoding='utf-8')
     return read_table(str(path), columns or (TIME, HEAT), remedy='Give a table.', **keys)
 
@@ -55,7 +55,7 @@ def test_cells_divided_by_spaces_and_dates(tmp_path):
 
 
 def test_gaps_are_counted_and_long_ones_refused():
-    table = Table('a.csv', {'time_s': np.array([0.0, 1.0, 2.0, 4.0, 5.0])}, range(5), 'message')
+    table = Columns('a.csv', {'time_s': np.array([0.0, 1.0, 2.0, 4.0, 5.0])}, range(5), 'message')
     assert table.gaps('time_s', 2.0, limit='max_gap', remedy='') == 1
     with pytest.raises(
         SceneError, match=r'a\.csv: message 3: comes 2 s after .* max_gap is 1\.5 s'

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import Scene, SceneError, load_scene
-from tauto_core.ship.weather_kind import Setting
+from tauto_core.ship.weather_kind import WeatherSetting
 from tauto_core.ship.weathers.climate import CLIMATES
 
 DAY_S = 86_400.0
@@ -37,7 +37,7 @@ def scene_of(
 
 def states_of(scene: Scene):
     ship = scene.ship
-    return ship.weather.resolved(Setting(scene, ship.weather, 0.5 * math.pi, 0.0))
+    return ship.weather.resolved(WeatherSetting(scene, ship.weather, 0.5 * math.pi, 0.0))
 
 
 def departures(seed: int, **keys) -> np.ndarray:

@@ -9,9 +9,16 @@ from hypothesis import strategies as st
 
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
 from tauto_core.motion.suspended_case import AxleModes, BearingMotion, CaseMotion
-from tauto_core.ship.suspension import Case, felt_at, first_loss, lost_at, pressing, pressing_rate
+from tauto_core.ship.suspension import (
+    HungCase,
+    felt_at,
+    first_loss,
+    lost_at,
+    pressing,
+    pressing_rate,
+)
 
-CASE = Case(0.015, 0.1, 0.05, 9.80665)
+CASE = HungCase(0.015, 0.1, 0.05, 9.80665)
 PIECE_NS = 50_000_000
 PARTS = 8
 """Of 6.25 ms: the fast mode turns 0.38 rad in each."""

@@ -8,8 +8,8 @@ import pytest
 from tauto_core.scene import Rao, Roll, SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.motions.sea import sea_motion
-from tauto_core.ship.sea import NEGLIGIBLE, elevation, operator_answer, roll_answer
-from tauto_core.ship.waves import Course, Harmonics
+from tauto_core.ship.sea import NEGLIGIBLE_ENERGY, elevation, operator_answer, roll_answer
+from tauto_core.ship.waves import Encounter, Harmonics
 
 G = 9.80665
 SEA = Sea(spectrum='jonswap', significant_wave_height=3.0, peak_period=8.0)
@@ -17,11 +17,11 @@ ROLL = Roll(natural_period=11.0, damping_ratio=0.08, slope_coefficient=0.7)
 OPERATOR = 'shipped:supply_rao/supply_rao.csv'
 # The last overtakes its waves: g/(2 pi) 4 s is 6.2 m/s, and 12 m/s cos 0.5 is 10.5.
 COURSES = [
-    Course(0.0, 0.5 * math.pi, G),
-    Course(7.0, math.pi, G),
-    Course(5.0, 1.9, G),
-    Course(8.0, 5.2, G),
-    Course(12.0, 0.5, G),
+    Encounter(0.0, 0.5 * math.pi, G),
+    Encounter(7.0, math.pi, G),
+    Encounter(5.0, 1.9, G),
+    Encounter(8.0, 5.2, G),
+    Encounter(12.0, 0.5, G),
 ]
 T = np.linspace(0.0, 300.0, 150)[:, None]
 
@@ -36,7 +36,7 @@ def at(harmonics: Harmonics, order: int = 0) -> np.ndarray:
     return np.sum(harmonics.amplitude * w**order * np.cos(turned), axis=1)
 
 
-def angles(course: Course) -> np.ndarray:
+def angles(course: Encounter) -> np.ndarray:
     """Return omega t - k x + eps at the ship, x = V t along its bow."""
     w = waves().angular_frequency
     along = w**2 / G * math.cos(course.heading)
@@ -112,7 +112,7 @@ def test_heave_is_read_at_the_frequency_of_the_wave():
         heave_imaginary=none,
     )
     for speed in (0.0, 6.0):
-        course = Course(speed, math.pi, G)
+        course = Encounter(speed, math.pi, G)
         heave = operator_answer('x', waves(), rao, course, heave=True).heave
         omega = waves().angular_frequency
         np.testing.assert_allclose(
@@ -143,7 +143,7 @@ def test_what_little_lies_outside_is_left_out_and_told():
     met = motion.elevation
     outside = met.angular_frequency > scene.ship.rao.angular_frequency[-1]
     share = np.sum(met.amplitude[outside] ** 2) / np.sum(met.amplitude**2)
-    assert 0.0 < share < NEGLIGIBLE
+    assert 0.0 < share < NEGLIGIBLE_ENERGY
     assert motion.left_out == pytest.approx(share, rel=1e-12)
     assert len(motion.roll.period) == np.count_nonzero(~outside)
     [warning] = ShipMotion(scene).warnings

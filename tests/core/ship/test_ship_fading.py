@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.ship.waves import BLOCK, Fades, Harmonics, SampledFades, SampledHarmonics
+from tauto_core.ship.waves import SUM_BLOCK, Fades, Harmonics, SampledFades, SampledHarmonics
 
 S = 1_000_000_000
 STEP_NS = 50_000_000
@@ -119,8 +119,10 @@ def test_where_one_sea_is_alone_it_has_the_bits_of_that_sea():
         sampled = SampledFades(fades, STEP_NS)
         for number, hour in ((0, 0.3), (0, 1.4), (1, 3.2)):
             k = round(hour * HOUR_NS / STEP_NS)
-            alone = SampledHarmonics(SUMS[number], STEP_NS).between(k, k + 3 * BLOCK, *orders)
-            for x, wanted in zip(sampled.between(k, k + 3 * BLOCK, *orders), alone, strict=True):
+            alone = SampledHarmonics(SUMS[number], STEP_NS).between(k, k + 3 * SUM_BLOCK, *orders)
+            for x, wanted in zip(
+                sampled.between(k, k + 3 * SUM_BLOCK, *orders), alone, strict=True
+            ):
                 np.testing.assert_array_equal(x, wanted)
 
 

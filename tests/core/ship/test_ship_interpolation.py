@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, Pieces, polynomials
+from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, SamplePieces, polynomials
 
 STEP = 50_000_000
 power = np.polynomial.polynomial
 
 
 def fitted(stamps, values, rates, begin, stride, *, regular):
-    pieces = Pieces(begin, begin + stride, np.full(len(begin), regular))
+    pieces = SamplePieces(begin, begin + stride, np.full(len(begin), regular))
     return polynomials(stamps, values, rates, pieces, stride=stride, offset=0)
 
 

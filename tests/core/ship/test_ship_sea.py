@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from tauto_core.scene import Roll, SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape, roll_answer
-from tauto_core.ship.waves import Course
+from tauto_core.ship.waves import Encounter
 
 G = 9.80665
 
@@ -71,7 +71,7 @@ def test_roll_solves_its_equation():
     """rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa d(elevation)/dy, waves running to port."""
     waves = elevation(sea('bretschneider'), 4)
     settings = Roll(natural_period=11.0, damping_ratio=0.08, slope_coefficient=0.7)
-    roll = roll_answer(waves, settings, Course(0.0, 0.5 * np.pi, G))
+    roll = roll_answer(waves, settings, Encounter(0.0, 0.5 * np.pi, G))
     w = 2.0 * np.pi / 11.0
     t = np.linspace(0.0, 300.0, 200)[:, None]
     omega = 2.0 * np.pi / waves.period

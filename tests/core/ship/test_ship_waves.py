@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.ship.waves import BLOCK, Harmonics, SampledHarmonics
+from tauto_core.ship.waves import SUM_BLOCK, Harmonics, SampledHarmonics
 
 STEP_NS = 50_000_000
 
@@ -45,8 +45,8 @@ def test_value_and_derivatives_after_100_days():
     w = harmonics.angular_frequency
     limits = [1.2e-13 * float(np.sum(harmonics.amplitude * w**n)) for n in range(3)]
     for first in (0, 100 * 86_400 * 20 - 7):
-        got = sampled.between(first, first + BLOCK, 0, 1, 2)
-        for k in range(first, first + BLOCK, 37):
+        got = sampled.between(first, first + SUM_BLOCK, 0, 1, 2)
+        for k in range(first, first + SUM_BLOCK, 37):
             for x, wanted, limit in zip(got, exact(harmonics, k, STEP_NS), limits, strict=True):
                 assert abs(x[k - first] - wanted) < limit
 
@@ -64,8 +64,8 @@ def test_phases_all_round_the_circle_are_right_to_rounding():
     """
     for eps in np.linspace(-np.pi, np.pi, 33):
         harmonics = Harmonics(np.ones(1), np.array([10.0]), np.array([eps]))
-        (value,) = SampledHarmonics(harmonics, STEP_NS).between(0, BLOCK, 0)
-        for k in (0, BLOCK // 2 - 1, BLOCK // 2, BLOCK - 1):
+        (value,) = SampledHarmonics(harmonics, STEP_NS).between(0, SUM_BLOCK, 0)
+        for k in (0, SUM_BLOCK // 2 - 1, SUM_BLOCK // 2, SUM_BLOCK - 1):
             assert abs(value[k] - exact(harmonics, k, STEP_NS)[0]) < 4.5e-16
 
 
@@ -87,7 +87,7 @@ def test_no_components_leave_the_mean():
 @settings(max_examples=40, deadline=None)
 @given(
     first=st.integers(0, 10**9),
-    lengths=st.lists(st.integers(1, 3 * BLOCK), min_size=1, max_size=6),
+    lengths=st.lists(st.integers(1, 3 * SUM_BLOCK), min_size=1, max_size=6),
 )
 def test_bits_do_not_depend_on_the_split(first, lengths):
     ends = np.cumsum([first, *lengths]).tolist()

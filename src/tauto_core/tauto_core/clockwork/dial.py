@@ -28,7 +28,7 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
     half_period = 0.5 * nominal_period_s * NS_PER_S
     whole = math.floor(half_period)
     rest = half_period - whole
-    # Blocks of 2^20 half turns keep the product with the rest exact to far below 1 ns.
+    # Blocks of 2²⁰ half turns keep the product with the rest exact to far below 1 ns.
     blocks, left = np.divmod(half_turns, 2**20)
     block_ns = rest * 2**20
     whole_block = math.floor(block_ns)
@@ -41,7 +41,7 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
 # -----------------------------------------------------------------------------
 # Noise of the dial: white and random-walk frequency noise, in exact discrete form (theory E8).
 
-BLOCK = 4096
+NOISE_BLOCK = 4096
 """Number of log indices drawn from one generator; the result depends on it."""
 
 STREAM = 0x6469616C
@@ -88,12 +88,12 @@ class DialNoise:
     def advance(self, last: int) -> tuple[FloatArray, FloatArray]:
         """Return x [s] and y from the index reached to `last`, both included."""
         first, parts = self._index + 1, [np.empty((0, 2))]
-        for block in range(first // BLOCK, last // BLOCK + 1) if first <= last else ():
+        for block in range(first // NOISE_BLOCK, last // NOISE_BLOCK + 1) if first <= last else ():
             if block != self._block:
                 seeds = np.random.SeedSequence(self._seed, spawn_key=(STREAM, block))
                 generator = np.random.Generator(np.random.PCG64(seeds))
-                self._block, self._normals = block, generator.standard_normal((BLOCK, 2))
-            begin, end = max(first - block * BLOCK, 0), last + 1 - block * BLOCK
+                self._block, self._normals = block, generator.standard_normal((NOISE_BLOCK, 2))
+            begin, end = max(first - block * NOISE_BLOCK, 0), last + 1 - block * NOISE_BLOCK
             parts.append(self._normals[begin:end])
         normal = np.concatenate(parts)
         steps = self._rate_sigma * normal[:, 1]

@@ -44,7 +44,7 @@ from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s
 from tauto_core.scene.times import MAX_GAP_S, step_of_rate
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.imu import Continuity, content_reasons, imu_from_roll, plain, screen
+from tauto_core.ship.imu import Continuity, content_reasons, contiguous, imu_from_roll, screen
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.components import Component, ComponentsShip
 from tauto_core.ship.motions.sea import SeaShip
@@ -221,7 +221,7 @@ class Regressors:
         from tauto_core.ship.kernels import force_of
 
         force = np.empty(len(imu.stamp_ns))
-        force_of(plain(imu.linear_acceleration), None, force)
+        force_of(contiguous(imu.linear_acceleration), None, force)
         means = np.concatenate(([self._mean], _followed(force, steps, MEAN_S, self._mean)))
         self._mean = float(means[-1])
         # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
@@ -335,7 +335,7 @@ def _roll(imu: ImuSamples, steps: FloatArray) -> FloatArray:
 
     del steps
     roll = np.empty(len(imu.stamp_ns))
-    roll_of(plain(imu.orientation), None, roll, None)
+    roll_of(contiguous(imu.orientation), None, roll, None)
     return roll * roll
 
 

@@ -37,7 +37,7 @@ from tauto_core.scene.errors import EstimationError, UsageError
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions.sea import SeaShip
-from tauto_core.ship.weather_kind import State
+from tauto_core.ship.weather_kind import WeatherState
 from tauto_core.voyage import Voyage
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def _roughest(voyage: Voyage, end_s: float) -> Window:
     return Window(from_s, from_s + PART_S, 'the ten minutes about the highest sea')
 
 
-def weather(scene: Scene) -> tuple[State, ...]:
+def weather(scene: Scene) -> tuple[WeatherState, ...]:
     """Return the states of the sea that a ship meets within a scene; none without a weather.
 
     The first is the one in force at the start, the last may be one that comes after the end.

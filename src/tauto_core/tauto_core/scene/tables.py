@@ -110,7 +110,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Table:
+class Columns:
     """Columns of numbers, and the place of each row for messages.
 
     Attributes:
@@ -134,10 +134,10 @@ class Table:
     def __getitem__(self, column: str) -> FloatArray:
         return self.values[column]
 
-    def rows(self, which: IntArray | NDArray[np.bool_]) -> Table:
+    def rows(self, which: IntArray | NDArray[np.bool_]) -> Columns:
         """Return some of the rows, by their numbers or by a mask, with their places."""
         values = {column: numbers[which] for column, numbers in self.values.items()}
-        return Table(self.name, values, np.asarray(self.places)[which], self.kind)
+        return Columns(self.name, values, np.asarray(self.places)[which], self.kind)
 
     def where(self, row: int) -> str:
         """Return the place of a row, such as `line 12`."""
@@ -211,7 +211,7 @@ class Table:
 
 def read_table(
     path: str, columns: Sequence[Column], *, remedy: str, divided: Literal[',', ' '] = ','
-) -> Table:
+) -> Columns:
     """Read columns of numbers; blank lines are skipped.
 
     Columns whose gaps skip a row are read first; the other cells of such a row are not looked at.
@@ -276,7 +276,7 @@ def _cells(lines: Iterable[str], divided: str) -> Iterator[tuple[int, list[str]]
 
 def _table(
     path: str, rows: Iterator[tuple[int, list[str]]], columns: Sequence[Column], remedy: str
-) -> Table:
+) -> Columns:
     _, header = next(rows, (1, []))
     wanted: list[tuple[Column, int, array[float]]] = []
     for column in columns:
@@ -307,7 +307,7 @@ def _table(
     if not places and not any(column.gaps == 'skip' for column in columns):
         raise SceneError(path, '', ABSENT, 'holds no rows below its header', remedy)
     values = {column.name: np.array(numbers) for column, _, numbers in wanted}
-    return Table(path, values, np.array(places, np.int64))
+    return Columns(path, values, np.array(places, np.int64))
 
 
 def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) -> float:

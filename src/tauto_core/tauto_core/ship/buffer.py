@@ -22,7 +22,7 @@ from tauto_core.motion.forcing import Forcing, Polynomials, Window
 from tauto_core.samples import NS_PER_S, FloatArray, ImuSamples, IntArray, PlanarImu, State, take
 from tauto_core.scene import AxleSuspension, Scene
 from tauto_core.scene.errors import PropagationError, SceneError
-from tauto_core.ship.imu import plain, read_force, read_roll
+from tauto_core.ship.imu import contiguous, read_force, read_roll
 
 # -----------------------------------------------------------------------------
 # Polynomials that represent the ship's motion between its samples.
@@ -67,8 +67,8 @@ rounding, which such windows magnify: at 2.5 Hz, in a sea with a peak at 9 s, bo
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """Pieces of motion between samples of a buffer, arrays of shape (n,).
+class SamplePieces:
+    """SamplePieces of motion between samples of a buffer, arrays of shape (n,).
 
     Attributes:
         begin: sample at which each piece begins.
@@ -80,9 +80,9 @@ class Pieces:
     end: IntArray
     regular: NDArray[np.bool_]
 
-    def part(self, which: slice | IntArray) -> Pieces:
+    def part(self, which: slice | IntArray) -> SamplePieces:
         """Return some of the pieces."""
-        return Pieces(self.begin[which], self.end[which], self.regular[which])
+        return SamplePieces(self.begin[which], self.end[which], self.regular[which])
 
 
 def _conditions(stride: int, before: int, *, slopes: bool) -> int:
@@ -120,7 +120,7 @@ def polynomials(
     stamps_ns: IntArray,
     values: FloatArray,
     rates: FloatArray | None,
-    pieces: Pieces,
+    pieces: SamplePieces,
     *,
     stride: int,
     offset: int,
@@ -194,7 +194,7 @@ LARGEST_SLOW_TURN = 0.05
 1 rad has overtones, which then put the wheel off by 1e-9 of its swing; at 0.1 rad it is 1e-6.
 """
 
-MOST_PARTS = 64
+MOST_STEP_PARTS = 64
 """Largest number of parts into which a step of the ship's motion is divided."""
 
 
@@ -223,19 +223,19 @@ def felt_parts(scene: Scene) -> int:
     needed_hz = fast / LARGEST_TURN
     if hung.large_angles:
         needed_hz = max(needed_hz, slow / LARGEST_SLOW_TURN)
-    for parts in range(max(math.ceil(needed_hz * step_s), 1), MOST_PARTS + 1):
+    for parts in range(max(math.ceil(needed_hz * step_s), 1), MOST_STEP_PARTS + 1):
         if scene.step_ns % parts == 0:
             return parts
-    if needed_hz > fast / LARGEST_TURN and needed_hz * step_s > MOST_PARTS:
+    if needed_hz > fast / LARGEST_TURN and needed_hz * step_s > MOST_STEP_PARTS:
         raise SceneError(
             scene.name,
             'ship.rate',
             scene.ship.rate,
             f'is too low for wide swings of the case, whose slow mode turns {slow:.6g} rad/s',
-            f'Use a rate of at least {needed_hz / MOST_PARTS:.6g} Hz, or set '
+            f'Use a rate of at least {needed_hz / MOST_STEP_PARTS:.6g} Hz, or set '
             'suspension.large_angles to false.',
         )
-    limit = LARGEST_TURN * MOST_PARTS / step_s
+    limit = LARGEST_TURN * MOST_STEP_PARTS / step_s
     if fast <= limit:
         raise SceneError(
             scene.name,
@@ -402,10 +402,10 @@ class MotionBuffer:
             if force:
                 read_force(imu, tilt, gravity)
         else:
-            velocity = None if rate is None else plain(imu.angular_velocity)
-            kernels.roll_of(plain(imu.orientation), velocity, roll, rate)
+            velocity = None if rate is None else contiguous(imu.angular_velocity)
+            kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
             if force:
-                kernels.force_of(plain(imu.linear_acceleration), tilt, gravity)
+                kernels.force_of(contiguous(imu.linear_acceleration), tilt, gravity)
         self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
@@ -462,7 +462,7 @@ class MotionBuffer:
         self.forget(pieces)
         return spans
 
-    def ready(self, log_ns: int, end_ns: int, *, final: bool) -> Pieces:
+    def ready(self, log_ns: int, end_ns: int, *, final: bool) -> SamplePieces:
         """Return the complete pieces not yet used, up to the first gap; raise if it is next."""
         times, begin = self._times, self._next - self._first
         bridged_ns = int(BRIDGED_STEPS * self._step_ns)
@@ -470,7 +470,7 @@ class MotionBuffer:
             index = np.arange(begin, len(times) - 1)
             index = index[times[index] < end_ns]
             self.bridged += int(np.count_nonzero(times[index + 1] - times[index] > bridged_ns))
-            return Pieces(index, index + 1, np.zeros(len(index), np.bool_))
+            return SamplePieces(index, index + 1, np.zeros(len(index), np.bool_))
         from tauto_core.ship.fitting import Gaps, Widths, choose_pieces  # imports kernels
 
         force = self._apparent_vertical or self._apparent_gravity
@@ -498,9 +498,9 @@ class MotionBuffer:
                 float(times[begin] * 1e-9),
             )
         self.bridged += bridged
-        return Pieces(first, last, regular)
+        return SamplePieces(first, last, regular)
 
-    def _polynomials(self, pieces: Pieces, piece: IntArray | None) -> dict[str, Any]:
+    def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
         """Return the polynomials of the motion over each span."""
         if self._by_samples:
             values, rates = self._data['line'], self._data['line_rate']
@@ -525,7 +525,7 @@ class MotionBuffer:
     def fitted(
         self,
         name: str,
-        pieces: Pieces,
+        pieces: SamplePieces,
         rates: FloatArray | None = None,
         wide: int | None = None,
     ) -> FloatArray:
@@ -540,7 +540,7 @@ class MotionBuffer:
             wide=wide,
         )
 
-    def forget(self, used: Pieces) -> None:
+    def forget(self, used: SamplePieces) -> None:
         """Drop the samples that no piece after those used can reach."""
         self._next = self._first + int(used.end[-1])
         drop = max(self._next - FORCE_POINTS - self._first, 0)

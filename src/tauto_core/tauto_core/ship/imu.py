@@ -1,6 +1,6 @@
 """Readings of an inertial sensor beside the clock: from the ship's motion and back, and sorted.
 
-Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll rho is
+Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll ρ is
 right-handed about x: starboard down is positive. Equations: theory E1.
 """
 
@@ -34,6 +34,9 @@ NORM_TOLERANCE = 1e-3
 SMALLEST_NORM = 1e-6
 SMALLEST_COS_PITCH = 1e-6
 
+SQUARABLE = 1e150
+"""Numbers up to this one do not overflow when they are squared."""
+
 REFUSALS = (
     'orientation_absent',
     'angular_velocity_absent',
@@ -52,8 +55,8 @@ class Attitude:
     """The motion of the ship as the clock feels it, arrays of shape (n,).
 
     Attributes:
-        roll: rho [rad], in (-pi, pi].
-        roll_rate: d rho/dt [rad/s].
+        roll: ρ [rad], in (−π, π].
+        roll_rate: dρ/dt [rad/s].
         force_y: specific force along the sensor's y (port) [m/s2].
         force_z: specific force along the sensor's z (up, +g at rest) [m/s2].
     """
@@ -73,13 +76,13 @@ def imu_from_roll(
 ) -> ImuSamples:
     """Return IMU samples of a ship that only rolls.
 
-    Orientation (sin rho/2, 0, 0, cos rho/2), angular velocity (rho', 0, 0). The covariances are
+    Orientation (sin ρ/2, 0, 0, cos ρ/2), angular velocity (ρ̇, 0, 0). The covariances are
     diagonal, with the variances of this module.
 
     Args:
         stamp_ns: true time of each sample [ns], shape (n,).
-        roll: rho [rad], shape (n,).
-        roll_rate: rho' [rad/s], shape (n,).
+        roll: ρ [rad], shape (n,).
+        roll_rate: ρ̇ [rad/s], shape (n,).
         force_y: specific force along the ship's y [m/s2], shape (n,).
         force_z: specific force along the ship's z [m/s2], shape (n,).
     """
@@ -128,27 +131,27 @@ def imu_samples(
 ) -> ImuSamples:
     """Return the readings of an IMU beside the clock (theory E1).
 
-    The acceleration of the clock is y'' = -z0 (rho'' cos rho - rho'^2 sin rho) and
-    z'' = z_s'' - z0 (rho'' sin rho + rho'^2 cos rho). With gravity, in axes turned by rho, it is
+    The acceleration of the clock is ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and
+    z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). With gravity, in axes turned by ρ, it is
 
-        f'_y = (g + z_s'') sin rho - z0 rho'',    f'_z = (g + z_s'') cos rho - z0 rho'^2.
+        f′_y = (g + z̈_s) sin ρ - z0 ρ̈,    f′_z = (g + z̈_s) cos ρ - z0 ρ̇².
 
     Args:
         stamp_ns: true time of each sample [ns], shape (n,).
-        roll: rho [rad], shape (n,).
-        roll_rate: rho' [rad/s], shape (n,).
-        roll_acceleration: rho'' [rad/s2], shape (n,); None where the height is 0.
-        heave_acceleration: z_s'' of the roll axis [m/s2], shape (n,); None: no heave.
+        roll: ρ [rad], shape (n,).
+        roll_rate: ρ̇ [rad/s], shape (n,).
+        roll_acceleration: ρ̈ [rad/s2], shape (n,); None where the height is 0.
+        heave_acceleration: z̈_s of the roll axis [m/s2], shape (n,); None: no heave.
         height: z0 of the clock above the roll axis [m].
         gravity: g [m/s2].
     """
-    from tauto_core.ship.kernels import encode  # imports kernels
+    from tauto_core.ship.kernels import encode_imu  # imports kernels
 
     n = len(stamp_ns)
     whole = -(-n // 8) * 8
     orientation = np.empty((whole, 4))
     angular_velocity, force = np.empty((whole, 3)), np.empty((whole, 3))
-    encode(
+    encode_imu(
         np.ascontiguousarray(roll),
         np.ascontiguousarray(roll_rate),
         None if height == 0.0 else roll_acceleration,
@@ -167,8 +170,8 @@ def attitude(imu: ImuSamples) -> Attitude:
 
     The roll is that of the yaw-pitch-roll sequence,
 
-        rho = atan2(2 (w x + y z), w^2 - x^2 - y^2 + z^2),
-        rho' = omega_x + (omega_y sin rho + omega_z cos rho) tan(pitch).
+        ρ = atan2(2 (w x + y z), w² - x² - y² + z²),
+        ρ̇ = ω_x + (ω_y sin ρ + ω_z cos ρ) tan(pitch).
 
     Both are homogeneous in the quaternion, so its norm does not matter. The effect of pitch on the
     force along z is kept. Each sample is computed by itself, so the bits do not depend on batches.
@@ -186,7 +189,7 @@ def attitude(imu: ImuSamples) -> Attitude:
     )
     across = omega_y * np.sin(roll) + omega_z * np.cos(roll)
     return Attitude(
-        # atan2 gives -pi for a sine of -0.0
+        # atan2 gives -π for a sine of -0.0
         np.where(roll == -np.pi, np.pi, roll),
         omega_x + across * tan_pitch,
         np.ascontiguousarray(imu.linear_acceleration[:, 1]),
@@ -238,17 +241,17 @@ def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
         if np.any(first[:, 0] == -1.0):
             return False
     good: bool = all_good(
-        plain(imu.stamp_ns),
+        contiguous(imu.stamp_ns),
         -1 if last_stamp_ns is None else last_stamp_ns,
-        plain(imu.orientation),
-        plain(imu.angular_velocity),
-        plain(imu.linear_acceleration),
+        contiguous(imu.orientation),
+        contiguous(imu.angular_velocity),
+        contiguous(imu.linear_acceleration),
         0.999 * NORM_TOLERANCE,
     )
     return good
 
 
-def plain(array: A) -> A:
+def contiguous(array: A) -> A:
     """Return an array in the form that compiled functions need, contiguous and writable."""
     flags = array.flags
     return array if flags.c_contiguous and flags.writeable else array.copy()
@@ -318,7 +321,7 @@ def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None
     """Fill in the roll as computed from the quaternion, and the roll rate."""
     from tauto_core.ship.kernels import planar_roll  # imports kernels
 
-    planar_roll(plain(imu.roll), plain(imu.roll_rate), roll, rate)
+    planar_roll(contiguous(imu.roll), contiguous(imu.roll_rate), roll, rate)
 
 
 def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None) -> None:
@@ -327,10 +330,10 @@ def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None)
 
     acceleration, heave = imu.accelerations()
     planar_force(
-        plain(imu.roll),
-        plain(imu.roll_rate),
-        None if acceleration is None else plain(acceleration),
-        None if heave is None else plain(heave),
+        contiguous(imu.roll),
+        contiguous(imu.roll_rate),
+        None if acceleration is None else contiguous(acceleration),
+        None if heave is None else contiguous(heave),
         imu.height,
         imu.gravity,
         tilt,
@@ -368,7 +371,7 @@ JUMP_RAD_PER_S3 = 0.2
 """Error of the trapezoid rule, |d³ρ/dt³|/12, in a sea of 4 s and 30 degrees."""
 
 
-class Place(NamedTuple):
+class RollSample(NamedTuple):
     """The last sample, for comparison with the next: stamp [ns], roll [rad], roll rate [rad/s]."""
 
     stamp_ns: int
@@ -376,7 +379,7 @@ class Place(NamedTuple):
     roll_rate: float
 
 
-class Run(NamedTuple):
+class MotionRun(NamedTuple):
     """Samples of one uninterrupted motion; `begins`: the first of them begins a new one."""
 
     imu: ImuSamples
@@ -393,10 +396,10 @@ class Continuity:
 
     def __init__(self, step_ns: int, max_gap_ns: int) -> None:
         self._step_ns, self._max_gap_ns = step_ns, max_gap_ns
-        self._last: Place | None = None
+        self._last: RollSample | None = None
         self._kept: ImuSamples | None = None
         self._before_ns = step_ns
-        self._suspects: list[tuple[Place, ImuSamples]] = []
+        self._suspects: list[tuple[RollSample, ImuSamples]] = []
         self.counts = {
             'duplicated': 0,
             'out_of_order': 0,
@@ -417,14 +420,14 @@ class Continuity:
         self._last = self._kept = None
         self._drop_suspects()
 
-    def feed(self, imu: ImuSamples) -> list[Run]:
+    def feed(self, imu: ImuSamples) -> list[MotionRun]:
         """Return the samples to use, in runs. Their content has been screened."""
         return list(self._runs(imu))
 
-    def _runs(self, imu: ImuSamples) -> Iterator[Run]:
+    def _runs(self, imu: ImuSamples) -> Iterator[MotionRun]:
         motion = attitude(imu)
         places = list(
-            map(Place, imu.stamp_ns.tolist(), motion.roll.tolist(), motion.roll_rate.tolist())
+            map(RollSample, imu.stamp_ns.tolist(), motion.roll.tolist(), motion.roll_rate.tolist())
         )
         parts: list[ImuSamples] = []
         begins = False
@@ -440,14 +443,14 @@ class Continuity:
                 self.counts['duplicated'] += 1
             elif (again := self._suspected(place, one)) is not None:
                 if parts:
-                    yield Run(join(parts), begins)
+                    yield MotionRun(join(parts), begins)
                 self.restart()
                 yield from self._runs(again)
                 begins, parts = False, []
         if parts:
-            yield Run(join(parts), begins)
+            yield MotionRun(join(parts), begins)
 
-    def _goes_on(self, before: Place, now: Place) -> bool:
+    def _goes_on(self, before: RollSample, now: RollSample) -> bool:
         elapsed_ns = now.stamp_ns - before.stamp_ns
         if not 0 < elapsed_ns <= self._max_gap_ns:
             return False
@@ -456,7 +459,7 @@ class Continuity:
         excess = turned - 0.5 * (before.roll_rate + now.roll_rate) * elapsed_s
         return abs(excess) <= JUMP_RAD + JUMP_RAD_PER_S3 * elapsed_s**3
 
-    def _suspected(self, place: Place, one: ImuSamples) -> ImuSamples | None:
+    def _suspected(self, place: RollSample, one: ImuSamples) -> ImuSamples | None:
         """Set a sample aside; return all that are aside once they are confirmed as a new run."""
         aside = self._suspects
         if aside and (len(aside) == MOST_SUSPECTS or not self._goes_on(aside[-1][0], place)):
@@ -477,7 +480,7 @@ class Continuity:
             self.counts['out_of_order' if place.stamp_ns < last_ns else late] += 1
         self._suspects.clear()
 
-    def _spaced(self, place: Place, one: ImuSamples) -> list[ImuSamples]:
+    def _spaced(self, place: RollSample, one: ImuSamples) -> list[ImuSamples]:
         """Return a sample that continues the run, after any that fill a gap; none if too close."""
         assert self._last is not None
         assert self._kept is not None
@@ -508,9 +511,9 @@ class Continuity:
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        self._last = state['last'] and Place(*state['last'])
+        self._last = state['last'] and RollSample(*state['last'])
         self._kept, self._before_ns = state['kept'], state['before_ns']
-        self._suspects = [(Place(*place), sample) for place, sample in state['suspects']]
+        self._suspects = [(RollSample(*place), sample) for place, sample in state['suspects']]
         self.counts = dict(state['counts'])
 
 

@@ -29,6 +29,7 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.linear import cosine_sine, short_cosine_sine
 from tauto_core.samples import FloatArray, IntArray
+from tauto_core.ship.imu import SQUARABLE
 
 # A loop over a tuple is written out, so that its variable is known when compiling.
 LANES = tuple(range(SIZE))
@@ -82,20 +83,20 @@ def sum_blocks(
     rate: FloatArray | None,
     acceleration: FloatArray | None,
 ) -> None:
-    """Return sum a cos(phi) and its first and second derivative over whole blocks.
+    """Return sum a cos(φ) and its first and second derivative over whole blocks.
 
-    phi = phi_b +- theta_j: phi_b at the middle of block b, exact in 2^-64 turns; theta_j from
-    there to the j-th sample on either side, from a table. cos theta adds to both alike, sin theta
+    φ = φ_b ± θ_j: φ_b at the middle of block b, exact in 2⁻⁶⁴ turns; θ_j from
+    there to the j-th sample on either side, from a table. cos θ adds to both alike, sin θ
     with both signs. Outputs that are None are not in the compiled code.
 
     Args:
         first_block: index of the first block, counted from the start of the scene, >= 0.
         mean: added to the value.
-        phase: phase at the middle of the first block of the scene [2^-64 turns], shape (n,).
-        increment: advance of the phase in a block [2^-64 turns], shape (n,).
+        phase: phase at the middle of the first block of the scene [2⁻⁶⁴ turns], shape (n,).
+        increment: advance of the phase in a block [2⁻⁶⁴ turns], shape (n,).
         amplitude: a, shape (n,).
         omega: angular frequency [rad/s], shape (n,).
-        table: table of eight j after another, of each component, cos(theta_j), then sin(theta_j);
+        table: table of eight j after another, of each component, cos(θ_j), then sin(θ_j);
             shape (block n/4, 8).
         value: output, shape (blocks, block), or None.
         rate: output, likewise.
@@ -191,7 +192,7 @@ def _store_sums(
 
 
 @entry
-def encode(
+def encode_imu(
     angle: FloatArray,
     rate: FloatArray,
     acceleration: FloatArray | None,
@@ -205,10 +206,10 @@ def encode(
     """Fill the readings of an IMU beside the clock (equations: `imu.imu_samples`).
 
     Args:
-        angle: rho, shape (n,).
-        rate: rho', shape (n,).
-        acceleration: rho'', shape (n,), or None where height is 0.
-        heave: z_s'' [m/s2], shape (n,), or None.
+        angle: ρ, shape (n,).
+        rate: ρ̇, shape (n,).
+        acceleration: ρ̈, shape (n,), or None where height is 0.
+        heave: z̈_s [m/s2], shape (n,), or None.
         height: height of the clock above the roll axis [m].
         gravity: g [m/s2].
         orientation: output, shape (n', 4), n' >= n a multiple of eight.
@@ -238,7 +239,7 @@ def specific_force(
     height: float,
     gravity: float,
 ) -> tuple[Any, Any]:
-    """Return f'_y and f'_z of the eight samples from 8 i on, from half angles and roll rate."""
+    """Return f′_y and f′_z of the eight samples from 8 i on, from half angles and roll rate."""
     weight = splat(gravity)
     if heave is not None:
         weight = weight + eight(heave, i)
@@ -271,9 +272,6 @@ def half_angles(half: Any) -> Any:
                 s, c = with_lane(s, r, math.sin(x)), with_lane(c, r, math.cos(x))
     return s, c
 
-
-LARGEST = 1e150
-"""Larger values, even if they do not overflow themselves, are checked more closely."""
 
 STEEP = 0.495
 """Half the sine of the pitch beyond which samples are checked more closely."""
@@ -324,7 +322,7 @@ def all_good(
         good &= abs(norm - 1.0) < limit and abs(w * y - z * x) < STEEP
     for numbers in (angular_velocity.reshape(-1), force.reshape(-1)):
         for i in range(len(numbers)):
-            good &= abs(numbers[i]) < LARGEST
+            good &= abs(numbers[i]) < SQUARABLE
     good &= stamp_ns[0] > last_stamp_ns
     for i in range(len(stamp_ns) - 1):
         good &= stamp_ns[i + 1] > stamp_ns[i]
@@ -359,7 +357,7 @@ def roll_of(
     roll: FloatArray,
     rate: FloatArray | None,
 ) -> None:
-    """Fill the roll in [-pi, pi] and, of an angular velocity, the roll rate [rad/s].
+    """Fill the roll in [−π, π] and, of an angular velocity, the roll rate [rad/s].
 
     Equations: `imu.attitude`; the quaternion's norm cancels.
 
@@ -416,12 +414,12 @@ def planar_roll(
 ) -> None:
     """Fill the roll as `roll_of` would from the quaternion of a ship that only rolls.
 
-    The bits are those of `roll_of` for the output of `encode`.
+    The bits are those of `roll_of` for the output of `encode_imu`.
 
     Args:
-        angle: rho [rad], shape (n,).
-        turning: rho' [rad/s], shape (n,).
-        roll: output, in [-pi, pi], shape (n,).
+        angle: ρ [rad], shape (n,).
+        turning: ρ̇ [rad/s], shape (n,).
+        roll: output, in [−π, π], shape (n,).
         rate: output [rad/s], shape (n,), or None.
     """
     rows = len(angle) // SIZE
@@ -450,7 +448,7 @@ def planar_force(
     tilt: FloatArray | None,
     size: FloatArray | None,
 ) -> None:
-    """Fill the results of `force_of` for the force from `encode`."""
+    """Fill the results of `force_of` for the force from `encode_imu`."""
     rows = len(angle) // SIZE
     for i in range(rows + 1):
         s, c = half_angles(0.5 * eight(angle, i))
@@ -492,7 +490,7 @@ def _store_upwards(
 def _arctan(x: Any) -> Any:
     """Return the arc tangent of a number, or of lanes, up to MODERATE.
 
-    There Taylor's series to x^41 is exact to rounding (the next term is below 2e-18 of the first).
+    There Taylor's series to x⁴¹ is exact to rounding (the next term is below 2e-18 of the first).
     """
     f, square = INVERSE_ODDS, x * x
     fourth = square * square
@@ -534,9 +532,9 @@ def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
     """Add whole turns in place, so that no step exceeds half a turn; return turns and last angle.
 
     Args:
-        angle: in [-pi, pi], shape (n,).
+        angle: in [−π, π], shape (n,).
         turns: whole turns of the angle before these.
-        last: that angle, in (-pi, pi].
+        last: that angle, in (−π, π].
     """
     narrow, whole, reach = abs(last) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
     rows = len(angle) // SIZE
@@ -580,7 +578,7 @@ def fade(
     rate: FloatArray | None,
     acceleration: FloatArray | None,
 ) -> None:
-    """Fill x = cos(θ) a + sin(θ) b and its derivatives, θ = ½π s(u) (equations: `fading`).
+    """Fill x = cos(θ) a + sin(θ) b and its derivatives, θ = ½π s(u) (equations: `waves`).
 
     With p = cos(θ) a + sin(θ) b and q = cos(θ) b − sin(θ) a, and likewise p′, q′, p″ of the
     derivatives of a and b,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship.sections import Rao, Roll, Sea, SpectrumTable
-from tauto_core.ship.waves import Course, Harmonics
+from tauto_core.ship.waves import Encounter, Harmonics
 
 # -----------------------------------------------------------------------------
 # Curves through points, a cubic between neighbours: the spline's or Akima's.
@@ -115,10 +115,10 @@ _STREAM = 1  # keeps the sea apart from observations, which use SeedSequence([se
 def bretschneider(
     omega: FloatArray, significant_wave_height: float, peak_period: float
 ) -> FloatArray:
-    """Return the Bretschneider spectrum S(omega) [m2 s/rad], shape of `omega`.
+    """Return the Bretschneider spectrum S(ω) [m2 s/rad], shape of `omega`.
 
-    S = 5/16 Hs^2 omega_p^4/omega^5 exp(-5/4 (omega_p/omega)^4), omega_p = 2 pi/Tp, whose integral
-    is Hs^2/16 (ITTC 7.5-02-07-01.1, two-parameter form).
+    S = 5/16 Hs² ω_p⁴/ω⁵ exp(-5/4 (ω_p/ω)⁴), ω_p = 2π/Tp, whose integral
+    is Hs²/16 (ITTC 7.5-02-07-01.1, two-parameter form).
 
     Args:
         omega: angular frequency [rad/s], > 0.
@@ -134,7 +134,7 @@ def bretschneider(
 def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatArray:
     """Return the factor of JONSWAP on the Bretschneider shape (Hasselmann et al. 1973).
 
-    gamma^exp(-(omega - omega_p)^2/(2 sigma^2 omega_p^2)), sigma = 0.07 up to the peak, 0.09
+    γ^exp(-(ω - ω_p)²/(2 σ² ω_p²)), σ = 0.07 up to the peak, 0.09
     beyond. The height of the spectrum is then set by Hs.
 
     Args:
@@ -168,7 +168,7 @@ def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
 def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
     """Return the significant wave height [m] and the peak period [s] of a spectrum.
 
-    For a measured one Hs = 4 sqrt(m0), m0 its integral; Tp is that of the row with the most
+    For a measured one Hs = 4 √(m0), m0 its integral; Tp is that of the row with the most
     energy.
     """
     if isinstance(sea, Sea):
@@ -192,12 +192,12 @@ def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
 
 
 def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics:
-    """Return the wave elevation at a ship at rest, sum a_i cos(omega_i t + eps_i) [m].
+    """Return the wave elevation at a ship at rest, sum a_i cos(ω_i t + ε_i) [m].
 
-    The band is divided into `components` bins of equal ratio. Each omega_i is drawn uniformly
-    within its bin and eps_i uniformly over a turn, so no two frequencies are commensurate and the
-    sea does not repeat. a_i = sqrt(2 S(omega_i) delta omega_i), times a common factor that makes 4
-    sqrt(sum a_i^2/2) equal to Hs to rounding. For a measured spectrum a_i^2/2 is the energy of the
+    The band is divided into `components` bins of equal ratio. Each ω_i is drawn uniformly
+    within its bin and ε_i uniformly over a turn, so no two frequencies are commensurate and the
+    sea does not repeat. a_i = √(2 S(ω_i) Δω_i), times a common factor that makes 4
+    √(sum a_i²/2) equal to Hs to rounding. For a measured spectrum a_i²/2 is the energy of the
     bin itself.
 
     Args:
@@ -235,7 +235,7 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 # -----------------------------------------------------------------------------
 # The response of a ship to the waves that it meets: roll and heave (theory E5).
 
-NEGLIGIBLE = 0.01
+NEGLIGIBLE_ENERGY = 0.01
 """Share of the waves' energy that may lie outside a response operator; those waves are left out.
 """
 
@@ -252,18 +252,18 @@ class Answer:
     left_out: float
 
 
-def roll_answer(waves: Harmonics, roll: Roll, course: Course) -> Harmonics:
-    """Return the steady roll of rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa slope [rad].
+def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
+    """Return the steady roll of ρ̈ + 2 ζ w ρ̇ + w² ρ = w² κ slope [rad].
 
-    In beam seas waves run to port, elevation a cos(omega t - k y + eps). So in deep water the
-    slope to port at the ship is (a omega^2/g) sin(mu) cos(omega_e t + eps - pi/2). A surface that
+    In beam seas waves run to port, elevation a cos(ω t - k y + ε). So in deep water the
+    slope to port at the ship is (a ω²/g) sin(μ) cos(ω_e t + ε - π/2). A surface that
     rises to port turns the starboard side down, which is positive. The transfer function is
-    H = w^2 kappa/(w^2 - omega_e^2 + 2 i zeta w omega_e), and roll = |H| slope at phase + arg H.
+    H = w² κ/(w² - ω_e² + 2 i ζ w ω_e), and roll = |H| slope at phase + arg H.
 
     Args:
-        waves: elevation [m], with the frequencies omega of a ship at rest.
-        roll: w = 2 pi/natural_period, zeta, kappa.
-        course: speed, heading mu, gravity.
+        waves: elevation [m], with the frequencies ω of a ship at rest.
+        roll: w = 2π/natural_period, ζ, κ.
+        course: speed, heading μ, gravity.
     """
     omega = waves.angular_frequency
     met = course.frequency(omega)
@@ -281,25 +281,25 @@ def roll_answer(waves: Harmonics, roll: Roll, course: Course) -> Harmonics:
 
 
 def operator_answer(
-    scene_name: str, waves: Harmonics, rao: Rao, course: Course, *, heave: bool
+    scene_name: str, waves: Harmonics, rao: Rao, course: Encounter, *, heave: bool
 ) -> Answer:
     """Return roll and heave by the response operator of a ship at rest.
 
     Akima's interpolant joins the values of the operator. The roll responds to the wave slope at
-    the encounter frequency, R(omega_e) (omega/omega_e)^2 for the operator R [rad/m], as in
+    the encounter frequency, R(ω_e) (ω/ω_e)² for the operator R [rad/m], as in
     `roll_answer`; where the ship overtakes the waves it is minus the conjugate of that. The heave
     is that of the wave averaged over the hull, which depends on the wavelength, so its operator is
-    read at omega.
+    read at ω.
 
     Args:
         scene_name: for errors.
-        waves: elevation [m], with the frequencies omega of a ship at rest.
+        waves: elevation [m], with the frequencies ω of a ship at rest.
         rao: the operator at the heading of the course.
         course: speed, heading, gravity.
         heave: whether heave is asked for.
 
     Raises:
-        SceneError: more than `NEGLIGIBLE` of the waves' energy lies outside the operator's
+        SceneError: more than `NEGLIGIBLE_ENERGY` of the waves' energy lies outside the operator's
             frequencies. Waves outside are left out of the response, never extrapolated.
     """
     omega = waves.angular_frequency
@@ -310,7 +310,7 @@ def operator_answer(
         inside &= (omega >= low) & (omega <= high)
     energy = waves.amplitude**2
     left_out = float(np.sum(energy[~inside]) / np.sum(energy))
-    if left_out > NEGLIGIBLE:
+    if left_out > NEGLIGIBLE_ENERGY:
         raise _uncovered(scene_name, left_out, (omega, np.abs(met)), rao, course)
     kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
     omega, met = omega[inside], met[inside]
@@ -338,7 +338,7 @@ def _uncovered(
     share: float,
     of_waves: tuple[FloatArray, FloatArray],
     rao: Rao,
-    course: Course,
+    course: Encounter,
 ) -> SceneError:
     omega, met = of_waves
     low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
@@ -354,7 +354,7 @@ def _uncovered(
         [low, high],
         f'covers {low:.4g} to {high:.4g} rad/s, but the waves have {np.min(omega):.4g} to '
         f'{np.max(omega):.4g} rad/s{encounter}: {100.0 * share:.3g} % of their energy lies '
-        f'outside, where at most {100.0 * NEGLIGIBLE:g} % may be left out',
+        f'outside, where at most {100.0 * NEGLIGIBLE_ENERGY:g} % may be left out',
         'Give an operator that reaches further, or another sea, heading or speed; it is not '
         'extrapolated.',
     )

@@ -26,7 +26,7 @@ from tauto_core.scene.tables import (
     ANGLE_UNITS,
     TIME_UNITS,
     Column,
-    Table,
+    Columns,
     read_header,
     read_table,
     unit_factor,
@@ -40,16 +40,16 @@ from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 #
 # Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps`,
 # `roll_re` and `roll_im` [rad per m of wave amplitude] and, where the ship's heave is known,
-# `heave_re` and `heave_im` [m/m], as factors of exp(i omega t) at the ship's origin, in the axes
+# `heave_re` and `heave_im` [m/m], as factors of exp(i ω t) at the ship's origin, in the axes
 # of theory E1; other columns are ignored. All headings have the same frequencies.
 
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
-ROLL = ('roll_re', 'roll_im')
-HEAVE = ('heave_re', 'heave_im')
-_OPTIONAL = tuple(Column(each, optional=True) for each in (*HEAVE, SPEED))
+ROLL_COLUMNS = ('roll_re', 'roll_im')
+HEAVE_COLUMNS = ('heave_re', 'heave_im')
+_OPTIONAL = tuple(Column(each, optional=True) for each in (*HEAVE_COLUMNS, SPEED))
 _OPERATOR_FORM = (
-    f'Give a CSV file with the columns {HEADING}, {OMEGA}, {", ".join(ROLL)} and, for the heave, '
-    f'{", ".join(HEAVE)}.'
+    f'Give a CSV file with the columns {HEADING}, {OMEGA}, {", ".join(ROLL_COLUMNS)} and, for the '
+    f'heave, {", ".join(HEAVE_COLUMNS)}.'
 )
 
 
@@ -77,7 +77,7 @@ def read_operator(asked: RaoFile) -> dict[str, Any]:
             do not increase or differ between headings, a heading outside the file's; with the
             line.
     """
-    columns = (*(Column(each) for each in (HEADING, OMEGA, *ROLL)), *_OPTIONAL)
+    columns = (*(Column(each) for each in (HEADING, OMEGA, *ROLL_COLUMNS)), *_OPTIONAL)
     table = read_table(asked.path, columns, remedy=_OPERATOR_FORM)
     moving = np.flatnonzero(table.values.get(SPEED, np.empty(0)))
     if moving.size:
@@ -89,22 +89,22 @@ def read_operator(asked: RaoFile) -> dict[str, Any]:
     heading = math.degrees(math.tau - asked.heading if mirrored else asked.heading)
     below, above, share = _neighbours(asked, sorted(blocks), heading)
     sign = -1.0 if mirrored else 1.0
-    names = {'roll_real': ROLL[0], 'roll_imaginary': ROLL[1]}
-    if all(column in table for column in HEAVE):
-        names |= {'heave_real': HEAVE[0], 'heave_imaginary': HEAVE[1]}
+    names = {'roll_real': ROLL_COLUMNS[0], 'roll_imaginary': ROLL_COLUMNS[1]}
+    if all(column in table for column in HEAVE_COLUMNS):
+        names |= {'heave_real': HEAVE_COLUMNS[0], 'heave_imaginary': HEAVE_COLUMNS[1]}
     keys: dict[str, Any] = {
         'source': source_name(asked.path),
         'heading': asked.heading,
         'angular_frequency': table[OMEGA][blocks[below]].tolist(),
     }
     for key, column in names.items():
-        factor = sign if column in ROLL else 1.0
+        factor = sign if column in ROLL_COLUMNS else 1.0
         low, high = (table[column][blocks[each]] for each in (below, above))
         keys[key] = (factor * ((1.0 - share) * low + share * high)).tolist()
     return keys
 
 
-def _by_heading(table: Table) -> dict[float, list[int]]:
+def _by_heading(table: Columns) -> dict[float, list[int]]:
     """Return the rows of each heading [deg]; all must have the same increasing frequencies."""
     blocks: dict[float, list[int]] = {}
     for row, heading in enumerate(table[HEADING].tolist()):
@@ -204,7 +204,7 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
         columns = Column(FREQUENCY), Column(DENSITY)
         found = read_table(asked.path, columns, remedy=_SPECTRUM_FORM)
         values = {'frequency': found[FREQUENCY], 'energy density': found[DENSITY]}
-        table = Table(asked.path, values, found.places)
+        table = Columns(asked.path, values, found.places)
     if len(table) and table['frequency'][0] == 0.0 and table['energy density'][0] == 0.0:
         table = table.rows(np.arange(1, len(table)))
     check_spectrum(table)
@@ -217,7 +217,7 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
     }
 
 
-def check_spectrum(table: Table) -> None:
+def check_spectrum(table: Columns) -> None:
     """Refuse a table that is not a spectrum.
 
     Args:
@@ -258,7 +258,7 @@ def check_spectrum(table: Table) -> None:
         raise SceneError(name, 'energy density', ABSENT, problem, remedy)
 
 
-def _of_buoy(asked: SpectrumFile) -> tuple[Table, str]:
+def _of_buoy(asked: SpectrumFile) -> tuple[Columns, str]:
     """Return one spectrum of a buoy's file, and its time."""
     data = _read_with_library(asked)
     stamps = [str(each) for each in data['time'].values.astype('datetime64[s]').reshape(-1)]
@@ -270,7 +270,7 @@ def _of_buoy(asked: SpectrumFile) -> tuple[Table, str]:
         density[density == NDBC_MISSING] = math.nan
     places = [f'{each:g} Hz' for each in frequency.tolist()]
     values = {'frequency': frequency, 'energy density': density}
-    return Table(asked.path, values, places, 'at'), stamps[chosen]
+    return Columns(asked.path, values, places, 'at'), stamps[chosen]
 
 
 def _chosen(asked: SpectrumFile, stamps: list[str]) -> int:
@@ -364,8 +364,8 @@ class DecayFit:
     """A linear decay with its standard errors.
 
     Attributes:
-        natural_period: 2 pi/omega_n [s].
-        damping_ratio: zeta.
+        natural_period: 2π/ω_n [s].
+        damping_ratio: ζ.
         period_sigma: standard error of the period [s].
         damping_sigma: standard error of the ratio.
         residual: root mean square of the difference from the linear decay [rad].
@@ -463,9 +463,9 @@ def released(
 
 
 def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
-    """Fit rho = mean + exp(-zeta w t) (a cos w_d t + b sin w_d t), w_d = w sqrt(1 - zeta^2).
+    """Fit ρ = mean + exp(-ζ w t) (a cos w_d t + b sin w_d t), w_d = w √(1 - ζ²).
 
-    Least squares over w and zeta; the other parameters are linear. The damping of a ship falls
+    Least squares over w and ζ; the other parameters are linear. The damping of a ship falls
     with the angle, so the residual of this linear decay is not white noise. The standard errors
     therefore count one independent residual in each half cycle.
 
@@ -505,7 +505,7 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
 
 
 def _first_guess(t: FloatArray, roll: FloatArray) -> tuple[int, list[float]]:
-    """Return the number of half cycles, w from it, and zeta from the sizes of both halves."""
+    """Return the number of half cycles, w from it, and ζ from the sizes of both halves."""
     about = roll - np.mean(roll)
     up = about > 0.0
     half_cycles = max(int(np.count_nonzero(up[1:] != up[:-1])) + 1, 2)
@@ -632,7 +632,7 @@ def _waves(height: str, period: str, waves_from: str) -> tuple[Column, ...]:
     )
 
 
-def _csv_table(asked: RecordFile) -> Table:
+def _csv_table(asked: RecordFile) -> Columns:
     """Return time, height, period and direction of the waves from a CSV file."""
     has_utc = UTC_TIME in read_header(asked.path, remedy=_RECORD_FORM)
     if asked.begins is not None and not has_utc:
@@ -643,10 +643,10 @@ def _csv_table(asked: RecordFile) -> Table:
     table = read_table(asked.path, columns, remedy=_RECORD_FORM)
     unknown = {WAVES_FROM: np.full(len(table), math.nan)}
     values = {**unknown, **table.values, SECONDS: table[time.name]}
-    return Table(asked.path, values, table.places)
+    return Columns(asked.path, values, table.places)
 
 
-def _ndbc_table(asked: RecordFile) -> Table:
+def _ndbc_table(asked: RecordFile) -> Columns:
     """Return the same from a standard meteorological file; times from 1970 in UTC."""
     header = read_header(asked.path, remedy=_RECORD_FORM, divided=' ')
     year = next((name for name in _YEARS if name in header), _YEARS[0])
@@ -675,10 +675,10 @@ def _ndbc_table(asked: RecordFile) -> Table:
         WAVES_FROM: table['MWD'] if 'MWD' in table else np.full(count, math.nan),
         SECONDS: time_s,
     }
-    return Table(asked.path, values, table.places)
+    return Columns(asked.path, values, table.places)
 
 
-S = TypeVar('S', bound=Section)
+_S = TypeVar('_S', bound=Section)
 
 FILE_FORMS: dict[str, type[Section]] = {
     'sea': SpectrumFile,
@@ -727,8 +727,8 @@ def _holds(ship: dict[str, Any], section: str, key: str) -> bool:
 
 
 def _read(
-    form: type[S],
-    reader: Callable[[S], dict[str, Any]],
+    form: type[_S],
+    reader: Callable[[_S], dict[str, Any]],
     ship: dict[str, Any],
     path: str,
     origin: str,

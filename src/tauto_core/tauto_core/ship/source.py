@@ -9,7 +9,7 @@ import numpy as np
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, TimeSamples
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.ship.imu import imu_from_roll, message
+from tauto_core.ship.imu import SQUARABLE, imu_from_roll, message
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
 
@@ -76,7 +76,7 @@ def _by_the_moon(scene: Scene) -> IntArray:
 
 
 class Observations:
-    """Observed times t_k + N(0, sigma), sigma that of the port or of lunar distances.
+    """Observed times t_k + N(0, σ), σ that of the port or of lunar distances.
 
     The k-th error in port and at landfalls is drawn from its own generator, PCG64 seeded by
     (seed, k), so it does not depend on earlier calls. The error of each lunar distance, and
@@ -133,9 +133,6 @@ class Observations:
         seeds = np.random.SeedSequence(self._seed, spawn_key=(_CLOUDS, *divmod(stamp_ns, 10**9)))
         return float(np.random.Generator(np.random.PCG64(seeds)).random()) < share
 
-
-LARGEST = 1e150
-"""Larger values might overflow when they are squared."""
 
 KEPT_BYTES = 2**24
 """Memory that the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
@@ -255,7 +252,7 @@ def _stays_finite(
     angle, rate, bend = (roll.most(order) for order in range(3))
     force = scene.gravity + (0.0 if heave is None else heave.most(2))
     force += abs(scene.ship.height) * (bend + rate * rate)
-    return max(angle, rate, force) < LARGEST
+    return max(angle, rate, force) < SQUARABLE
 
 
 def _sampled(

@@ -41,7 +41,7 @@ from tauto_core.ship.imu import attitude, imu_from_roll, message
 # ωh = 0.4.
 
 
-class Case(NamedTuple):
+class HungCase(NamedTuple):
     """A case hung at small angles.
 
     Attributes:
@@ -57,7 +57,7 @@ class Case(NamedTuple):
     gravity: float
 
 
-class Felt(NamedTuple):
+class BearingForce(NamedTuple):
     """The specific force at the bearing and its slope, arrays of shape (n,) [m/s2, m/s3]."""
 
     sway: FloatArray
@@ -66,7 +66,7 @@ class Felt(NamedTuple):
     lift_rate: FloatArray
 
 
-def felt_at(bearing: BearingMotion, x: FloatArray) -> Felt:
+def felt_at(bearing: BearingMotion, x: FloatArray) -> BearingForce:
     """Return the specific force at a place of each part's piece, 0 ≤ x ≤ 1, (Σ parts,)."""
     piece = bearing.piece
     found = []
@@ -77,11 +77,15 @@ def felt_at(bearing: BearingMotion, x: FloatArray) -> Felt:
             value = value * x + coefficients[piece, j]
         found.append((value, slope / (bearing.length_ns[piece] * 1e-9)))
     (sway, sway_rate), (lift, lift_rate) = found
-    return Felt(sway, lift, sway_rate, lift_rate)
+    return BearingForce(sway, lift, sway_rate, lift_rate)
 
 
 def lost_at(
-    case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion, pressed: FloatArray
+    case: HungCase,
+    bearing: BearingMotion,
+    before: CaseMotion,
+    after: CaseMotion,
+    pressed: FloatArray,
 ) -> float | None:
     """Return the time at which contact is first lost [s] from the start of the run; None: never.
 
@@ -112,7 +116,7 @@ def lost_at(
     return float(begin_ns[stretch] * 1e-9 + share * length[stretch])
 
 
-def pressing(case: Case, motion: CaseMotion, sway: FloatArray, lift: FloatArray) -> FloatArray:
+def pressing(case: HungCase, motion: CaseMotion, sway: FloatArray, lift: FloatArray) -> FloatArray:
     """Return P [m/s2], (n,)."""
     pressed = lift * np.cos(motion.theta) - sway * np.sin(motion.theta)
     pressed += case.e * motion.theta_rate**2
@@ -120,7 +124,7 @@ def pressing(case: Case, motion: CaseMotion, sway: FloatArray, lift: FloatArray)
     return np.asarray(pressed)
 
 
-def pressing_rate(case: Case, motion: CaseMotion, felt: Felt) -> FloatArray:
+def pressing_rate(case: HungCase, motion: CaseMotion, felt: BearingForce) -> FloatArray:
     """Return dP/dt at small angles [m/s3], (n,), with the accelerations of theory E3."""
     e, c, k, gravity = case
     theta, phi, theta_rate, phi_rate = (
@@ -141,7 +145,9 @@ def pressing_rate(case: Case, motion: CaseMotion, felt: Felt) -> FloatArray:
     return np.asarray(rate)
 
 
-def _steepest(case: Case, bearing: BearingMotion, before: CaseMotion, after: CaseMotion) -> float:
+def _steepest(
+    case: HungCase, bearing: BearingMotion, before: CaseMotion, after: CaseMotion
+) -> float:
     """Return an upper bound of |dP/dt| in a batch."""
     e, c, k, gravity = case
     columns = zip(vars(before).values(), vars(after).values(), strict=True)
@@ -280,7 +286,7 @@ class Suspension:
         hung = scene.suspension
         self._large = hung.large_angles
         e = hung.support_radius - hung.axle_radius
-        self._case = Case(e, hung.depth, hung.gyration_radius, scene.gravity)
+        self._case = HungCase(e, hung.depth, hung.gyration_radius, scene.gravity)
         tolerance = scene.solver.tolerance if scene.solver else None
         self._swing: CaseSwing = (
             AxleSwing(*self._case, tolerance=tolerance) if self._large else AxleModes(*self._case)

@@ -1,6 +1,6 @@
 """Sums of harmonics, as a ship under way meets them, and in a sea that changes (theory E5, F1).
 
-x(t) = mean + sum a_i cos(2 pi t/T_i + eps_i), t = k step from the start of the scene.
+x(t) = mean + sum a_i cos(2π t/T_i + ε_i), t = k step from the start of the scene.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from tauto_core.samples import NS_PER_S, FloatArray
 
-BLOCK = 512
+SUM_BLOCK = 512
 TOGETHER = 8
-"""Number of samples summed together (source_kernels)."""
+"""Number of samples summed together, as lanes (`kernels`)."""
 _UNITS_PER_TURN = 2**64
 _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 
 
 @dataclass(frozen=True)
 class Harmonics:
-    """x(t) = mean + sum a_i cos(2 pi t/T_i + eps_i); t from the start of the scene.
+    """x(t) = mean + sum a_i cos(2π t/T_i + ε_i); t from the start of the scene.
 
     The period, not the angular frequency, is the exact number: the phase after 100 days is that
     of exactly this period.
@@ -33,7 +33,7 @@ class Harmonics:
     Attributes:
         amplitude: a, in the unit of x, shape (n,).
         period: T [s], > 0, shape (n,).
-        phase: eps [rad], shape (n,).
+        phase: ε [rad], shape (n,).
         mean: in the unit of x.
     """
 
@@ -44,7 +44,7 @@ class Harmonics:
 
     @property
     def angular_frequency(self) -> FloatArray:
-        """2 pi/T [rad/s], shape (n,)."""
+        """2π/T [rad/s], shape (n,)."""
         return 2.0 * np.pi / self.period
 
     def most(self, order: int) -> float:
@@ -56,10 +56,10 @@ class Harmonics:
 class SampledHarmonics:
     """Values and derivatives of harmonics at sample indices k, t = k step.
 
-    Phases are kept as integers in 2^-64 turns, so that a sample's phase is off by at most
-    (k/BLOCK + 1) 2^-65 turns plus rounding: 1e-13 rad after 100 days at 20 Hz. Whole blocks of
-    `BLOCK` samples at absolute indices are computed, and the last one is kept. So the bits of a
-    sample depend on its index alone, and single samples cost little more than many together.
+    Phases are kept as integers in 2⁻⁶⁴ turns, so that a sample's phase is off by at most
+    (k/SUM_BLOCK + 1) 2⁻⁶⁵ turns plus rounding: 1e-13 rad after 100 days at 20 Hz. Whole blocks
+    of `SUM_BLOCK` samples at absolute indices are computed, and the last one is kept. So the bits
+    of a sample depend on its index alone, and single samples cost little more than many together.
 
     Args:
         harmonics: the sum.
@@ -72,17 +72,17 @@ class SampledHarmonics:
         phases = [_turns(float(eps)) for eps in harmonics.phase]
         # from the middle of a block, between two samples, to those after it
         within = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
-            1, BLOCK, 2, dtype=np.uint64
+            1, SUM_BLOCK, 2, dtype=np.uint64
         )
         angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
-        angle = angle.reshape(len(steps), BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
+        angle = angle.reshape(len(steps), SUM_BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
         middles = [
-            (2 * e * d + (BLOCK - 1) * n * b, 2 * b * d)
+            (2 * e * d + (SUM_BLOCK - 1) * n * b, 2 * b * d)
             for (e, b), (n, d) in zip(phases, steps, strict=True)
         ]
         self._arguments = (
             _units(middles),
-            _units([(BLOCK * n, d) for n, d in steps]),
+            _units([(SUM_BLOCK * n, d) for n, d in steps]),
             np.array(harmonics.amplitude),
             np.array(harmonics.angular_frequency),
             _table(np.asarray(angle, np.float64)),
@@ -100,9 +100,9 @@ class SampledHarmonics:
         """
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
         if first < begin or last > begin + len(blocks[0]):
-            begin, end = first // BLOCK * BLOCK, -(-last // BLOCK) * BLOCK
-            blocks = self._blocks(begin // BLOCK, end // BLOCK, orders)
-            self._kept[orders] = end - BLOCK, [x[-BLOCK:].copy() for x in blocks]
+            begin, end = first // SUM_BLOCK * SUM_BLOCK, -(-last // SUM_BLOCK) * SUM_BLOCK
+            blocks = self._blocks(begin // SUM_BLOCK, end // SUM_BLOCK, orders)
+            self._kept[orders] = end - SUM_BLOCK, [x[-SUM_BLOCK:].copy() for x in blocks]
         return [x[first - begin : last - begin] for x in blocks]
 
     def _blocks(self, first: int, last: int, orders: tuple[int, ...]) -> list[FloatArray]:
@@ -110,7 +110,7 @@ class SampledHarmonics:
 
         outputs: list[FloatArray | None] = [None, None, None]
         for order in orders:
-            outputs[order] = np.empty((last - first, BLOCK))
+            outputs[order] = np.empty((last - first, SUM_BLOCK))
         sum_blocks(first, self._mean, *self._arguments, *outputs)
         return [out.reshape(-1) for out in outputs if out is not None]
 
@@ -143,7 +143,7 @@ def _turns(angle: float) -> tuple[int, int]:
 
 
 def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
-    """Return the fractional parts of exact turns, rounded to 2^-64 turns, halves to even."""
+    """Return the fractional parts of exact turns, rounded to 2⁻⁶⁴ turns, halves to even."""
     return np.array([_unit(*each) for each in turns], np.uint64)
 
 
@@ -161,13 +161,13 @@ STANDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Course:
+class Encounter:
     """Speed and heading of a ship in a long-crested sea.
 
     Attributes:
         speed: V [m/s], >= 0.
-        heading: mu, direction in which the waves run, from the bow to port [rad]: 0 following
-            seas, pi/2 beam seas, pi head seas.
+        heading: μ, direction in which the waves run, from the bow to port [rad]: 0 following
+            seas, π/2 beam seas, π head seas.
         gravity: g [m/s2].
     """
 
@@ -176,7 +176,7 @@ class Course:
     gravity: float
 
     def frequency(self, omega: FloatArray) -> FloatArray:
-        """Return the encounter frequency omega - omega^2 V cos(mu)/g [rad/s].
+        """Return the encounter frequency ω - ω² V cos(μ)/g [rad/s].
 
         It is negative where the ship overtakes the waves.
 
@@ -189,10 +189,10 @@ class Course:
         return met
 
     def answer(self, waves: Harmonics, amplitude: FloatArray, lead: FloatArray) -> Harmonics:
-        """Return the response sum amplitude_i cos(omega_e,i t + eps_i + lead_i).
+        """Return the response sum amplitude_i cos(ω_e,i t + ε_i + lead_i).
 
         Args:
-            waves: the waves, with omega and eps.
+            waves: the waves, with ω and ε.
             amplitude: amplitudes of the response, shape (n,).
             lead: phase of the response ahead of the waves [rad], shape (n,).
         """

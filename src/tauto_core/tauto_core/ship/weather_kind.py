@@ -35,7 +35,7 @@ HIGHEST_M = 30.0
 
 
 @dataclass(frozen=True)
-class State:
+class WeatherState:
     """A sea that is fully established at an instant.
 
     Attributes:
@@ -57,7 +57,7 @@ class State:
         """Significant wave height [m]."""
         return 0.0 if self.sea is None else self.sea.significant_wave_height
 
-    def goes_on(self, before: State) -> bool:
+    def goes_on(self, before: WeatherState) -> bool:
         """Return whether nothing has changed since the previous state."""
         same_way = (self.heading, self.speed) == (before.heading, before.speed)
         return self.sea == before.sea and (self.sea is None or same_way)
@@ -82,7 +82,7 @@ class WeatherKind(Kind):
     )
     kind: str
 
-    def resolved(self, setting: Setting) -> tuple[State, ...]:
+    def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the states in the order of their times.
 
         Args:
@@ -112,7 +112,7 @@ class WeatherKind(Kind):
 
 
 @dataclass(frozen=True)
-class Setting:
+class WeatherSetting:
     """Scene and ship for which the states of a weather are computed.
 
     Attributes:
@@ -165,9 +165,9 @@ class Setting:
         remedy = f'Give a number from 0 to {len(times) - 1}, or `at: …` in seconds.'
         raise SceneError(self.scene.name, key, place, problem, remedy)
 
-    def calm(self, at_ns: int, key: str) -> State:
+    def calm(self, at_ns: int, key: str) -> WeatherState:
         """Return a state without waves."""
-        return State(at_ns, None, self.heading, self.speed, key)
+        return WeatherState(at_ns, None, self.heading, self.speed, key)
 
     def state(
         self,
@@ -180,7 +180,7 @@ class Setting:
         heading: float | None = None,
         waves_to: float | None = None,
         speed: float | None = None,
-    ) -> State:
+    ) -> WeatherState:
         """Return a state with waves.
 
         Args:
@@ -214,7 +214,7 @@ class Setting:
             speed = passage.speed_m_s if passage.is_under_way(at_ns) else 0.0
             if waves_to is not None:
                 heading = (passage.course(at_ns) - waves_to) % math.tau
-        return State(
+        return WeatherState(
             at_ns,
             sea,
             self.heading if heading is None else heading,
@@ -223,7 +223,7 @@ class Setting:
         )
 
 
-def checked(states: Sequence[State], scene: Surroundings) -> tuple[State, ...]:
+def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[WeatherState, ...]:
     """Return the states, after checking their times.
 
     Raises:
@@ -247,7 +247,7 @@ def checked(states: Sequence[State], scene: Surroundings) -> tuple[State, ...]:
 # A ship's motion in each state of the sea, and how reports describe the states.
 
 
-def sums_of(states: Sequence[State]) -> tuple[int, ...]:
+def sums_of(states: Sequence[WeatherState]) -> tuple[int, ...]:
     """Return the number of each state's sum of harmonics, which equal states in a row share."""
     sums = [0]
     for number, (before, after) in enumerate(pairwise(states), 1):
@@ -256,7 +256,7 @@ def sums_of(states: Sequence[State]) -> tuple[int, ...]:
 
 
 def fades_of(
-    states: Sequence[State],
+    states: Sequence[WeatherState],
     motion_of: Callable[[int], tuple[Harmonics, Harmonics | None]],
     *,
     heave: bool,
@@ -280,7 +280,7 @@ def fades_of(
     return Fades(at_ns, sums, roll_of), Fades(at_ns, sums, heave_of) if heave else None
 
 
-def seas_at_once(states: Sequence[State], duration_ns: int) -> float:
+def seas_at_once(states: Sequence[WeatherState], duration_ns: int) -> float:
     """Return the average number of seas that are summed at an instant of the scene: 0 to 2."""
     edges = np.array([0, *(state.at_ns for state in states), duration_ns])
     lengths = np.diff(np.clip(edges, 0, max(duration_ns, 1)))
@@ -290,7 +290,7 @@ def seas_at_once(states: Sequence[State], duration_ns: int) -> float:
     return float(np.dot(lengths, present) / max(lengths.sum(), 1))
 
 
-def told(states: Sequence[State]) -> list[dict[str, Any]]:
+def told(states: Sequence[WeatherState]) -> list[dict[str, Any]]:
     """Return the states as rows of numbers; for a calm the height is 0 and the rest None."""
     return [
         {

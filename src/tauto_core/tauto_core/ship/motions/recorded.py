@@ -28,7 +28,7 @@ from tauto_core.scene.tables import (
     LENGTH_UNITS,
     TIME_UNITS,
     Column,
-    Table,
+    Columns,
     read_table,
     unit_factor,
 )
@@ -178,7 +178,7 @@ _CSV_FORM = 'Give a CSV file with a header line, or topic for a bag.'
 _UNITS = {'time': TIME_UNITS, 'roll': ANGLE_UNITS, 'heave': LENGTH_UNITS}
 FEWEST_SAMPLES = 4
 MOST_STEPS = 50_000_000
-LARGEST: dict[str, tuple[float, str, str]] = {
+LARGEST_MOTION: dict[str, tuple[float, str, str]] = {
     'roll': (math.pi / 2.0, 'rad', 'the ship would capsize'),
     'heave': (1000.0, 'm', 'no sea lifts a ship so far'),
 }
@@ -243,7 +243,7 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
     record, warnings = _read_bag(recorded) if in_bag else (_read_csv(recorded), ())
     try:
         gaps = _check_times(record, recorded)
-        for quantity, (limit, unit, reason) in LARGEST.items():
+        for quantity, (limit, unit, reason) in LARGEST_MOTION.items():
             # the roll of a bag is an unwrapped angle of any size
             values = np.empty(0) if in_bag else record.values.get(quantity, np.empty(0))
             wrong = np.flatnonzero(np.abs(values) >= limit)
@@ -312,7 +312,7 @@ def band_limited(
     )
 
 
-def _read_csv(recorded: Recorded) -> Table:
+def _read_csv(recorded: Recorded) -> Columns:
     """Return time, roll and, where named, heave from a CSV; units from the columns' suffixes."""
     named = {'time': recorded.time_column or '', 'roll': recorded.roll_column or ''}
     if recorded.heave_column is not None:
@@ -332,10 +332,10 @@ def _read_csv(recorded: Recorded) -> Table:
         raise MotionDataError(str(error)) from error
     values = {quantity: recorded.scale * table[name] for quantity, name in named.items()}
     time = table[named['time']]
-    return Table(recorded.path, {**values, 'time': time - time[0]}, table.places)
+    return Columns(recorded.path, {**values, 'time': time - time[0]}, table.places)
 
 
-def _read_bag(recorded: Recorded) -> tuple[Table, tuple[str, ...]]:
+def _read_bag(recorded: Recorded) -> tuple[Columns, tuple[str, ...]]:
     """Return time, roll and specific force from the Imu messages of a bag, and warnings."""
     imu, warnings = read_imu(data_path(recorded.path), recorded.path, recorded.topic or '')
     reasons = refusal_reasons(imu, None)
@@ -357,10 +357,10 @@ def _read_bag(recorded: Recorded) -> tuple[Table, tuple[str, ...]]:
         'force_z': felt.force_z,
     }
     places = np.arange(1, len(reasons) + 1)
-    return Table(recorded.path, values, places, 'message'), warnings
+    return Columns(recorded.path, values, places, 'message'), warnings
 
 
-def _check_times(record: Table, recorded: Recorded) -> int:
+def _check_times(record: Columns, recorded: Recorded) -> int:
     """Refuse times and lengths that cannot be resampled; return the number of gaps bridged."""
     name, time_s = record.name, record['time']
     if len(time_s) < FEWEST_SAMPLES:

@@ -17,12 +17,12 @@ from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstS
 from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.sea import band_hz, elevation, height_and_period, operator_answer, roll_answer
 from tauto_core.ship.sections import Heading, Rao, Roll, Sea, SpectrumTable
-from tauto_core.ship.waves import Course, Harmonics
+from tauto_core.ship.waves import Encounter, Harmonics
 from tauto_core.ship.weather_kind import FOLDER as WEATHERS
 from tauto_core.ship.weather_kind import (
-    Setting,
-    State,
     WeatherKind,
+    WeatherSetting,
+    WeatherState,
     checked,
     fades_of,
     seas_at_once,
@@ -131,17 +131,17 @@ class SeaShip(ShipKind):
         """Return a description of the sea and of how the ship meets it."""
         return sea_metadata(scene, self) if self.weather is None else weather_metadata(scene, self)
 
-    def states(self, scene: Surroundings) -> tuple[State, ...]:
+    def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
         """Return the states of the weather.
 
         Raises:
             SceneError: weather that does not go with the scene.
         """
         assert self.weather is not None
-        setting = Setting(scene, self.weather, self.relative_heading, self.speed)
+        setting = WeatherSetting(scene, self.weather, self.relative_heading, self.speed)
         return checked(self.weather.resolved(setting), scene)
 
-    def in_state(self, state: State) -> Self:
+    def in_state(self, state: WeatherState) -> Self:
         """Return the ship in the sea of one state."""
         here = {'sea': state.sea, 'weather': None, 'speed': state.speed}
         if self.rao is None:
@@ -188,7 +188,7 @@ class SeaShip(ShipKind):
             for state, why in ((states[number], why) for number, why in reasons.items())
         )
 
-    def _abruptness(self, scene: Surroundings, state: State) -> float:
+    def _abruptness(self, scene: Surroundings, state: WeatherState) -> float:
         """Return the size of the derivative of order `MET_ORDER` of the motion in a state."""
         if state.sea is None:
             return 0.0
@@ -269,9 +269,9 @@ def _response(ship: SeaShip) -> Iterator[Problem]:
         )
 
 
-def course_of(scene: Surroundings, ship: SeaShip) -> Course:
+def course_of(scene: Surroundings, ship: SeaShip) -> Encounter:
     """Return speed and heading of the ship of a scene in the waves."""
-    return Course(ship.speed, ship.relative_heading, scene.gravity)
+    return Encounter(ship.speed, ship.relative_heading, scene.gravity)
 
 
 def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion:
@@ -345,7 +345,7 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
     return Channels(roll, heave, metadata=ship.metadata(scene), warnings=warnings)
 
 
-def _band(state: State, gravity: float) -> FloatArray:
+def _band(state: WeatherState, gravity: float) -> FloatArray:
     """Return both ends of a sea's band [rad/s], and the extreme of the encounter frequency."""
     assert state.sea is not None
     low, high = (2.0 * np.pi * each for each in band_hz(state.sea))

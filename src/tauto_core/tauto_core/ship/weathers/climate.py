@@ -15,7 +15,13 @@ from tauto_core.scene.fields import Flag, Instant, Positive, Section
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
-from tauto_core.ship.weather_kind import HIGHEST_M, LEAST_CHANGE_S, Setting, State, WeatherKind
+from tauto_core.ship.weather_kind import (
+    HIGHEST_M,
+    LEAST_CHANGE_S,
+    WeatherKind,
+    WeatherSetting,
+    WeatherState,
+)
 
 # -----------------------------------------------------------------------------
 # Wave climates with their sources.
@@ -163,7 +169,7 @@ class ClimateWeather(WeatherKind):
         'sea in the ports of the voyage; when left out the climate holds there too',
     )
 
-    def resolved(self, setting: Setting) -> tuple[State, ...]:
+    def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the states that the seed draws."""
         scene = setting.scene
         begin_ns, step_ns = 0, nanoseconds(self.interval)
@@ -195,7 +201,7 @@ class ClimateWeather(WeatherKind):
             return tuple(states)
         key = 'ship.weather.port'
 
-        def in_port(at_ns: int) -> State:
+        def in_port(at_ns: int) -> WeatherState:
             if port.significant_wave_height is None or port.peak_period is None:
                 return setting.calm(at_ns, key)
             waves = port.significant_wave_height, port.peak_period
@@ -204,7 +210,7 @@ class ClimateWeather(WeatherKind):
         before = [in_port(at_ns) for at_ns in [0] * (begin_ns > 0) + [begin_ns]]
         return (*before, *states, in_port(passage.arrives_ns))
 
-    def _begins_ns(self, setting: Setting) -> list[int]:
+    def _begins_ns(self, setting: WeatherSetting) -> list[int]:
         """Return when the regions begin, from the start of the scene."""
         found: list[int] = []
         for index, region in enumerate(self.regions):

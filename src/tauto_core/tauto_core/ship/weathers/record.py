@@ -11,7 +11,7 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Positive, Text
 from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.sections import Heading
-from tauto_core.ship.weather_kind import Setting, State, WeatherKind
+from tauto_core.ship.weather_kind import WeatherKind, WeatherSetting, WeatherState
 from tauto_core.wording import counted
 
 _Time = Annotated[float, Strict(), Field(ge=-LAST_STAMP_S, le=LAST_STAMP_S)]
@@ -56,7 +56,7 @@ class RecordWeather(WeatherKind):
         'or, if no row has one, all waves have the heading of the ship (ship.heading)',
     )
 
-    def resolved(self, setting: Setting) -> tuple[State, ...]:
+    def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the rows.
 
         Raises:

@@ -13,7 +13,7 @@ from tauto_core.scene.fields import Flag, Instant, Positive, Section
 from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
-from tauto_core.ship.weather_kind import Setting, State, WeatherKind
+from tauto_core.ship.weather_kind import WeatherKind, WeatherSetting, WeatherState
 
 _OF_WAVES = (
     'significant_wave_height',
@@ -135,7 +135,7 @@ class StatesWeather(WeatherKind):
         description='list of states of the sea, each with at or waypoint'
     )
 
-    def resolved(self, setting: Setting) -> tuple[State, ...]:
+    def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the states as they are listed."""
         states = []
         for index, state in enumerate(self.states):
