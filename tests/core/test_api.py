@@ -23,8 +23,8 @@ from tauto_core import voyage as core
 from tauto_core.bags import check_bag, mcap, read_bag, reader
 from tauto_core.bags.codec import decode_as
 from tauto_core.bags.mcap import chunk_records
-from tauto_core.cli import show
 from tauto_core.cli.app import app
+from tauto_core.plots import contents
 from tauto_core.samples import Samples
 
 BAGS = Path(__file__).parents[2] / 'bags'
@@ -174,7 +174,7 @@ def test_the_pictures_of_a_torn_bag_say_so(torn: Path, tmp_path: Path) -> None:
     figures = [tauto.plot(torn, what) for what in ('error', 'machine')]
     drawn: list[Figure] = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(show, 'write_figure', lambda draw, _: drawn.append(draw()))
+        patch.setattr(contents, 'write_figure', lambda draw, *_: drawn.append(draw()))
         words = ['replay', str(torn), '--stability', '--plot', str(tmp_path / 'x.svg')]
         assert CliRunner().invoke(app, words).exit_code == 0
     for figure in (*figures, *drawn):

@@ -11,7 +11,6 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tauto_core.bags import read_bag
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import Argument, UsageError, naming
 from tauto_core.scene.times import STANDARD_GRAVITY
@@ -158,6 +157,8 @@ def replay(
         EstimationError: readings whose stability cannot be estimated.
     """
     loaded = None if scene is None else load(scene)
+    from tauto_core.bags import read_bag
+
     opened = read_bag(path('bag', bag))
     return replay_bag(opened, loaded, smooth=smooth, stability=stability)
 

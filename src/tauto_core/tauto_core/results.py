@@ -192,20 +192,13 @@ class Summary:
             rate, sigma = mean_rate(found)
             start = (None if has_mean_rate(found) else self._rated.start()) or first
             true = _rate(start, end)
-            wrong = rate - true
-            found['rate_error_sigmas'] = wrong / math.hypot(sigma, self._wandered(start, end))
+            # a random walk with the density q departs from its mean over T by √(qT/3)
+            density, elapsed_s = expected_walk_per_s(self._scene), (end[0] - start[0]) / NS_PER_S
+            wandered = SECONDS_PER_DAY * math.sqrt(density * elapsed_s / 3.0)
+            found['rate_error_sigmas'] = (rate - true) / math.hypot(sigma, wandered)
             found['rate_compared_from_s'] = (start[0] - first[0]) / NS_PER_S
             found['rate_compared_s_per_day'] = true
         return found
-
-    def _wandered(self, start: tuple[int, int], end: tuple[int, int]) -> float:
-        """Return the standard deviation of the rate at the end from its mean since [s/day].
-
-        A random walk with the density q departs from its mean over T by √(qT/3).
-        """
-        elapsed_s = (end[0] - start[0]) / NS_PER_S
-        density = expected_walk_per_s(self._scene)
-        return SECONDS_PER_DAY * math.sqrt(density * elapsed_s / 3.0)
 
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and what the Act of 1714 would have paid.
@@ -290,39 +283,30 @@ def _answer(result: Mapping[str, Any]) -> str:
     raw_nmi = longitude.get('raw_error_nmi')
     if raw_nmi is None:
         return 'The longitude is not known: no reading of the clock could be compared.'
-    return (
-        f'{_after(longitude)} the dial puts the ship {_place(raw_nmi)} of where she is; rated and '
-        f'corrected, {_corrected(longitude)}.'
-    )
-
-
-def _after(longitude: Mapping[str, Any]) -> str:
     at_s, unchecked_s = longitude['at_s'], longitude['unchecked_days'] * SECONDS_PER_DAY
     if at_s == 0.0:
-        return 'At the start'
-    if unchecked_s == 0.0:
-        return f'After {span(at_s)}, checked to the end,'
-    if unchecked_s == at_s:
-        return f'After {span(at_s)} unchecked'
-    return f'After {span(at_s)}, the last {span(unchecked_s)} unchecked,'
-
-
-def _place(east_nmi: float) -> str:
-    """Return a distance with its direction."""
-    if abs(east_nmi) < least('nmi'):
-        return f'within {least("nmi"):g} nmi'
-    return f'{figure(abs(east_nmi), "nmi")} nmi {_side(east_nmi)}'
-
-
-def _corrected(longitude: Mapping[str, Any]) -> str:
-    """Return the distance of the corrected longitude and its standard deviation; its direction
-    only where that differs from the dial's.
-    """
-    east_nmi, raw_nmi = longitude['error_nmi'], longitude['raw_error_nmi']
-    said = f'{with_sigma(abs(east_nmi), longitude["sigma_nmi"], signed=False)} nmi'
-    same = east_nmi * raw_nmi > 0.0 and abs(raw_nmi) >= least('nmi')
-    nowhere = not float(said.split(maxsplit=1)[0].replace(',', ''))
-    return said if same or nowhere else f'{said} {_side(east_nmi)}'
+        when = 'At the start'
+    elif unchecked_s == 0.0:
+        when = f'After {span(at_s)}, checked to the end,'
+    elif unchecked_s == at_s:
+        when = f'After {span(at_s)} unchecked'
+    else:
+        when = f'After {span(at_s)}, the last {span(unchecked_s)} unchecked,'
+    shown = abs(raw_nmi) >= least('nmi')
+    place = (
+        f'{figure(abs(raw_nmi), "nmi")} nmi {_side(raw_nmi)}'
+        if shown
+        else f'within {least("nmi"):g} nmi'
+    )
+    # the direction of the corrected longitude is said only where it differs from the dial's
+    east_nmi = longitude['error_nmi']
+    corrected = f'{with_sigma(abs(east_nmi), longitude["sigma_nmi"], signed=False)} nmi'
+    nowhere = not float(corrected.split(maxsplit=1)[0].replace(',', ''))
+    if not (nowhere or (shown and east_nmi * raw_nmi > 0.0)):
+        corrected = f'{corrected} {_side(east_nmi)}'
+    return (
+        f'{when} the dial puts the ship {place} of where she is; rated and corrected, {corrected}.'
+    )
 
 
 def _side(east_nmi: float) -> str:
@@ -415,24 +399,16 @@ def _drift_rows(drift: Section) -> list[Row]:
     if 'offset_error_sigmas' in drift:
         rows.append(_sigmas('error of the offset', drift['offset_error_sigmas']))
     if 'rate_error_sigmas' in drift:
-        rows += _rate_error_rows(drift)
+        since_s = drift['rate_compared_from_s']
+        mean = 'the run' if since_s == 0.0 else ''
+        mean = 'the voyage' if 'mean_rate_s_per_day' in drift else mean
+        words = f'mean of {mean}' if mean else f'mean after {span(since_s)}'
+        if not mean:
+            # the rate in the clock's group is the mean of the whole run, so this one is shown
+            known = drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day']
+            rows.append((f'rate of the dial, {words}', to_sigma(*known, signed=True), 's/day'))
+        rows.append(_sigmas(f'error of the rate, {words}', drift['rate_error_sigmas']))
     return rows
-
-
-def _rate_error_rows(drift: Section) -> list[Row]:
-    """Return the error of the estimated rate, and with which mean rate of the dial it compares."""
-    if 'mean_rate_s_per_day' in drift:
-        return [_sigmas('error of the rate, mean of the voyage', drift['rate_error_sigmas'])]
-    since_s = drift['rate_compared_from_s']
-    if since_s == 0.0:
-        return [_sigmas('error of the rate, mean of the run', drift['rate_error_sigmas'])]
-    # The rate of the clock's group is the mean of the whole run, so that this one must be shown.
-    since = f'after {span(since_s)}'
-    true = to_sigma(drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day'], signed=True)
-    return [
-        (f'rate of the dial, mean {since}', true, 's/day'),
-        _sigmas(f'error of the rate, mean {since}', drift['rate_error_sigmas']),
-    ]
 
 
 def _sigmas(label: str, error: float) -> Row:
@@ -440,20 +416,16 @@ def _sigmas(label: str, error: float) -> Row:
 
 
 def _longitude_rows(longitude: Section) -> list[Row]:
-    return [
+    """Return the errors at the end, and the largest since she left port."""
+    rows = [
         ('by the dial', figure(longitude['raw_error_nmi'], 'nmi', signed=True), 'nmi'),
         ('corrected', _with_sigma(longitude, 'error_nmi', 'sigma_nmi'), 'nmi'),
-        *_worst_rows(longitude),
     ]
-
-
-def _worst_rows(longitude: Section) -> list[Row]:
-    """Return the largest errors since she left port, before which the clock was being rated."""
     if 'worst_since_s' not in longitude:
-        return []
+        return rows
     since_s = longitude['worst_since_s']
     since = 'of the run' if since_s == 0.0 else f'after {span(since_s)}'
-    return [
+    return rows + [
         (
             f'worst {since}, {clock}, at {span(longitude[f"worst_{prefix}at_s"])}',
             figure(longitude[f'worst_{prefix}error_nmi'], 'nmi'),
@@ -502,10 +474,6 @@ def _projection_rows(longitude: Section) -> list[Row]:
     return [*rows, (reason, '', '')] if reason else rows
 
 
-def _count_rows(counts: Section) -> list[Row]:
-    return [(topic, f'{messages:,}', '') for topic, messages in counts.items()]
-
-
 def _with_sigma(section: Section, value: str, sigma: str) -> str:
     return with_sigma(section[value], section[sigma])
 
@@ -518,6 +486,6 @@ _GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (
     ('drift, estimated ± its standard deviation', 'drift', _drift_rows),
     ('longitude, error', 'longitude', _longitude_rows),
     ('verdict of the Act of 1714', 'longitude', _verdict_rows),
-    ('messages', 'counts', _count_rows),
+    ('messages', 'counts', lambda counts: [(t, f'{n:,}', '') for t, n in counts.items()]),
 )
 """The groups in the order of the page: name, section of the result, function for the rows."""

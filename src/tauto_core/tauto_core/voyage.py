@@ -17,8 +17,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from tauto_core.bags import Bag, BagWriter, check_folder, is_cut_short, read_bag
-from tauto_core.bags.writer import CUT_SHORT
 from tauto_core.checks.readiness import check_known, check_scene, oddities
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
@@ -58,6 +56,10 @@ from tauto_core.ship.imu import attitude
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from tauto_core.bags import Bag
+
+# The formats of bags take a tenth of the start, so they are imported where a bag is at hand.
 
 
 CHUNK = 65_536
@@ -394,6 +396,9 @@ class Voyage:
         Raises:
             BagError: the folder may not be written to.
         """
+        from tauto_core.bags import BagWriter, check_folder
+        from tauto_core.bags.writer import CUT_SHORT
+
         folder = Path(bag)
         check_folder(folder, force=force)
         with BagWriter(folder, force=force) as writer:
@@ -469,8 +474,11 @@ def sail(
     stages, summary, kept = pipeline(scene, machine), Summary(scene, machine), list[Batches]()
     chunk, under_way = CHUNK if as_messages else QUIET_CHUNK, True
     with ExitStack() as stack:
-        bag = stack.enter_context(BagWriter(out, force=force)) if out is not None else None
-        if bag is not None:
+        bag = None
+        if out is not None:
+            from tauto_core.bags import BagWriter
+
+            bag = stack.enter_context(BagWriter(out, force=force))
             bag.describe(bag_metadata(scene))
         while under_way:
             under_way = source.produced < source.total
@@ -549,6 +557,8 @@ def summarise_bag(path: Path) -> dict[str, Any]:
     Raises:
         BagError: not a bag, or without a scene.
     """
+    from tauto_core.bags import read_bag
+
     bag = read_bag(path)
     summary = Summary(bag_scene(bag))
     computed = (JOINT_STATES, PHASE, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
@@ -588,6 +598,8 @@ def replay(
         EstimationError: readings whose stability cannot be estimated.
         SceneError: the bag's scene cannot be read.
     """
+    from tauto_core.bags import is_cut_short
+
     scene = bag_scene(bag) if scene is None else scene
     stated = [SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE] if keep else []
     wanted = [READING, OBSERVATION, SHIP_FIX, *stated]
