@@ -16,6 +16,8 @@ from tauto_core import voyage
 from tauto_core.cli.app import app
 from tauto_core.cli.scene import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
+from tauto_core.scene.fields import kind_of, kinds_in
+from tauto_core.scene.reference import ASKED
 
 SLOW_MODULES = ('numpy', 'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
 BAGS = Path(__file__).parents[2] / 'bags'
@@ -55,6 +57,14 @@ def imported_by(*arguments: str) -> set[str]:
 def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     slow = SLOW_MODULES if arguments[0] != 'graph' else ('rclpy', 'llvmlite')
     assert not imported_by(*arguments) & set(slow)
+
+
+def test_the_help_of_a_new_scene_names_every_kind_that_is_found() -> None:
+    said = tauto('scene', 'new', '-h').stdout
+    for key, folder in ASKED.items():
+        words = said.partition(f'--{key} KIND')[2].partition('\n  -')[0].replace(',', ' ').split()
+        named = {word.strip('.;') for word in words}
+        assert {kind_of(model) for model in kinds_in(folder)} <= named, key
 
 
 def test_help_needs_no_models_of_scenes() -> None:

@@ -412,7 +412,7 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
     _show(facts, None if as_json else facts_table(facts))
 
 
-scene_commands.command()(scene.new)
+scene_commands.command(cls=scene.NewCommand)(scene.new)
 scene_commands.command()(scene.schema)
 commands.command()(curves.cam)
 commands.command()(curves.isochronism)

@@ -7,6 +7,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperOption
 
 from tauto_core.cli.terminal import say
 from tauto_core.scene.times import DAY_S, LEGIBLE
@@ -271,26 +272,31 @@ def _decided_by(expected: dict[str, Any]) -> str:
 # -----------------------------------------------------------------------------
 # `tauto scene new`: a scene to start from. `tauto scene schema`: what editors check it with.
 
-Kind = str | None
+Choice = Annotated[str | None, typer.Option(metavar='KIND')]
+
+
+class NewCommand(TyperCommand):
+    """`tauto scene new`: its help names the kinds that are found when it is asked for."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help, with the kinds of each section."""
+        from tauto_core.scene.fields import kind_of, kinds_in
+        from tauto_core.scene.reference import ASKED
+
+        for option in self.params:
+            if isinstance(option, TyperOption) and option.name in ASKED:
+                names = [kind_of(model) for model in kinds_in(ASKED[option.name])]
+                none = '; without it there is none' if option.name == 'escapement' else ''
+                option.help = f'{", ".join(names[:-1])} or {names[-1]}{none}.'
+        super().format_help(ctx, formatter)
 
 
 def new(
-    ship: Annotated[
-        Kind, typer.Option(metavar='KIND', help='still, components, sea or recorded.')
-    ] = None,
-    cam: Annotated[
-        Kind,
-        typer.Option(metavar='KIND', help='involute, hole, circular_arc, weight_corrected, …'),
-    ] = None,
-    thread: Annotated[
-        Kind, typer.Option(metavar='KIND', help='vertical, hole, lever or hanging.')
-    ] = None,
-    power: Annotated[
-        Kind, typer.Option(metavar='KIND', help='force, weight, spring or weight_and_spring.')
-    ] = None,
-    escapement: Annotated[
-        Kind, typer.Option(metavar='KIND', help='impulse or remontoire; without it there is none.')
-    ] = None,
+    ship: Choice = None,
+    cam: Choice = None,
+    thread: Choice = None,
+    power: Choice = None,
+    escapement: Choice = None,
     out: Annotated[
         str | None,  # a Path drops the slash of a folder
         typer.Option(

@@ -195,6 +195,9 @@ ENDINGS = ('.yaml', '.yml')
 FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
 """The sections that must be compatible, and the folders of their kinds."""
 
+ASKED = {'ship': SHIPS, **FOLDERS}
+"""The sections of which a new scene takes a kind that is asked for."""
+
 # Text that YAML reads as nothing but text.
 _PLAIN = re.compile(
     r'(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z]\w*', re.ASCII | re.IGNORECASE
@@ -390,7 +393,7 @@ def _misfit(wanted: Mapping[str, str]) -> UsageError:
 
 def _check_known(kinds: Mapping[str, str]) -> None:
     for key, kind in kinds.items():
-        known = [kind_of(model) for model in kinds_in({'ship': SHIPS, **FOLDERS}[key])]
+        known = [kind_of(model) for model in kinds_in(ASKED[key])]
         if kind not in known:
             near = get_close_matches(kind, known, 1)
             guess = f'Did you mean {near[0]}? ' if near else ''
@@ -399,7 +402,7 @@ def _check_known(kinds: Mapping[str, str]) -> None:
 
 
 def _model(key: str, kind: str) -> type[Kind]:
-    folder = {'ship': SHIPS, **FOLDERS}[key]
+    folder = ASKED[key]
     return next(model for model in kinds_in(folder) if kind_of(model) == kind)
 
 
