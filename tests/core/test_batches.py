@@ -37,7 +37,6 @@ from tauto_core.machines import (
     LeverMachine,
     Machine,
     axle_pendulum,
-    descent,
     fluid_pendulum,
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
@@ -214,13 +213,20 @@ def of_fluids():
 
     back = partial(fluid_pendulum.reverse_half_swing, kappa, 3.0)
     return {
-        'harmonic_of_arc': Law(partial(descent.harmonic_of_arc, kappa), (-2.0, 2.0), numbers=True),
-        'arc_of_harmonic': Law(partial(descent.arc_of_harmonic, kappa), (-2.0, 2.0), numbers=True),
+        'harmonic_of_arc': Law(
+            partial(fluid_pendulum.harmonic_of_arc, kappa), (-2.0, 2.0), numbers=True
+        ),
+        'arc_of_harmonic': Law(
+            partial(fluid_pendulum.arc_of_harmonic, kappa), (-2.0, 2.0), numbers=True
+        ),
         'velocity_height': Law(
-            lambda s: descent.velocity_height(curve, s, 0.1), (-0.4, 0.4), numbers=True
+            lambda s: fluid_pendulum.velocity_height(curve, s, 0.1), (-0.4, 0.4), numbers=True
         ),
         'forward': Law(
-            partial(descent.half_swing, curve, 9.81), (0.01, 0.79), (0.0, 1.0), numbers=True
+            partial(fluid_pendulum.euler_half_swing, curve, 9.81),
+            (0.01, 0.79),
+            (0.0, 1.0),
+            numbers=True,
         ),
         'backward': Law(back, (0.01, 20.0), (0.0, 1.0), numbers=True),
         'by quadrature': Law(along, (0.0, 1.0), (0.0, 1.0)),

@@ -8,7 +8,7 @@ import pytest
 from tauto_core.euler import fluid_1729, fluid_checks
 from tauto_core.euler.fluid_1729 import claims
 from tauto_core.euler.fluid_checks import BETA, CYLINDER, GAMMA, GLOBE, A, B, F, M, N
-from tauto_core.machines.fluid_regulator import ImmersedBody
+from tauto_core.machines.sections import ImmersedBody
 
 CLAIMS = claims()
 # formulas that do not stand as they must be, in the paragraph in which each is met first

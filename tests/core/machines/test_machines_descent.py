@@ -12,25 +12,23 @@ from scipy.optimize import minimize_scalar
 
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import ActaCurve, Mirrored
-from tauto_core.machines.descent import (
-    arcs,
-    composed_length,
-    descent_time,
-    greatest_velocity_height,
-    half_swing,
-    height_at_lowest,
-    velocity_height,
-)
 from tauto_core.machines.design import half_period
 from tauto_core.machines.fluid_pendulum import (
     SERIES,
+    arcs,
+    composed_length,
+    descent_time,
     duration_excess,
     end_arc,
+    euler_descent_time,
+    euler_half_swing,
+    greatest_velocity_height,
+    height_at_lowest,
     quarter_ratios,
     reverse_half_swing,
+    velocity_height,
 )
-from tauto_core.machines.fluid_pendulum import descent_time as integrated_descent
-from tauto_core.machines.fluid_regulator import ImmersedBody
+from tauto_core.machines.sections import ImmersedBody
 from tauto_core.scene.errors import DescentError
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
@@ -54,7 +52,7 @@ def test_golden_arcs_and_speeds(entry):
     given, expected = {k: v['value'] for k, v in entry['params'].items()}, entry['expected']
     body = ImmersedBody(given['shape'], float(given['a']), 1.0, float(given['n_over_m']))
     curve, b = FluidTautochrone(body.kappa, body.gamma, float(given['f'])), float(given['b'])
-    found, time = arcs(curve, b), descent_time(curve, G)
+    found, time = arcs(curve, b), euler_descent_time(curve, G)
     close(found.descent, expected['arc_descent'])
     close(found.ascent, expected['arc_ascent'])
     close(found.loss, expected['difference'])
@@ -64,13 +62,13 @@ def test_golden_arcs_and_speeds(entry):
     close(velocity_height(curve, 0.5 * found.descent, b), expected['v_at_half_descent'])
     close(height_at_lowest(curve, found.descent), b)
     close(time, expected['descent_time_s'])
-    arc, rate = half_swing(curve, G, found.descent, time)
+    arc, rate = euler_half_swing(curve, G, found.descent, time)
     close(-rate, expected['V_A_m_s'])
     assert abs(float(arc)) < 2e-16 * found.descent
-    end, _ = half_swing(curve, G, found.descent, 2.0 * time)
+    end, _ = euler_half_swing(curve, G, found.descent, 2.0 * time)
     close(-end, expected['arc_ascent'])
     # another way to the same time: the integral of ds/V
-    close(integrated_descent(curve, G, found.descent), expected['descent_time_s'])
+    close(descent_time(curve, G, found.descent), expected['descent_time_s'])
 
 
 @pytest.mark.parametrize('entry', entries('B21'))
@@ -129,8 +127,8 @@ def motion(curve, start, times, *, direction, friction=0.0):
 def test_a_half_swing_forward_is_that_of_the_integrated_motion(start, friction):
     """This holds with constant friction too, which changes the curve and not the motion (35)."""
     curve = FluidTautochrone(0.75, 0.9, 1.0, friction)
-    times = np.linspace(0.0, 2.0 * descent_time(curve, G), 41)
-    arc, rate = half_swing(curve, G, start, times)
+    times = np.linspace(0.0, 2.0 * euler_descent_time(curve, G), 41)
+    arc, rate = euler_half_swing(curve, G, start, times)
     expected = motion(curve, start, times, direction=-1.0, friction=friction)
     np.testing.assert_allclose(arc, expected[0], atol=2e-12 * start)
     np.testing.assert_allclose(rate, expected[1], atol=1e-11 * start)
@@ -178,7 +176,7 @@ def test_a_half_swing_backward_keeps_its_digits_however_far_it_starts(start):
 def test_without_a_fluid_both_ways_are_harmonic():
     free, times = FluidTautochrone(0.0, 1.0, 1.0), np.linspace(0.0, 1.0, 7)
     omega = math.sqrt(G)
-    forward = half_swing(free, G, 0.3, times)
+    forward = euler_half_swing(free, G, 0.3, times)
     backward = reverse_half_swing(0.0, omega, np.full(7, 0.3), times)
     for found, sign in ((forward, 1.0), (backward, -1.0)):
         np.testing.assert_allclose(found[0], sign * 0.3 * np.cos(omega * times), atol=1e-15)
@@ -204,7 +202,7 @@ def test_each_start_of_the_acta_needs_its_own_curve():
     """The reference is the table for κ = 0.4, f = 1, S = 0.5 (theory, fluid)."""
     curve = ActaCurve(0.4, 1.0, 1.0, 0.5)
     quarter = 0.5 * math.pi / math.sqrt(G)
-    ratios = [integrated_descent(curve, G, s) / quarter for s in (0.1, 0.25, 0.4, 0.5)]
+    ratios = [descent_time(curve, G, s) / quarter for s in (0.1, 0.25, 0.4, 0.5)]
     np.testing.assert_allclose(ratios, [0.6769, 0.8563, 0.9504, 1.0], atol=5e-5)
     assert ratios[-1] == pytest.approx(1.0, rel=1e-14)
 
@@ -215,8 +213,8 @@ def test_descents_take_the_same_time_from_anywhere_in_any_medium(ratio, shape):
     body = ImmersedBody(shape, 0.02, 8000.0, 8000.0 * ratio)
     curve = FluidTautochrone(body.kappa, body.gamma, 1.0)
     starts = np.array([1e-3, 0.1, 0.5, 0.99, 1.0]) * curve.descent_cusp
-    times = [integrated_descent(curve, G, start) for start in starts.tolist()]
-    np.testing.assert_allclose(times, descent_time(curve, G), rtol=1e-14)
+    times = [descent_time(curve, G, start) for start in starts.tolist()]
+    np.testing.assert_allclose(times, euler_descent_time(curve, G), rtol=1e-14)
 
 
 def test_a_body_in_its_fluid():
@@ -243,11 +241,11 @@ def test_a_body_in_its_fluid():
         (lambda: arcs(OIL, 0.9), 'at_lowest = 0.9 m: .* less than 0.888'),
         (lambda: arcs(OIL, 0.2), 'beyond the cusp at 0.687'),
         (lambda: velocity_height(OIL, 0.1, -1.0), 'at_lowest = -1.0'),
-        (lambda: half_swing(OIL, G, -0.1, 0.0), 'start = -0.1 m'),
-        (lambda: half_swing(OIL, G, 0.7, 0.0), 'arc 0.7 m'),
+        (lambda: euler_half_swing(OIL, G, -0.1, 0.0), 'start = -0.1 m'),
+        (lambda: euler_half_swing(OIL, G, 0.7, 0.0), 'arc 0.7 m'),
         (lambda: end_arc(1.0, 0.0), 'start = 0.0 m'),
-        (lambda: integrated_descent(OIL, G, 0.7), 'start = 0.7 m'),
-        (lambda: integrated_descent(Mirrored(OIL), G, -0.1), 'start = -0.1 m'),
+        (lambda: descent_time(OIL, G, 0.7), 'start = 0.7 m'),
+        (lambda: descent_time(Mirrored(OIL), G, -0.1), 'start = -0.1 m'),
     ],
 )
 def test_what_cannot_be_is_refused_with_its_limit(make, named):

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.curves.cam import Cam, too_sharp
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.fluid import DescentCurve
 from tauto_core.curves.numerics import bisect
@@ -17,7 +18,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Argument, UsageError
 
 _PROBES = 2001
-"""Number of angles at which the cheeks are checked for a place where they meet."""
+"""Number of angles at which cheeks are looked at."""
 
 
 class Cheeks(NamedTuple):
@@ -149,6 +150,72 @@ def _not_followed(cam: Cam, thickness: float, start: float, end: float) -> Usage
         Argument('reach_rad', f'{end * (1.0 - 1e-6):.6f}'),
         '), or use a thinner thread',
     )
+
+
+# -----------------------------------------------------------------------------
+# The cheeks of a lever's own cam, which differ from each other.
+
+
+class LeverCheek(NamedTuple):
+    """One cheek, in the wheel's frame, beginning at the tip; arrays of shape (n,).
+
+    Attributes:
+        angle: angle of the wheel at which the thread leaves the cheek [rad].
+        x: x of the cheek [m].
+        y: y of the cheek [m].
+    """
+
+    angle: FloatArray
+    x: FloatArray
+    y: FloatArray
+
+
+def lever_cheek(
+    shape: CorrectedLeverGeometry, end: float, points: int, thread_thickness: float = 0.0
+) -> LeverCheek:
+    """Return one cheek of a lever's cam, as `cheeks` does for an ideal thread.
+
+    The thread's centre line follows the cam, so the cheek is the parallel curve e/2 inwards. It
+    begins where the radius of curvature reaches e/2; up to there the thread bends round its edge.
+
+    Args:
+        shape: the shape of the cam.
+        end: τ up to which it is drawn, < 0 for negative angles.
+        points: number of points, ≥ 2.
+        thread_thickness: e [m], ≥ 0.
+
+    Raises:
+        UsageError: a cheek that such a thread cannot follow up to there.
+    """
+    half, start = 0.5 * thread_thickness, 0.0
+    if half:
+        start = _rounder_from(shape, end, half)
+    tau = np.linspace(start, end, points)
+    (x, y), angle = shape.contact(tau), shape.theta(tau)
+    if half:
+        u, inwards = shape.pose(tau).u, -half * float(np.sign(end))
+        x, y = x + inwards * np.cos(u), y + inwards * np.sin(u)
+    return LeverCheek(angle, x, y)
+
+
+def _rounder_from(shape: CorrectedLeverGeometry, end: float, radius: float) -> float:
+    """Return the τ beyond which R is at least a given radius."""
+    tau = np.linspace(0.0, end, _PROBES - 1)
+    sharp = np.flatnonzero(shape.radius_of_curvature(tau) < radius)
+    last = int(sharp[-1]) if len(sharp) else 0
+    if last == len(tau) - 1 or not np.array_equal(sharp, np.arange(last + 1)):
+        greatest = float(np.max(shape.radius_of_curvature(tau)))
+        reach = float(shape.theta(tau[-1:])[0])
+        raise UsageError(
+            f'thread thickness {2.0 * radius!r} m: up to {reach:.6g} rad the cheek is not '
+            'everywhere beyond its tip as round as half of it; its greatest '
+            f'radius of curvature is {greatest:.6g} m. Use a thinner thread or a shorter ',
+            Argument('reach_rad'),
+        )
+    sharp_at, round_at = float(tau[last]), float(tau[last + 1])
+    return bisect(
+        lambda at: bool(shape.radius_of_curvature(np.array([at]))[0] >= radius), round_at, sharp_at
+    )[0]
 
 
 # -----------------------------------------------------------------------------

@@ -64,22 +64,6 @@ class DescentCurve(Protocol):
         """Return x(s) [m], 0 at A."""
 
 
-def check_medium(kappa: float, gamma: float, pendulum_length: float) -> None:
-    """Refuse numbers that no body in a fluid can have.
-
-    Raises:
-        DescentError: κ < 0, γ outside (0, 1], f ≤ 0, or any that is not finite.
-    """
-    limits = (
-        ('kappa', kappa, 'at least 0 1/m', 0.0 <= kappa < math.inf),
-        ('gamma', gamma, 'above 0 and at most 1: the body must sink', 0.0 < gamma <= 1.0),
-        ('pendulum_length', pendulum_length, 'above 0 m', 0.0 < pendulum_length < math.inf),
-    )
-    for name, value, limit, good in limits:
-        if not good:
-            raise DescentError(f'{name} = {value!r}: must be finite and {limit}; give another')
-
-
 def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
     """Return the arcs as an array.
 
@@ -100,7 +84,37 @@ def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Cycloid:
+class _InMedium:
+    """A curve with its body and fluid; refuses numbers that no body in a fluid can have."""
+
+    kappa: float
+    gamma: float
+    pendulum_length: float
+
+    def __post_init__(self) -> None:
+        limits = (
+            ('kappa', 'at least 0 1/m', 0.0 <= self.kappa < math.inf),
+            ('gamma', 'above 0 and at most 1: the body must sink', 0.0 < self.gamma <= 1.0),
+            ('pendulum_length', 'above 0 m', 0.0 < self.pendulum_length < math.inf),
+        )
+        for name, limit, good in limits:
+            if not good:
+                value = getattr(self, name)
+                raise DescentError(f'{name} = {value!r}: must be finite and {limit}; give another')
+
+    @property
+    def descent_cusp(self) -> float:
+        """Arc of the cusp on the branch of descent [m]."""
+        raise NotImplementedError
+
+    @property
+    def ascent_cusp(self) -> float:
+        """Arc of the cusp on the other side [m], as far from A."""
+        return -self.descent_cusp
+
+
+@dataclass(frozen=True)
+class Cycloid(_InMedium):
     """Huygens' cycloid, γ f dx/ds = s: the tautochrone in vacuum, used in a fluid (1729, 18).
 
     Attributes:
@@ -109,22 +123,10 @@ class Cycloid:
         pendulum_length: f [m].
     """
 
-    kappa: float
-    gamma: float
-    pendulum_length: float
-
-    def __post_init__(self) -> None:
-        check_medium(self.kappa, self.gamma, self.pendulum_length)
-
     @property
     def descent_cusp(self) -> float:
         """Arc γf of the cusp [m]."""
         return self.gamma * self.pendulum_length
-
-    @property
-    def ascent_cusp(self) -> float:
-        """Arc −γf of the cusp [m]."""
-        return -self.descent_cusp
 
     def slope(self, arc: ArrayLike) -> FloatArray:
         """Return p = s/γf."""
@@ -141,7 +143,7 @@ class Cycloid:
 
 
 @dataclass(frozen=True)
-class SymmetricCurve:
+class SymmetricCurve(_InMedium):
     """γ f dx/ds = s + (4/9) κ² s³: closer to isochronous than Euler's curve for swings to and fro.
 
     On a cycloid in the fluid a swing to and fro takes 1 + (κS)²/6 of a small swing, with S its
@@ -154,24 +156,12 @@ class SymmetricCurve:
         pendulum_length: f [m].
     """
 
-    kappa: float
-    gamma: float
-    pendulum_length: float
-
-    def __post_init__(self) -> None:
-        check_medium(self.kappa, self.gamma, self.pendulum_length)
-
     @property
     def descent_cusp(self) -> float:
         """Arc of the cusp [m]: the root of the cubic s + (4/9) κ² s³ = γf, by hyperbolic sines."""
         end = self.gamma * self.pendulum_length
         z = math.sqrt(3.0) * self.kappa * end
         return end if z == 0.0 else end * 3.0 * math.sinh(math.asinh(z) / 3.0) / z
-
-    @property
-    def ascent_cusp(self) -> float:
-        """Arc of the cusp on the other side [m]."""
-        return -self.descent_cusp
 
     def slope(self, arc: ArrayLike) -> FloatArray:
         """Return p = (s + (4/9) κ² s³)/γf."""
@@ -192,7 +182,7 @@ class SymmetricCurve:
 
 
 @dataclass(frozen=True)
-class ActaCurve:
+class ActaCurve(_InMedium):
     """Curve of the Acta of 1726: γ f dx/ds = s + κ(S² − s²), for one start S (1729, 2–5).
 
     From S the body reaches A in (π/2)√(f/g), with s = S cos ωt. From other starts it does not, so
@@ -208,13 +198,10 @@ class ActaCurve:
         DescentError: a start from which the curve would be steeper than vertical on the way.
     """
 
-    kappa: float
-    gamma: float
-    pendulum_length: float
     start: float
 
     def __post_init__(self) -> None:
-        check_medium(self.kappa, self.gamma, self.pendulum_length)
+        super().__post_init__()
         top = self.start
         if self.kappa * self.start > 0.5:
             top = 0.5 / self.kappa
@@ -317,7 +304,7 @@ _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 @dataclass(frozen=True)
-class FluidTautochrone:
+class FluidTautochrone(_InMedium):
     """The joined curve of descent and ascent (§22), with or without constant friction (§35).
 
     Attributes:
@@ -332,13 +319,10 @@ class FluidTautochrone:
             curve without a lowest point.
     """
 
-    kappa: float
-    gamma: float
-    pendulum_length: float
     friction: float = 0.0
 
     def __post_init__(self) -> None:
-        check_medium(self.kappa, self.gamma, self.pendulum_length)
+        super().__post_init__()
         limit = min(1.0, 1.0 / self.beta) if self.beta > 0.0 else 1.0
         if not 0.0 <= self.friction < limit:
             raise DescentError(
@@ -431,7 +415,8 @@ def _arc_of_root(kappa: float, root: FloatArray) -> FloatArray:
     """
     scaled = kappa * root
     # e^z − 1 − z ≥ z²/2 for z ≥ 0; beyond, z < 2 ln(1 + root)
-    start = np.where(scaled > 0.0, root * np.minimum(1.0, _twice_log(scaled)), root)
+    log = logarithmic_mean(np.where(scaled > 0.0, scaled, 0.0))
+    start = np.where(scaled > 0.0, root * np.minimum(1.0, 2.0 * log), root)
 
     def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
         z = kappa * arc
@@ -439,11 +424,6 @@ def _arc_of_root(kappa: float, root: FloatArray) -> FloatArray:
         return arc * growth - root, exponential_mean(z) / growth
 
     return bracketed_newton(excess, start, (-math.inf, math.inf), relative=_ROUNDING)
-
-
-def _twice_log(scaled: FloatArray) -> FloatArray:
-    positive = np.where(scaled > 0.0, scaled, 0.0)
-    return 2.0 * logarithmic_mean(positive)
 
 
 # -----------------------------------------------------------------------------

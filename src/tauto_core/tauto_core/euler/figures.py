@@ -18,8 +18,13 @@ from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.claim import Paper
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day
-from tauto_core.machines.descent import arcs, greatest_velocity_height, velocity_height
-from tauto_core.machines.fluid_pendulum import duration_excess, quarter_ratios
+from tauto_core.machines.fluid_pendulum import (
+    arcs,
+    duration_excess,
+    greatest_velocity_height,
+    quarter_ratios,
+    velocity_height,
+)
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray

@@ -10,9 +10,12 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError
-from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator, compile_fluid_pendulum
 from tauto_core.machines.parts import DragKind, EscapementKind, Regulator
-from tauto_core.machines.sections import Trochlea
+from tauto_core.machines.sections import (
+    FluidTautochroneRegulator,
+    Trochlea,
+    compile_fluid_pendulum,
+)
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError

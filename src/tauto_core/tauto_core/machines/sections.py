@@ -1,20 +1,36 @@
-"""The trochlea of a scene: the section, and the rules between its parts."""
+"""The regulators of a scene: the trochlea with its rules, and the body that swings in a fluid.
+
+The mechanics of the latter are in `fluid_pendulum`, loaded where a scene uses it.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any, cast
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
-from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.curves.numerics import nearest_if_any
+from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import FOLDER as THREADS
 from tauto_core.machines.trochlea import Parts, ThreadKind
-from tauto_core.scene.errors import Problem, SceneError
-from tauto_core.scene.fields import Number, OneOf, Positive, Section, kind_of, kinds_in
+from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
+from tauto_core.scene.fields import (
+    NonNegative,
+    Number,
+    OneOf,
+    Positive,
+    Section,
+    kind_of,
+    kinds_in,
+)
+
+if TYPE_CHECKING:
+    from tauto_core.machines.fluid_pendulum import Curve, FluidPendulum
 
 
 def cam_kinds() -> tuple[type[CamKind], ...]:
@@ -145,3 +161,258 @@ class Trochlea(Section):
 def _what_goes_together(cam: type[CamKind]) -> str:
     power = f' under a {cam.corrects}' if cam.corrects else ''
     return f'{kind_of(cam)} with thread {" or ".join(cam.threads)}{power}'
+
+
+# -----------------------------------------------------------------------------
+# A body that sinks in a fluid: its effective weight and its resistance.
+#
+# Euler, *Curva tautochrona in fluido* (1729), 10–12. The resistance is the weight of a column of
+# fluid as high as the fall that gives the speed: the full column on the base of a cylinder moving
+# along its axis (C_d = 1), half of it on a globe (C_d = 1/2).
+
+# drag coefficient × base area × size a/(2 × volume): 1/2 and 3/8
+_DRAG = {'cylinder': 0.5, 'globe': 0.375}
+_VOLUME = {'cylinder': 0.25 * math.pi, 'globe': math.pi / 6.0}
+
+
+@dataclass(frozen=True)
+class ImmersedBody:
+    """A globe or cylinder in its fluid.
+
+    Attributes:
+        shape: 'globe' or 'cylinder'.
+        size: a, diameter of the globe, height of the cylinder along its motion [m], > 0.
+        density: m of the body [kg/m3]; except for the weight, only its ratio to the fluid's
+            matters.
+        fluid_density: n of the fluid [kg/m3], ≥ 0 and less than the body's.
+        added_mass: C, coefficient of added mass, ≥ 0. Euler: 0; a globe in potential flow: 1/2.
+
+    Raises:
+        DescentError: a number out of its range; a fluid as dense as the body or denser.
+    """
+
+    shape: Literal['globe', 'cylinder']
+    size: float
+    density: float
+    fluid_density: float
+    added_mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.shape not in _DRAG:
+            raise DescentError(f'shape = {self.shape!r}: must be globe or cylinder')
+        for name, least in (('size', 0.0), ('density', 0.0)):
+            value = getattr(self, name)
+            if not least < value < math.inf:
+                raise DescentError(f'{name} = {value!r}: must be finite and above 0; give another')
+        if not 0.0 <= self.added_mass < math.inf:
+            raise DescentError(
+                f'added_mass = {self.added_mass!r}: must be finite and at least 0; a globe in an '
+                'ideal fluid has 0.5'
+            )
+        if not 0.0 <= self.fluid_density < self.density:
+            raise DescentError(
+                f'fluid_density = {self.fluid_density!r} kg/m3: must be at least 0 and less than '
+                f'the density of the {self.shape}, {self.density!r} kg/m3, or it does not sink; '
+                'take a denser body or a lighter fluid'
+            )
+
+    @property
+    def kappa(self) -> float:
+        """κ = n/(2(m + Cn)a) of a cylinder, 3n/(8(m + Cn)a) of a globe [1/m]."""
+        return _DRAG[self.shape] * self.fluid_density / (self._inertia * self.size)
+
+    @property
+    def gamma(self) -> float:
+        """γ = (m − n)/(m + Cn)."""
+        return (self.density - self.fluid_density) / self._inertia
+
+    @property
+    def sunk_mass(self) -> float:
+        """Mass of the body less that of the fluid displaced [kg].
+
+        A cylinder is taken to be as wide as it is high; its motion does not depend on that.
+        """
+        return (self.density - self.fluid_density) * _VOLUME[self.shape] * self.size**3
+
+    @property
+    def _inertia(self) -> float:
+        return self.density + self.added_mass * self.fluid_density
+
+
+class FluidTautochroneRegulator(Section):
+    """A globe or cylinder that swings on a curve in a fluid, without a trochlea (Euler 1729)."""
+
+    kind: Literal['fluid_tautochrone'] = Field(description='fluid_tautochrone')
+    curve: Literal['euler', 'cycloid', 'symmetric'] = Field(
+        default='euler', description='euler, cycloid or symmetric (theory B)'
+    )
+    body: Literal['globe', 'cylinder'] = Field(description='globe or cylinder')
+    diameter: Positive = Field(
+        description='diameter of the globe, or height of the cylinder along its motion [m]'
+    )
+    body_density: Positive = Field(description='density of the body [kg/m3]')
+    fluid_density: NonNegative = Field(description='density of the fluid, below the body [kg/m3]')
+    pendulum_length: Positive = Field(
+        description='length f of the simple pendulum that keeps time with small swings [m]'
+    )
+    release_arc: Number = Field(
+        description='arc from the lowest point to the release, at rest [m]; negative on the '
+        'branch of ascent'
+    )
+    added_mass: NonNegative = Field(
+        default=0.0,
+        description='coefficient of added mass; Euler: 0, globe in potential flow: 0.5',
+    )
+
+    def problems(
+        self, others: Mapping[str, object], ship: str, *, still: bool
+    ) -> Iterator[Problem]:
+        """Yield what is wrong with it, and what does not go with it.
+
+        Args:
+            others: the sections `trochlea`, `drag`, `escapement` and `suspension`, or None.
+            ship: kind of the ship's motion.
+            still: whether the ship lies still.
+        """
+        why = {
+            'trochlea': 'a scene has one regulator',
+            'drag': 'the fluid is the drag',
+            'escapement': 'nothing drives a body in a fluid',
+            'suspension': "in Euler's equations curve and fluid are at rest",
+        }
+        for key, section in others.items():
+            if section is not None:
+                remedy = f'Leave out {key}, or take a trochlea instead of the regulator.'
+                yield Problem(key, ABSENT, f'does not go with regulator: {why[key]}', remedy)
+        if not still:
+            yield Problem(
+                'ship.kind',
+                ship,
+                "does not go with regulator: in Euler's equations curve and fluid are at rest",
+                'Use ship kind still.',
+            )
+        if self.release_arc == 0.0:
+            yield Problem(
+                'regulator.release_arc',
+                0.0,
+                'leaves the body at rest for ever',
+                'Release it at an arc other than 0 m.',
+            )
+
+    def left_out(self) -> tuple[str, ...]:
+        """Return the terms that it does not have."""
+        return () if self.added_mass else ('added mass',)
+
+
+def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
+    """Return the curve of a regulator, made for its body and fluid.
+
+    Raises:
+        DescentError: a body that does not sink.
+    """
+    from tauto_core.machines.fluid_pendulum import CURVES
+
+    body = _body(regulator)
+    return CURVES[regulator.curve](body.kappa, body.gamma, regulator.pendulum_length)
+
+
+def compile_fluid_pendulum(
+    name: str, gravity: float, regulator: FluidTautochroneRegulator
+) -> FluidPendulum:
+    """Return the regulator as numbers.
+
+    Args:
+        name: name of the scene, for errors.
+        gravity: g [m/s2].
+        regulator: the regulator of the scene.
+
+    Raises:
+        SceneError: a body that does not sink, or a release beyond the cusp.
+    """
+    if regulator.fluid_density >= regulator.body_density:
+        raise SceneError(
+            name,
+            'regulator.fluid_density',
+            regulator.fluid_density,
+            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
+            f'{regulator.body} does not sink',
+            _that_sinks(regulator),
+        )
+    try:
+        curve = make_descent_curve(regulator)
+    except DescentError as error:
+        raise SceneError(
+            name,
+            'regulator',
+            regulator.kind,
+            f'cannot be built: {error}',
+            'Change body or fluid.',
+        ) from None
+    start = regulator.release_arc
+    edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
+    if not abs(start) <= abs(edge):
+        raise SceneError(
+            name,
+            'regulator.release_arc',
+            start,
+            f'beyond the cusp of the curve, at {edge!r} m',
+            f'Release the body nearer to A{_longer(regulator)}.',
+        )
+    from tauto_core.machines.fluid_pendulum import FluidPendulum
+
+    weight = _body(regulator).sunk_mass * gravity
+    return FluidPendulum(curve, weight, gravity, start)
+
+
+def _longer(regulator: FluidTautochroneRegulator) -> str:
+    """Return the shortest pendulum whose curve includes the release, or else the nearest body."""
+    longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
+    if longer:
+        return f', or give {longer}'
+    bodies = (
+        _at_least(regulator, 'diameter', regulator.diameter, 'm'),
+        _at_least(regulator, 'body_density', regulator.body_density, 'kg/m3'),
+    )
+    found = ' or '.join(body for body in bodies if body)
+    return f', or take a larger or denser body: {found}' if found else ''
+
+
+def _that_sinks(regulator: FluidTautochroneRegulator) -> str:
+    """Return the lightest body and the densest fluid for which the curve can be made."""
+    body = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
+    fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
+    if not body or fluid is None:
+        return 'Take a denser body or a lighter fluid, and release it nearer to A.'
+    return f'Take a denser body, {body}, or a lighter fluid, of at most {fluid:.4g} kg/m3.'
+
+
+def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:
+    least = _nearest_that_holds(regulator, key, value, 2.0)
+    return '' if least is None else f'a {key} of at least {least:.4g} {unit}'
+
+
+def _nearest_that_holds(
+    regulator: FluidTautochroneRegulator, key: str, value: float, factor: float
+) -> float | None:
+    """Return the nearest value of a key with which the curve includes the release.
+
+    None where no such value is found in the direction of the factor.
+    """
+    start = regulator.release_arc
+
+    def holds(tried: float) -> bool:
+        curve = make_descent_curve(regulator.model_copy(update={key: tried}))
+        return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
+
+    return nearest_if_any(value, factor, holds)
+
+
+def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:
+
+    return ImmersedBody(
+        regulator.body,
+        regulator.diameter,
+        regulator.body_density,
+        regulator.fluid_density,
+        regulator.added_mass,
+    )

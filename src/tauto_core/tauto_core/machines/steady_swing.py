@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError, panel_nodes, running, unresolved
-from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine

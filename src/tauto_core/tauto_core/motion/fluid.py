@@ -14,8 +14,13 @@ from numpy.polynomial import chebyshev
 from tauto_core.curves.fluid import FluidTautochrone
 from tauto_core.curves.numerics import complete_series
 from tauto_core.machines import FluidPendulum
-from tauto_core.machines.descent import half_swing
-from tauto_core.machines.fluid_pendulum import far_end, grid_for, place, reverse_half_swing
+from tauto_core.machines.fluid_pendulum import (
+    euler_half_swing,
+    far_end,
+    grid_for,
+    place,
+    reverse_half_swing,
+)
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.phase import BELOW_ONE, DIGITS, PI
 from tauto_core.samples import FloatArray, IntArray, State
@@ -26,8 +31,8 @@ from tauto_core.scene.errors import PropagationError
 #
 # A law gives two things for the half swing from rest at a signed arc: its duration and its end,
 # and the body's place at a time within it. On Euler's curve both have closed forms
-# (`machines.descent`, `machines.reverse_swing`); on a symmetric one both come from quadrature
-# (`machines.half_swing`). Durations and ends are smooth functions of the start, held as Chebyshev
+# (`machines.fluid_pendulum`); on a symmetric one both come from quadrature
+# (`fluid_pendulum.place`). Durations and ends are smooth functions of the start, held as Chebyshev
 # series, since a voyage has millions of half swings, and the place within is needed in few of
 # them.
 
@@ -112,7 +117,7 @@ class EulerLaw:
         """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
         arc, rate = np.empty_like(start), np.empty_like(start)
         forth, gravity = start > 0.0, self._machine.gravity
-        arc[forth], rate[forth] = half_swing(self._curve, gravity, start[forth], time[forth])
+        arc[forth], rate[forth] = euler_half_swing(self._curve, gravity, start[forth], time[forth])
         back = ~forth
         arc[back], rate[back] = reverse_half_swing(
             self._curve.kappa, self._machine.frequency, -start[back], time[back]

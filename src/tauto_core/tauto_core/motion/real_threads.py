@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.machines import HangingMachine, LeverMachine
-from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.machines.drags import Drag
 from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack

@@ -21,16 +21,17 @@ from tauto_core.curves.drawing import (
     TEXT_MM,
     Cheeks,
     Drawing,
+    LeverCheek,
     cheeks,
     cheeks_meet_rad,
     draw,
     draw_in_fluid,
     draw_uneven,
+    lever_cheek,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
 from tauto_core.files import write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
-from tauto_core.machines.lever_cheeks import Cheek, cheek
 from tauto_core.plots.machine import cam_extent
 from tauto_core.scene.errors import Argument, UsageError
 
@@ -124,7 +125,7 @@ def cut(
     reach = cam_extent(scene) if reach_rad is None else reach_rad
     if scene.trochlea.cam.kind == 'lever_corrected':
         shape, ends = _lever_shape(scene, reach)
-        right, left = (cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
+        right, left = (lever_cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
         acts_from = max(abs(float(side.angle[0])) for side in (right, left))
         acts_from_rad = _checked_thread(scene, thread_mm, acts_from)
         if 'csv' in files:
@@ -244,7 +245,7 @@ def _write_drawings(drawing: Drawing, files: Mapping[str, Path]) -> None:
 
 
 def _lever_words(
-    shape: CorrectedLeverGeometry, left: Cheek, right: Cheek, thread_mm: float
+    shape: CorrectedLeverGeometry, left: LeverCheek, right: LeverCheek, thread_mm: float
 ) -> list[str]:
     """Return the dimensions needed to cut and mount the cheeks, one line each."""
     return [
@@ -279,7 +280,7 @@ def write_points(path: Path, cut: Cheeks) -> None:
     write_rows(path, COLUMNS, rows)
 
 
-def write_sides(path: Path, left: Cheek, right: Cheek) -> None:
+def write_sides(path: Path, left: LeverCheek, right: LeverCheek) -> None:
     """Write two cheeks that are not mirror images, from the end of the right to that of the left.
 
     A tip that both share is written once.

@@ -351,14 +351,14 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
 
 def _lever_cheeks(scene: Scene, reach: float) -> tuple[FloatArray, FloatArray]:
     from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-    from tauto_core.machines.lever_cheeks import cheek
+    from tauto_core.curves.drawing import lever_cheek
 
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)
     assert isinstance(machine.geometry, CorrectedLeverGeometry)
     shape = machine.geometry
     ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
-    right, left = (cheek(shape, end, 200, 0.0) for end in ends)
+    right, left = (lever_cheek(shape, end, 200, 0.0) for end in ends)
     return MM * np.array([left.x, -left.y]), MM * np.array([right.x, -right.y])
 
 

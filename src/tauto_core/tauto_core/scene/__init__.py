@@ -10,10 +10,9 @@ from tauto_core.first_use import loaded_from
 from tauto_core.scene.errors import SceneError, TautoError
 
 if TYPE_CHECKING:
-    from tauto_core.machines.drags.polynomial import Drag
-    from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
+    from tauto_core.machines.drags import Drag
     from tauto_core.machines.parts import Rest
-    from tauto_core.machines.sections import Trochlea
+    from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
     from tauto_core.scene.data import data_path
     from tauto_core.scene.loader import (
         DEFAULT_SCENE,
@@ -64,9 +63,9 @@ _of_a_section = loaded_from(
         'AxleSuspension': 'tauto_core.ship.sections',
         'Clock': 'sections',
         'Component': 'tauto_core.ship.motions.components',
-        'Drag': 'tauto_core.machines.drags.polynomial',
+        'Drag': 'tauto_core.machines.drags',
         'DriftSettings': 'sections',
-        'FluidTautochroneRegulator': 'tauto_core.machines.fluid_regulator',
+        'FluidTautochroneRegulator': 'tauto_core.machines.sections',
         'Log': 'sections',
         'Rao': 'tauto_core.ship.sections',
         'Recorded': 'tauto_core.ship.motions.recorded',

@@ -68,11 +68,13 @@ def kinds_in(folder: str) -> tuple[type[Kind], ...]:
     """Return the models of a folder's kinds, sorted by rank, then by module name.
 
     Args:
-        folder: name of the package whose modules each have `KINDS`, a tuple of models, or `KIND`.
+        folder: name of the package whose modules each have `KINDS`, a tuple of models, or `KIND`;
+            the package itself may have `KINDS` too.
     """
-    names = sorted(each.name for each in pkgutil.iter_modules(import_module(folder).__path__))
-    kinds: list[type[Kind]] = []
-    for module in (import_module(f'{folder}.{name}') for name in names):
+    package = import_module(folder)
+    kinds: list[type[Kind]] = list(getattr(package, 'KINDS', ()))
+    for name in sorted(each.name for each in pkgutil.iter_modules(package.__path__)):
+        module = import_module(f'{folder}.{name}')
         kinds += getattr(module, 'KINDS', None) or [module.KIND]
     return tuple(sorted(kinds, key=lambda kind: kind.rank))
 

@@ -12,9 +12,8 @@ from typing import Annotated
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.machines.fluid_regulator import FluidTautochroneRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
-from tauto_core.machines.sections import Trochlea
+from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import OneOf, Positive, Section, Text
 from tauto_core.scene.refuse import SECTIONS, Times, out_of_proportion

@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 
 from tauto_core.curves.cam import CAMS
 from tauto_core.machines.compiling import compile_trochlea
-from tauto_core.machines.drags.polynomial import Drag
+from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.trochlea import FOLDER as THREADS
@@ -488,8 +488,8 @@ def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] |
 
 def _said(model: type[BaseModel], name: str, field: FieldInfo) -> str:
     if name == 'kind' and issubclass(model, Kind):
-        folder = model.__module__.rpartition('.')[0]
-        return f'one of {", ".join(kind_of(each) for each in kinds_in(folder))}'
+        models = next(kinds.models for kinds in _folders(Scene) if model in kinds.models)
+        return f'one of {", ".join(map(kind_of, models))}'
     return field.description or ''
 
 
