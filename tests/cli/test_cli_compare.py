@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
-from tauto_core.cli.many import comparison_table, failures
+from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import comparison
 from tauto_core.ensembles.comparison import Comparison, Row, Stop, draw, side_by_side
 from tauto_core.ensembles.workers import Ended, WorkerError

@@ -13,7 +13,7 @@ import yaml
 from rich.console import Console
 
 import tauto_core as tauto
-from tauto_core.cli.scene import facts_table
+from tauto_core.cli.tables import facts_table
 from tauto_core.machines import SlackThreadError
 from tauto_core.scene import load_scene, scene_yaml
 

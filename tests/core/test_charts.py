@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core.cli.app import app
-from tauto_core.cli.show import title_of
+from tauto_core.cli.voyages import title_of
 from tauto_core.plots.chart import draw
 from tauto_core.plots.contents import MOST_POINTS, PICTURES, chart, thinned
 from tauto_core.samples import READING, TimeSamples

@@ -9,13 +9,11 @@ input.
 from __future__ import annotations
 
 import gc
-import json
 import os
 import re
 import signal
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -23,30 +21,20 @@ from typer.core import TyperGroup
 from typer.main import get_command_name, get_group
 from typer.models import CommandInfo, TyperInfo
 
-from tauto_core.cli import bag, curves, euler, hull, many, scene, show
+from tauto_core.cli import curves, hull, scene, voyages
 from tauto_core.cli.terminal import (
-    Anyway,
-    AsJson,
-    Duration,
-    SceneName,
-    Settings,
     Terminated,
     be_quiet,
     drop_output,
-    ended_by_sigterm,
-    given_values,
     option,
     prepare_streams,
-    print_rich,
-    say,
-    say_oddities,
     say_warnings,
     send_lost_again,
 )
-from tauto_core.scene.errors import TautoError, UsageError, spelled
+from tauto_core.scene.errors import TautoError, spelled
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
+    pass
 
 
 # -----------------------------------------------------------------------------
@@ -114,22 +102,18 @@ class MissingCommandError(TautoError):
     """A command whose distribution, or what it needs, is not installed."""
 
 
-def add_to(commands: typer.Typer) -> None:
-    """Register the ROS commands; they are looked for when called."""
-    for name, summary in ROS_COMMANDS.items():
-        commands.command(
-            name,
-            help=summary,
-            add_help_option=False,
-            context_settings={'ignore_unknown_options': True, 'allow_extra_args': True},
-        )(_run)
-
-
-def _run(ctx: typer.Context) -> None:
+def run_of_ros(ctx: typer.Context) -> None:
     """Pass the rest of the command line to the command of the same name."""
+    from importlib.metadata import entry_points
+
     name = str(ctx.info_name)
+    found = next(iter(entry_points(group=GROUP, name=name)), None)
+    if found is None:
+        raise MissingCommandError(
+            f'`tauto {name}` needs tauto_nodes, which is not installed. {REMEDY}'
+        )
     try:
-        function = _load(name)
+        function = found.load()
         holder = typer.Typer(add_completion=False, rich_markup_mode=None)
         holder.command(name)(function)
         command: Any = typer.main.get_command(holder)
@@ -141,16 +125,6 @@ def _run(ctx: typer.Context) -> None:
         raise MissingCommandError(
             f'`tauto {name}` needs {error.name}, which is not installed. {REMEDY}'
         ) from None
-
-
-def _load(name: str) -> Any:
-    from importlib.metadata import entry_points
-
-    for entry in entry_points(group=GROUP, name=name):
-        return entry.load()
-    raise MissingCommandError(
-        f'`tauto {name}` needs tauto_nodes, which is not installed. {REMEDY}'
-    )
 
 
 commands = typer.Typer()
@@ -203,9 +177,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-scene_commands = typer.Typer(help='Look at one scene, or begin one.', no_args_is_help=True)
-commands.add_typer(scene_commands, name='scene')
-commands.add_typer(bag.commands, name='bag')
 
 
 def _print_version(wanted: bool) -> None:
@@ -261,166 +232,33 @@ def _tell(words: str, error: BaseException) -> None:
         typer.echo(f'tauto: {line}', err=True)
 
 
-def _warn(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
-    """Print warnings about the input on stderr, except those that were printed already."""
-    for warning in warnings:
-        if warning not in said:
-            say(warning)
-
-
-def _show(result: Mapping[str, Any], table: RenderableType | None) -> None:
-    """Print a result: the table, or the object where there is none."""
-    if table is None:
-        typer.echo(json.dumps(result, allow_nan=False))
-        return
-    print_rich(table)
-
-
-@commands.command()
-def sail(
-    scene: SceneName,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar='DIR', help='Folder of the bag; without it no bag is written.'),
-    ] = None,
-    duration: Duration = None,
-    settings: Settings = None,
-    force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
-    anyway: Anyway = False,
-    as_json: AsJson = False,
-) -> None:
-    """Sail a scene without ROS: how far wrong is the clock?
-
-    The result also says how far the ship is from where the clock puts her, and what the Act of
-    1714 would have paid. With --out, `tauto report` makes a page of the bag.
-    """
-    from tauto_core import voyage
-    from tauto_core.cli.terminal import progress_bar
-    from tauto_core.scene import load_scene
-
-    loaded = load_scene(scene, **given_values(settings, duration))
-    if force and out is None:
-        raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
-    odd = say_oddities(loaded, scene, anyway=anyway)
-    with ended_by_sigterm(), progress_bar(loaded.name) as progress:
-        result = voyage.sail(
-            loaded,
-            out,
-            origin=scene,
-            force=force,
-            anyway=anyway,
-            keep=False,
-            progress=progress,
-        ).result
-    _warn(result.get('warnings', ()), odd)
-    if as_json:
-        _show(result, None)
-        return
-    from tauto_core.cli.tables import voyage_table
-
-    _show(result, voyage_table(result))
-
-
-@commands.command()
-def replay(
-    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
-    scene: Annotated[
-        str | None,
-        typer.Option(metavar='SCENE', help='The scene, where the bag does not hold its own.'),
-    ] = None,
-    smooth: Annotated[
-        bool,
-        typer.Option(
-            '--smooth',
-            help='Also give the drift in hindsight: at each instant from all observations, those '
-            'that came later too, as one works out a voyage at home. No navigator can have it at '
-            'sea.',
-        ),
-    ] = False,
-    stability: Annotated[
-        bool,
-        typer.Option(
-            '--stability',
-            help="Also give the stability of the clock: Allan's deviation and its kin against the "
-            'averaging time, with 95 % confidence.',
-        ),
-    ] = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='Draw the stability (.svg, .png); replaces the file.'),
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Estimate drift and longitude again, from a bag alone."""
-    from tauto_core import voyage
-    from tauto_core.bags import read_bag
-    from tauto_core.cli.tables import replay_tables
-    from tauto_core.cli.terminal import progress_bar
-    from tauto_core.files import check_plot
-    from tauto_core.scene import load_scene
-
-    if plot is not None:
-        if not stability:
-            raise UsageError('--plot draws what --stability gives. Give both, or neither')
-        check_plot(plot)
-    loaded = None if scene is None else load_scene(scene)
-    with progress_bar(f'replay {bag}'):
-        opened = read_bag(bag)
-        replayed = voyage.replay(opened, loaded, smooth=smooth, stability=stability, keep=False)
-    result = replayed.result
-    _warn(result['warnings'])
-    if plot is not None:
-        replayed.plot('stability', plot)
-        say(f'wrote {plot}')
-    _show(result, None if as_json else replay_tables(result))
-
-
-@commands.command()
-def scenes(as_json: AsJson = False) -> None:
-    """List the scenes that ship with Tauto, for `tauto sail NAME`."""
-    from tauto_core.cli.scene import shipped_summary
-    from tauto_core.scene import shipped_scenes
-
-    found = {name: shipped_summary(name) for name in shipped_scenes()}
-    if as_json:
-        typer.echo(json.dumps({'scenes': found}))
-        return
-    width = max(map(len, found))
-    for name, summary in found.items():
-        typer.echo(f'{name:{width}}  {summary}')
-
-
-@scene_commands.command()
-def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) -> None:
-    """Check a scene without sailing it, and say what would run.
-
-    Machines and ships beyond all that are known are warned of, where commands that sail refuse
-    them without --anyway.
-    """
-    from tauto_core.cli.scene import facts_table
-    from tauto_core.cli.terminal import progress_bar
-    from tauto_core.scene import load_scene
-    from tauto_core.scene.errors import naming
-
-    with progress_bar(scene) as progress:
-        loaded = load_scene(scene, **given_values(settings))
-        from tauto_core.checks.facts import scene_facts
-
-        with naming(scene, loaded.name):
-            facts = scene_facts(loaded, progress)
-    _warn(facts.get('warnings', ()))
-    _show(facts, None if as_json else facts_table(facts))
-
-
-scene_commands.command(cls=scene.NewCommand)(scene.new)
-scene_commands.command()(scene.schema)
+scene_commands = typer.Typer(help='Look at one scene, or begin one.', no_args_is_help=True)
+bag_commands = typer.Typer(
+    help='See whether a bag is whole, or recover what is left of one.', no_args_is_help=True
+)
+commands.add_typer(scene_commands, name='scene')
+commands.add_typer(bag_commands, name='bag')
+commands.command()(voyages.sail)
+commands.command()(voyages.replay)
+commands.command()(scene.scenes)
 commands.command()(curves.cam)
 commands.command()(curves.isochronism)
 commands.command()(curves.design)
 commands.command()(hull.hull)
-commands.command()(many.compare)
-commands.command()(many.fleet)
-commands.command()(show.plot)
-commands.command()(show.report)
-commands.command()(euler.euler)
-add_to(commands)
+commands.command()(voyages.compare)
+commands.command()(voyages.fleet)
+commands.command()(voyages.plot)
+commands.command()(voyages.report)
+commands.command()(curves.euler)
+scene_commands.command()(scene.check)
+scene_commands.command(cls=scene.NewCommand)(scene.new)
+scene_commands.command()(scene.schema)
+bag_commands.command('check')(voyages.check_bag)
+bag_commands.command('recover')(voyages.recover_bag)
+for name, summary in ROS_COMMANDS.items():
+    commands.command(
+        name,
+        help=summary,
+        add_help_option=False,
+        context_settings={'ignore_unknown_options': True, 'allow_extra_args': True},
+    )(run_of_ros)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, progress_bar, say
+from tauto_core.cli.terminal import AsJson, print_rich, progress_bar, say
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def hull(
     if out is not None:
         if out.suffix != '.npz':
             raise UsageError(f'--out {out}: must end in .npz. Name another file')
-        check_place(out, '--out')
+        check_place(out, 'out')
     sizes = {'length': length, 'beam': beam, 'draught': draught, 'block': block}
     # refusals that need no coefficients come first: those take a minute
     if not (math.isfinite(roll_damping) and 0.0 <= roll_damping < 1.0):
@@ -88,8 +88,6 @@ def hull(
     if as_json:
         typer.echo(json.dumps(facts, allow_nan=False))
         return
-    from tauto_core.cli.terminal import print_rich
-
     print_rich(_page(facts, rates))
     if out is not None:
         say(f'wrote {out}')

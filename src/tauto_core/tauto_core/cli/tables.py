@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,15 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from tauto_core.results import SIGNS, answer, groups
-from tauto_core.wording import figure, printed, span, with_sigma
+from tauto_core.scene.times import DAY_S, LEGIBLE
+from tauto_core.wording import counted, figure, printed, significant, span, with_sigma
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
     from rich.table import Table
+
+    from tauto_core.ensembles.answers import Answers
+    from tauto_core.ensembles.comparison import Comparison, Row
 
 
 # -----------------------------------------------------------------------------
@@ -178,8 +182,6 @@ def _bounded(row: Mapping[str, Any], kind: str) -> str:
 ROWS = 24
 """Largest number of rows of a table; if there are more states, several share a row."""
 
-DAY_S = 86_400.0
-
 
 def weather_words(weather: Mapping[str, Any]) -> str:
     """Return a ship's weather (`ship.motions.sea.weather_metadata`) as a line of text."""
@@ -229,3 +231,326 @@ def _range(values: Sequence[float | None], decimals: int) -> str:
         return '–'
     low, high = (printed(value, f'z.{decimals}f') for value in (min(known), max(known)))
     return low if low == high else f'{low} to {high}'
+
+
+# -----------------------------------------------------------------------------
+# The facts of `tauto scene check`: what would run, and how far wrong it may be.
+
+
+def facts_table(facts: dict[str, Any]) -> RenderableType:
+    """Return the facts of a scene as a table, and its weather as another."""
+    table = WholeTable(
+        title=f'{facts["scene"]}: can sail',
+        title_justify='left',
+        show_header=False,
+        box=box.SQUARE,
+    )
+    table.add_column()
+    table.add_column(overflow='fold')
+    for section in (_scene_rows(facts), _running_rows(facts)):
+        for row in section:
+            table.add_row(*row)
+        table.add_section()
+    return Group(table, weather_table(facts['weather'])) if 'weather' in facts else table
+
+
+def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield what sails: the ship, her sea and her way, and the clock."""
+    yield 'duration', span(facts['duration_s'])
+    step, interval = facts['motion_step_s'], facts['log_interval_s']
+    yield 'ship', f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s'
+    if 'sea' in facts:
+        yield 'sea', sea_words(facts['sea'])
+    if 'weather' in facts:
+        yield 'weather', weather_words(facts['weather'])
+    if hung := facts['suspension']:
+        slow, fast = hung['periods_s']
+        angles = 'any angles' if hung['large_angles'] else 'small angles'
+        yield (
+            'suspension',
+            f'{hung["kind"]}, {angles}: the case swings in {slow:.4g} s and {fast:.4g} s, '
+            f'sampled every {hung["step_s"]:g} s' + _departs(hung),
+        )
+    if hanging := facts['thread']:
+        low, high = hanging['fair_lengths_m']
+        until = '' if high is None else f' and much shorter than {high:.3g} m (waves)'
+        fair = f'much longer than {low:.3g} m (wheel){until}'
+        if hanging['swings_in_s'] is None:
+            yield 'thread', f'ideal, as is fair of one {fair}'
+        else:
+            own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
+            yield 'thread', f'{own}{_departs(hanging)}; to take it for ideal it should be {fair}'
+    if way := facts['voyage']:
+        under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
+        landfalls = ', '.join(span(time) for time in times)
+        yield (
+            'voyage',
+            f'{way["track"]} of {way["length_m"] / 1852.0:,.1f} nmi in {span(under_way)}, '
+            f'{significant(way["speed_m_s"])} m/s, landfall{"s" * (len(times) > 1)} after '
+            f'{landfalls}',
+        )
+    kept = 'with' if facts['motion_kept'] else 'without'
+    logged = facts['logged_samples']
+    yield 'log', f'{logged:,} samples, one every {interval:g} s, {kept} the motion'
+    yield 'period of small swings', f'{facts["small_period_s"]:.9f} s'
+    yield 'nominal period', f'{facts["nominal_period_s"]:.9f} s'
+    if 'curve' in facts:
+        start, end = facts['curve_range_m']
+        begins = 'no end' if start is None else f'{printed(start, ".4g")} m'
+        yield 'curve', f'{facts["curve"]}, {begins} to {end:.4g} m of arc'
+        yield 'released at', f'{printed(facts["release_arc_m"], "g")} m of arc'
+    else:
+        edge = facts['cam_range_rad']
+        reach = 'at any angle' if edge is None else f'±{edge:.4g} rad'
+        yield 'cam', f'{facts["cam"]}, {reach}'
+        yield 'released at', f'{printed(facts["release_angle_rad"], "g")} rad in the case'
+    if swing := facts['steady_swing']:
+        yield 'steady swing, on land', _swing_words(swing)
+    for name, found in facts.get('covariates', {}).items():
+        said = with_sigma(found['value'], found['sigma'], signed=False)
+        # to 1e-4, a fiftieth of the least standard deviation
+        trials = ', '.join(
+            f'{printed(round(k, 4), "zg")} in waves of {float(period):g} s'
+            for period, k in (found['at_periods'] or {}).items()
+        )
+        source = f'from trial runs: {trials}' if trials else 'as the scene says'
+        yield f'coefficient of {name}', f'{said}, {source}'
+
+
+def _swing_words(swing: dict[str, Any]) -> str:
+    if 'why' in swing:
+        return f'none: {swing["why"]}'
+    rate = figure(swing['rate_s_per_day'], 's/day', signed=True)
+    said = f'{swing["amplitude_rad"]:.4g} rad, rate {rate} s/day'
+    if swing['time_constant_s'] is None:
+        return said
+    # next to the rate of a free swing as wide this would be lost in its last digits
+    kept_up = swing['rate_s_per_day'] - swing['free_rate_s_per_day']
+    return (
+        f'{said} ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
+        f'departure falls e-fold in {span(swing["time_constant_s"])}'
+    )
+
+
+def _departs(hung: dict[str, Any]) -> str:
+    if hung['departure'] is None:
+        return ''
+    return (
+        f'; departs from the apparent vertical by {1e3 * hung["departure_rad"]:.2g} mrad rms, '
+        f'{hung["departure"]:.2g} of its tilt'
+    )
+
+
+def _running_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield how it is computed, how long that takes, and how far wrong it may be."""
+    expected = facts['expected']
+    yield 'propagator', f'{facts["propagator"]}: {facts["reason"]}'
+    if expected['steps_a_swing'] is not None:
+        steps, tolerance = expected['steps_a_swing'], expected['tolerance']
+        yield 'steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing'
+    yield 'left out', ', '.join(facts['left_out'])
+    run = span(expected['run_s'], digits=1)
+    yield 'expected run time', f'roughly {run} without a bag, on {expected["measured_on"]}'
+    yield 'expected error', '\n'.join(_error_lines(facts))
+
+
+def _error_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the bound of the simulation's error and its parts, one line each."""
+    expected = facts['expected']
+    error, tried, growth = expected['error_s'], expected['tried_s'], expected['growth']
+    until = expected['bounded_until_s']
+    partly = tried is not None and tried < facts['duration_s']
+    if error is not None:
+        lines = [f'at most {error:.1g} s of the reading']
+        if partly:
+            lines[0] += f', extrapolated from {span(tried, digits=2)}'
+        if error > LEGIBLE * facts['nominal_period_s']:
+            lines.append('what the dial shows at the end cannot be predicted')
+    elif until is not None:
+        lines = [f'cannot be bounded beyond {span(until, digits=2)}']
+    elif expected['was_cut']:
+        lines = ['not known: the trial runs cost too much']
+    else:
+        lines = ['not known: the step of ship.rate has no divisor to try a finer one']
+    if expected['was_cut']:
+        lines.append(
+            f'trial runs were cut after {expected["longest_trial_s"]:g} s of processor time; '
+            f'they tried {span(tried, digits=2)}, and no more could be'
+        )
+    if growth is not None and growth['is_chaotic']:
+        low, high = (
+            1.0 / max(growth['per_s'] + way * growth['per_s_sigma'], 1.0 / facts['duration_s'])
+            for way in (1.0, -1.0)
+        )
+        lines.append(
+            f'chaotic: a small difference grows e-fold in {span(low, digits=2)} to '
+            f'{span(high, digits=2)}, found over {span(growth["followed_s"], digits=2)}'
+        )
+    if until is not None:
+        return lines
+    sampling, shortest = expected['sampling_error_s'], expected['shortest_wave_s']
+    if sampling is not None:
+        waves = 'the motion' if shortest is None else f'waves down to {shortest:.3g} s'
+        sea = expected['decided_by']
+        in_sea = (
+            ''
+            if sea is None or sea['peak_period_s'] is None  # no weather, or a calm
+            else f' in the sea {sea["why"]}, that of day {sea["at_s"] / DAY_S:.2f}: Hs '
+            f'{sea["significant_wave_height_m"]:.3g} m, Tp {sea["peak_period_s"]:.3g} s'
+        )
+        lines.append(f'{sampling:.1g} s from sampling {waves}{in_sea}')
+    if facts['ship'] == 'recorded':
+        lines.append('the motion is taken as measured')
+    if expected['steps_error_s']:
+        of = 'the period' if expected['steps_a_swing'] is None else 'the tolerance'
+        lines.append(f'{expected["steps_error_s"]:.1g} s from {of}')
+    return [*lines, f'{expected["rounding_error_s"]:.1g} s from rounding']
+
+
+# -----------------------------------------------------------------------------
+# Several clocks through the same sea, side by side.
+
+COLUMNS = ('rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi')
+PRIZES = ('dial\n£', 'rated\n£')
+
+_CAPTION = (
+    'rate: mean of the run; spread: standard deviation of the rates over {} each; nmi: east of '
+    'the truth, by the dial, and rated: corrected for the rate found in port, in the same sea; '
+    '{}'
+)
+_PRIZE = '£: what the Act of 1714 pays'
+_TOO_SHORT = 'the Act of 1714 pays nothing for a voyage of less than six weeks'
+
+
+def failures(result: Comparison) -> list[str]:
+    """Return why clocks stopped: one line for each clock and case, at its first such roll."""
+    found: dict[tuple[str, str], str] = {}
+    for row in result.rows:
+        if row.stopped is not None:
+            found.setdefault((row.clock, _case(row)), row.stopped.why)
+    return [f'{clock}, {case}: {why}' for (clock, case), why in found.items()]
+
+
+def comparison_table(result: Comparison) -> Table:
+    """Return one line for each clock: rate, spread, error at the end, longitudes, prizes."""
+    releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
+    judged = any(row.prize_pounds is not None for row in result.rows)
+    table = WholeTable(
+        title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
+        title_justify='left',
+        caption=_CAPTION.format(span(result.piece_s), _PRIZE if judged else _TOO_SHORT),
+        caption_justify='left',
+        box=box.SIMPLE_HEAD,
+        show_edge=False,
+        padding=0,
+    )
+    rolls = len({row.roll_deg for row in result.rows}) > 1
+    table.add_column('clock')
+    table.add_column('case', no_wrap=True)
+    for name in (*['roll\n°'] * rolls, *COLUMNS, *PRIZES[: 2 * judged]):
+        table.add_column(name, justify='right', no_wrap=True)
+    for row in result.rows:
+        roll = [significant(row.roll_deg)] * rolls
+        name = row.clock.removeprefix('clock_').replace('_', ' ')
+        prizes = (row.raw_prize_pounds, row.prize_pounds)[: 2 * judged]
+        table.add_row(
+            name,
+            _case(row),
+            *roll,
+            'stopped' if row.stopped else figure(row.rate_s_per_day, 's/day', signed=True),
+            figure(row.rate_spread_s_per_day, 's/day'),
+            figure(row.error_s, 's', signed=True),
+            figure(row.raw_error_nmi, 'nmi', signed=True),
+            figure(row.error_nmi, 'nmi', signed=True),
+            *('–' if pounds is None else f'{pounds:,}' for pounds in prizes),
+        )
+    return table
+
+
+def _case(row: Row) -> str:
+    return 'hung' if row.suspended else 'fixed'
+
+
+# -----------------------------------------------------------------------------
+# A fleet: how often is the longitude found?
+
+_CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
+
+
+def fleet_answer(result: Answers) -> str:
+    """Return in a sentence how often the longitude was found within the Act's first limit; of a
+    voyage that the Act does not judge, how large the errors are.
+    """
+    ships = counted(result.ships, 'ship')
+    if result.within is not None:
+        rated, dial = (result.within[name][0] for name in ('corrected', 'raw'))
+        return (
+            f'Of {ships} {_percent(rated.share)} ({_percent(rated.low)} to {_percent(rated.high)} '
+            f'with 95 % confidence) found their longitude within {rated.limit_nmi:g} nautical '
+            f'miles by the rated clock, {_percent(dial.share)} by the dial alone.'
+        )
+    from tauto_core.ensembles.answers import QUANTILES
+
+    by_rated, by_dial = (result.quantiles_nmi[name] for name in ('corrected', 'raw'))
+    if by_rated is None or by_dial is None:
+        return f'None of {ships} arrived.'
+    lost = sum(result.failures.values())
+    who = f'the {result.ships - lost} of {ships} that arrived' if lost else ships
+    (half, most), (half_dial, most_dial) = (
+        [figure(sizes[QUANTILES.index(share)], 'nmi').lstrip('<') for share in (0.5, 0.95)]
+        for sizes in (by_rated, by_dial)
+    )
+    return (
+        f'Of {who}, {result.unchecked()}, half are within {half} nautical miles by the rated '
+        f'clock and 95 % within {most}; by the dial alone within {half_dial} and {most_dial}. '
+        'That is no verdict: the Act of 1714 asks for six weeks.'
+    )
+
+
+def fleet_tables(result: Answers) -> list[Table]:
+    """Return quantiles of the error, influences, and of a long voyage shares within the Act's
+    limits.
+    """
+    from tauto_core.ensembles.answers import QUANTILES
+
+    found = []
+    if within := result.within:
+        limits = (f'{each.limit_nmi:g} nmi' for each in within['raw'])
+        found.append(_of_fleet('ships within', 'clock', *limits))
+        for clock, said in _CLOCKS.items():
+            shares = (
+                f'{_percent(each.share)} ({_percent(each.low)}–{_percent(each.high)})'
+                for each in within[clock]
+            )
+            found[-1].add_row(said, *shares)
+    quantiles = _of_fleet(
+        'error of the longitude below which so many ships stay [nmi]',
+        'clock',
+        *(f'{_percent(each)}' for each in QUANTILES),
+    )
+    for clock, said in _CLOCKS.items():
+        sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)
+        quantiles.add_row(said, *(figure(size, 'nmi') for size in sizes))
+    found.append(quantiles)
+    if result.influences:
+        clocks = tuple(_CLOCKS.values())
+        title = 'rank correlation with the error, and with its size'
+        found.append(_of_fleet(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
+        for each in result.influences:
+            ranks = (each.raw, each.corrected, each.raw_size, each.corrected_size)
+            signed = ('–' if rank is None else printed(rank, '+z.2f') for rank in ranks)
+            found[-1].add_row(each.key, *signed)
+    return found
+
+
+def _of_fleet(title: str, *columns: str) -> Table:
+    table = WholeTable(title=title, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
+    first, *others = columns
+    table.add_column(first)
+    for name in others:
+        table.add_column(name, justify='right')
+    return table
+
+
+def _percent(share: float) -> str:
+    return f'{100.0 * share:.3g} %'

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import codecs
 import io
+import json
 import os
 import signal
 import sys
 import threading
 import unicodedata
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -90,6 +91,21 @@ def given_values(settings: list[str] | None, duration: float | None = None) -> d
     return given
 
 
+def listed(option: str, text: str, unit: str, example: str) -> list[float]:
+    """Return the numbers of an option that takes several, with commas between.
+
+    Raises:
+        UsageError: something else.
+    """
+    try:
+        return [float(part) for part in text.split(',')]
+    except ValueError:
+        raise UsageError(
+            f'{option} {text!r}: must be numbers with commas between, in {unit}. Write for '
+            f'example {example}'
+        ) from None
+
+
 _OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll', 'thread_mm': '--thread'}
 """Options that are not called as the argument in Python."""
 
@@ -145,6 +161,21 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
     for warning in odd:
         say(warning)
     return odd
+
+
+def say_once(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
+    """Print warnings about the input on stderr, except those that were printed already."""
+    for warning in warnings:
+        if warning not in said:
+            say(warning)
+
+
+def show_result(result: Mapping[str, Any], table: RenderableType | None) -> None:
+    """Print a result: the table, or the object where there is none."""
+    if table is None:
+        typer.echo(json.dumps(result, allow_nan=False))
+        return
+    print_rich(table)
 
 
 def say_warnings() -> None:

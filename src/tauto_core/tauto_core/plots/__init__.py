@@ -1,1 +1,1 @@
-"""Pictures and pages of voyages: contents, machine, renderer, page."""
+"""Pictures and pages of voyages: contents, chart, machine, cutting, page."""

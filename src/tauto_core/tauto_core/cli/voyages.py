@@ -1,0 +1,498 @@
+"""Commands that sail voyages, or read the bags of voyages that were sailed.
+
+`tauto sail`, `replay`, `plot` and `report` take one voyage, `compare` several clocks in one sea,
+`fleet` many ships; `tauto bag` is for damaged bags.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+from dataclasses import asdict
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tauto_core.cli.terminal import (
+    Anyway,
+    AsJson,
+    Duration,
+    Plots,
+    SceneName,
+    Settings,
+    counting_bar,
+    ended_by_sigterm,
+    given_values,
+    listed,
+    option,
+    print_rich,
+    progress_bar,
+    say,
+    say_oddities,
+    say_once,
+    show_result,
+)
+from tauto_core.scene.errors import UsageError, naming, spelled
+from tauto_core.wording import counted
+
+if TYPE_CHECKING:
+    from tauto_core.voyage import Voyage
+
+# -----------------------------------------------------------------------------
+# One voyage, sailed or read again.
+
+
+def sail(
+    scene: SceneName,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar='DIR', help='Folder of the bag; without it no bag is written.'),
+    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
+    force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
+    anyway: Anyway = False,
+    as_json: AsJson = False,
+) -> None:
+    """Sail a scene without ROS: how far wrong is the clock?
+
+    The result also says how far the ship is from where the clock puts her, and what the Act of
+    1714 would have paid. With --out, `tauto report` makes a page of the bag.
+    """
+    from tauto_core import voyage
+    from tauto_core.scene import load_scene
+
+    loaded = load_scene(scene, **given_values(settings, duration))
+    if force and out is None:
+        raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
+    odd = say_oddities(loaded, scene, anyway=anyway)
+    with ended_by_sigterm(), progress_bar(loaded.name) as progress:
+        result = voyage.sail(
+            loaded,
+            out,
+            origin=scene,
+            force=force,
+            anyway=anyway,
+            keep=False,
+            progress=progress,
+        ).result
+    say_once(result.get('warnings', ()), odd)
+    if as_json:
+        show_result(result, None)
+        return
+    from tauto_core.cli.tables import voyage_table
+
+    show_result(result, voyage_table(result))
+
+
+def replay(
+    bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
+    scene: Annotated[
+        str | None,
+        typer.Option(metavar='SCENE', help='The scene, where the bag does not hold its own.'),
+    ] = None,
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            '--smooth',
+            help='Also give the drift in hindsight: at each instant from all observations, those '
+            'that came later too, as one works out a voyage at home. No navigator can have it at '
+            'sea.',
+        ),
+    ] = False,
+    stability: Annotated[
+        bool,
+        typer.Option(
+            '--stability',
+            help="Also give the stability of the clock: Allan's deviation and its kin against the "
+            'averaging time, with 95 % confidence.',
+        ),
+    ] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar='FILE', help='Draw the stability (.svg, .png); replaces the file.'),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Estimate drift and longitude again, from a bag alone."""
+    from tauto_core import voyage
+    from tauto_core.bags import read_bag
+    from tauto_core.cli.tables import replay_tables
+    from tauto_core.files import check_plot
+    from tauto_core.scene import load_scene
+
+    if plot is not None:
+        if not stability:
+            raise UsageError('--plot draws what --stability gives. Give both, or neither')
+        check_plot(plot)
+    loaded = None if scene is None else load_scene(scene)
+    with progress_bar(f'replay {bag}'):
+        opened = read_bag(bag)
+        replayed = voyage.replay(opened, loaded, smooth=smooth, stability=stability, keep=False)
+    result = replayed.result
+    say_once(result['warnings'])
+    if plot is not None:
+        replayed.plot('stability', plot)
+        say(f'wrote {plot}')
+    show_result(result, None if as_json else replay_tables(result))
+
+
+# -----------------------------------------------------------------------------
+# A voyage to look at: one picture, or a page.
+
+Source = Annotated[
+    str,
+    typer.Argument(metavar='BAG|SCENE', help='A bag, or a scene, which is sailed for it.'),
+]
+_WHAT = (
+    'error, rate, drift, longitude, stability, amplitude, phase, weather, roll, spectrum, map, '
+    'cam or machine.'
+)
+_UNIT = (
+    'in the unit of the time axis of `plot error`: days for a voyage of two days or more, then '
+)
+_UNIT += 'hours, minutes, seconds'
+
+
+def plot(
+    source: Source,
+    what: Annotated[str, typer.Argument(metavar='WHAT', help=_WHAT)],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            '--out',
+            '-o',
+            metavar='FILE',
+            help='Ending in .svg, .png or .pdf; is replaced. Default: NAME_WHAT.svg.',
+        ),
+    ] = None,
+    from_time: Annotated[
+        float | None,
+        typer.Option(
+            '--from',
+            metavar='T',
+            help=f'Begin roll or spectrum here, {_UNIT}. Without --from and --to: the roughest '
+            'ten minutes.',
+        ),
+    ] = None,
+    to_time: Annotated[
+        float | None,
+        typer.Option('--to', metavar='T', help='End it here; default: ten minutes after --from.'),
+    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
+    anyway: Anyway = False,
+) -> None:
+    """Draw one picture of a bag or a scene.
+
+    Pictures of a scene alone (weather, cam, machine) are drawn without sailing it.
+    """
+    from tauto_core.api import is_bag
+    from tauto_core.plots.contents import OF_A_SCENE, check_picture, time_unit
+    from tauto_core.scene import load_scene
+    from tauto_core.voyage import Voyage
+
+    file = out or Path(f'{title_of(source)}_{what}.svg')
+    check_picture(what, file, part=from_time is not None or to_time is not None)
+    given = given_values(settings, duration)
+    if what in OF_A_SCENE and not is_bag(source):
+        scene = load_scene(source, **given)
+        say_oddities(scene, source, anyway=True)  # it does not sail
+        with naming(source, scene.name):
+            Voyage(scene, {}, {}).plot(what, file)
+    else:
+        voyage = _voyage(source, given, anyway)
+        unit_s, _ = time_unit(float(voyage.time_s[-1]))
+        begin, end = (None if at is None else at * unit_s for at in (from_time, to_time))
+        voyage.plot(what, file, from_s=begin, to_s=end)
+    say(f'wrote {file}')
+
+
+def report(
+    source: Source,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            '--out', '-o', metavar='FILE', help='Ending in .html; is replaced. Default: NAME.html.'
+        ),
+    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
+    anyway: Anyway = False,
+) -> None:
+    """Write a page of all figures, with the machine as it moves."""
+    from tauto_core.plots.page import check_report, write_report
+
+    file = out or Path(f'{title_of(source)}.html')
+    check_report(file)
+    command = (
+        shlex.join(['tauto', *sys.argv[1:]]) if len(sys.argv) > 1 else f'tauto report {source}'
+    )
+    voyage = _voyage(source, given_values(settings, duration), anyway)
+    say('drawing')
+    write_report(voyage, file, command)
+    say(f'wrote {file}')
+
+
+def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
+    from tauto_core.api import is_bag
+    from tauto_core.bags import read_bag
+    from tauto_core.scene import load_scene
+    from tauto_core.voyage import replay, sail
+
+    if is_bag(source):
+        if given:
+            raise UsageError(
+                '--duration and --set are for a scene, and a bag was sailed already. Leave '
+                'them out'
+            )
+        voyage = replay(read_bag(Path(source)))
+        said = voyage.result['warnings']
+    else:
+        scene = load_scene(source, **given)
+        say_oddities(scene, source, anyway=anyway)
+        with progress_bar(scene.name) as progress:
+            voyage = sail(scene, origin=source, anyway=anyway, progress=progress)
+        said = ()
+    for warning in said:
+        say(warning)
+    return voyage
+
+
+def title_of(source: str) -> str:
+    """Return a name for what is drawn: that of a folder whole, of a file without its suffix."""
+    place = Path(os.path.abspath(source))  # `.` has no name
+    return place.name if place.is_dir() else place.stem
+
+
+# -----------------------------------------------------------------------------
+# `tauto compare`: several clocks through the same sea, side by side.
+
+
+class Cases(StrEnum):
+    """Whether the cases of the clocks are suspended."""
+
+    BOTH = 'both'
+    WITH = 'with'
+    WITHOUT = 'without'
+
+
+def compare(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(metavar='SCENE…', help='Files or shipped names; none: the shipped clocks.'),
+    ] = None,
+    ship_of: Annotated[
+        str | None,
+        typer.Option(
+            metavar='SCENE', help='Send all clocks on the passage of this scene: ship, voyage, …'
+        ),
+    ] = None,
+    duration: Duration = None,
+    roll: Annotated[
+        str | None,
+        typer.Option(
+            metavar='A,B,…',
+            help='Significant amplitudes of the roll [deg], twice its root mean square; heave '
+            'and waves stay.',
+        ),
+    ] = None,
+    suspension: Annotated[
+        Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
+    ] = Cases.BOTH,
+    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
+    plot: Plots = None,
+    anyway: Anyway = False,
+    as_json: AsJson = False,
+) -> None:
+    """Sail several clocks through the same sea, side by side.
+
+    Which of them finds the longitude? The column `dial` is the longitude by the dial alone, which
+    the shipped clocks have regulated on land. The column `rated` allows for the rate observed in
+    port, where the ship lies in the same sea.
+    """
+    from tauto_core.ensembles import comparison
+    from tauto_core.files import check_plot
+
+    for path in plot or ():
+        check_plot(path)
+    entries = comparison.make_entries(
+        scenes or (),
+        ship_of=ship_of,
+        duration=duration,
+        rolls_deg=[] if roll is None else listed('--roll', roll, 'degrees', '0,10,20'),
+        cases=suspension.value,
+        anyway=anyway,
+    )
+    with ended_by_sigterm(), progress_bar(f'{len(entries)} clocks') as progress:
+        result = comparison.compare(entries, jobs=jobs, progress=progress)
+    for path in plot or ():
+        comparison.draw(result, path)
+        say(f'wrote {path}')
+    if as_json:
+        typer.echo(json.dumps(asdict(result), allow_nan=False))
+        return
+    from tauto_core.cli.tables import comparison_table, failures
+
+    print_rich(comparison_table(result), *failures(result))
+
+
+# -----------------------------------------------------------------------------
+# `tauto fleet`: many voyages of one scene; how often is the longitude found?
+
+
+def fleet(
+    scene: SceneName,
+    ships: Annotated[int, typer.Option(metavar='N', help='How many ships.')] = 100,
+    vary: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='FILE', help='YAML: keys of the scene, and how each is drawn for every ship.'
+        ),
+    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
+    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once on this machine.')] = 2,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar='ADDRESS', help='Sail on the workers of this dask scheduler.'),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR',
+            help='Write a row a ship to ships.parquet there; go on with what it has.',
+        ),
+    ] = None,
+    plot: Plots = None,
+    anyway: Anyway = False,
+    as_json: AsJson = False,
+) -> None:
+    """Send many ships on one voyage: how many find the longitude?
+
+    Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
+    her own waves, and what --vary draws.
+    """
+    from tauto_core.ensembles.answers import draw
+    from tauto_core.ensembles.fleets import Plan, read_draws, sail_fleet
+    from tauto_core.ensembles.workers import Crew
+    from tauto_core.files import check_plot
+    from tauto_core.scene import load_scene
+
+    for path in plot or ():
+        check_plot(path)
+    crew = Crew(jobs, scheduler)
+    draws = read_draws(vary) if vary is not None else {}
+    loaded = load_scene(scene, **given_values(settings, duration))
+    plan = Plan(loaded, scene, ships, draws, str(vary or scene))
+    for warning in plan.warnings:
+        say(warning)
+    with ended_by_sigterm(), counting_bar('ships', ships) as progress:
+        result = sail_fleet(plan, crew, out, progress, anyway=anyway)
+    for path in plot or ():
+        draw(result, path)
+        say(f'wrote {path}')
+    if out is not None:
+        say(f'wrote {out / "ships.parquet"}')
+    if as_json:
+        facts = {'scene': result.plan.scene.name, **asdict(result.answers)}
+        typer.echo(json.dumps(facts, allow_nan=False))
+        return
+    from tauto_core.cli.tables import fleet_answer, fleet_tables
+
+    failures = result.answers.failures.items()
+    print_rich(
+        fleet_answer(result.answers),
+        *fleet_tables(result.answers),
+        *(f'{counted(number, "ship")} failed: {why}' for why, number in failures),
+    )
+
+
+# -----------------------------------------------------------------------------
+# `tauto bag`: whether a bag is whole, and a sound one from what is left of one that is not.
+
+BagPath = Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')]
+
+
+def check_bag(bag: BagPath, as_json: AsJson = False) -> None:
+    """Read all of a bag, and say what is wrong with it.
+
+    The exit code is 1 if it is not whole. Checked are the ends of its files, checksums,
+    indices, metadata.yaml, payloads, the order of the log times, and whether the recording was cut
+    short.
+    """
+    from tauto_core import bags
+
+    found = bags.check_bag(bag)
+    notes = [spelled(note, option) for note in found.notes]
+    counts = found.bag.counts
+    if as_json:
+        result = {
+            'bag': str(bag),
+            'whole': found.whole,
+            'cut_short': found.cut_short,
+            'damage': found.damage,
+            'faults': found.faults,
+            'notes': notes,
+            'topics': counts,
+        }
+        typer.echo(json.dumps(result))
+    else:
+        held = f'{sum(counts.values())} messages on {len(counts)} topics'
+        lines, path = [*found.damage, *found.faults], found.bag.path
+        if found.cut_short:
+            lines.append(f'{path}: the recording was cut short before the voyage was over')
+        if found.damage:
+            lines.append(f'{path} is damaged; {held} can be read: `tauto bag recover {path}`')
+        elif found.whole:
+            lines.append(f'{path} is whole: {held}')
+        else:
+            lines.append(f'{path}: its files are whole, {held}')
+        typer.echo('\n'.join([*lines, *(f'note: {note}' for note in notes)]))
+    if not found.whole:
+        raise typer.Exit(1)
+
+
+def recover_bag(
+    bag: BagPath,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR',
+            help='Folder of the new bag; otherwise BAG_recovered beside the old one.',
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write what can be read of a damaged bag as a new one.
+
+    The old one is left as it is.
+    """
+    from tauto_core import bags
+
+    made = bags.recover_bag(bag, out)
+    if as_json:
+        result = {
+            'bag': str(bag),
+            'recovered': str(made.path),
+            'start_ns': made.start_ns,
+            'end_ns': made.end_ns,
+            'lost': list(made.lost),
+            'missing': made.missing,
+            'topics': made.counts,
+        }
+        typer.echo(json.dumps(result))
+        return
+    for lost in made.lost:
+        typer.echo(lost)
+    if made.missing:
+        typer.echo(f'{made.missing} messages that the index counts cannot be read')
+    span_s = (made.end_ns - made.start_ns) * 1e-9
+    typer.echo(
+        f'{made.path} holds {sum(made.counts.values())} messages on {len(made.counts)} topics, '
+        f'{span_s:g} s'
+    )
