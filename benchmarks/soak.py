@@ -25,8 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.bags.mcap import open_mcap
-from tauto_core.bags.soundness import check_bag
+from tauto_core.bags.check import check_bag
+from tauto_core.bags.read import open_mcap
 from tauto_core.samples import OBSERVATION
 from tauto_core.scene import load_scene
 from tauto_nodes.graph import NODES, Outcome, Plan, run_graph

@@ -20,9 +20,9 @@ from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core import voyage as core
-from tauto_core.bags import check_bag, mcap, read_bag, reader
+from tauto_core.bags import check_bag, read_bag
 from tauto_core.bags.codec import decode_as
-from tauto_core.bags.mcap import chunk_records
+from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
 from tauto_core.plots import contents
 from tauto_core.samples import Samples
@@ -141,8 +141,8 @@ def test_each_chunk_of_a_bag_is_decompressed_once_and_its_scene_decoded_once(
         decoded.append(ros_type)
         return decode_as(ros_type, *args)
 
-    monkeypatch.setattr(mcap, 'chunk_records', records)
-    monkeypatch.setattr(reader, 'decode_as', decode)
+    monkeypatch.setattr('tauto_core.bags.read.chunk_records', records)
+    monkeypatch.setattr('tauto_core.bags.read.decode_as', decode)
     use(tmp_path / 'bag')
     assert len(set(read)) == len(file.spans) > 5
     assert len(read) == len(set(read))

@@ -8,7 +8,7 @@ from conftest import Bench
 from rclpy.node import Node
 
 from tauto_core.bags import TOPICS
-from tauto_core.bags.mcap import open_mcap
+from tauto_core.bags.read import open_mcap
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
 from tauto_nodes.ports import port

@@ -397,7 +397,7 @@ class Voyage:
             BagError: the folder may not be written to.
         """
         from tauto_core.bags import BagWriter, check_folder
-        from tauto_core.bags.writer import CUT_SHORT
+        from tauto_core.bags.write import CUT_SHORT
 
         folder = Path(bag)
         check_folder(folder, force=force)

@@ -12,7 +12,7 @@ import numpy as np
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter, header_stamp_ns
-from tauto_core.bags.writer import CUT_SHORT
+from tauto_core.bags.write import CUT_SHORT
 from tauto_core.samples import NS_PER_S, TextSamples
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError

@@ -1,10 +1,10 @@
 """Bags: the topic table, CDR payloads, reading and writing MCAP."""
 
+from tauto_core.bags.check import Recovered, Soundness, check_bag, is_cut_short, recover_bag
 from tauto_core.bags.codec import decode, decode_as, encode, header_stamp_ns
-from tauto_core.bags.reader import Bag, Message, read_bag
-from tauto_core.bags.soundness import Recovered, Soundness, check_bag, is_cut_short, recover_bag
+from tauto_core.bags.read import Bag, Message, read_bag
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
-from tauto_core.bags.writer import BagWriter, check_folder
+from tauto_core.bags.write import BagWriter, check_folder
 
 __all__ = [
     'TOPICS',

@@ -83,24 +83,19 @@ def template(topic: str, texts: tuple[Text, ...]) -> tuple[bytes, np.dtype[np.vo
         elif field.kind == 'time':
             _align(out, 4)
             out += bytes(8)
+        elif isinstance(value := next(variable), str):
+            _put_text(topic, field, out, value)
+        elif isinstance(value, int):
+            _put_length(out, value)
+            if value:
+                _align(out, 8)
+            out += bytes(8 * value)
         else:
-            _put_variable(topic, field, out, next(variable))
+            _put_length(out, len(value))
+            for text in value:
+                _put_text(topic, field, out, text)
     payload = bytes(out)
     return payload, scan(TOPICS[topic].message, topic, payload).rows.dtype
-
-
-def _put_variable(topic: str, field: Field, out: bytearray, value: Text) -> None:
-    if isinstance(value, str):
-        _put_text(topic, field, out, value)
-    elif isinstance(value, int):
-        _put_length(out, value)
-        if value:
-            _align(out, 8)
-        out += bytes(8 * value)
-    else:
-        _put_length(out, len(value))
-        for text in value:
-            _put_text(topic, field, out, text)
 
 
 def _align(out: bytearray, size: int) -> None:
@@ -199,21 +194,18 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
             first = cursor.skip(field, np.dtype(code).itemsize, field.length)
             shape = f'({field.length},)' if field.length > 1 else ''
             numbers.append((field.sample, f'{shape}{cursor.order}{code}', first))
-    rows = np.frombuffer(payload, _structure(numbers, len(payload)))
-    layout = Layout(len(payload), rows, tuple(cursor.words), texts)
-    _recent[message.name] = layout
-    return layout
-
-
-def _structure(numbers: list[_Row], size: int) -> np.dtype[np.void]:
-    return np.dtype(
+    structure = np.dtype(
         {
             'names': [name for name, _, _ in numbers],
             'formats': [code for _, code, _ in numbers],
             'offsets': [first for _, _, first in numbers],
-            'itemsize': size,
+            'itemsize': len(payload),
         }
     )
+    rows = np.frombuffer(payload, structure)
+    layout = Layout(len(payload), rows, tuple(cursor.words), texts)
+    _recent[message.name] = layout
+    return layout
 
 
 def byte_order(origin: str, payload: bytes) -> str:
@@ -264,9 +256,43 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
         )
     values = {field.name: getattr(samples, field.name) for field in fields(samples)}
     _check_shapes(topic, message, values, count(samples))
+    # Runs of samples whose strings are equal have one layout.
+    n = count(samples)
+    changes = np.zeros(max(n - 1, 0), np.bool_)
+    for field in message.fields:
+        if field.kind == 'string' and not field.shared and values[field.sample].strides[0]:
+            texts = values[field.sample]
+            changes |= np.asarray(texts[1:] != texts[:-1], np.bool_)
+    bounds = [0, *(np.flatnonzero(changes) + 1).tolist(), n] if n else [0]
     payloads: list[bytes] = []
-    for first, last in _runs(message, values, count(samples)):
-        payloads += _encode_run(topic, message, values, slice(first, last))
+    for first, last in pairwise(bounds):
+        varying: list[Text] = []
+        for field in message.fields:
+            value = values[field.sample]
+            if field.kind in {'string', 'string[]'}:
+                varying.append(value if field.shared else value[first])
+            elif field.kind == 'float64[]':
+                varying.append(value.shape[1])
+        one, structure = template(topic, tuple(varying))
+        size = len(one)
+        copies = bytearray(one * (last - first))
+        block = np.frombuffer(copies, structure)
+        for field in message.fields:
+            if field.kind == 'time':
+                seconds, nanoseconds = np.divmod(values[field.sample][first:last], NS_PER_S)
+                low, high = _SECONDS_RANGE
+                if not (low <= seconds.min() and seconds.max() <= high):
+                    raise BagError(
+                        f'{topic}: {field.sample} lies between {seconds.min()} s and '
+                        f'{seconds.max()} s, but a ROS time lies in [{low}, {high}] s; choose a '
+                        'nearer starts_at'
+                    )
+                block[f'{field.sample}.sec'] = seconds
+                block[f'{field.sample}.nanosec'] = nanoseconds
+            elif field.kind not in {'string', 'string[]'}:
+                block[field.sample] = values[field.sample][first:last]
+        octets = bytes(copies)
+        payloads += [octets[at : at + size] for at in range(0, len(octets), size)]
     return payloads
 
 
@@ -309,8 +335,15 @@ def decode_as(
     if not message.stamped:
         collection.values['stamp_ns'] = np.array(stamps_ns, np.int64)
     samples = message.samples(**collection.values)
-    if isinstance(samples, JointSamples):
-        _check_joints(origin, samples)
+    if isinstance(samples, JointSamples) and payloads:
+        names = len(samples.name)
+        for what in ('position', 'velocity', 'effort'):
+            length = getattr(samples, what).shape[1]
+            if length != names and (length or what == 'position'):
+                raise BagError(
+                    f'{origin}: {what} has {length} elements for {names} names; the publisher '
+                    'must send one a name' + ('' if what == 'position' else ', or none')
+                )
     return samples
 
 
@@ -343,47 +376,6 @@ def header_stamp_ns(payload: bytes) -> int:
     except struct.error:
         raise cut_short('message', 'header.stamp', payload) from None
     return int(seconds) * NS_PER_S + int(nanoseconds)
-
-
-def _runs(message: MessageType, values: Mapping[str, Any], n: int) -> Iterator[tuple[int, int]]:
-    """Yield the bounds of runs of samples whose strings are equal."""
-    changes = np.zeros(max(n - 1, 0), np.bool_)
-    for field in message.fields:
-        if field.kind == 'string' and not field.shared and values[field.sample].strides[0]:
-            texts = values[field.sample]
-            changes |= np.asarray(texts[1:] != texts[:-1], np.bool_)
-    bounds = [0, *(np.flatnonzero(changes) + 1).tolist(), n] if n else [0]
-    return pairwise(bounds)
-
-
-def _encode_run(
-    topic: str, message: MessageType, values: Mapping[str, Any], run: slice
-) -> list[bytes]:
-    """Return the payloads of samples whose strings are equal."""
-    n = run.stop - run.start
-    one, structure = template(topic, tuple(_texts(message, values, run.start)))
-    copies = bytearray(one * n)
-    block = np.frombuffer(copies, structure)
-    for field in message.fields:
-        if field.kind == 'time':
-            seconds, nanoseconds = np.divmod(values[field.sample][run], NS_PER_S)
-            _check_seconds(topic, field, seconds)
-            block[f'{field.sample}.sec'] = seconds
-            block[f'{field.sample}.nanosec'] = nanoseconds
-        elif field.kind not in {'string', 'string[]'}:
-            block[field.sample] = values[field.sample][run]
-    octets, size = bytes(copies), len(one)
-    return [octets[at : at + size] for at in range(0, n * size, size)]
-
-
-def _texts(message: MessageType, values: Mapping[str, Any], index: int) -> Iterator[Text]:
-    """Yield the values of the fields of variable length in one sample."""
-    for field in message.fields:
-        value = values[field.sample]
-        if field.kind in {'string', 'string[]'}:
-            yield value if field.shared else value[index]
-        elif field.kind == 'float64[]':
-            yield value.shape[1]
 
 
 def _groups(
@@ -432,23 +424,24 @@ class _Collection:
                 found = layout.texts[name]
                 if self.values.setdefault(name, found) != found:
                     raise _mixed(self.origin, field, repr(self.values[name]), repr(found))
-            elif field.kind == 'string':
+                continue
+            if field.kind == 'string':
                 texts = self.values.setdefault(name, np.empty(self.n, object))
                 texts[where] = layout.texts[name]
+                continue
+            if field.kind == 'time':
+                part = layout.rows[f'{name}.sec'].astype(np.int64) * NS_PER_S
+                part += layout.rows[f'{name}.nanosec'].astype(np.int64)
             else:
-                self._put_numbers(field, where, _numbers(field, layout))
-
-    def _put_numbers(self, field: Field, where: IntArray, part: NDArray[Any]) -> None:
-        whole = self.values.get(field.sample)
-        if whole is None and len(part) == self.n:
-            self.values[field.sample] = part.astype(part.dtype.newbyteorder('='))
-            return
-        if whole is None:
-            whole = np.empty((self.n, *part.shape[1:]), part.dtype.newbyteorder('='))
-            self.values[field.sample] = whole
-        if whole.shape[1:] != part.shape[1:]:
-            raise _mixed(self.origin, field, *_lengths(whole, part))
-        whole[where] = part
+                part = layout.rows[name]
+            native = part.dtype.newbyteorder('=')
+            if name not in self.values and len(part) == self.n:
+                self.values[name] = part.astype(native)
+                continue
+            whole = self.values.setdefault(name, np.empty((self.n, *part.shape[1:]), native))
+            if whole.shape[1:] != part.shape[1:]:
+                raise _mixed(self.origin, field, *_lengths(whole, part))
+            whole[where] = part
 
 
 def _lengths(first: NDArray[Any], second: NDArray[Any]) -> tuple[str, str]:
@@ -460,14 +453,6 @@ def _mixed(origin: str, field: Field, first: str, second: str) -> BagError:
         f'{origin}: {field.message} is {first} in one message and {second} in another; a topic '
         'must have one source: record or remap them apart'
     )
-
-
-def _numbers(field: Field, layout: Layout) -> NDArray[Any]:
-    """Return a numeric field of the payloads of one layout."""
-    if field.kind != 'time':
-        return layout.rows[field.sample]
-    seconds: IntArray = layout.rows[f'{field.sample}.sec'].astype(np.int64)
-    return seconds * NS_PER_S + layout.rows[f'{field.sample}.nanosec'].astype(np.int64)
 
 
 def _check_shapes(topic: str, message: MessageType, values: Mapping[str, Any], n: int) -> None:
@@ -485,27 +470,3 @@ def _check_shapes(topic: str, message: MessageType, values: Mapping[str, Any], n
                 f'{topic}: {field.sample} has shape {shape}, but must have '
                 f'{" or ".join(map(str, wanted))}'
             )
-
-
-def _check_joints(origin: str, samples: JointSamples) -> None:
-    names = len(samples.name)
-    for what, allowed in (
-        ('position', (names,)),
-        ('velocity', (0, names)),
-        ('effort', (0, names)),
-    ):
-        length = getattr(samples, what).shape[1]
-        if len(samples.stamp_ns) and length not in allowed:
-            raise BagError(
-                f'{origin}: {what} has {length} elements for {names} names; the publisher must '
-                'send one a name' + ('' if what == 'position' else ', or none')
-            )
-
-
-def _check_seconds(topic: str, field: Field, seconds: IntArray) -> None:
-    low, high = _SECONDS_RANGE
-    if len(seconds) and not (low <= seconds.min() and seconds.max() <= high):
-        raise BagError(
-            f'{topic}: {field.sample} lies between {seconds.min()} s and {seconds.max()} s, but '
-            f'a ROS time lies in [{low}, {high}] s; choose a nearer starts_at'
-        )

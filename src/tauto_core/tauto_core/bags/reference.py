@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, Field, MessageType
+from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, MessageType
 
 _HEAD = """# Topics
 
@@ -54,17 +54,13 @@ def topic_reference() -> str:
 
 
 def _fields(message: MessageType) -> str:
-    rows = [
-        f'| `{field.message}` | `{field.sample}` | {_kind(field)} | {field.unit} |\n'
-        for field in message.fields
-    ]
-    head = '| message field | sample field | holds | unit |\n|---|---|---|---|\n'
-    return f'\n### {message.name}: `{message.samples.__name__}`\n\n{head}' + ''.join(rows)
-
-
-def _kind(field: Field) -> str:
-    kind = f'{field.length} × {field.kind}' if field.length > 1 else field.kind
-    return f'{kind}, batch' if field.shared else kind
+    lines = ['| message field | sample field | holds | unit |', '|---|---|---|---|']
+    for field in message.fields:
+        kind = f'{field.length} × {field.kind}' if field.length > 1 else field.kind
+        kind += ', batch' if field.shared else ''
+        lines.append(f'| `{field.message}` | `{field.sample}` | {kind} | {field.unit} |')
+    rows = '\n'.join(lines)
+    return f'\n### {message.name}: `{message.samples.__name__}`\n\n{rows}\n'
 
 
 if __name__ == '__main__':

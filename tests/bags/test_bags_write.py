@@ -24,7 +24,7 @@ from rosbags.rosbag2 import Reader
 
 from tauto_core import files
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter, check_bag, encode, mcap, offered_qos, read_bag
+from tauto_core.bags import TOPICS, BagWriter, check_bag, encode, offered_qos, read_bag
 from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
 
 
@@ -567,7 +567,7 @@ class Forgetful(BytesIO):
 def test_an_index_that_is_lost_ends_the_writing_with_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mcap.tempfile, 'TemporaryFile', lambda **_: Forgetful())
+    monkeypatch.setattr('tempfile.TemporaryFile', lambda **_: Forgetful())
     with pytest.raises(BagError, match=r'bytes of its index are lost'):
         write(tmp_path / 'voyage', all_batches())
     assert read_bag(tmp_path / 'voyage').counts == {

@@ -6,6 +6,7 @@ import json
 import math
 import struct
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,10 +14,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from tauto_core.bags.codec import decode_as
-from tauto_core.bags.mcap import Channel, DeclaredTopic, McapFile, open_mcap
-from tauto_core.bags.reader import Bag, by_number, find_files
+from tauto_core.bags.read import METADATA, Bag, McapFile, by_number, find_files, open_mcap
 from tauto_core.bags.table import MESSAGE_TYPES
-from tauto_core.bags.writer import CUT_SHORT, METADATA, BagWriter, check_folder, definition_of
+from tauto_core.bags.write import CUT_SHORT, BagWriter, DeclaredTopic, check_folder, definition_of
 from tauto_core.samples import SCENE
 from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError, TautoError
 
@@ -89,7 +89,16 @@ def survey(path: Path) -> Soundness:
     damage: list[str] = []
     refusals: list[BagError] = []
     files: list[McapFile] = []
-    for file in _files(path, damage):
+    try:
+        paths = find_files(path, damage)
+    except BagPlaceError:
+        raise
+    except BagError as error:
+        paths = sorted(path.glob('*.mcap'), key=by_number)
+        if not paths:
+            raise
+        damage.append(str(error))
+    for file in paths:
         try:
             files.append(open_mcap(file, walk=True))
         except BagError as error:
@@ -102,19 +111,6 @@ def survey(path: Path) -> Soundness:
         found.damage += walked.warnings
     found.custom = _custom(path, files)
     return found
-
-
-def _files(path: Path, damage: list[str]) -> list[Path]:
-    try:
-        return find_files(path, damage)
-    except BagPlaceError:
-        raise
-    except BagError as error:
-        found = sorted(path.glob('*.mcap'), key=by_number)
-        if not found:
-            raise
-        damage.append(str(error))
-        return found
 
 
 def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
@@ -272,18 +268,6 @@ class _Reading:
         self.payloads, self.stamps_ns = [], []
 
 
-def _read_all(file: McapFile, topics: Mapping[str, _Reading]) -> None:
-    """Read each message of a file once, and judge each topic by and by."""
-    with file.path.open('rb') as stream:
-        for span in file.spans:
-            for stamp_ns, channel, payload in file.messages(span, stream, file.channels):
-                reading = topics[file.channels[channel].topic]
-                reading.payloads.append(payload)
-                reading.stamps_ns.append(stamp_ns)
-                if len(reading.payloads) == PART:
-                    reading.judge()
-
-
 def _check_content(found: Soundness) -> None:
     bag = found.bag
     topics = {
@@ -298,7 +282,14 @@ def _check_content(found: Soundness) -> None:
         except BagError as error:
             reading.fault = str(error)
     for file in bag.files:
-        _read_all(file, topics)
+        with file.path.open('rb') as stream:
+            for span in file.spans:
+                for stamp_ns, channel, payload in file.messages(span, stream, file.channels):
+                    reading = topics[file.channels[channel].topic]
+                    reading.payloads.append(payload)
+                    reading.stamps_ns.append(stamp_ns)
+                    if len(reading.payloads) == PART:
+                        reading.judge()
     for reading in topics.values():
         if reading.payloads:
             reading.judge()
@@ -312,30 +303,27 @@ def _check_content(found: Soundness) -> None:
 
 
 def _check_scene(found: Soundness) -> None:
-    topics = [topic for topic in found.bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
-    if not topics:
-        needs = ArgumentText(f'there is no {SCENE}: a replay needs ', Argument('scene'))
-        found.notes.append(needs)
-        return
-    file = found.bag.files[0]
-    for span in file.spans[:1]:
-        with file.path.open('rb') as stream:
-            for message in file.recorded(span, stream):
-                first = file.channels[message.channel].topic
-                if first not in topics:
-                    found.notes.append(f'the first message is of {first}, not of {topics[0]}')
-                break
-    _check_custom(found)
-
-
-def _check_custom(found: Soundness) -> None:
-    """Compare what the metadata say of the ship's motion with the scene that the files hold.
+    """Look for the scene, and compare it with what the metadata say of the ship's motion.
 
     They differ where the metadata belong to another recording.
     """
     from tauto_core.scene import parse_scene
     from tauto_core.ship import bag_metadata
 
+    bag = found.bag
+    scenes = [topic for topic in bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
+    if not scenes:
+        needs = ArgumentText(f'there is no {SCENE}: a replay needs ', Argument('scene'))
+        found.notes.append(needs)
+        return
+    file = bag.files[0]
+    for span in file.spans[:1]:
+        with file.path.open('rb') as stream:
+            for message in file.recorded(span, stream):
+                first = file.channels[message.channel].topic
+                if first not in scenes:
+                    found.notes.append(f'the first message is of {first}, not of {scenes[0]}')
+                break
     try:
         text = found.bag.scene
         if text is None:
@@ -346,21 +334,17 @@ def _check_custom(found: Soundness) -> None:
         return
     for name, value in held.items():
         said = found.custom.get(name)
-        if said is not None and not _same(_from_custom(said, value), value):
+        if said is None:
+            continue
+        like = said
+        if not isinstance(value, str):  # of `custom_data` all but text is JSON
+            with suppress(ValueError):
+                like = json.loads(str(said))
+        if not _same(like, value):
             found.faults.append(
                 f'{found.bag.path}: {name} = {said} in its metadata, but its scene has {value}. '
                 'The metadata are of another recording'
             )
-
-
-def _from_custom(said: object, like: object) -> object:
-    """Return a value of `custom_data`, where all but text is JSON."""
-    if isinstance(like, str):
-        return said
-    try:
-        return json.loads(str(said))
-    except ValueError:
-        return said
 
 
 def _same(said: object, held: object) -> bool:
@@ -432,20 +416,8 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
         raise BagError(
             f'{path}: no message can be read ({found.damage[0]}), so nothing can be recovered'
         )
-    counts = _write(found, out)
-    return Recovered(
-        out,
-        counts,
-        start_ns,
-        end_ns,
-        tuple(found.damage),
-        max(found.counted - sum(counts.values()), 0),
-    )
-
-
-def _write(found: Soundness, out: Path) -> dict[str, int]:
+    keys: dict[str, str] = {}
     with BagWriter(out) as writer:
-        keys: dict[str, str] = {}
         for file in found.bag.files:
             with file.path.open('rb') as stream:
                 for span in file.spans:
@@ -456,23 +428,28 @@ def _write(found: Soundness, out: Path) -> dict[str, int]:
                         key = f'{channel.topic} {channel.ros_type}'
                         if key not in keys:
                             keys[key] = channel.topic
-                            writer.declare(key, _declared(channel))
+                            known = channel.ros_type in MESSAGE_TYPES
+                            computed = definition_of(channel.ros_type)[1] if known else ''
+                            declared = DeclaredTopic(
+                                channel.topic,
+                                channel.ros_type,
+                                channel.definition,
+                                channel.metadata.get('offered_qos_profiles', ''),
+                                channel.metadata.get('topic_type_hash', '') or computed,
+                                channel.encoding,
+                                channel.definition_encoding,
+                            )
+                            writer.declare(key, declared)
                         writer.copy(key, message)
         writer.describe(found.custom)
         if not all(file.ended for file in found.bag.files):
             writer.describe(CUT_SHORT)
-    return {keys[key]: number for key, number in writer.counts.items()}
-
-
-def _declared(channel: Channel) -> DeclaredTopic:
-    known = channel.ros_type in MESSAGE_TYPES
-    type_hash = channel.metadata.get('topic_type_hash', '')
-    return DeclaredTopic(
-        channel.topic,
-        channel.ros_type,
-        channel.definition,
-        channel.metadata.get('offered_qos_profiles', ''),
-        type_hash or (definition_of(channel.ros_type)[1] if known else ''),
-        channel.encoding,
-        channel.definition_encoding,
+    counts = {keys[key]: number for key, number in writer.counts.items()}
+    return Recovered(
+        out,
+        counts,
+        start_ns,
+        end_ns,
+        tuple(found.damage),
+        max(found.counted - sum(counts.values()), 0),
     )
