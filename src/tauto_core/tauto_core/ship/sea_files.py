@@ -476,7 +476,15 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
     from scipy.optimize import least_squares
 
     t = time - time[0]
-    half_cycles, first = _first_guess(t, roll)
+    # first ω from the number of half cycles, ζ from the sizes of both halves
+    about = roll - np.mean(roll)
+    up = about > 0.0
+    half_cycles = max(int(np.count_nonzero(up[1:] != up[:-1])) + 1, 2)
+    half = len(t) // 2
+    early, late = (float(np.sqrt(np.mean(part**2))) for part in (about[:half], about[half:]))
+    first_omega = math.pi * half_cycles / float(t[-1])
+    decrement = 2.0 * math.log(early / late) / float(t[-1])
+    first = [first_omega, min(max(decrement / first_omega, 1e-4), 0.9)]
 
     def rest(guess: FloatArray) -> FloatArray:
         omega, zeta = guess
@@ -502,18 +510,6 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
         math.sqrt(float(spread[1, 1])),
         math.sqrt(variance),
     )
-
-
-def _first_guess(t: FloatArray, roll: FloatArray) -> tuple[int, list[float]]:
-    """Return the number of half cycles, w from it, and ζ from the sizes of both halves."""
-    about = roll - np.mean(roll)
-    up = about > 0.0
-    half_cycles = max(int(np.count_nonzero(up[1:] != up[:-1])) + 1, 2)
-    half = len(t) // 2
-    early, late = (float(np.sqrt(np.mean(part**2))) for part in (about[:half], about[half:]))
-    omega = math.pi * half_cycles / float(t[-1])
-    decrement = 2.0 * math.log(early / late) / float(t[-1])
-    return half_cycles, [omega, min(max(decrement / omega, 1e-4), 0.9)]
 
 
 # -----------------------------------------------------------------------------
@@ -580,7 +576,15 @@ def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
     undirected = np.isnan(table[WAVES_FROM])
     by_direction_alone = by_direction and not undirected.all()
     kept = table.rows(~undirected) if by_direction_alone else table
-    begins_s = _begins_s(asked, kept[SECONDS])
+    first_s, last_s = float(kept[SECONDS][0]), float(kept[SECONDS][-1])
+    begins_s = first_s
+    if asked.begins is not None:
+        begins_s = utc(asked.path, 'begins', asked.begins).timestamp()
+        if not first_s <= begins_s <= last_s:
+            ends = (datetime.fromtimestamp(each, UTC) for each in (first_s, last_s))
+            first, last = (f'{end:%Y-%m-%dT%H:%M}' for end in ends)
+            problem = f'is not within the record, from {first} to {last}'
+            raise SceneError(asked.path, 'begins', asked.begins, problem, 'Give a time within it.')
     latest_s = kept[SECONDS][kept[SECONDS] <= begins_s].max()
     missing = np.count_nonzero(undirected & (table[SECONDS] >= latest_s))
     kept = kept.rows(kept[SECONDS] >= latest_s)
@@ -606,21 +610,6 @@ def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
         'gaps_bridged': gaps,
         'rows_without_direction': int(missing) if by_direction else 0,
     }
-
-
-def _begins_s(asked: RecordFile, time_s: FloatArray) -> float:
-    """Return the time of the record at which the scene starts."""
-    first_s, last_s = float(time_s[0]), float(time_s[-1])
-    if asked.begins is None:
-        return first_s
-    begins_s = utc(asked.path, 'begins', asked.begins).timestamp()
-    if first_s <= begins_s <= last_s:
-        return begins_s
-    first, last = (
-        datetime.fromtimestamp(each, UTC).strftime('%Y-%m-%dT%H:%M') for each in (first_s, last_s)
-    )
-    problem = f'is not within the record, from {first} to {last}'
-    raise SceneError(asked.path, 'begins', asked.begins, problem, 'Give a time within it.')
 
 
 def _waves(height: str, period: str, waves_from: str) -> tuple[Column, ...]:

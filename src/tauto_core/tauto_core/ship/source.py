@@ -56,25 +56,6 @@ def landfalls(scene: Scene) -> IntArray:
     return scene.starts_at_ns + np.array(sorted(set(within)), np.int64)
 
 
-def _in_port(scene: Scene) -> IntArray:
-    end = scene.duration_ns
-    if scene.voyage is not None:
-        end = min(nanoseconds(scene.voyage.sails_at), end)
-    interval = nanoseconds(scene.drift.observation_interval)
-    return scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
-
-
-def _by_the_moon(scene: Scene) -> IntArray:
-    """Return the stamps of lunar distances [ns]: multiples of their interval between the ports."""
-    lunars = scene.drift.lunars
-    if lunars is None or scene.voyage is None:
-        return np.empty(0, np.int64)
-    passage, interval = Passage(scene, scene.voyage), nanoseconds(lunars.interval)
-    first = passage.sails_ns // interval + 1
-    last = min(passage.arrives_ns - 1, scene.duration_ns) // interval
-    return scene.starts_at_ns + interval * np.arange(first, last + 1, dtype=np.int64)
-
-
 class Observations:
     """Observed times t_k + N(0, σ), σ that of the port or of lunar distances.
 
@@ -88,9 +69,20 @@ class Observations:
 
     def __init__(self, scene: Scene) -> None:
         self._seed, drift = scene.seed, scene.drift
+        passage = None if scene.voyage is None else Passage(scene, scene.voyage)
         made = landfalls(scene)
-        known = np.union1d(_in_port(scene), made)
-        lunars = np.setdiff1d(_by_the_moon(scene), known)
+        end = scene.duration_ns if passage is None else min(passage.sails_ns, scene.duration_ns)
+        interval = nanoseconds(drift.observation_interval)
+        in_port = scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
+        known = np.union1d(in_port, made)
+        lunars = np.empty(0, np.int64)
+        if drift.lunars is not None and passage is not None:
+            # multiples of their interval between the ports
+            interval = nanoseconds(drift.lunars.interval)
+            first = passage.sails_ns // interval + 1
+            last = min(passage.arrives_ns - 1, scene.duration_ns) // interval
+            lunars = interval * np.arange(first, last + 1, dtype=np.int64)
+            lunars = np.setdiff1d(scene.starts_at_ns + lunars, known)
         errors = {
             int(stamp): (LANDFALL if stamp in made else PORT, k, drift.observation_sigma)
             for k, stamp in enumerate(known)
@@ -114,17 +106,16 @@ class Observations:
         first, last = np.searchsorted(self.stamps, [first_ns, last_ns])
         stamps = self.stamps[first:last]
         drawn = [self._drawn[int(stamp)] for stamp in stamps]
-        errors = np.array([self._error_ns(*each) for each in drawn], np.int64)
+        errors = np.empty(len(drawn), np.int64)
+        for row, (kind, k, sigma) in enumerate(drawn):
+            seeds = np.random.SeedSequence([self._seed, k])
+            if kind == LUNAR:
+                seeds = np.random.SeedSequence(self._seed, spawn_key=(_LUNARS, k))
+            normal = np.random.Generator(np.random.PCG64(seeds)).standard_normal()
+            errors[row] = round(NS_PER_S * sigma * float(normal))
         source = np.empty(len(stamps), object)
         source[:] = [each[0] for each in drawn]
         return TimeSamples(stamps, '', stamps + errors, source)
-
-    def _error_ns(self, source: str, k: int, sigma: float) -> int:
-        seeds = np.random.SeedSequence([self._seed, k])
-        if source == LUNAR:
-            seeds = np.random.SeedSequence(self._seed, spawn_key=(_LUNARS, k))
-        normal = np.random.Generator(np.random.PCG64(seeds)).standard_normal()
-        return round(NS_PER_S * sigma * float(normal))
 
     def _hidden(self, stamp_ns: int, share: float) -> bool:
         """Return whether clouds hide an observation at a time."""
@@ -160,7 +151,12 @@ class ShipMotion:
         self._next = 0
         channels = scene.ship.channels(scene)
         if channels.roll is not None:
-            _keep_freed_memory()
+            # The allocator keeps the memory that a chunk of samples frees for the next one. Memory
+            # returned to the system has to be mapped again page by page, and each page costs as
+            # much time as several samples. Under glibc the largest block that was mapped and
+            # freed becomes the threshold of mapping, and twice that the threshold of returning
+            # memory (mallopt(3), M_MMAP_THRESHOLD); elsewhere this has no effect.
+            np.empty(KEPT_BYTES, np.uint8)
         self.total = scene.samples + scene.samples_beyond_end
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
         self.warnings = channels.warnings
@@ -187,23 +183,6 @@ class ShipMotion:
         first = self._next
         last = min(first + count, self.total)
         self._next = last
-        return self._samples(first, last)
-
-    def roll_at_start(self) -> float:
-        """Return the roll of the first sample [rad]."""
-        if self._roll is None:
-            return 0.0
-        return float(self._roll.between(0, 1, 0)[0][0])
-
-    def state(self) -> State:
-        """Return all that the next output depends on."""
-        return {'next': self._next}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._next = int(state['next'])
-
-    def _samples(self, first: int, last: int) -> ImuSamples | PlanarImu:
         scene = self._scene
         begin, end = (self._starts_at_ns + self._step_ns * k for k in (first, last))
         stamps = np.arange(begin, end, self._step_ns, dtype=np.int64)
@@ -225,16 +204,19 @@ class ShipMotion:
         imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.gravity)
         return imu if self._is_planar else message(imu)
 
+    def roll_at_start(self) -> float:
+        """Return the roll of the first sample [rad]."""
+        if self._roll is None:
+            return 0.0
+        return float(self._roll.between(0, 1, 0)[0][0])
 
-def _keep_freed_memory() -> None:
-    """Make the allocator keep the memory that a chunk of samples frees, for the next chunk.
+    def state(self) -> State:
+        """Return all that the next output depends on."""
+        return {'next': self._next}
 
-    Memory returned to the system has to be mapped again page by page, and each page costs as much
-    time as several samples. Under glibc the largest block that was mapped and freed becomes the
-    threshold of mapping, and twice that the threshold of returning memory (mallopt(3),
-    M_MMAP_THRESHOLD); elsewhere this has no effect.
-    """
-    np.empty(KEPT_BYTES, np.uint8)
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._next = int(state['next'])
 
 
 def bag_metadata(scene: Scene) -> dict[str, Any]:

@@ -68,8 +68,13 @@ class SampledHarmonics:
 
     def __init__(self, harmonics: Harmonics, step_ns: int) -> None:
         self._mean = harmonics.mean
-        steps = [_steps_in_turns(step_ns, float(T)) for T in harmonics.period]
-        phases = [_turns(float(eps)) for eps in harmonics.phase]
+        # Exact turns of a step and of the phases, as pairs of integers: fractions, which are
+        # reduced to lowest terms, would cost ten times as much.
+        periods = [period.as_integer_ratio() for period in harmonics.period.tolist()]
+        steps = [(step_ns * below, NS_PER_S * above) for above, below in periods]
+        angles = [phase.as_integer_ratio() for phase in harmonics.phase.tolist()]
+        pi_above, pi_below = _TWO_PI.as_integer_ratio()
+        phases = [(above * pi_below, below * pi_above) for above, below in angles]
         # from the middle of a block, between two samples, to those after it
         within = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
             1, SUM_BLOCK, 2, dtype=np.uint64
@@ -100,19 +105,16 @@ class SampledHarmonics:
         """
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
         if first < begin or last > begin + len(blocks[0]):
+            from tauto_core.ship.kernels import sum_blocks  # only when needed
+
             begin, end = first // SUM_BLOCK * SUM_BLOCK, -(-last // SUM_BLOCK) * SUM_BLOCK
-            blocks = self._blocks(begin // SUM_BLOCK, end // SUM_BLOCK, orders)
+            outputs: list[FloatArray | None] = [None, None, None]
+            for order in orders:
+                outputs[order] = np.empty(((end - begin) // SUM_BLOCK, SUM_BLOCK))
+            sum_blocks(begin // SUM_BLOCK, self._mean, *self._arguments, *outputs)
+            blocks = [out.reshape(-1) for out in outputs if out is not None]
             self._kept[orders] = end - SUM_BLOCK, [x[-SUM_BLOCK:].copy() for x in blocks]
         return [x[first - begin : last - begin] for x in blocks]
-
-    def _blocks(self, first: int, last: int, orders: tuple[int, ...]) -> list[FloatArray]:
-        from tauto_core.ship.kernels import sum_blocks  # only when needed
-
-        outputs: list[FloatArray | None] = [None, None, None]
-        for order in orders:
-            outputs[order] = np.empty((last - first, SUM_BLOCK))
-        sum_blocks(first, self._mean, *self._arguments, *outputs)
-        return [out.reshape(-1) for out in outputs if out is not None]
 
 
 def _table(angle: FloatArray) -> FloatArray:
@@ -129,28 +131,14 @@ def _table(angle: FloatArray) -> FloatArray:
     return table.reshape(-1, TOGETHER)
 
 
-# Fractions as pairs of integers; reducing them to lowest terms would cost ten times as much.
-def _steps_in_turns(step_ns: int, period_s: float) -> tuple[int, int]:
-    """Return the exact turns of a step."""
-    numerator, denominator = period_s.as_integer_ratio()
-    return step_ns * denominator, NS_PER_S * numerator
-
-
-def _turns(angle: float) -> tuple[int, int]:
-    """Return the exact turns of an angle [rad]."""
-    numerator, denominator = angle.as_integer_ratio()
-    return numerator * _TWO_PI.denominator, denominator * _TWO_PI.numerator
-
-
 def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
     """Return the fractional parts of exact turns, rounded to 2⁻⁶⁴ turns, halves to even."""
-    return np.array([_unit(*each) for each in turns], np.uint64)
-
-
-def _unit(numerator: int, denominator: int) -> int:
-    whole, rest = divmod(numerator * _UNITS_PER_TURN, denominator)
-    up = 2 * rest > denominator or (2 * rest == denominator and whole % 2 == 1)
-    return (whole + up) % _UNITS_PER_TURN
+    found = []
+    for numerator, denominator in turns:
+        whole, rest = divmod(numerator * _UNITS_PER_TURN, denominator)
+        up = 2 * rest > denominator or (2 * rest == denominator and whole % 2 == 1)
+        found.append((whole + up) % _UNITS_PER_TURN)
+    return np.array(found, np.uint64)
 
 
 # -----------------------------------------------------------------------------
@@ -277,35 +265,37 @@ class SampledFades:
             last: > first.
             orders: the orders of the derivatives, rising, as for `SampledHarmonics`.
         """
-        parts = []
+        parts, sums = [], self._fades.sums
         while first < last:
             state = bisect_right(self._begins, first) - 1
             following = state + 1
             end = last
             if following < len(self._begins):
                 end = min(end, self._begins[following])
-            parts.append(self._part(max(state, 0), following, (first, end), orders))
+            state = max(state, 0)
+            old = sums[state]
+            new = sums[following] if following < len(sums) else old
+            if old == new:
+                parts.append(self._alone(old, (first, end), orders))
+            else:
+                parts.append(self._fading(state, (old, new), (first, end), orders))
             first = end
         if len(parts) == 1:
             return parts[0]
         return [np.concatenate(columns) for columns in zip(*parts, strict=True)]
 
-    def _part(
-        self, state: int, following: int, span: tuple[int, int], orders: tuple[int, ...]
-    ) -> list[FloatArray]:
-        """Return samples from one state on, none beyond the following one."""
-        sums = self._fades.sums
-        old = sums[state]
-        new = sums[following] if following < len(sums) else old
-        if old == new:
-            return self._alone(old, span, orders)
-        return self._fading(state, (old, new), span, orders)
-
     def _alone(
         self, number: int, span: tuple[int, int], orders: tuple[int, ...]
     ) -> list[FloatArray]:
         """Return samples of one sum; zeros in a calm, one array for all orders."""
-        found = self._sampled(number)
+        if number not in self._kept:
+            harmonics = self._fades.of(number)
+            while len(self._kept) >= KEPT:
+                self._kept.pop(next(iter(self._kept)))
+            self._kept[number] = (
+                None if harmonics is None else SampledHarmonics(harmonics, self._step_ns)
+            )
+        found = self._kept[number]
         if found is not None:
             return found.between(*span, *orders)
         samples = span[1] - span[0]
@@ -334,14 +324,3 @@ class SampledFades:
         begin_ns, end_ns = self._fades.at_ns[state : state + 2]
         fade(span[0], self._step_ns, begin_ns, end_ns - begin_ns, *motions, *outputs)
         return [out[:samples] for out in outputs if out is not None]
-
-    def _sampled(self, number: int) -> SampledHarmonics | None:
-        """Return a sum ready to be sampled; None in a calm."""
-        if number not in self._kept:
-            harmonics = self._fades.of(number)
-            while len(self._kept) >= KEPT:
-                self._kept.pop(next(iter(self._kept)))
-            self._kept[number] = (
-                None if harmonics is None else SampledHarmonics(harmonics, self._step_ns)
-            )
-        return self._kept[number]

@@ -216,57 +216,49 @@ class SeaShip(ShipKind):
             yield from self.sea.problems(self.rate)
         if self.weather is not None:
             yield from self.weather.problems(self.rate)
-        yield from _sea_or_weather(self)
-        yield from _response(self)
+        if self.sea is None and self.weather is None:
+            yield Problem(
+                'ship.sea',
+                ABSENT,
+                'is missing, and there is no weather in its place',
+                'Write `sea: …`, mapping: spectrum, significant_wave_height, peak_period, …; or '
+                '`weather: …`, mapping with `kind`.',
+            )
+        if self.sea is not None and self.weather is not None:
+            yield Problem(
+                'ship.weather',
+                ABSENT,
+                'does not go with ship.sea: the sea is one, or one after another',
+                'Leave one of them out.',
+            )
+        if self.roll is None and self.rao is None:
+            yield Problem(
+                'ship.roll',
+                ABSENT,
+                'is missing, and there is no rao in its place',
+                'Write `roll: …`, mapping: natural_period, damping_ratio, slope_coefficient; or '
+                '`rao: …`, mapping: path, heading.',
+            )
+        if self.roll is not None and self.rao is not None:
+            yield Problem(
+                'ship.rao',
+                ABSENT,
+                'does not go with ship.roll: the roll follows from one of them',
+                'Leave one of them out.',
+            )
+        if self.heading is not None and self.rao is not None:
+            yield Problem(
+                'ship.heading',
+                self.heading,
+                'does not go with ship.rao, which has its own heading',
+                'Give it as ship.rao.heading.',
+            )
         if self.rao is not None:
             yield from self.rao.problems(heave=self.heave)
 
     def left_out(self) -> tuple[str, ...]:
         """Return the heave where it is not asked for."""
         return () if self.heave else ('heave',)
-
-
-def _sea_or_weather(ship: SeaShip) -> Iterator[Problem]:
-    if ship.sea is None and ship.weather is None:
-        yield Problem(
-            'ship.sea',
-            ABSENT,
-            'is missing, and there is no weather in its place',
-            'Write `sea: …`, mapping: spectrum, significant_wave_height, peak_period, …; or '
-            '`weather: …`, mapping with `kind`.',
-        )
-    if ship.sea is not None and ship.weather is not None:
-        yield Problem(
-            'ship.weather',
-            ABSENT,
-            'does not go with ship.sea: the sea is one, or one after another',
-            'Leave one of them out.',
-        )
-
-
-def _response(ship: SeaShip) -> Iterator[Problem]:
-    if ship.roll is None and ship.rao is None:
-        yield Problem(
-            'ship.roll',
-            ABSENT,
-            'is missing, and there is no rao in its place',
-            'Write `roll: …`, mapping: natural_period, damping_ratio, slope_coefficient; or '
-            '`rao: …`, mapping: path, heading.',
-        )
-    if ship.roll is not None and ship.rao is not None:
-        yield Problem(
-            'ship.rao',
-            ABSENT,
-            'does not go with ship.roll: the roll follows from one of them',
-            'Leave one of them out.',
-        )
-    if ship.heading is not None and ship.rao is not None:
-        yield Problem(
-            'ship.heading',
-            ship.heading,
-            'does not go with ship.rao, which has its own heading',
-            'Give it as ship.rao.heading.',
-        )
 
 
 def course_of(scene: Surroundings, ship: SeaShip) -> Encounter:
