@@ -16,9 +16,9 @@ from tauto_core.scene import Scene
 
 
 def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float) -> IntArray:
-    """Return the reading [ns] since the dial was set: nominal_period · φ / 2π (theory E4).
+    """Return the reading [ns] since the dial was set: nominal_period · φ / 2π.
 
-    The whole part is counted in integers, so long runs lose no resolution.
+    The whole part is counted in integers, so long runs lose no resolution (theory/reading.md, E4).
 
     Args:
         half_turns: whole half turns of the phase, (n,).
@@ -39,7 +39,8 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
 
 
 # -----------------------------------------------------------------------------
-# Noise of the dial: white and random-walk frequency noise, in exact discrete form (theory E8).
+# Noise of the dial: white and random-walk frequency noise, in exact discrete form
+# (theory/reading.md, E8).
 
 NOISE_BLOCK = 4096
 """Number of log indices drawn from one generator; the result depends on it."""

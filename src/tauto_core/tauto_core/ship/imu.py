@@ -1,7 +1,7 @@
 """Readings of an inertial sensor beside the clock: from the ship's motion and back, and sorted.
 
 Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll ρ is
-right-handed about x: starboard down is positive. Equations: theory E1.
+right-handed about x: starboard down is positive. Equations: theory/ship.md, E1.
 """
 
 from __future__ import annotations
@@ -129,7 +129,7 @@ def imu_samples(
     height: float,
     gravity: float,
 ) -> ImuSamples:
-    """Return the readings of an IMU beside the clock (theory E1).
+    """Return the readings of an IMU beside the clock (theory/ship.md, E1).
 
     The acceleration of the clock is ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and
     z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). With gravity, in axes turned by ρ, it is
@@ -166,7 +166,7 @@ def imu_samples(
 
 
 def attitude(imu: ImuSamples) -> Attitude:
-    """Return roll, roll rate and specific force from any IMU samples (theory E1).
+    """Return roll, roll rate and specific force from any IMU samples (theory/ship.md, E1).
 
     The roll is that of the yaw-pitch-roll sequence,
 

@@ -1,4 +1,4 @@
-"""A long-crested sea, its components, and the response of a ship to them (theory E5)."""
+"""A long-crested sea, its components, and the response of a ship to them (theory/sea.md, E5)."""
 
 from __future__ import annotations
 
@@ -233,7 +233,7 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 
 
 # -----------------------------------------------------------------------------
-# The response of a ship to the waves that it meets: roll and heave (theory E5).
+# The response of a ship to the waves that it meets: roll and heave (theory/sea.md, E5).
 
 NEGLIGIBLE_ENERGY = 0.01
 """Share of the waves' energy that may lie outside a response operator; those waves are left out.

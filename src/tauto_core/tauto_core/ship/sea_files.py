@@ -41,7 +41,7 @@ from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 # Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps`,
 # `roll_re` and `roll_im` [rad per m of wave amplitude] and, where the ship's heave is known,
 # `heave_re` and `heave_im` [m/m], as factors of exp(i ω t) at the ship's origin, in the axes
-# of theory E1; other columns are ignored. All headings have the same frequencies.
+# of theory/ship.md, E1; other columns are ignored. All headings have the same frequencies.
 
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
 ROLL_COLUMNS = ('roll_re', 'roll_im')

@@ -14,7 +14,7 @@ from tauto_core.ship.passage import Passage
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
 
 # -----------------------------------------------------------------------------
-# The navigator's observations of the true time (theory E7).
+# The navigator's observations of the true time (theory/navigator.md, E7).
 
 PORT, LANDFALL, LUNAR = 'port', 'landfall', 'lunar'
 """Values of `TimeReference.source` for observations."""

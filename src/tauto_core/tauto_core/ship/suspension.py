@@ -1,4 +1,4 @@
-"""The clock's case hung on a cylindrical axle in a bearing of the ship (Euler 1780; theory C).
+"""The clock's case hung on a cylindrical axle in a bearing of the ship (theory/axle.md).
 
 It takes the ship's motion, and returns what a sensor fixed in the case at the clock would read.
 The bearing's centre is where the ship's sensor is. Of the ship's motion only its acceleration
@@ -29,7 +29,8 @@ from tauto_core.ship.buffer import MotionBuffer, felt_step_ns
 from tauto_core.ship.imu import attitude, imu_from_roll, message
 
 # -----------------------------------------------------------------------------
-# Whether the axle of a suspended case stays in its bearing, also between samples (theory E3).
+# Whether the axle of a suspended case stays in its bearing, also between samples
+# (theory/suspension.md, E3).
 #
 # The contact force over the mass is P/(1 + (c/k)² sin²δ) with δ = φ − θ and
 #
@@ -125,7 +126,7 @@ def pressing(case: HungCase, motion: CaseMotion, sway: FloatArray, lift: FloatAr
 
 
 def pressing_rate(case: HungCase, motion: CaseMotion, felt: BearingForce) -> FloatArray:
-    """Return dP/dt at small angles [m/s3], (n,), with the accelerations of theory E3."""
+    """Return dP/dt at small angles [m/s3], (n,), as theory/suspension.md, E3, has them."""
     e, c, k, gravity = case
     theta, phi, theta_rate, phi_rate = (
         motion.theta,
@@ -239,7 +240,7 @@ class _BearingBuffer(MotionBuffer):
         return ('sway', 'lift')
 
     def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
-        """Fill in ÿ and g + z̈: the specific force turned by the roll (theory E1)."""
+        """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md, E1)."""
         read = attitude(message(imu) if isinstance(imu, PlanarImu) else imu)
         c, s = np.cos(read.roll), np.sin(read.roll)
         new['sway'][:] = read.force_y * c - read.force_z * s

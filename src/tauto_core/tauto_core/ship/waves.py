@@ -1,4 +1,4 @@
-"""Sums of harmonics, as a ship under way meets them, and in a sea that changes (theory E5, F1).
+"""Sums of harmonics, as a ship under way meets them, and in a sea that changes.
 
 x(t) = mean + sum a_i cos(2π t/T_i + ε_i), t = k step from the start of the scene.
 """
@@ -142,7 +142,7 @@ def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
 
 
 # -----------------------------------------------------------------------------
-# Waves as a ship under way meets them (theory E5).
+# Waves as a ship under way meets them (theory/sea.md, E5).
 
 STANDING = 1e-12
 """Least encounter frequency [rad/s]; slower waves move with the ship and seem to stand still."""
@@ -197,7 +197,8 @@ class Encounter:
 
 
 # -----------------------------------------------------------------------------
-# Motion in a sea that changes: sums of harmonics that fade into one another (theory F1).
+# Motion in a sea that changes: sums of harmonics that fade into one another
+# (theory/weather.md, F1).
 #
 # Between two states, at t_k and t_k+1, the motion is
 #

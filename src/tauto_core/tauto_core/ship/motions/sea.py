@@ -1,4 +1,4 @@
-"""A ship in a long-crested sea, and its motion there (theory E5)."""
+"""A ship in a long-crested sea, and its motion there (theory/sea.md, E5)."""
 
 from __future__ import annotations
 
