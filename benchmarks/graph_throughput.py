@@ -47,9 +47,9 @@ from tauto_core.bags import encode, header_stamp_ns
 from tauto_core.samples import NS_PER_S, READING, SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.ship.imu import imu_from_roll
-from tauto_nodes.graph import Plan, graph_environment, run_graph
+from tauto_nodes.graph import GraphPlan, run_graph
 from tauto_nodes.ports import port
-from tauto_nodes.running import executor_named
+from tauto_nodes.running import executor_named, graph_environment
 
 SCENE = 'second_cam_at_sea'
 SHORT_S = 60.0
@@ -131,13 +131,13 @@ class BagClock:
 
 def sail(options: Row, duration_s: float) -> None:
     """Print the figures of one voyage of this length [s] (`--sail`); null if this build cannot."""
-    known = {field.name for field in dataclasses.fields(Plan)}
+    known = {field.name for field in dataclasses.fields(GraphPlan)}
     if not options.keys() <= known:
         print('null')
         return
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder) / 'bag'
-        plan = Plan(SCENE, bag, duration_s=duration_s, speed=0.0, **options)
+        plan = GraphPlan(SCENE, bag, duration_s=duration_s, speed=0.0, **options)
         with BagClock(bag) as clock:
             outcome = run_graph(plan, load_scene(SCENE, duration=duration_s), lambda _: None)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -219,7 +219,7 @@ def latency() -> None:
     count = round(RATE_HZ * LATENCY_S)
     with graph_environment():
         modules = (
-            ['-m', 'tauto_nodes.trochlea', '--ros-args', '-p', 'source:=foreign'],
+            ['-m', 'tauto_nodes', 'trochlea', '--ros-args', '-p', 'source:=foreign'],
             [__file__, '--listen', str(count - RATE_HZ)],
         )
         clock, listener = (

@@ -29,7 +29,7 @@ from tauto_core.bags.check import check_bag
 from tauto_core.bags.read import open_mcap
 from tauto_core.samples import OBSERVATION
 from tauto_core.scene import load_scene
-from tauto_nodes.graph import NODES, Outcome, Plan, run_graph
+from tauto_nodes.graph import NODE_NAMES, GraphPlan, Outcome, run_graph
 
 GROWTH_MB = 5.0
 LOOK_S = 1.0
@@ -94,7 +94,7 @@ class Memory:
         return found
 
 
-def sail(plan: Plan, minutes: float) -> tuple[Outcome, dict[str, dict[str, Any]]]:
+def sail(plan: GraphPlan, minutes: float) -> tuple[Outcome, dict[str, dict[str, Any]]]:
     """Sail for so long; return what came of it and the memory of the nodes."""
     scene = load_scene(plan.scene, duration=plan.duration_s)
     stop = threading.Timer(60.0 * minutes, os.kill, (os.getpid(), signal.SIGINT))
@@ -141,12 +141,12 @@ def main() -> int:
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix='tauto_soak_') as temporary:
         bag = (asked.out or Path(temporary)) / 'soak'
-        plan = Plan(asked.scene, bag, ENDLESS_S, 0.0, True, asked.compose)
+        plan = GraphPlan(asked.scene, bag, ENDLESS_S, 0.0, True, asked.compose)
         outcome, bands = sail(plan, asked.minutes)
         print(json.dumps(bands), flush=True)
         sound, gaps = check_bag(bag), gaps_in(bag)
         size_mb = sum(file.stat().st_size for file in bag.iterdir()) / 1e6
-    expected = ('compose',) if asked.compose else NODES
+    expected = ('compose',) if asked.compose else NODE_NAMES
     flat = set(bands) == set(expected) and all(
         band['most_mb'] - band['warm_mb'] <= GROWTH_MB for band in bands.values()
     )

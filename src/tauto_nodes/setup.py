@@ -33,16 +33,14 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            f'{node} = {PACKAGE}.{node}:main'
-            for node in (
-                'ship_motion',
-                'trochlea',
-                'drift_estimator',
-                'longitude',
-                'recorder',
-                'player',
-                'markers',
+            f'{node} = {PACKAGE}.{module}:{node}'
+            for module, nodes in (
+                ('sources', ('ship_motion', 'player')),
+                ('stages', ('trochlea', 'drift_estimator', 'longitude')),
+                ('recorder', ('recorder',)),
+                ('markers', ('markers',)),
             )
+            for node in nodes
         ],
         'tauto.commands': [
             f'graph = {PACKAGE}.commands:graph',

@@ -36,9 +36,10 @@ from tauto_core.samples import (
     scalars,
     take,
 )
-from tauto_nodes.member import TICK_S, SourceNode
+from tauto_nodes.node import TICK_S
 from tauto_nodes.ports import port
 from tauto_nodes.running import claim_domain, executor_named
+from tauto_nodes.sources import SourceNode
 
 with warnings.catch_warnings():
     # rclpy imports it when the first node is made; its lark imports the deprecated sre_parse.

@@ -75,7 +75,7 @@ def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_p
     arguments = [word for name, value in values.items() for word in ('-p', f'{name}:={value}')]
     cache = tmp_path / 'cache'
     process = subprocess.Popen(
-        [sys.executable, '-m', 'tauto_nodes.trochlea', '--ros-args', *arguments],
+        [sys.executable, '-m', 'tauto_nodes', 'trochlea', '--ros-args', *arguments],
         env={**os.environ, 'TAUTO_CACHE_DIR': str(cache)},
     )
     try:

@@ -26,13 +26,10 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene, load_scene, scene_yaml
 from tauto_core.voyage import sail
-from tauto_nodes.drift_estimator import DriftEstimator
-from tauto_nodes.longitude import Longitude
 from tauto_nodes.ports import port
-from tauto_nodes.recorder import Recorder
-from tauto_nodes.ship_motion import ShipMotion
-from tauto_nodes.stage_node import StateFile
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes.recorder import RecorderNode
+from tauto_nodes.sources import ShipMotionNode
+from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, StateFile, TrochleaNode
 
 DRIFT = {
     'observation_interval': 20.0,
@@ -50,11 +47,11 @@ def test_the_graph_says_what_the_offline_run_says(bench: Bench, tmp_path: Path) 
     file = tmp_path / 'scene.yaml'
     file.write_text(scene_yaml(scene), encoding='utf-8')
     common: dict[str, Any] = {'flow_control': 'credits', 'scene': str(file)}
-    estimator = DriftEstimator(**overrides(**common))
-    recorder = Recorder(**overrides(output=str(tmp_path / 'graph'), **common))
-    ship = ShipMotion(**overrides(speed=0.0, **common))
-    bench.add(recorder, Longitude(**overrides(**common)), estimator)
-    bench.add(Trochlea(**overrides(**common)), ship)
+    estimator = DriftEstimatorNode(**overrides(**common))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'graph'), **common))
+    ship = ShipMotionNode(**overrides(speed=0.0, **common))
+    bench.add(recorder, LongitudeNode(**overrides(**common)), estimator)
+    bench.add(TrochleaNode(**overrides(**common)), ship)
     assert SHIP_IMU in estimator.inputs
     bench.until(lambda: recorder.over)
     assert estimator.inputs[SHIP_IMU].taken == scene.samples + scene.samples_beyond_end
@@ -70,7 +67,7 @@ def test_the_graph_says_what_the_offline_run_says(bench: Bench, tmp_path: Path) 
 
 
 def test_without_covariates_the_motion_is_not_subscribed_to(bench: Bench) -> None:
-    estimator = bench.add(DriftEstimator(**overrides(scene='involute_weight_at_sea')))
+    estimator = bench.add(DriftEstimatorNode(**overrides(scene='involute_weight_at_sea')))
     assert SHIP_IMU not in estimator.inputs
     topic = estimator.resolve_topic_name(SHIP_IMU)
     assert estimator.get_subscriptions_info_by_topic(topic) == []
@@ -115,7 +112,7 @@ def test_an_estimator_started_again_goes_on_with_coefficients_and_integrals(
     alone = DriftStage(scene, expect_schedule=False)
     wanted: list[bytes] = []
 
-    def tell(estimator: DriftEstimator, topic: str, samples: Samples) -> None:
+    def tell(estimator: DriftEstimatorNode, topic: str, samples: Samples) -> None:
         source = estimator.inputs[topic]
         bench.until(lambda: source.matched == 1)
         payloads, taken = encode(topic, samples), source.taken
@@ -128,18 +125,18 @@ def test_an_estimator_started_again_goes_on_with_coefficients_and_integrals(
         wanted.extend(encode(ESTIMATE, said[ESTIMATE]) if ESTIMATE in said else [])
         bench.until(lambda: len(heard) == len(wanted))
 
-    def half(estimator: DriftEstimator, later: bool, *order: str) -> None:
+    def half(estimator: DriftEstimatorNode, later: bool, *order: str) -> None:
         for topic in order:
             samples: Any = topics[topic]
             tell(estimator, topic, take(samples, (samples.stamp_ns >= middle_ns) == later))
 
-    first = bench.add(DriftEstimator(**overrides(**options)))
+    first = bench.add(DriftEstimatorNode(**overrides(**options)))
     half(first, False, SHIP_IMU, OBSERVATION, READING)
     reached = alone.state()['last_reading_ns']
     kept = StateFile(tmp_path, '/drift_estimator', scene)
     bench.until(lambda: (state := kept.load()) and state['last_reading_ns'] == reached)
     bench.remove(first)
-    second = bench.add(DriftEstimator(**overrides(**options)))
+    second = bench.add(DriftEstimatorNode(**overrides(**options)))
     half(second, True, SHIP_IMU, READING, OBSERVATION)
     assert len(wanted) == scene.log_count
     assert heard == wanted

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 import tauto_nodes
-from tauto_nodes.errors import ParameterError
+from tauto_nodes import ParameterError
 from tauto_nodes.running import check_discovery
 
 ALONE = ['unshare', '--map-root-user', '--net']

@@ -29,12 +29,10 @@ from tauto_core.samples import READING, SHIP_IMU, ImuSamples, TimeSamples, take
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll
-from tauto_nodes.drift_estimator import DriftEstimator
-from tauto_nodes.longitude import Longitude
-from tauto_nodes.markers import MARKERS, Markers
+from tauto_nodes.markers import MARKERS, MarkersNode
 from tauto_nodes.ports import node_of, port
-from tauto_nodes.recorder import Recorder
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes.recorder import RecorderNode
+from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 COVARIATES = {
@@ -73,7 +71,7 @@ class Heard:
         return status is not None and status.level == level and words in status.message
 
 
-def send(publisher: Any, imu: ImuSamples, bench: Bench, trochlea: Trochlea) -> None:
+def send(publisher: Any, imu: ImuSamples, bench: Bench, trochlea: TrochleaNode) -> None:
     """Publish samples, at most a hundred ahead of the node."""
     source = trochlea.inputs[SHIP_IMU]
     for payload in encode(SHIP_IMU, imu):
@@ -124,13 +122,13 @@ def resident_bytes() -> int:
 def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path) -> None:
     scene = tmp_path / 'scene.yaml'  # with covariates the drift estimator takes ship/imu too
     scene.write_text(scene_yaml(load_scene('measured', drift=COVARIATES)), encoding='utf-8')
-    recorder = Recorder(**overrides(output=str(tmp_path / 'bag')))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag')))
     nodes = [
         recorder,
-        Trochlea(**overrides(**FOREIGN)),
-        DriftEstimator(**overrides(source='foreign', scene=str(scene))),
-        Longitude(**overrides(**FOREIGN, use_sim_time=True)),
-        Markers(**overrides(scene='measured')),
+        TrochleaNode(**overrides(**FOREIGN)),
+        DriftEstimatorNode(**overrides(source='foreign', scene=str(scene))),
+        LongitudeNode(**overrides(**FOREIGN, use_sim_time=True)),
+        MarkersNode(**overrides(scene='measured')),
     ]
     vandal = bench.add(Node('vandal'), *nodes)
     heard = Heard(vandal)
@@ -171,7 +169,7 @@ def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path
 
 
 def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
     heard = Heard(sensor)
     publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
@@ -188,7 +186,7 @@ def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
 
 
 def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
     one, other = bench.add(Node('xsens'), trochlea), bench.add(Node('vectornav'))
     heard = Heard(one)
     for node in (one, other):
@@ -211,7 +209,7 @@ rclpy.spin(node)
 
 
 def test_a_publisher_of_another_type_is_named_with_the_type_that_is_wanted(bench: Bench) -> None:
-    heard = Heard(bench.add(Node('listener'), Trochlea(**overrides(**FOREIGN))))
+    heard = Heard(bench.add(Node('listener'), TrochleaNode(**overrides(**FOREIGN))))
     words = (
         'no publisher of sensor_msgs/msg/Imu on ship/imu: /xsens sends rosgraph_msgs/msg/Clock. '
         'Let one send sensor_msgs/msg/Imu'
@@ -226,7 +224,7 @@ def test_a_publisher_of_another_type_is_named_with_the_type_that_is_wanted(bench
 
 def test_a_publisher_outside_ros_is_worded_for_a_person(bench: Bench) -> None:
     """Such a publisher has no node, and rmw gives it a placeholder for a name."""
-    trochlea = Trochlea(**overrides(**FOREIGN))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
     sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
@@ -239,7 +237,7 @@ def test_a_publisher_outside_ros_is_worded_for_a_person(bench: Bench) -> None:
 def test_motion_that_begins_elsewhere_is_refused_with_the_parameter_that_takes_it(
     bench: Bench,
 ) -> None:
-    trochlea = Trochlea(**overrides(scene='measured'))
+    trochlea = TrochleaNode(**overrides(scene='measured'))
     sensor = bench.add(Node('xsens'), trochlea)
     publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
@@ -252,10 +250,12 @@ def test_motion_that_begins_elsewhere_is_refused_with_the_parameter_that_takes_i
 def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
     bench: Bench, tmp_path: Path
 ) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN))
-    drift = DriftEstimator(**overrides(**FOREIGN))
-    recorder = Recorder(**overrides(output=str(tmp_path / 'bag')))
-    sensor = bench.add(Node('xsens'), trochlea, drift, Longitude(**overrides(**FOREIGN)), recorder)
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    drift = DriftEstimatorNode(**overrides(**FOREIGN))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag')))
+    sensor = bench.add(
+        Node('xsens'), trochlea, drift, LongitudeNode(**overrides(**FOREIGN)), recorder
+    )
     heard = Heard(sensor)
     publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].matched == 1)
@@ -283,7 +283,7 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
 
 
 def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:
-    trochlea = Trochlea(**overrides(scene='measured'))
+    trochlea = TrochleaNode(**overrides(scene='measured'))
     sensor = Node('xsens')
     heard = Heard(sensor)
     alone = Bench()

@@ -241,7 +241,7 @@ def test_a_live_clock_follows_a_played_bag_and_ends_with_its_first_node(
         onlooker = Node('onlooker')
         until(lambda: onlooker.count_subscribers('/xsens/imu') == 2)  # trochlea and recorder
         onlooker.destroy_node()
-        play = [sys.executable, '-m', 'tauto_nodes.player', '--ros-args']
+        play = [sys.executable, '-m', 'tauto_nodes', 'player', '--ros-args']
         given = ('bag:=sensor', 'rate:=10.0', 'topics:=[scene, ship/imu]')
         for parameter in given:
             play += ['-p', parameter]

@@ -13,8 +13,8 @@ import yaml
 from tauto_core.bags import read_bag
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail, summarise_bag
-from tauto_nodes.errors import GraphError
-from tauto_nodes.graph import Plan, run_graph
+from tauto_nodes import GraphError
+from tauto_nodes.graph import GraphPlan, run_graph
 
 
 @pytest.fixture(autouse=True)
@@ -58,7 +58,7 @@ def test_bag_of_the_graph_is_the_bag_of_sail(
 ) -> None:
     loaded = load_scene(scene, duration=duration_s)
     told: list[float] = []
-    plan = Plan(scene, tmp_path / 'graph', duration_s=duration_s, speed=0.0, compose=compose)
+    plan = GraphPlan(scene, tmp_path / 'graph', duration_s=duration_s, speed=0.0, compose=compose)
     outcome = run_graph(plan, loaded, told.append)
     assert outcome.lost == 0
     assert outcome.signal == 0
@@ -76,7 +76,7 @@ def test_bag_of_the_graph_is_the_bag_of_sail(
 def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
     """Nodes load a file or a name; a scene that was changed after loading is neither."""
     loaded = load_scene('measured', duration=20.0, **{'trochlea.release_angle': 0.3})
-    plan = Plan('measured', tmp_path / 'graph', 20.0, 0.0, compose=True, changed=True)
+    plan = GraphPlan('measured', tmp_path / 'graph', 20.0, 0.0, compose=True, changed=True)
     assert run_graph(plan, loaded, lambda _: None).lost == 0
     sail(loaded, tmp_path / 'sail')
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
@@ -91,7 +91,7 @@ def middleware_threads() -> set[str]:
 def test_who_runs_a_graph_is_no_part_of_it(tmp_path: Path) -> None:
     """What can hang a node in the middleware cannot hang the supervisor."""
     before = middleware_threads()
-    plan = Plan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
+    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
     seen: set[str] = set()
     told: list[float] = []
 
@@ -106,7 +106,7 @@ def test_who_runs_a_graph_is_no_part_of_it(tmp_path: Path) -> None:
 
 def test_a_bag_that_lacks_readings_is_not_called_whole(tmp_path: Path) -> None:
     # Nodes that sail five seconds of six publish too few, and lose none.
-    plan = Plan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
+    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
     with pytest.raises(GraphError, match='has published 6 readings where the scene has 7'):
         run_graph(plan, load_scene('measured', duration=6.0), lambda _: None)
     assert read_bag(tmp_path / 'graph').counts['/clock/reading'] == 6
@@ -123,7 +123,7 @@ def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> 
             time.sleep(0.05)
         signal.raise_signal(signal.SIGTERM)
 
-    plan = Plan('measured', bag, 5.0, 0.0, compose=True)
+    plan = GraphPlan('measured', bag, 5.0, 0.0, compose=True)
     outcome = run_graph(plan, loaded, signalled_when_closed)
     assert outcome.signal == 0
     assert outcome.counts['clock/reading']['written'] == loaded.log_count

@@ -23,14 +23,11 @@ from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.voyage import ShipSource, sail
-from tauto_nodes.drift_estimator import DriftEstimator
-from tauto_nodes.errors import NodesError, ParameterError
-from tauto_nodes.longitude import Longitude
-from tauto_nodes.player import Player
-from tauto_nodes.ports import assess
-from tauto_nodes.recorder import Recorder
-from tauto_nodes.ship_motion import ShipMotion
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes import NodesError, ParameterError
+from tauto_nodes.node import assess
+from tauto_nodes.recorder import RecorderNode
+from tauto_nodes.sources import PlayerNode, ShipMotionNode
+from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 
@@ -49,9 +46,9 @@ def foreign_imu(number: int) -> Imu:
 
 def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> None:
     best_effort = {'imu_reliability': 'best_effort'}
-    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), **best_effort))
-    trochlea = Trochlea(**overrides(**FOREIGN, **best_effort))
-    nodes = [DriftEstimator(**overrides(**FOREIGN)), Longitude(**overrides(**FOREIGN))]
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag'), **best_effort))
+    trochlea = TrochleaNode(**overrides(**FOREIGN, **best_effort))
+    nodes = [DriftEstimatorNode(**overrides(**FOREIGN)), LongitudeNode(**overrides(**FOREIGN))]
     sensor = bench.add(Node('xsens'), recorder, trochlea, *nodes)
     publisher = sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
     client = sensor.create_client(Trigger, 'trochlea/finish')
@@ -72,7 +69,7 @@ def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> 
 
 
 def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Bench) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
     levels: list[tuple[bytes, str, str]] = []
 
@@ -91,7 +88,7 @@ def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Benc
 
 
 def test_a_subscriber_that_asks_for_too_much_is_a_warning(bench: Bench) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
     onlooker = bench.add(Node('onlooker'), trochlea)
     said: list[str] = []
     onlooker.create_subscription(
@@ -112,7 +109,7 @@ def test_a_subscriber_that_asks_for_too_much_is_a_warning(bench: Bench) -> None:
 
 
 def test_bad_messages_are_counted_and_silence_is_an_error(bench: Bench) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN, stale_after=0.2))
+    trochlea = TrochleaNode(**overrides(**FOREIGN, stale_after=0.2))
     sensor = bench.add(Node('xsens'), trochlea)
     statuses: list[Any] = []
     sensor.create_subscription(
@@ -140,11 +137,11 @@ def graph_in(namespace: str, scene: str, duration_s: float, folder: Path) -> lis
     common = {'flow_control': 'credits', 'scene': scene, 'duration': duration_s}
     place = {'namespace': namespace}
     return [
-        Recorder(**overrides(output=str(folder), **common), **place),
-        Longitude(**overrides(**common), **place),
-        DriftEstimator(**overrides(**common), **place),
-        Trochlea(**overrides(**common), **place),
-        ShipMotion(**overrides(speed=0.0, **common), **place),
+        RecorderNode(**overrides(output=str(folder), **common), **place),
+        LongitudeNode(**overrides(**common), **place),
+        DriftEstimatorNode(**overrides(**common), **place),
+        TrochleaNode(**overrides(**common), **place),
+        ShipMotionNode(**overrides(speed=0.0, **common), **place),
     ]
 
 
@@ -171,9 +168,9 @@ def minute(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_played_bag_drives_the_clock_again(bench: Bench, minute: Path, tmp_path: Path) -> None:
-    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), topics=(READING,)))
-    trochlea = Trochlea(**overrides(scene='measured', duration=60.0))
-    player = Player(**overrides(bag=str(minute), rate=30.0, topics=(SHIP_IMU,), wait=20.0))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=(READING,)))
+    trochlea = TrochleaNode(**overrides(scene='measured', duration=60.0))
+    player = PlayerNode(**overrides(bag=str(minute), rate=30.0, topics=(SHIP_IMU,), wait=20.0))
     bench.add(recorder, trochlea)
     bench.until(lambda: recorder.inputs[READING].matched)
     began_s = time.monotonic()
@@ -191,22 +188,22 @@ def test_a_played_bag_drives_the_clock_again(bench: Bench, minute: Path, tmp_pat
 
 def test_player_takes_all_topics_and_refuses_none(ros: Any, minute: Path) -> None:
     ros(())
-    player = Player(**overrides(bag=str(minute), topics=('all',)))
+    player = PlayerNode(**overrides(bag=str(minute), topics=('all',)))
     assert set(player.outputs) == {topic[1:] for topic in read_bag(minute).topics}
     with pytest.raises(ParameterError, match=r'has none of them; it has /scene'):
-        Player(**overrides(bag=str(minute), topics=('ship/imus',)))
+        PlayerNode(**overrides(bag=str(minute), topics=('ship/imus',)))
     with pytest.raises(BagError):
-        Player(**overrides(bag=str(minute / 'no')))
+        PlayerNode(**overrides(bag=str(minute / 'no')))
 
 
 def test_a_bag_that_is_open_is_not_read_again(ros: Any, minute: Path) -> None:
     ros(())
-    player = Player(bag=read_bag(minute), **overrides(bag='not read', topics=(SHIP_IMU,)))
+    player = PlayerNode(bag=read_bag(minute), **overrides(bag='not read', topics=(SHIP_IMU,)))
     assert list(player.outputs) == [SHIP_IMU]
 
 
 def test_one_source_of_time_only(bench: Bench, minute: Path) -> None:
-    player = Player(
+    player = PlayerNode(
         **overrides(bag=str(minute), rate=20.0, publish_clock=True, topics=(READING,), wait=0.0)
     )
     told: list[int] = []
@@ -215,7 +212,7 @@ def test_one_source_of_time_only(bench: Bench, minute: Path) -> None:
         Clock, '/clock', lambda m: told.append(m.clock.sec * 10**9 + m.clock.nanosec), 10
     )
     with pytest.raises(NodesError, match='/player already publishes /clock'):
-        ShipMotion(**overrides(publish_clock=True))
+        ShipMotionNode(**overrides(publish_clock=True))
     bench.until(lambda: player.over)
     assert len(told) > 2  # one a tick, of which a busy machine grants few
     assert told == sorted(set(told))
@@ -227,8 +224,8 @@ def test_recorder_replaces_a_bag_only_with_force(ros: Any, minute: Path, tmp_pat
     with BagWriter(folder) as bag:
         bag.write({READING: read_bag(minute).samples(READING)})
     with pytest.raises(BagError, match='exists already'):
-        Recorder(**overrides(output=str(folder)))
-    recorder = Recorder(**overrides(output=str(folder), force=True))
+        RecorderNode(**overrides(output=str(folder)))
+    recorder = RecorderNode(**overrides(output=str(folder), force=True))
     assert read_bag(folder).counts == {'/clock/reading': 61}
     recorder.close()
     assert read_bag(folder).counts == {}
@@ -237,13 +234,13 @@ def test_recorder_replaces_a_bag_only_with_force(ros: Any, minute: Path, tmp_pat
 def test_recorder_refuses_topics_it_does_not_know(ros: Any, tmp_path: Path) -> None:
     ros(())
     with pytest.raises(ParameterError, match='clock/readin is not in the table'):
-        Recorder(**overrides(output=str(tmp_path / 'bag'), topics=('clock/readin',)))
+        RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=('clock/readin',)))
     assert not (tmp_path / 'bag').exists()
 
 
 def test_recorder_leaves_out_motion_that_the_scene_does_not_keep(ros: Any, tmp_path: Path) -> None:
     ros(())
-    recorder = Recorder(**overrides(output=str(tmp_path / 'a'), scene='portsmouth_jamaica'))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'a'), scene='portsmouth_jamaica'))
     assert SHIP_IMU not in recorder.inputs
     assert READING in recorder.inputs
     recorder.close()
@@ -252,8 +249,8 @@ def test_recorder_leaves_out_motion_that_the_scene_does_not_keep(ros: Any, tmp_p
 def test_full_speed_needs_flow_control(ros: Any) -> None:
     ros(())
     with pytest.raises(ParameterError, match=r'speed = 0\.0.*flow_control = credits'):
-        ShipMotion(**overrides(speed=0.0))
-    ship = ShipMotion(**overrides(speed=1.0))
+        ShipMotionNode(**overrides(speed=0.0))
+    ship = ShipMotionNode(**overrides(speed=1.0))
     assert not ship.set_parameters([Parameter('speed', value=0.0)])[0].successful
     assert ship.set_parameters([Parameter('speed', value=2.0)])[0].successful
 
@@ -261,13 +258,15 @@ def test_full_speed_needs_flow_control(ros: Any) -> None:
 def test_qos_overrides_that_would_lose_messages_are_refused(ros: Any, tmp_path: Path) -> None:
     ros(('-p', 'qos_overrides./ship/imu.subscription.depth:=10'))
     with pytest.raises(ParameterError, match=r'depth = 10.* at least 1000'):
-        Recorder(**overrides(output=str(tmp_path / 'bag'), flow_control='credits'))
+        RecorderNode(**overrides(output=str(tmp_path / 'bag'), flow_control='credits'))
 
 
 def test_what_came_before_the_last_flush_is_in_the_file(bench: Bench, tmp_path: Path) -> None:
     """A killed recorder leaves the file as it is here, while the recorder still runs."""
     options = {'flush_interval': 0.1, 'chunk_size': 1024.0, 'compression': 'none'}
-    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), topics=(SHIP_IMU,), **options))
+    recorder = RecorderNode(
+        **overrides(output=str(tmp_path / 'bag'), topics=(SHIP_IMU,), **options)
+    )
     sensor = bench.add(Node('xsens'), recorder)
     publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
     bench.until(lambda: recorder.inputs[SHIP_IMU].matched)
@@ -285,7 +284,7 @@ def test_the_scene_is_the_first_message_of_the_bag(ros: Any, tmp_path: Path) -> 
     ros(())
     graph = ('ship_motion', 'recorder')
     flow = {'flow_control': 'credits', 'graph': graph, 'topics': (SCENE, SHIP_IMU)}
-    recorder = Recorder(**overrides(output=str(tmp_path / 'bag'), **flow))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag'), **flow))
     scene = load_scene('ideal', duration=60.0)
     said = ShipSource(scene).produce(10)
     recorder.take({SHIP_IMU: encode(SHIP_IMU, said[SHIP_IMU])})

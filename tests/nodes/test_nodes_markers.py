@@ -23,7 +23,15 @@ from tauto_core.samples import JOINT_STATES, SHIP_IMU, scalars
 from tauto_core.scene import load_scene
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.voyage import sail
-from tauto_nodes.markers import MARKERS, TF, Markers, about_x, clock_points, product, transforms
+from tauto_nodes.markers import (
+    MARKERS,
+    TF,
+    MarkersNode,
+    about_x,
+    clock_points,
+    transforms,
+    turned_by,
+)
 from tauto_nodes.ports import port
 
 LAYOUTS = Path(__file__).parents[2] / 'src' / 'tauto_nodes' / 'layouts'
@@ -44,13 +52,13 @@ def test_a_roll_to_starboard_lowers_the_starboard_side() -> None:
 @pytest.mark.parametrize(('first', 'second'), [(0.3, 0.7), (-1.2, 2.5)])
 def test_turns_about_one_axis_add_up(first: float, second: float) -> None:
     np.testing.assert_allclose(
-        product(about_x(first), about_x(second)), about_x(first + second), atol=1e-15
+        turned_by(about_x(first), about_x(second)), about_x(first + second), atol=1e-15
     )
 
 
 def test_a_product_turns_by_the_second_within_the_first() -> None:
     yaw = (0.0, 0.0, math.sin(0.4), math.cos(0.4))
-    both = product(yaw, about_x(0.9))
+    both = turned_by(yaw, about_x(0.9))
     vector = (0.2, -0.5, 0.8)
     within = turned(about_x(0.9), vector)
     np.testing.assert_allclose(turned(both, vector), turned(yaw, tuple(within)), atol=1e-15)
@@ -148,7 +156,7 @@ def test_transforms_need_tf2_msgs_and_their_absence_is_said(
     bench: Bench, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """The wheels on PyPI have no tf2_msgs; a ROS machine has."""
-    node = bench.add(Markers(**overrides(scene='involute_weight_at_sea')))
+    node = bench.add(MarkersNode(**overrides(scene='involute_weight_at_sea')))
     words = 'tf2_msgs is not installed here: markers only, no transforms'
     absent = importlib.util.find_spec('tf2_msgs') is None
     assert (TF in node.outputs) == (not absent)
@@ -158,7 +166,7 @@ def test_transforms_need_tf2_msgs_and_their_absence_is_said(
 
 def test_drawn_at_a_limited_rate_and_only_while_somebody_looks(bench: Bench) -> None:
     rate_hz = 5.0
-    node = Markers(**overrides(scene='involute_weight_at_sea', rate=rate_hz))
+    node = MarkersNode(**overrides(scene='involute_weight_at_sea', rate=rate_hz))
     sender = bench.add(Node('sender'), node)
     publishers = {
         topic: sender.create_publisher(port(topic).message, topic, port(topic).profile)

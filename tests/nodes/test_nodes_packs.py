@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt8MultiArray
 
-from tauto_nodes.errors import NodesError
-from tauto_nodes.ports import MOST_BYTES, pack, unpack
+from tauto_nodes import NodesError
+from tauto_nodes.flow import MOST_BYTES, pack, unpack
 
 
 @given(st.lists(st.binary(max_size=300), max_size=50))

@@ -17,11 +17,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from tauto_core.bags import BagWriter
-from tauto_nodes.errors import GraphError, ParameterError
+from tauto_nodes import GraphError, ParameterError
 from tauto_nodes.launching import ARGUMENTS, end_of, problems_of, strangers_of
-from tauto_nodes.parameter_page import reference_page
-from tauto_nodes.parameters import PARAMETERS, declare, shared_names
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes.parameters import PARAMETERS, declare, reference_page, shared_names
+from tauto_nodes.stages import TrochleaNode
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / 'src' / 'tauto_nodes'
@@ -113,7 +112,15 @@ def test_a_file_may_be_shared_but_a_section_of_its_own_is_checked(tmp_path: Path
         file = tmp_path / f'{case}.yaml'
         file.write_text(yaml.safe_dump(content))
         processes[case] = subprocess.Popen(
-            [sys.executable, '-m', 'tauto_nodes.longitude', '--ros-args', '--params-file', file],
+            [
+                sys.executable,
+                '-m',
+                'tauto_nodes',
+                'longitude',
+                '--ros-args',
+                '--params-file',
+                file,
+            ],
             stderr=subprocess.PIPE,
             text=True,
         )
@@ -156,13 +163,13 @@ def test_sections_of_a_parameter_file(section: str, tmp_path: Path) -> None:
 def test_a_misspelt_qos_override_is_refused(key: str, nearest: str, ros: Any) -> None:
     ros(('-p', f'qos_overrides.{key}:=7'))
     with pytest.raises(ParameterError, match=r'no publisher or subscription') as refusal:
-        Trochlea(**overrides(source='foreign'))
+        TrochleaNode(**overrides(source='foreign'))
     assert f'the nearest is qos_overrides.{nearest}' in str(refusal.value)
 
 
 def test_what_ros_itself_knows_is_let_through(ros: Any) -> None:
     ros(('-p', 'use_sim_time:=true', '-p', 'qos_overrides./ship/imu.subscription.depth:=2000'))
-    trochlea = Trochlea(**overrides(source='foreign'))
+    trochlea = TrochleaNode(**overrides(source='foreign'))
     assert trochlea.settings.text('scene') == 'measured'
 
 

@@ -43,10 +43,10 @@ def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
 
 
 def start(
-    module: str, *arguments: str, stdout: int | IO[str] = subprocess.PIPE
+    node: str, *arguments: str, stdout: int | IO[str] = subprocess.PIPE
 ) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, '-m', f'tauto_nodes.{module}', *arguments],
+        [sys.executable, '-m', 'tauto_nodes', node, *arguments],
         stdout=stdout,
         stderr=subprocess.STDOUT,
         text=True,
@@ -246,7 +246,7 @@ def node_of(pid: int, node: str) -> int:
     return next(
         child
         for child in nodes_under(pid)
-        if f'tauto_nodes.{node}'.encode() in Path(f'/proc/{child}/cmdline').read_bytes()
+        if f'tauto_nodes\0{node}\0'.encode() in Path(f'/proc/{child}/cmdline').read_bytes()
     )
 
 
@@ -356,7 +356,10 @@ def test_a_clock_before_zero_ends_no_node(
 def test_a_node_that_hangs_says_where_before_it_is_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    code = 'import time; from tauto_nodes.running import run; run([lambda: time.sleep(3600)])'
+    code = (
+        'import time; from tauto_nodes.running import run_nodes; '
+        'run_nodes([lambda: time.sleep(3600)])'
+    )
     log = tmp_path / 'stuck.log'
     with log.open('wb') as words:
         process = subprocess.Popen(
@@ -374,7 +377,7 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
 def test_a_node_without_standard_streams_runs(tmp_path: Path) -> None:
     """What it logs must not go to a file that got the number of a closed stream."""
     out = tmp_path / 'bag'
-    words = [sys.executable, '-m', 'tauto_nodes.recorder', '--ros-args', '-p', f'output:={out}']
+    words = [sys.executable, '-m', 'tauto_nodes', 'recorder', '--ros-args', '-p', f'output:={out}']
     process = subprocess.Popen(['sh', '-c', 'exec "$@" <&- >&- 2>&-', 'sh', *words])
     until(lambda: list(out.glob('*.mcap')) and _handles_sigterm(process.pid))
     streams = {os.readlink(f'/proc/{process.pid}/fd/{number}') for number in (0, 1, 2)}
@@ -386,7 +389,7 @@ def test_a_node_without_standard_streams_runs(tmp_path: Path) -> None:
 def test_a_log_folder_that_cannot_be_made_is_told_with_the_remedy() -> None:
     home = {name: value for name, value in os.environ.items() if not name.startswith('ROS_LOG')}
     done = subprocess.run(
-        [sys.executable, '-m', 'tauto_nodes.longitude'],
+        [sys.executable, '-m', 'tauto_nodes', 'longitude'],
         env={**home, 'HOME': '/proc/nowhere'},
         capture_output=True,
         text=True,
@@ -426,7 +429,15 @@ def test_a_middleware_that_does_not_let_go_takes_nothing_from_a_voyage(tmp_path:
 def test_a_node_that_the_middleware_does_not_let_go_says_where_it_stands(tmp_path: Path) -> None:
     (tmp_path / 'sitecustomize.py').write_text(HELD)
     process = subprocess.Popen(
-        [sys.executable, '-m', 'tauto_nodes.longitude', '--ros-args', '-r', '__node:=longitude'],
+        [
+            sys.executable,
+            '-m',
+            'tauto_nodes',
+            'longitude',
+            '--ros-args',
+            '-r',
+            '__node:=longitude',
+        ],
         env={**os.environ, 'PYTHONPATH': str(tmp_path)},
         stderr=subprocess.PIPE,
         text=True,

@@ -17,18 +17,15 @@ from tauto_core.bags import TOPICS
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
-from tauto_nodes.drift_estimator import DriftEstimator
-from tauto_nodes.graph import NODES
-from tauto_nodes.longitude import Longitude
-from tauto_nodes.markers import Markers
-from tauto_nodes.player import Player
-from tauto_nodes.ports import PACK_TOPIC
-from tauto_nodes.recorder import Recorder
-from tauto_nodes.ship_motion import ShipMotion
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes.flow import PACK_TOPIC
+from tauto_nodes.graph import NODE_NAMES
+from tauto_nodes.markers import MarkersNode
+from tauto_nodes.recorder import RecorderNode
+from tauto_nodes.sources import PlayerNode, ShipMotionNode
+from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
 POLICY = Path(__file__).parents[2] / 'src/tauto_nodes/config/sros2_policy.xml'
-CREDITS: dict[str, Any] = {'flow_control': 'credits', 'packed': True, 'graph': NODES}
+CREDITS: dict[str, Any] = {'flow_control': 'credits', 'packed': True, 'graph': NODE_NAMES}
 
 Ports = dict[tuple[str, str], set[str]]
 
@@ -86,15 +83,15 @@ def seen(bench: Bench, tmp_path: Path) -> Ports:
     onlooker.create_subscription(MarkerArray, 'markers', lambda _: None, QoSProfile(depth=1))
     for flow in ({}, CREDITS):
         nodes = [
-            ShipMotion(**overrides(scene='measured', **flow)),
-            Trochlea(**overrides(scene='measured', **flow)),
-            DriftEstimator(**overrides(scene='measured', **flow)),
-            Longitude(**overrides(scene='measured', **flow)),
-            Recorder(**overrides(output=str(tmp_path / f'recorded{len(flow)}'), **flow)),
+            ShipMotionNode(**overrides(scene='measured', **flow)),
+            TrochleaNode(**overrides(scene='measured', **flow)),
+            DriftEstimatorNode(**overrides(scene='measured', **flow)),
+            LongitudeNode(**overrides(scene='measured', **flow)),
+            RecorderNode(**overrides(output=str(tmp_path / f'recorded{len(flow)}'), **flow)),
         ]
         if not flow:
-            player = Player(**overrides(bag=str(tmp_path / 'sailed'), topics=['scene']))
-            nodes += [player, Markers(**overrides(scene='measured'))]
+            player = PlayerNode(**overrides(bag=str(tmp_path / 'sailed'), topics=['scene']))
+            nodes += [player, MarkersNode(**overrides(scene='measured'))]
         bench.add(*nodes)
         bench.until(lambda nodes=nodes: all(node.diagnostics for node in nodes))
         if not flow:
@@ -110,7 +107,7 @@ def seen(bench: Bench, tmp_path: Path) -> Ports:
 def test_the_policy_allows_what_the_nodes_do_and_no_more(seen: Ports) -> None:
     policy = allowed()
     for way in ('publish', 'subscribe', 'reply', 'request'):
-        for node in (*NODES, 'player', 'markers'):
+        for node in (*NODE_NAMES, 'player', 'markers'):
             sim_time = {'/clock'} if way == 'subscribe' else set()
             most = seen[node, way] | OPTIONAL[node, way] | sim_time
             assert policy[node, way] >= seen[node, way], (node, way)

@@ -21,10 +21,9 @@ from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import READING, SHIP_IMU, TimeSamples, take
 from tauto_core.scene import load_scene
 from tauto_core.version import code
-from tauto_nodes.errors import ParameterError
+from tauto_nodes import ParameterError
 from tauto_nodes.ports import port
-from tauto_nodes.stage_node import StateFile
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes.stages import StateFile, TrochleaNode
 
 SCENE = load_scene('measured')
 
@@ -86,7 +85,7 @@ def test_a_state_that_does_not_fit_is_refused(tmp_path: Path) -> None:
 def test_flow_control_and_a_state_file_do_not_go_together(ros: Any, tmp_path: Path) -> None:
     ros(())
     with pytest.raises(ParameterError, match='state_folder'):
-        Trochlea(**overrides(flow_control='credits', state_folder=str(tmp_path)))
+        TrochleaNode(**overrides(flow_control='credits', state_folder=str(tmp_path)))
 
 
 def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
@@ -150,7 +149,7 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
 
 
 def test_finish_ends_the_run_and_its_state(bench: Bench, tmp_path: Path) -> None:
-    trochlea = Trochlea(**overrides(**FOREIGN, state_folder=str(tmp_path), state_interval=0.1))
+    trochlea = TrochleaNode(**overrides(**FOREIGN, state_folder=str(tmp_path), state_interval=0.1))
     sensor = bench.add(Node('xsens'), trochlea)
     publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].matched == 1)

@@ -21,13 +21,12 @@ from std_msgs.msg import String
 from tauto_core.bags import encode, read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
 from tauto_core.scene import load_scene
-from tauto_nodes.errors import NodesError
+from tauto_nodes import NodesError
 from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, WINDOW, End, Report
-from tauto_nodes.member import Member
+from tauto_nodes.node import GraphNode
 from tauto_nodes.ports import CREDIT_QOS, END_QOS, port
-from tauto_nodes.recorder import Recorder
-from tauto_nodes.stage_node import StageNode
-from tauto_nodes.trochlea import Trochlea
+from tauto_nodes.recorder import RecorderNode
+from tauto_nodes.stages import StageNode, TrochleaNode
 
 GRAPH = ('ship_motion', 'trochlea', 'recorder')
 FLOW: dict[str, Any] = {'flow_control': 'credits', 'graph': GRAPH}
@@ -35,9 +34,9 @@ TOPICS = (SHIP_IMU, READING, PHASE)
 NO_FORCE = np.full((1, 3), np.nan)
 
 
-def recorder(folder: Path, **parameters: Any) -> Recorder:
+def recorder(folder: Path, **parameters: Any) -> RecorderNode:
     report = str(folder.with_suffix('.json'))
-    return Recorder(
+    return RecorderNode(
         **overrides(output=str(folder), topics=TOPICS, report=report, **FLOW, **parameters)
     )
 
@@ -82,7 +81,7 @@ def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
     assert sink.counts()[READING] == {'received': 100, 'written': 100, 'lost': 0}
 
 
-class Sleeper(Member):
+class Sleeper(GraphNode):
     """A consumer that counts what it gets, and takes nothing while it is told to sleep."""
 
     def __init__(self, **parameters: Any) -> None:
@@ -118,7 +117,7 @@ def test_a_backlogged_stage_withholds_its_credits(bench: Bench) -> None:
 
     class Choosy(Sleeper):
         def __init__(self) -> None:
-            Member.__init__(self, 'recorder', **overrides(output='none', **FLOW))
+            GraphNode.__init__(self, 'recorder', **overrides(output='none', **FLOW))
             self.asleep = True
             self.connect([port(READING)], [])
 
@@ -151,7 +150,7 @@ def test_an_outsider_is_served_and_does_not_disturb_the_count(
 ) -> None:
     flow = {**FLOW, 'packed': packed}
     source = TestSource(3_000, **flow)
-    outsider = Member('longitude')
+    outsider = GraphNode('longitude')
     outsider.connect([port(SHIP_IMU)], [])
     bench.add(outsider, source)
     output = source.outputs[SHIP_IMU]
@@ -179,7 +178,7 @@ def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) 
     # A sender that claims to have sent more than it did: the recorder must not wait for ever.
     graph = ('trochlea', 'recorder')
     sink = recorder_of(tmp_path / 'bag', graph)
-    liar = bench.add(Member('trochlea', **overrides(flow_control='credits', graph=graph)), sink)
+    liar = bench.add(GraphNode('trochlea', **overrides(flow_control='credits', graph=graph)), sink)
     liar.connect([], [port(READING)])
     bench.until(liar.flow.everyone_ready)
     ends = liar.create_publisher(String, END_TOPIC, END_QOS)
@@ -195,7 +194,7 @@ def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> Non
     graph = ('ship_motion', 'trochlea')
     flow = overrides(flow_control='credits', graph=graph)
     stage = StageNode('trochlea', lambda _: Echo(), **flow)
-    liar = bench.add(Member('ship_motion', **flow), stage)
+    liar = bench.add(GraphNode('ship_motion', **flow), stage)
     liar.connect([], [port(SHIP_IMU)])
     bench.until(liar.flow.everyone_ready)
     ends = liar.create_publisher(String, END_TOPIC, END_QOS)
@@ -209,7 +208,7 @@ def test_a_sample_of_its_own_ship_that_cannot_be_integrated_ends_the_graph(bench
     # From a sensor it is counted and left out; from the scene's own ship it is a fault.
     graph = ('ship_motion', 'trochlea')
     flow = overrides(flow_control='credits', graph=graph, scene='measured')
-    source = bench.add(Member('ship_motion', **flow), Trochlea(**flow))
+    source = bench.add(GraphNode('ship_motion', **flow), TrochleaNode(**flow))
     source.connect([], [port(SHIP_IMU)])
     bench.until(source.flow.everyone_ready)
     sample = imu(np.array([load_scene('measured').starts_at_ns]))
@@ -218,15 +217,15 @@ def test_a_sample_of_its_own_ship_that_cannot_be_integrated_ends_the_graph(bench
         bench.until(lambda: False)
 
 
-def recorder_of(folder: Path, graph: tuple[str, ...]) -> Recorder:
-    return Recorder(
+def recorder_of(folder: Path, graph: tuple[str, ...]) -> RecorderNode:
+    return RecorderNode(
         **overrides(output=str(folder), topics=(READING,), flow_control='credits', graph=graph)
     )
 
 
 def test_a_bad_credit_report_ends_the_node(bench: Bench) -> None:
     source = TestSource(10, **FLOW)
-    credits_ = bench.add(Member('longitude'), source).create_publisher(
+    credits_ = bench.add(GraphNode('longitude'), source).create_publisher(
         String, CREDIT_TOPIC, CREDIT_QOS
     )
     bench.until(lambda: credits_.get_subscription_count() == 1)

@@ -11,19 +11,19 @@ from typing import Any
 import pytest
 
 from tauto_core.samples import READING
-from tauto_nodes.errors import GraphError
-from tauto_nodes.graph import NODES, SILENT_S, STALL_S, Watch
-from tauto_nodes.work_folder import Recorded
+from tauto_nodes import GraphError
+from tauto_nodes.graph import NODE_NAMES, SILENT_S, STALL_S, Watchdog
+from tauto_nodes.recorder import RecorderReport
 
 LONG_AGO_S = -2.0 * STALL_S
 
 
 def report(
-    silent: tuple[str, ...] = (), heard: tuple[str, ...] = NODES, moved_s: float = 0.0
-) -> Recorded:
+    silent: tuple[str, ...] = (), heard: tuple[str, ...] = NODE_NAMES, moved_s: float = 0.0
+) -> RecorderReport:
     """Return a report in which some nodes have been silent for longer than is allowed."""
     now_s = time.monotonic()
-    return Recorded(
+    return RecorderReport(
         complete=False,
         began_s=now_s,
         closed_s=None,
@@ -33,11 +33,11 @@ def report(
     )
 
 
-def watch_of(file: Path, said: Recorded | None) -> Watch:
+def watch_of(file: Path, said: RecorderReport | None) -> Watchdog:
     """Return a watch that began long ago and has read this."""
     if said is not None:
         said.write(file)
-    watch = Watch(file, blind_s=time.monotonic() + LONG_AGO_S)
+    watch = Watchdog(file, blind_s=time.monotonic() + LONG_AGO_S)
     watch.look()
     return watch
 
@@ -56,13 +56,13 @@ def test_a_graph_that_moves_is_left_alone(tmp_path: Path) -> None:
             'node longitude, trochlea has not been heard for 120',
         ),
         # the recorder hears for all, so that nobody is heard while it stands still
-        ({'silent': NODES}, 'node recorder has not been heard for 120 s'),
+        ({'silent': NODE_NAMES}, 'node recorder has not been heard for 120 s'),
         ({'moved_s': LONG_AGO_S}, 'for 600 s (nodes never heard: none; all have been heard)'),
         (
             {'heard': ('recorder', 'longitude', 'trochlea'), 'moved_s': LONG_AGO_S},
             'for 600 s (nodes never heard: drift_estimator, ship_motion)',
         ),
-        (None, f'(nodes never heard: {", ".join(sorted(NODES))})'),
+        (None, f'(nodes never heard: {", ".join(sorted(NODE_NAMES))})'),
     ],
 )
 def test_who_stands_still_is_named(
@@ -76,7 +76,7 @@ def test_who_stands_still_is_named(
 
 def test_what_cannot_be_read_accuses_nobody(tmp_path: Path) -> None:
     file = tmp_path / 'report.json'
-    watch = watch_of(file, replace(report(NODES), moved_s=time.monotonic() + LONG_AGO_S))
+    watch = watch_of(file, replace(report(NODE_NAMES), moved_s=time.monotonic() + LONG_AGO_S))
     file.write_text('{"complete": fal')  # half written, or on a full disk
     watch.look()
     watch.check()

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from tauto_nodes.errors import GraphError
-from tauto_nodes.work_folder import PREFIX, work_folder
+from tauto_nodes import GraphError
+from tauto_nodes.running import FOLDER_PREFIX, work_folder
 
 OWN = ['unshare', '--map-root-user', '--mount']
 """Runs a command that may mount what others do not see."""
 
 HOLD = """
 import sys, time
-from tauto_nodes.work_folder import work_folder
+from tauto_nodes.running import work_folder
 with work_folder(sys.argv[1]) as folder:
     (folder / 'report.json').write_text('{}')
     print(folder, flush=True)
@@ -26,7 +26,7 @@ with work_folder(sys.argv[1]) as folder:
 
 
 def test_what_a_killed_graph_left_goes_with_the_next_start(tmp_path: Path) -> None:
-    other = tmp_path / f'{PREFIX}of_somebody'
+    other = tmp_path / f'{FOLDER_PREFIX}of_somebody'
     other.mkdir()
     command = [sys.executable, '-c', HOLD, str(tmp_path)]
     with (

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from launch import LaunchDescription
 
-from tauto_nodes.launching import described
+from tauto_nodes.launching import launch_description
 
 DEFAULTS = {
     'scene': 'measured',
@@ -46,4 +46,4 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
 
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes of the clock; the sensor is not among them."""
-    return described(DEFAULTS, 'foreign_imu.yaml', _parameters)
+    return launch_description(DEFAULTS, 'foreign_imu.yaml', _parameters)

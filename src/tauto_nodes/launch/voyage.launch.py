@@ -13,7 +13,8 @@ from pathlib import Path
 
 from launch import LaunchDescription
 
-from tauto_nodes.launching import described, graph_middleware
+from tauto_nodes.launching import launch_description
+from tauto_nodes.running import graph_middleware
 
 DEFAULTS = {
     'scene': 'measured',
@@ -49,6 +50,6 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
 
 def generate_launch_description() -> LaunchDescription:
     """Return the graph; the parameter file makes the nodes wait for each other."""
-    return described(
+    return launch_description(
         DEFAULTS, 'voyage.yaml', _parameters, last='recorder', environment=graph_middleware
     )

@@ -23,7 +23,6 @@ from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
     from tauto_core.bags import Bag
-    from tauto_nodes.graph import Outcome
 
 MAX_SPEED = 1e6
 MOST_COMPLAINTS = 20
@@ -56,19 +55,6 @@ def _namespace(text: str) -> str:
     return name
 
 
-def _say(outcome: Outcome) -> None:
-    from rich.table import Table
-
-    table = Table('topic', 'received', 'written', 'lost')
-    for topic, numbers in outcome.counts.items():
-        table.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
-    print_rich(table, err=True)
-    for line in outcome.complaints[:MOST_COMPLAINTS]:
-        typer.echo(f'tauto: the graph said: {line}', err=True)
-    if (more := len(outcome.complaints) - MOST_COMPLAINTS) > 0:
-        typer.echo(f'tauto: the graph said {more} things more', err=True)
-
-
 def graph(
     scene: SceneName,
     *,
@@ -94,6 +80,8 @@ def graph(
     as_json: AsJson = False,
 ) -> None:
     """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
+    from rich.table import Table
+
     from tauto_core.bags import check_folder
     from tauto_core.checks.readiness import check_scene
     from tauto_core.cli.tables import voyage_table
@@ -101,7 +89,7 @@ def graph(
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
     from tauto_core.voyage import compile_kernels, summarise_bag
-    from tauto_nodes.graph import Plan, run_graph
+    from tauto_nodes.graph import GraphPlan, run_graph
 
     pace = _speed(speed)
     place = _namespace(namespace)
@@ -113,7 +101,7 @@ def graph(
         check_scene(loaded)
     folder = out or Path('bags/out') / Path(scene).stem
     check_folder(folder, force=force)
-    plan = Plan(
+    plan = GraphPlan(
         scene,
         folder,
         duration or 0.0,
@@ -128,7 +116,14 @@ def graph(
     with progress_bar(loaded.name) as progress:
         compile_kernels(loaded)  # once, and not in each node
         outcome = run_graph(plan, loaded, progress)
-    _say(outcome)
+    counts = Table('topic', 'received', 'written', 'lost')
+    for topic, numbers in outcome.counts.items():
+        counts.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
+    print_rich(counts, err=True)
+    for line in outcome.complaints[:MOST_COMPLAINTS]:
+        typer.echo(f'tauto: the graph said: {line}', err=True)
+    if (more := len(outcome.complaints) - MOST_COMPLAINTS) > 0:
+        typer.echo(f'tauto: the graph said {more} things more', err=True)
     if outcome.signal:
         sailed = any(numbers['written'] for numbers in outcome.counts.values())
         kept = f'{folder} holds what was sailed until then' if sailed else 'nothing was sailed yet'
@@ -154,9 +149,9 @@ def graph(
 def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
     """Return the bag; refuse a rate or topics that cannot be played, in the command's words."""
     from tauto_core.bags import read_bag
-    from tauto_nodes.errors import ParameterError
+    from tauto_nodes import ParameterError
     from tauto_nodes.parameters import PARAMETERS
-    from tauto_nodes.player import ports_of
+    from tauto_nodes.sources import ports_of
 
     known = {parameter.name: parameter for parameter in PARAMETERS['player']}
     low, high = known['rate'].low, known['rate'].high
@@ -197,8 +192,8 @@ def play(
 ) -> None:
     """Play a bag into a ROS 2 graph, in the domain that the environment names."""
     from tauto_core.cli.terminal import progress_bar, say
-    from tauto_nodes.player import Player
-    from tauto_nodes.running import run
+    from tauto_nodes.running import run_nodes
+    from tauto_nodes.sources import PlayerNode
 
     opened = _playable(bag, rate, topic or [])
     arguments = ['--ros-args', '-r', f'__ns:=/{_namespace(namespace)}']
@@ -208,14 +203,14 @@ def play(
     for name, value in values.items():
         arguments += ['-p', f'{name}:={json.dumps(value)}']
     say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
-    made: list[Player] = []
+    made: list[PlayerNode] = []
 
-    def player() -> Player:
-        made.append(Player(bag=opened, progress=progress))
+    def player() -> PlayerNode:
+        made.append(PlayerNode(bag=opened, progress=progress))
         return made[0]
 
     with progress_bar(str(bag)) as progress:
-        code = run((player,), arguments)
+        code = run_nodes((player,), arguments)
     if any(each.over for each in made):
         say(f'{bag}: played to its end')
     if code:

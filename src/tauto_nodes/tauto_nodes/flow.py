@@ -1,4 +1,4 @@
-"""Flow control by credits, without ROS: what each node has taken, who may send, and when it ends.
+"""Flow control by credits, and messages in packs; without ROS.
 
 A consumer reports how many messages of each topic it has taken. A sender keeps at most WINDOW
 messages of a topic in flight to its slowest consumer; the queues in between are deeper, so none
@@ -10,10 +10,10 @@ from __future__ import annotations
 import json
 import struct
 import time
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
-from tauto_nodes.errors import NodesError
+from tauto_nodes import NodesError
 
 WINDOW = 800
 """Messages of one topic that may be in flight to a consumer."""
@@ -86,7 +86,7 @@ class End:
 
     def to_json(self) -> str:
         """Return the message's text."""
-        return json.dumps(asdict(self))
+        return json.dumps(vars(self))
 
     @staticmethod
     def from_json(text: str) -> End:
@@ -119,6 +119,14 @@ class Flow:
     totals: dict[str, int] = field(default_factory=dict)
     heard_s: dict[str, float] = field(default_factory=dict)
     moved_s: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        """Refuse names that do not hold the node itself, or one of them twice."""
+        if self.node not in self.graph or len(set(self.graph)) != len(self.graph):
+            raise NodesError(
+                f'graph = {list(self.graph)}: must name every node of the graph once, {self.node} '
+                'among them'
+            )
 
     def hear(self, report: Report) -> None:
         """Take a node's report; those of nodes outside the graph are ignored."""
@@ -177,15 +185,55 @@ class Flow:
         }
 
 
-def known(names: Iterable[str], node: str) -> tuple[str, ...]:
-    """Return the graph's names, after checking that they name the node itself once.
+# -----------------------------------------------------------------------------
+# Packs: many messages in one, between the nodes of our own graph. The overhead is paid once.
+#
+# A pack is a std_msgs/UInt8MultiArray. Its data are, as little-endian uint32, the number of
+# messages and their lengths, then the messages, with their exact lengths: DDS pads none of them.
 
-    Raises:
-        NodesError: the node is not among them, or a name comes twice.
-    """
-    graph = tuple(names)
-    if node not in graph or len(set(graph)) != len(graph):
+PACK_TOPIC = '_tauto/pack/'
+"""Prefix of the name of a packed topic."""
+
+MOST_BYTES = 60_000
+"""Largest size of a pack of more than one message: it fits into a UDP datagram."""
+
+# CDR: encapsulation, no dimensions, no offset, length of the data.
+_HEAD = struct.Struct('<4sIII')
+
+
+def pack(payloads: Sequence[bytes]) -> Iterator[bytes]:
+    """Yield the serialised packs of messages, in their order."""
+    first = size = 0
+    for last, payload in enumerate(payloads):
+        if size and size + len(payload) > MOST_BYTES:
+            yield _packed(payloads[first:last])
+            first, size = last, 0
+        size += len(payload)
+    if payloads:
+        yield _packed(payloads[first:])
+
+
+def _packed(payloads: Sequence[bytes]) -> bytes:
+    n = len(payloads)
+    lengths = struct.pack(f'<{n + 1}I', n, *map(len, payloads))
+    data = b''.join([lengths, *payloads])
+    return _HEAD.pack(_LITTLE_ENDIAN, 0, 0, len(data)) + data
+
+
+def unpack(topic: str, octets: bytes) -> list[bytes]:
+    """Return the messages of a serialised pack of a topic; NodesError where it is none."""
+    try:
+        (n,) = struct.unpack_from('<I', octets, _HEAD.size)
+        lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 4)
+    except struct.error:
+        raise NodesError(f'{PACK_TOPIC}{topic}: not a pack of messages: {octets[:40]!r}') from None
+    at = _HEAD.size + 4 * (n + 1)
+    if at + sum(lengths) > len(octets):
         raise NodesError(
-            f'graph = {list(graph)}: must name every node of the graph once, {node} among them'
+            f'{PACK_TOPIC}{topic}: a pack of {n} messages is cut short: {len(octets)} bytes'
         )
-    return graph
+    messages = []
+    for length in lengths:
+        messages.append(octets[at : at + length])
+        at += length
+    return messages

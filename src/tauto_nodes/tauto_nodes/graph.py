@@ -8,21 +8,25 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
-from tauto_nodes.errors import GraphError
-from tauto_nodes.launching import graph_middleware
-from tauto_nodes.parameters import FOLDER, write_parameters
-from tauto_nodes.running import DOMAIN, SUPERVISOR, check_discovery, claim_domain, enclave_of
-from tauto_nodes.work_folder import Recorded, work_folder
+from tauto_nodes import GraphError
+from tauto_nodes.parameters import FOLDER_VARIABLE, write_parameters
+from tauto_nodes.recorder import RecorderReport
+from tauto_nodes.running import (
+    DOMAIN,
+    SUPERVISOR,
+    Signals,
+    enclave_of,
+    graph_environment,
+    work_folder,
+)
 
 # -----------------------------------------------------------------------------
 # The processes of a graph: started together, watched, stopped together.
@@ -71,11 +75,11 @@ class Supervisor:
     children: list[Child] = field(default_factory=list)
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
-        """Start `python -m tauto_nodes.<name>` with these arguments."""
+        """Start `python -m tauto_nodes NAME` with these arguments."""
         log = self.folder / f'{name}.log'
         with log.open('wb') as words:
             process = subprocess.Popen(
-                [sys.executable, '-m', f'tauto_nodes.{name}', *arguments],
+                [sys.executable, '-m', 'tauto_nodes', name, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=words,
                 stderr=subprocess.STDOUT,
@@ -132,9 +136,6 @@ class Supervisor:
         for child in self.children:
             if child.process.poll() is None:
                 os.killpg(child.process.pid, number)
-        self._wait(limit_s)
-
-    def _wait(self, limit_s: float) -> None:
         deadline_s = time.monotonic() + limit_s
         while time.monotonic() < deadline_s:
             if all(child.process.poll() is not None for child in self.children):
@@ -148,43 +149,16 @@ class Supervisor:
         self.stop()
 
 
-@dataclass
-class Signals:
-    """The first SIGINT or SIGTERM that came; 0: none."""
-
-    came: int = 0
-
-
-@contextmanager
-def noted_signals() -> Iterator[Signals]:
-    """Note SIGINT and SIGTERM for as long as the context lasts."""
-    signals = Signals()
-
-    def note(number: int, frame: FrameType | None) -> None:
-        del frame
-        signals.came = signals.came or number
-
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield signals
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-RECORDER = 'recorder'
-NODES = (RECORDER, 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
+NODE_NAMES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 SILENT_S = 120.0
 """Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
 STALL_S = 600.0
 """Kernels that a machine under heavy load compiles for the first time can take minutes."""
 
-LOOK_S = 0.05
-
 
 @dataclass(frozen=True)
-class Plan:
+class GraphPlan:
     """What to run.
 
     Args:
@@ -237,7 +211,7 @@ class Outcome:
         return sum(numbers['lost'] for numbers in self.counts.values())
 
 
-def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, dict[str, Any]]:
+def parameters_of(plan: GraphPlan, scene: Scene, report: Path) -> dict[str, dict[str, Any]]:
     """Return the parameters of all nodes, by name."""
     file = Path(plan.scene)
     voyage = {
@@ -263,55 +237,29 @@ def parameters_of(plan: Plan, scene: Scene, report: Path) -> dict[str, dict[str,
             'executor': plan.executor,
             'flow_control': 'credits',
             'packed': plan.packed and plan.speed == 0.0,
-            'graph': list(NODES),
+            'graph': list(NODE_NAMES),
         }
-        for node in NODES
+        for node in NODE_NAMES
     }
 
 
-@contextmanager
-def graph_environment() -> Iterator[dict[str, str]]:
-    """Set this process' ROS environment and yield it for the children.
-
-    Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
-    (`fastdds_loopback.xml`), unless the environment says otherwise.
-    """
-    check_discovery()
-    given = graph_middleware()
-    domain = None if os.environ.get(DOMAIN) else claim_domain()
-    if domain is not None:
-        given[DOMAIN] = str(domain.number)
-    before = {name: os.environ.get(name) for name in given}
-    os.environ.update(given)
-    try:
-        yield dict(os.environ)
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-        if domain is not None:
-            domain.release()
-
-
 @dataclass
-class Watch:
+class Watchdog:
     """Reads what the recorder says, for progress and for a standstill.
 
     The supervisor is no node itself: what hangs a node cannot hang what watches it.
     """
 
     report: Path
-    said: Recorded | None = None
+    said: RecorderReport | None = None
     blind_s: float = field(default_factory=time.monotonic)
     """When nothing could be read last [s]: no node is judged by what came before."""
 
     def look(self) -> None:
         """Wait a moment and read the report."""
-        time.sleep(LOOK_S)
+        time.sleep(0.05)
         try:
-            self.said = Recorded.read(self.report) or self.said
+            self.said = RecorderReport.read(self.report) or self.said
         except ValueError:  # half written, or there is no room for it
             self.blind_s = time.monotonic()
 
@@ -329,13 +277,13 @@ class Watch:
         heard_s = self.said.heard_s if self.said else {}
         silent = [n for n, at_s in heard_s.items() if now_s - max(at_s, self.blind_s) > SILENT_S]
         if silent:  # the recorder hears for all
-            frozen = RECORDER if RECORDER in silent else ', '.join(sorted(silent))
+            frozen = 'recorder' if 'recorder' in silent else ', '.join(sorted(silent))
             raise GraphError(
                 f'node {frozen} has not been heard for {SILENT_S:g} s: it hangs or was stopped. '
                 'What was recorded until then is in the bag; start the voyage again'
             )
         if now_s - max(self.said.moved_s if self.said else 0.0, self.blind_s) > STALL_S:
-            unheard = sorted(set(NODES) - set(heard_s)) or ['none; all have been heard']
+            unheard = sorted(set(NODE_NAMES) - set(heard_s)) or ['none; all have been heard']
             raise GraphError(
                 f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
                 f'{", ".join(unheard)}). A network filter on the loopback interface, another '
@@ -343,7 +291,7 @@ class Watch:
             )
 
 
-def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
+def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
     """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
 
     Args:
@@ -357,17 +305,24 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
     """
     born_s = time.monotonic()
     with (
-        noted_signals() as signals,
+        Signals() as signals,
         graph_environment() as environment,
-        work_folder(os.environ.get(FOLDER)) as folder,
+        work_folder(os.environ.get(FOLDER_VARIABLE)) as folder,
     ):
         report = folder / 'report.json'
-        arguments = _arguments(plan, scene, folder, report)
-        names = ('compose',) if plan.compose else NODES
+        if plan.changed:
+            file = folder / 'scene.yaml'
+            file.write_text(scene_yaml(scene), 'utf-8')
+            plan = replace(plan, scene=str(file), duration_s=scene.duration)
+        parameters = write_parameters(folder, plan.namespace, parameters_of(plan, scene, report))
+        arguments = ['--ros-args', '--params-file', str(parameters)]
+        if plan.namespace:
+            arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
+        names = ('compose',) if plan.compose else NODE_NAMES
         with Supervisor(folder, environment) as supervisor:
             for name in names:
                 supervisor.start(name, [*arguments, *enclave_of(name)])
-            watch = Watch(report)
+            watch = Watchdog(report)
             while not signals.came and supervisor.exit_code(names[0]) is None:
                 watch.look()
                 progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
@@ -375,12 +330,22 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
                 watch.check()
             killed = supervisor.stop()
         if killed:
-            raise _hung(killed, plan.out)
+            raise GraphError(
+                f'{", ".join(child.name for child in killed)} did not end on SIGTERM and had to '
+                f'be killed; `tauto replay {plan.out}` tells what the bag holds. This is a fault '
+                'of Tauto or its middleware: please report it with these words:\n'
+                + '\n'.join(child.said() for child in killed)
+            )
         recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
         if recorded is None or recorded.began_s is None or recorded.closed_s is None:
             return Outcome(signal=signals.came)
-        if not signals.came:
-            _check_whole(recorded, scene)
+        reading = recorded.topics[s.READING]
+        had = reading['received'] + reading['lost']
+        if not signals.came and had != scene.log_count:
+            raise GraphError(
+                f'the clock has published {had} readings where the scene has {scene.log_count}; '
+                'the bag holds those. This is a fault of Tauto: please report it with the scene'
+            )
         return Outcome(
             recorded.topics,
             0 if recorded.complete else signals.came,
@@ -390,45 +355,12 @@ def run_graph(plan: Plan, scene: Scene, progress: Callable[[float], None]) -> Ou
         )
 
 
-def _arguments(plan: Plan, scene: Scene, folder: Path, report: Path) -> list[str]:
-    """Write the parameters, and the scene where it was changed; return the nodes' arguments."""
-    if plan.changed:
-        file = folder / 'scene.yaml'
-        file.write_text(scene_yaml(scene), 'utf-8')
-        plan = replace(plan, scene=str(file), duration_s=scene.duration)
-    parameters = write_parameters(folder, plan.namespace, parameters_of(plan, scene, report))
-    arguments = ['--ros-args', '--params-file', str(parameters)]
-    if plan.namespace:
-        arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
-    return arguments
-
-
-def _hung(killed: Sequence[Child], bag: Path) -> GraphError:
-    """Return the error that names the nodes that did not end, with where they were."""
-    return GraphError(
-        f'{", ".join(child.name for child in killed)} did not end on SIGTERM and had to be '
-        f'killed; `tauto replay {bag}` tells what the bag holds. This is a fault of Tauto or its '
-        'middleware: please report it with these words:\n'
-        + '\n'.join(child.said() for child in killed)
-    )
-
-
-def _check_whole(recorded: Recorded, scene: Scene) -> None:
-    """Refuse to call a bag whole that lacks readings which were neither sent nor lost."""
-    reading = recorded.topics[s.READING]
-    if (had := reading['received'] + reading['lost']) != scene.log_count:
-        raise GraphError(
-            f'the clock has published {had} readings where the scene has {scene.log_count}; the '
-            'bag holds those. This is a fault of Tauto: please report it with the scene'
-        )
-
-
 def _recorded(
     report: Path, supervisor: Supervisor, name: str, *, interrupted: bool
-) -> Recorded | None:
+) -> RecorderReport | None:
     """Return the recorder's report; raise if the bag was not closed, or closed too early."""
     try:
-        said = Recorded.read(report)
+        said = RecorderReport.read(report)
     except ValueError as error:
         raise GraphError(
             f'{report}: the recorder could not write its report; the bag is closed. Make room '

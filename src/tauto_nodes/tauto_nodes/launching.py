@@ -11,63 +11,20 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from rclpy.utilities import get_rmw_implementation_identifier
-
 from tauto_core.bags import check_folder, is_cut_short
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import TautoError, spelled
-from tauto_nodes.errors import GraphError, ParameterError, as_parameter
-from tauto_nodes.parameters import FOLDER, PARAMETERS, write_parameters
+from tauto_nodes import GraphError, ParameterError, as_parameter
+from tauto_nodes.parameters import FOLDER_VARIABLE, PARAMETERS, write_parameters
 from tauto_nodes.running import (
-    RANGE,
     SUPERVISOR,
     check_discovery,
-    check_loopback,
     enclave_of,
     local_discovery,
+    work_folder,
 )
-from tauto_nodes.work_folder import work_folder
-
-PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
-"""Environment variables that name a profile of Fast DDS, of 3 and of 2."""
-
-FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
-"""Environment variable: rmw leaves the memory policy to the profile."""
-
-PEERS = 'ROS_STATIC_PEERS'
-
-LOCALHOST_ONLY = 'ROS_LOCALHOST_ONLY'
-"""The older variable for the range; where it is 1, rcl takes no notice of the range."""
-
-
-def graph_middleware() -> dict[str, str]:
-    """Return the environment that keeps a graph of ours on this machine, with our profile.
-
-    Where the environment names a profile, another range of discovery, other peers or another
-    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file.
-
-    Raises:
-        GraphError: nothing that they would send each other would arrive.
-    """
-    given = local_discovery()
-    if any(os.environ.get(name) for name in PROFILES):
-        return given
-    profile = 'fastdds.xml'
-    if _within_this_machine() and get_rmw_implementation_identifier().startswith('rmw_fastrtps'):
-        check_loopback()
-        profile = 'fastdds_loopback.xml'
-        given = {RANGE: 'SYSTEM_DEFAULT', LOCALHOST_ONLY: ''}
-    return given | {PROFILES[1]: str(Path(__file__).with_name(profile)), FROM_PROFILE: '1'}
-
-
-def _within_this_machine() -> bool:
-    return os.environ.get(RANGE, '') in ('', 'LOCALHOST') and not os.environ.get(PEERS)
-
-
-NEAR = 0.75
-"""Names that resemble each other by so much (difflib) are taken for slips."""
 
 STOP_S = '60'
 """Time that a node has after SIGINT until SIGTERM, and after that until SIGKILL [s]. Launch's own
@@ -140,7 +97,7 @@ def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
     near = {
         name: match[0]
         for name in names
-        if name not in known and (match := difflib.get_close_matches(name, known, 1, NEAR))
+        if name not in known and (match := difflib.get_close_matches(name, known, 1, 0.75))
     }
     return [f'{name}: no such argument; the nearest is {match}' for name, match in near.items()]
 
@@ -163,7 +120,7 @@ def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
     return problems
 
 
-def described(
+def launch_description(
     defaults: Mapping[str, str],
     config: str,
     parameters: Callable[[Mapping[str, str]], Mapping[str, Mapping[str, object]]],
@@ -200,7 +157,13 @@ def described(
         check_discovery()
         variables = {SUPERVISOR: str(os.getpid()), **environment()}
         own = parameters(given)
-        file = _parameter_file(own, given)
+        whole = {name: {'executor': given['executor'], **held} for name, held in own.items()}
+        # A file of ours: from a mapping, launch_ros makes a temporary one for each node, and
+        # leaves it there.
+        kept = ExitStack()
+        atexit.register(kept.close)
+        folder = kept.enter_context(work_folder(os.environ.get(FOLDER_VARIABLE)))
+        file = str(write_parameters(folder, given['namespace'], whole))
         return [
             *(SetEnvironmentVariable(name, value) for name, value in variables.items()),
             *(_node(name, file, given, last) for name in own),
@@ -215,18 +178,6 @@ def described(
             OpaqueFunction(function=nodes),
         ]
     )
-
-
-def _parameter_file(own: Mapping[str, Mapping[str, object]], given: Mapping[str, str]) -> str:
-    """Write the parameters of all nodes to a file that goes with this process; return its path.
-
-    From a mapping, launch_ros would make a temporary file for each node, and leave it there.
-    """
-    kept = ExitStack()
-    atexit.register(kept.close)
-    folder = kept.enter_context(work_folder(os.environ.get(FOLDER)))
-    whole = {name: {'executor': given['executor'], **values} for name, values in own.items()}
-    return str(write_parameters(folder, given['namespace'], whole))
 
 
 def _node(name: str, file: str, given: Mapping[str, str], last: str) -> Any:

@@ -27,15 +27,13 @@ from tauto_core.samples import (
     ImuSamples,
     JointSamples,
 )
-from tauto_nodes.errors import NodesError
-from tauto_nodes.member import Member
-from tauto_nodes.ports import Diagnostics, Port, message_class, port
+from tauto_nodes import NodesError
+from tauto_nodes.node import Diagnostics, GraphNode
+from tauto_nodes.ports import TopicPort, message_class, port
 from tauto_nodes.running import main_of
-from tauto_nodes.stage_node import scene_of
 
 MARKERS, TF = 'markers', '/tf'
-MM = 1e-3
-COLOURS = {
+RGB = {
     'grey': (0.5, 0.5, 0.5),
     'blue': (0.2, 0.4, 0.8),
     'orange': (0.9, 0.5, 0.1),
@@ -45,16 +43,16 @@ COLOURS = {
 _DECK = ((0.5, 0.0), (0.35, 0.09), (0.1, 0.13), (-0.3, 0.12), (-0.5, 0.08), (-0.5, 0.0))
 _SHIP_M = 30.0
 
-Rotation = tuple[float, float, float, float]
-"""A unit quaternion x, y, z, w."""
+UnitQuaternion = tuple[float, float, float, float]
+"""A rotation: x, y, z, w."""
 
 
-def about_x(angle_rad: float) -> Rotation:
+def about_x(angle_rad: float) -> UnitQuaternion:
     """Return the rotation by an angle about x."""
     return float(np.sin(angle_rad / 2)), 0.0, 0.0, float(np.cos(angle_rad / 2))
 
 
-def product(first: Rotation, second: Rotation) -> Rotation:
+def turned_by(first: UnitQuaternion, second: UnitQuaternion) -> UnitQuaternion:
     """Return the rotation that turns by `second` in the frame that `first` has turned."""
     x, y, z, w = first
     a, b, c, d = second
@@ -69,10 +67,10 @@ def product(first: Rotation, second: Rotation) -> Rotation:
 def clock_points(line: Line, magnify: float) -> FloatArray:
     """Return the points of a drawn line in the frame of the clock [m], shape (n, 3).
 
-    The drawing is seen from astern: its x is to starboard, its y upwards.
+    The drawing, in millimetres, is seen from astern: its x is to starboard, its y upwards.
     """
     x, y = np.asarray(line.x, float), np.asarray(line.y, float)
-    return MM * magnify * np.column_stack((np.zeros_like(x), -x, y))
+    return 1e-3 * magnify * np.column_stack((np.zeros_like(x), -x, y))
 
 
 def ship_points() -> FloatArray:
@@ -87,13 +85,13 @@ def marker(name: str, number: int, points: FloatArray, colour: str, width_m: flo
     strip = Marker(ns=name, id=number, type=Marker.LINE_STRIP, action=Marker.ADD)
     strip.header.frame_id = 'map'
     strip.scale.x = width_m
-    red, green, blue = COLOURS[colour]
+    red, green, blue = RGB[colour]
     strip.color = ColorRGBA(r=red, g=green, b=blue, a=1.0)
     strip.points = [Point(x=x, y=y, z=z) for x, y, z in points.tolist()]
     return strip
 
 
-def transforms(ship: Rotation, wheel: Rotation) -> list[TransformStamped]:
+def transforms(ship: UnitQuaternion, wheel: UnitQuaternion) -> list[TransformStamped]:
     """Return map → base_link → clock_mount → wheel; the clock stands in the ship's origin."""
     still = (0.0, 0.0, 0.0, 1.0)
     chain = (
@@ -110,7 +108,7 @@ def transforms(ship: Rotation, wheel: Rotation) -> list[TransformStamped]:
     return made
 
 
-class Markers(Member):
+class MarkersNode(GraphNode):
     """Draws the latest motion at most `rate` times a second, and only while somebody subscribes.
 
     While nobody subscribes it has no subscriptions of its own and costs the graph nothing.
@@ -119,26 +117,26 @@ class Markers(Member):
     def __init__(self, **node_options: Any) -> None:
         super().__init__('markers', **node_options)
         magnify = self.settings.number('magnify')
-        width_m = 2 * MM * magnify
+        width_m = 2e-3 * magnify
         self._turning: list[Marker] = []
         self._fixed = [marker('ship', 0, ship_points(), 'grey', 0.1)]
-        for number, part in enumerate(draw_machine(scene_of(self.settings)).parts):
+        for number, part in enumerate(draw_machine(self.settings.scene()).parts):
             strip = marker(part.name, number, clock_points(part, magnify), part.colour, width_m)
             (self._turning if part.moves_with == 'wheel' else self._fixed).append(strip)
-        self._ship: Rotation | None = None
+        self._ship: UnitQuaternion | None = None
         self._angle_rad = 0.0
         self._stamp_ns = 0
         self._drawn_s = 0.0
         self._listening: list[Any] = []
-        self.connect([], [Port(MARKERS, MarkerArray, QoSProfile(depth=1)), *self._tf_port()])
-        self.diagnostics = Diagnostics(self)
-
-    def _tf_port(self) -> list[Port]:
+        outputs = [TopicPort(MARKERS, MarkerArray, QoSProfile(depth=1))]
         try:
-            return [Port(TF, message_class('tf2_msgs/msg/TFMessage'), QoSProfile(depth=100))]
+            transform = message_class('tf2_msgs/msg/TFMessage')
         except NodesError:
             self.get_logger().info('tf2_msgs is not installed here: markers only, no transforms')
-            return []
+        else:
+            outputs.append(TopicPort(TF, transform, QoSProfile(depth=100)))
+        self.connect([], outputs)
+        self.diagnostics = Diagnostics(self)
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
         """Keep the latest attitude and angle."""
@@ -170,22 +168,20 @@ class Markers(Member):
         self._draw(self._ship)
         self._ship, self._drawn_s = None, now_s
 
-    def _draw(self, ship: Rotation) -> None:
+    def _draw(self, ship: UnitQuaternion) -> None:
         wheel = about_x(self._angle_rad)
-        self._send(MARKERS, self._array(ship, product(ship, wheel)))
+        poses = ((self._fixed, ship), (self._turning, turned_by(ship, wheel)))
+        for strips, (x, y, z, w) in poses:
+            for strip in strips:
+                strip.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
+                stamp = strip.header.stamp
+                stamp.sec, stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
+        self._send(MARKERS, MarkerArray(markers=[*self._fixed, *self._turning]))
         if TF in self.outputs:
             chain = transforms(ship, wheel)
             for one in chain:
                 one.header.stamp.sec, one.header.stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
             self._send(TF, message_class('tf2_msgs/msg/TFMessage')(transforms=chain))
-
-    def _array(self, ship: Rotation, wheel: Rotation) -> MarkerArray:
-        for strips, (x, y, z, w) in ((self._fixed, ship), (self._turning, wheel)):
-            for strip in strips:
-                strip.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
-                stamp = strip.header.stamp
-                stamp.sec, stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
-        return MarkerArray(markers=[*self._fixed, *self._turning])
 
     def _send(self, topic: str, message: Any) -> None:
         output = self.outputs[topic]
@@ -194,7 +190,4 @@ class Markers(Member):
             output.sent += 1
 
 
-main = main_of(Markers)
-
-if __name__ == '__main__':
-    main()
+markers = main_of(MarkersNode)

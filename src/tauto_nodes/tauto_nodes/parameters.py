@@ -1,4 +1,4 @@
-"""The parameters of the nodes: types, limits, one table, files."""
+"""The parameters of the nodes: types, limits, one table, files, their page of the docs."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.subscription import Subscription
 
-from tauto_core.scene import shipped_scenes
-from tauto_nodes.errors import ParameterError
+from tauto_core.scene import Scene, load_scene, shipped_scenes
+from tauto_nodes import ParameterError
 
 # -----------------------------------------------------------------------------
 # What the nodes need of rclpy and its public interface does not offer, all in one place.
@@ -57,11 +57,11 @@ def take_raw(subscription: Subscription) -> bytes | None:
 # -----------------------------------------------------------------------------
 # One parameter of a node: its type, its limits, and the message for a value that is refused.
 
-Value: TypeAlias = bool | float | str | tuple[str, ...]
+ParameterValue: TypeAlias = bool | float | str | tuple[str, ...]
 
 _TYPES = {bool: 'bool', float: 'double', str: 'string', tuple: 'string[]'}
 
-FOLDER = 'TAUTO_FOLDER'
+FOLDER_VARIABLE = 'TAUTO_FOLDER'
 """Environment variable: what nodes read and write by their parameters lies in this folder."""
 
 
@@ -82,7 +82,7 @@ class Parameter:
     """
 
     name: str
-    default: Value
+    default: ParameterValue
     description: str
     unit: str = ''
     low: float = -math.inf
@@ -120,18 +120,19 @@ class Parameter:
 
     def _stray(self, said: str, value: object) -> str:
         """Return why a path is refused: it leads out of the folder that the environment names."""
-        folder = os.environ.get(FOLDER)
+        folder = os.environ.get(FOLDER_VARIABLE)
         if not folder or value in shipped_scenes():
             return ''
         inside = Path(str(value)).resolve().is_relative_to(Path(folder).resolve())
-        return '' if inside else f'{said}: lies outside of {FOLDER} = {folder}; name a place in it'
+        return (
+            ''
+            if inside
+            else f'{said}: lies outside of {FOLDER_VARIABLE} = {folder}; name a place in it'
+        )
 
 
 # -----------------------------------------------------------------------------
 # Parameter files: that of a graph is written, and what all nodes share in others is found.
-
-_SHARED = '/**'
-_FILE = '--params-file'
 
 
 def write_parameters(
@@ -163,22 +164,18 @@ def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
     """
     shared: set[str] = set()
     own = {word.partition(':=')[0] for word in arguments if ':=' in word}
-    for section, names in _sections(arguments):
-        if section == _SHARED:
-            shared |= names
-        elif _matches(section, node):
-            own |= names
-    return frozenset(shared - own)
-
-
-def _sections(arguments: Sequence[str]) -> Iterator[tuple[str, set[str]]]:
-    """Yield the sections of the files with the names that each sets; ROS checks the files."""
     for word, file in pairwise(arguments):
-        if word != _FILE:
+        if word != '--params-file':
             continue
+        # ROS has checked the files by now.
         content = yaml.safe_load(Path(file).read_text('utf-8'))
         for section, held in (content or {}).items():
-            yield section, set(_flat(held.get('ros__parameters', {})))
+            names = set(_flat(held.get('ros__parameters', {})))
+            if section == '/**':
+                shared |= names
+            elif _matches(section, node):
+                own |= names
+    return frozenset(shared - own)
 
 
 def _flat(parameters: Mapping[str, Any], prefix: str = '') -> Iterator[str]:
@@ -209,10 +206,10 @@ QOS_PREFIX = 'qos_overrides.'
 
 
 @dataclass(frozen=True)
-class Settings:
+class NodeSettings:
     """The values of a node's parameters at its start, by name, each in its type."""
 
-    values: Mapping[str, Value]
+    values: Mapping[str, ParameterValue]
 
     def text(self, name: str) -> str:
         """Return a string."""
@@ -229,6 +226,11 @@ class Settings:
     def names(self, name: str) -> tuple[str, ...]:
         """Return a string array."""
         return _of(tuple, self.values[name])
+
+    def scene(self) -> Scene:
+        """Load the scene that the parameters `scene` and `duration` name; SceneError otherwise."""
+        duration = self.number('duration')
+        return load_scene(self.text('scene'), **({'duration': duration} if duration > 0.0 else {}))
 
     @property
     def credits(self) -> bool:
@@ -465,23 +467,7 @@ def _problems(
             yield problem
 
 
-def _descriptor(parameter: Parameter) -> ParameterDescriptor:
-    unit = f' [{parameter.unit}]' if parameter.unit else ''
-    descriptor = ParameterDescriptor(
-        name=parameter.name,
-        description=parameter.description + unit,
-        additional_constraints=parameter.allowed,
-        read_only=parameter.read_only,
-    )
-    if isinstance(parameter.default, float) and math.isfinite(parameter.low):
-        high = min(parameter.high, sys.float_info.max)
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=parameter.low, to_value=high, step=0.0)
-        ]
-    return descriptor
-
-
-def declare(node: Node, role: str) -> Settings:
+def declare(node: Node, role: str) -> NodeSettings:
     """Declare a node's parameters and return what they are set to.
 
     Run-time changes of the few that allow it are checked against the table.
@@ -494,13 +480,26 @@ def declare(node: Node, role: str) -> Settings:
     shared = shared_names(node.get_fully_qualified_name(), sys.argv)
     if problems := list(_problems(role, overrides, shared)):
         raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
-    for name in sorted(shared & overrides.keys() - _known_names()):
+    anywhere = {p.name for parameters in PARAMETERS.values() for p in parameters}.union(_OF_ROS)
+    for name in sorted(shared & overrides.keys() - anywhere):
         node.get_logger().warning(
             f'{name}: no node has this parameter; it stands in the section /** of a parameter file'
         )
     table = {parameter.name: parameter for parameter in PARAMETERS[role]}
     for parameter in table.values():
-        node.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
+        unit = f' [{parameter.unit}]' if parameter.unit else ''
+        descriptor = ParameterDescriptor(
+            name=parameter.name,
+            description=parameter.description + unit,
+            additional_constraints=parameter.allowed,
+            read_only=parameter.read_only,
+        )
+        if isinstance(parameter.default, float) and math.isfinite(parameter.low):
+            high = min(parameter.high, sys.float_info.max)
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=parameter.low, to_value=high, step=0.0)
+            ]
+        node.declare_parameter(parameter.name, parameter.default, descriptor)
 
     def check(changes: list[RosParameter]) -> SetParametersResult:
         found = [
@@ -511,17 +510,42 @@ def declare(node: Node, role: str) -> Settings:
         return SetParametersResult(successful=not found, reason='; '.join(found))
 
     node.add_on_set_parameters_callback(check)
-    values = {name: node.get_parameter(name).value for name in table}
-    return Settings(
-        MappingProxyType(
-            {
-                name: value if isinstance(value, bool | float | str) else tuple(value)
-                for name, value in values.items()
-            }
-        )
-    )
+    held = {name: node.get_parameter(name).value for name in table}
+    values = {k: v if isinstance(v, bool | float | str) else tuple(v) for k, v in held.items()}
+    return NodeSettings(MappingProxyType(values))
 
 
-def _known_names() -> set[str]:
-    """Return the names that some node of the suite, or ROS itself, has a use for."""
-    return {p.name for table in PARAMETERS.values() for p in table}.union(_OF_ROS)
+def _spelled(value: ParameterValue) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return '[' + ', '.join(value) + ']'
+    return repr(value) if isinstance(value, float) else (value or '(empty)')
+
+
+def reference_page() -> str:
+    """Return docs/parameters.md."""
+    lines = [
+        '# Parameters of the nodes',
+        '',
+        'Generated from `tauto_nodes/parameters.py`; a test keeps the two equal.',
+        'Unknown names, wrong types and values out of range stop a node at its start, with the',
+        'reason. Only in the section `/**` of a parameter file, which nodes share, may a name be',
+        "another node's; one that no node has is a warning there. Doubles need their point:",
+        '`speed:=2.0`. Besides these, `use_sim_time` is known, and of topics that the node has',
+        '`qos_overrides.<topic>.<publisher|subscription>.<history|depth|reliability>`.',
+    ]
+    for role, table in PARAMETERS.items():
+        lines += [
+            '',
+            f'## {role}',
+            '',
+            '| name | type | default | unit | allowed | at run time | meaning |',
+            '|---|---|---|---|---|---|---|',
+        ]
+        lines += [
+            f'| `{p.name}` | {p.type} | `{_spelled(p.default)}` | {p.unit} | {p.allowed} '
+            f'| {"no" if p.read_only else "yes"} | {p.description} |'
+            for p in table
+        ]
+    return '\n'.join(lines) + '\n'

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +19,51 @@ from tauto_core.samples import NS_PER_S, TextSamples
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import bag_metadata
-from tauto_nodes.errors import ParameterError
-from tauto_nodes.member import Member
-from tauto_nodes.parameters import Settings
-from tauto_nodes.ports import Diagnostics, port
+from tauto_nodes import ParameterError
+from tauto_nodes.node import Diagnostics, GraphNode
+from tauto_nodes.parameters import NodeSettings
+from tauto_nodes.ports import port
 from tauto_nodes.running import main_of
-from tauto_nodes.stage_node import scene_of
-from tauto_nodes.work_folder import Recorded
+
+
+@dataclass(frozen=True)
+class RecorderReport:
+    """What the recorder says of a voyage under way and at its end, in the file named `report`.
+
+    Times are those of `time.monotonic()`, which on Linux is one clock for all processes.
+
+    Args:
+        complete: whether the ends of all topics had come.
+        began_s: when its first message came [s]; None: none came.
+        closed_s: when the bag was closed [s]; None: it is open.
+        topics: received, written and lost, by topic.
+        heard_s: when each node of the graph was last heard [s].
+        moved_s: when the report of any of them last said something new [s].
+    """
+
+    complete: bool
+    began_s: float | None
+    closed_s: float | None
+    topics: dict[str, Any]
+    heard_s: dict[str, float]
+    moved_s: float
+
+    def write(self, file: Path) -> None:
+        """Write the report, as JSON."""
+        file.write_text(json.dumps(asdict(self)), 'utf-8')
+
+    @staticmethod
+    def read(file: Path) -> RecorderReport | None:
+        """Return the report; None if there is none yet.
+
+        Raises:
+            ValueError: it is being written, or there was no room for it.
+        """
+        try:
+            return RecorderReport(**json.loads(file.read_text('utf-8')))
+        except FileNotFoundError:
+            return None
+
 
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
@@ -32,7 +72,7 @@ TELL_S = 0.2
 """Interval at which a graph is told how far the voyage is [s]."""
 
 
-def topics_of(settings: Settings) -> list[str]:
+def topics_of(settings: NodeSettings) -> list[str]:
     """Return the topics to record, in the order of the table.
 
     Raises:
@@ -46,12 +86,12 @@ def topics_of(settings: Settings) -> list[str]:
             f'{", ".join(TOPICS)}, or say all'
         )
     chosen = [name for name in TOPICS if name in asked or 'all' in asked]
-    if settings.text('scene') and not scene_of(settings).keeps_motion:
+    if settings.text('scene') and not settings.scene().keeps_motion:
         chosen = [name for name in chosen if name != s.SHIP_IMU]
     return chosen
 
 
-class Recorder(Member):
+class RecorderNode(GraphNode):
     """Writes its topics to a bag until their ends have come, or until it is stopped.
 
     The bag is closed cleanly either way; then the numbers received, written and lost are reported
@@ -118,13 +158,13 @@ class Recorder(Member):
                 self._see_order(topic, samples.stamp_ns)
 
     def _write_scenes(self, samples: TextSamples) -> None:
-        for text in samples.data:
+        for text in map(str, samples.data):
             try:
-                scene = parse_scene(str(text), f'topic {s.SCENE}')
+                scene = parse_scene(text, f'topic {s.SCENE}')
             except SceneError as error:
                 self.note(s.SCENE, 'not_a_scene', str(error).splitlines()[0])
                 continue
-            self._bag.write({s.SCENE: s.text(scene.starts_at_ns, str(text))})
+            self._bag.write({s.SCENE: s.text(scene.starts_at_ns, text)})
             self._bag.describe(bag_metadata(scene))
         self._bag.flush()
 
@@ -176,8 +216,22 @@ class Recorder(Member):
         finally:
             failed = self.failure
             self._bag.__exit__(type(failed) if failed else None, failed, None)
-        if self.failure is None:
-            self._tell(closed_s=time.monotonic())
+        if self.failure is not None:
+            return
+        closed_s, counts = time.monotonic(), self.counts()
+        for topic, numbers in counts.items():
+            lost = 'unknown' if numbers['lost'] is None else numbers['lost']
+            self.get_logger().info(
+                f'{topic}: received {numbers["received"]}, written {numbers["written"]}, '
+                f'lost {lost}'
+            )
+        if any(numbers['lost'] for numbers in counts.values()):
+            self.exit_code = 1
+        if not self._complete:
+            self.get_logger().warning(
+                'stopped before the end of the voyage; the bag says so (cut_short)'
+            )
+        self._report_to_file(closed_s)
 
     def counts(self) -> dict[str, dict[str, int | None]]:
         """Return the numbers received, written and lost by topic; lost is None if unknown.
@@ -197,33 +251,13 @@ class Recorder(Member):
             for topic, source in self.inputs.items()
         }
 
-    def _tell(self, closed_s: float) -> None:
-        counts = self.counts()
-        for topic, numbers in counts.items():
-            lost = numbers['lost']
-            lost_words = 'lost unknown' if lost is None else f'lost {lost}'
-            self.get_logger().info(
-                f'{topic}: received {numbers["received"]}, written {numbers["written"]}, '
-                f'{lost_words}'
-            )
-        if any(numbers['lost'] for numbers in counts.values()):
-            self.exit_code = 1
-        if not self._complete:
-            self.get_logger().warning(
-                'stopped before the end of the voyage; the bag says so (cut_short)'
-            )
-        self._report_to_file(closed_s)
-
     def _report_to_file(self, closed_s: float | None) -> None:
         if self.settings.text('report'):
             heard_s = self.flow.heard_s if self.flow is not None else {}
             moved_s = self.flow.moved_s if self.flow is not None else time.monotonic()
-            Recorded(
+            RecorderReport(
                 self._complete, self._began_s, closed_s, self.counts(), heard_s, moved_s
             ).write(Path(self.settings.text('report')))
 
 
-main = main_of(Recorder)
-
-if __name__ == '__main__':
-    main()
+recorder = main_of(RecorderNode)

@@ -1,16 +1,20 @@
-"""Running nodes in a process: its ROS domain, executor, signals, the exit code."""
+"""Where and how nodes run: ROS domain, middleware, work folder; executor, signals, exit code."""
 
 from __future__ import annotations
 
 import ctypes
 import faulthandler
 import os
+import shutil
 import signal
 import socket
 import sys
+import tempfile
 import traceback
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 from typing import Any, TypeAlias
 
@@ -20,12 +24,13 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
-from rclpy.utilities import remove_ros_args, try_shutdown
+from rclpy.utilities import get_rmw_implementation_identifier, remove_ros_args, try_shutdown
 
 from tauto_core.cli.terminal import open_closed_streams
+from tauto_core.files import one_writer
 from tauto_core.scene.errors import TautoError, spelled
-from tauto_nodes.errors import GraphError, NodesError, ParameterError, as_parameter
-from tauto_nodes.member import Member
+from tauto_nodes import GraphError, NodesError, ParameterError, as_parameter
+from tauto_nodes.node import GraphNode
 from tauto_nodes.parameters import RCLError, UnknownROSArgsError
 
 # -----------------------------------------------------------------------------
@@ -34,18 +39,13 @@ from tauto_nodes.parameters import RCLError, UnknownROSArgsError
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 DOMAIN = 'ROS_DOMAIN_ID'
 
-LOOPBACK = '127.0.0.1'
-ANSWER_S = 1.0
-
+_LOOPBACK = '127.0.0.1'
 _RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
 _HIGHEST_DOMAIN = 232
 """The ports of the next one lie beyond 65535."""
 
 LAST_DOMAIN = 101
 """Largest domain whose DDS ports lie below Linux' ephemeral ports."""
-
-_PORT_BASE = 7400
-_PORTS_PER_DOMAIN = 250
 
 
 def local_discovery() -> dict[str, str]:
@@ -81,16 +81,16 @@ def check_loopback() -> None:
         GraphError: it does not, and a graph would wait for its nodes in vain.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.settimeout(ANSWER_S)
+        probe.settimeout(1.0)
         try:
-            probe.bind((LOOPBACK, 0))
+            probe.bind((_LOOPBACK, 0))
             probe.sendto(b'tauto', probe.getsockname())
             probe.recv(1)
         except OSError as error:
             raise GraphError(
-                f'nothing that is sent to {LOOPBACK} arrives ({error.strerror or error}), and the '
-                'nodes of a graph talk by it. Bring the loopback interface up (ip link set lo '
-                'up), or let the network filter pass it'
+                f'nothing that is sent to {_LOOPBACK} arrives ({error.strerror or error}), and '
+                'the nodes of a graph talk by it. Bring the loopback interface up (ip link set '
+                'lo up), or let the network filter pass it'
             ) from error
 
 
@@ -108,16 +108,15 @@ class Domain:
 
     Args:
         number: ROS_DOMAIN_ID.
-        lock: the socket that holds it; None where the environment chose the domain.
+        lock: the socket that holds it.
     """
 
     number: int
-    lock: socket.socket | None = None
+    lock: socket.socket
 
     def release(self) -> None:
         """Give the domain back."""
-        if self.lock is not None:
-            self.lock.close()
+        self.lock.close()
 
 
 def claim_domain() -> Domain:
@@ -136,26 +135,124 @@ def claim_domain() -> Domain:
         except OSError:
             lock.close()
             continue
-        first = _PORT_BASE + _PORTS_PER_DOMAIN * number
-        if _free((first, first + 10, first + 12, first + 14)):
-            return Domain(number, lock)
-        lock.close()
+        first = 7400 + 250 * number  # as DDS numbers its ports
+        try:
+            for port in (first, first + 10, first + 12, first + 14):
+                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+                    probe.bind(('', port))
+        except OSError:
+            lock.close()
+            continue
+        return Domain(number, lock)
     raise GraphError(
         f'no ROS domain from 1 to {LAST_DOMAIN} is free; end other graphs, or set ROS_DOMAIN_ID'
     )
 
 
-def _free(ports: Iterable[int]) -> bool:
-    for port in ports:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            try:
-                probe.bind(('', port))
-            except OSError:
-                return False
-    return True
+# -----------------------------------------------------------------------------
+# What keeps a graph on this machine: the middleware and the environment of its nodes.
+
+PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
+"""Environment variables that name a profile of Fast DDS, of 3 and of 2."""
+
+FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
+"""Environment variable: rmw leaves the memory policy to the profile."""
+
+LOCALHOST_ONLY = 'ROS_LOCALHOST_ONLY'
+"""The older variable for the range; where it is 1, rcl takes no notice of the range."""
 
 
-Maker: TypeAlias = Callable[[], Member]
+def graph_middleware() -> dict[str, str]:
+    """Return the environment that keeps a graph of ours on this machine, with our profile.
+
+    Where the environment names a profile, another range of discovery, other peers or another
+    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file.
+
+    Raises:
+        GraphError: nothing that they would send each other would arrive.
+    """
+    given = local_discovery()
+    if any(os.environ.get(name) for name in PROFILES):
+        return given
+    profile = 'fastdds.xml'
+    ranged = os.environ.get(RANGE, '') not in ('', 'LOCALHOST')
+    here = not ranged and not os.environ.get('ROS_STATIC_PEERS')
+    if here and get_rmw_implementation_identifier().startswith('rmw_fastrtps'):
+        check_loopback()
+        profile = 'fastdds_loopback.xml'
+        given = {RANGE: 'SYSTEM_DEFAULT', LOCALHOST_ONLY: ''}
+    return given | {PROFILES[1]: str(Path(__file__).with_name(profile)), FROM_PROFILE: '1'}
+
+
+@contextmanager
+def graph_environment() -> Iterator[dict[str, str]]:
+    """Set this process' ROS environment and yield it for the children.
+
+    Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
+    (`fastdds_loopback.xml`), unless the environment says otherwise.
+    """
+    check_discovery()
+    given = graph_middleware()
+    domain = None if os.environ.get(DOMAIN) else claim_domain()
+    if domain is not None:
+        given[DOMAIN] = str(domain.number)
+    before = {name: os.environ.get(name) for name in given}
+    os.environ.update(given)
+    try:
+        yield dict(os.environ)
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+        if domain is not None:
+            domain.release()
+
+
+# -----------------------------------------------------------------------------
+# The folder of a running graph: parameters, output of the nodes, the recorder's report.
+
+FOLDER_PREFIX = 'tauto_graph_'
+_LOCK = 'lock'
+
+
+@contextmanager
+def work_folder(parent: str | None) -> Iterator[Path]:
+    """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
+
+    A folder whose lock can be had is one that nobody uses any more.
+
+    Args:
+        parent: where to make it; None: where the system has temporary files.
+
+    Raises:
+        GraphError: no folder can be made there.
+    """
+    place = Path(parent or tempfile.gettempdir())
+    for lock in place.glob(f'{FOLDER_PREFIX}*/{_LOCK}'):
+        with suppress(OSError):  # it is held, or another start was faster
+            if lock.parent.lstat().st_uid == os.getuid():
+                with one_writer(lock, make=False):
+                    shutil.rmtree(lock.parent, ignore_errors=True)
+    try:
+        made = tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX, dir=place)
+    except OSError as error:
+        raise GraphError(
+            f'{place}: no folder can be made there ({error.strerror}), and a graph keeps its '
+            'parameters in one. Make room, or set TMPDIR to another place'
+        ) from error
+    with made as name:
+        # Under its own name the lock could be had before it is locked.
+        lock = Path(name, 'not_locked_yet')
+        with one_writer(lock):
+            yield lock.rename(Path(name, _LOCK)).parent
+
+
+# -----------------------------------------------------------------------------
+# One process: its nodes from their start to its exit code.
+
+Maker: TypeAlias = Callable[[], GraphNode]
 
 CHECK_S = 0.02
 COMPLAIN_S = 10.0
@@ -165,18 +262,13 @@ LEAVE_S = 8.0
 SUPERVISOR = 'TAUTO_SUPERVISOR'
 """Environment variable: the process whose death ends the nodes."""
 
-_LOG_FOLDER = 'log directory'
-"""What rcl says of it if it cannot be made, as where the home folder cannot be written."""
-
-_PR_SET_PDEATHSIG = 1
-
 
 def die_with_supervisor() -> None:
     """Ask Linux for a SIGTERM when the supervisor dies, even by SIGKILL: no orphans."""
     supervisor = os.environ.get(SUPERVISOR)
     if supervisor is None:
         return
-    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    ctypes.CDLL(None, use_errno=True).prctl(1, signal.SIGTERM)  # PR_SET_PDEATHSIG
     if os.getppid() != int(supervisor):
         raise NodesError(
             f'{SUPERVISOR} = {supervisor}: this process is gone. Start the graph anew'
@@ -201,20 +293,31 @@ def executor_named(name: str) -> Any:
     return EventsExecutor()
 
 
-class _Signals:
-    """Notes SIGINT and SIGTERM; rclpy's own handlers would end the context before the flush."""
+class Signals:
+    """Notes SIGINT and SIGTERM from now on; `came` is the first that came, 0 while none has.
+
+    As a context manager it puts the former handlers back.
+    """
 
     def __init__(self) -> None:
-        self.came = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._note)
+        self.came = 0
+        numbers = (signal.SIGINT, signal.SIGTERM)
+        self._before = {number: signal.signal(number, self.note) for number in numbers}
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        del number, frame
-        self.came = True
+    def note(self, number: int, frame: FrameType | None) -> None:
+        """Handle a signal."""
+        del frame
+        self.came = self.came or number
+
+    def __enter__(self) -> Signals:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
 
 
-def _spin(nodes: Sequence[Member], signals: _Signals) -> None:
+def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
     executor = executor_named(nodes[0].settings.text('executor'))
     stop: Any = Future()
 
@@ -238,18 +341,7 @@ def _spin(nodes: Sequence[Member], signals: _Signals) -> None:
             )
 
 
-def _finish(nodes: Sequence[Member]) -> None:
-    """End the nodes' own work: what they hold is written and sent."""
-    for node in nodes:
-        try:
-            node.close()
-        except Exception as error:
-            node.fail(error)
-        if node.failure is not None and node.diagnostics is not None:
-            node.diagnostics.deliver()
-
-
-def _leave(nodes: Sequence[Member]) -> None:
+def _leave(nodes: Sequence[GraphNode]) -> None:
     """Leave the graph, or end the process with exit code 1 after LEAVE_S, saying where it stood.
 
     Fast DDS as the wheels have it never returns from the deletion of a participant if a peer is
@@ -264,7 +356,7 @@ def _leave(nodes: Sequence[Member]) -> None:
     faulthandler.cancel_dump_traceback_later()
 
 
-def _exit_code(nodes: Sequence[Member], refusal: Exception | None) -> int:
+def _exit_code(nodes: Sequence[GraphNode], refusal: Exception | None) -> int:
     """Return the exit code, after the reason of a failure was written to stderr."""
     failures = [('tauto_nodes', refusal), *((node.role, node.failure) for node in nodes)]
     for who, error in failures:
@@ -277,14 +369,7 @@ def _exit_code(nodes: Sequence[Member], refusal: Exception | None) -> int:
     return max(node.exit_code for node in nodes)
 
 
-def _refuse_what_ros_ignores(args: Sequence[str]) -> None:
-    if unknown := remove_ros_args(['', *args])[1:]:
-        raise ParameterError(
-            f'unknown argument {unknown[0]}; parameters go after --ros-args, as -p name:=value'
-        )
-
-
-def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
+def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
     """Make the nodes, spin until they end or a signal comes, close them; return the exit code.
 
     Args:
@@ -292,14 +377,20 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
         args: command line, sys.argv where None.
     """
     open_closed_streams()
-    signals = _Signals()
+    # rclpy's own handlers would end the context before the flush. Ours are not put back: a signal
+    # that comes late must not change the exit code.
+    signals = Signals()
     faulthandler.enable()
-    nodes: list[Member] = []
+    nodes: list[GraphNode] = []
     refusal: Exception | None = None
     try:
         die_with_supervisor()
         os.environ.update(local_discovery())
-        _refuse_what_ros_ignores(sys.argv[1:] if args is None else args)
+        typed = sys.argv[1:] if args is None else args
+        if unknown := remove_ros_args(['', *typed])[1:]:  # ROS ignores them
+            raise ParameterError(
+                f'unknown argument {unknown[0]}; parameters go after --ros-args, as -p name:=value'
+            )
         rclpy.init(
             args=None if args is None else list(args),
             signal_handler_options=SignalHandlerOptions.NO,
@@ -308,21 +399,28 @@ def run(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        unwritable = _LOG_FOLDER in str(error)
+        # What rcl says where the home folder, for one, cannot be written.
+        unwritable = 'log directory' in str(error)
         remedy = '. Set ROS_LOG_DIR to a folder that can be written' if unwritable else ''
         refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')
     except Exception as error:
         refusal = error
-    _finish(nodes)
+    for node in nodes:  # what they hold is written and sent
+        try:
+            node.close()
+        except Exception as error:
+            node.fail(error)
+        if node.failure is not None and node.diagnostics is not None:
+            node.diagnostics.deliver()
     code = _exit_code(nodes, refusal)
     _leave(nodes)
     return code
 
 
 def main_of(*makers: Maker) -> Callable[[], None]:
-    """Return the `main` of an executable."""
+    """Return the function that an executable calls: it runs nodes of these classes."""
 
     def main() -> None:
-        sys.exit(run(makers))
+        sys.exit(run_nodes(makers))
 
     return main

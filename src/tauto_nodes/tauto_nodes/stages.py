@@ -1,4 +1,4 @@
-"""A stage of tauto_core with messages on both sides, and its state in a file."""
+"""The nodes that hold a stage of tauto_core: trochlea, drift estimator, longitude."""
 
 from __future__ import annotations
 
@@ -15,16 +15,19 @@ from std_srvs.srv import Trigger
 
 from tauto_core import samples as s
 from tauto_core.bags import encode
+from tauto_core.clockwork import LiveTrochlea, TrochleaStage
 from tauto_core.files import write_whole
+from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import Batches, Samples, Stage, State, TimeSamples, count, take
-from tauto_core.scene import Scene, load_scene, scene_yaml
+from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import BagError
 from tauto_core.version import code
-from tauto_core.voyage import refused_words
-from tauto_nodes.errors import NodesError, ParameterError
-from tauto_nodes.member import Member
-from tauto_nodes.parameters import Settings
-from tauto_nodes.ports import Diagnostics, port
+from tauto_core.voyage import compile_kernels, refused_words
+from tauto_nodes import NodesError, ParameterError
+from tauto_nodes.node import Diagnostics, GraphNode
+from tauto_nodes.parameters import NodeSettings
+from tauto_nodes.ports import port
+from tauto_nodes.running import main_of
 
 # -----------------------------------------------------------------------------
 # The state of a stage in a file: versioned, checked, replaced in one step, read without pickle.
@@ -163,15 +166,7 @@ def _opened(value: Any) -> Any:
     return opened
 
 
-def scene_of(settings: Settings) -> Scene:
-    """Return the scene that the parameters `scene` and `duration` name; SceneError otherwise."""
-    duration = settings.number('duration')
-    if duration > 0.0:
-        return load_scene(settings.text('scene'), duration=duration)
-    return load_scene(settings.text('scene'))
-
-
-class StageNode(Member):
+class StageNode(GraphNode):
     """Subscribes to the stage's inputs, publishes its outputs; driven by stamps alone.
 
     Without flow control it flushes at shutdown and when `~/finish` (std_srvs/Trigger) is called.
@@ -184,10 +179,21 @@ class StageNode(Member):
         node_options: handed to rclpy.node.Node.
     """
 
-    def __init__(self, role: str, build: Callable[[Settings], Stage], **node_options: Any) -> None:
+    def __init__(
+        self, role: str, build: Callable[[NodeSettings], Stage], **node_options: Any
+    ) -> None:
         super().__init__(role, **node_options)
-        self._file = self._state_file()
-        saved = self._file.load() if self._file is not None else None
+        self._file: StateFile | None = None
+        folder, saved = self.settings.text('state_folder'), None
+        if folder and self.settings.credits:
+            raise ParameterError(
+                f'state_folder = {folder!r}: with flow_control = credits a graph runs as a whole '
+                'or not at all. Leave it out'
+            )
+        if folder:
+            name = self.get_fully_qualified_name()
+            self._file = StateFile(Path(folder), name, self.settings.scene())
+            saved = self._file.load()
         self.stage = build(self.settings)
         if self._file is not None and saved is not None:
             self.stage.restore(saved)
@@ -245,18 +251,6 @@ class StageNode(Member):
             self._work()
             self._save()
 
-    def _state_file(self) -> StateFile | None:
-        folder = self.settings.text('state_folder')
-        if not folder:
-            return None
-        if self.settings.credits:
-            raise ParameterError(
-                f'state_folder = {folder!r}: with flow_control = credits a graph runs as a whole '
-                'or not at all. Leave it out'
-            )
-        name = self.get_fully_qualified_name()
-        return StateFile(Path(folder), name, scene_of(self.settings))
-
     def _save(self) -> None:
         if self._file is None:
             return
@@ -300,3 +294,48 @@ class StageNode(Member):
         response.success = self.failure is None
         response.message = str(self.failure or 'flushed; what comes now is left aside')
         return response
+
+
+# -----------------------------------------------------------------------------
+# The three stages.
+
+
+def _trochlea(settings: NodeSettings) -> Stage:
+    scene = settings.scene()
+    # Before there is a subscription: what compiles meanwhile would let its queue overflow.
+    compile_kernels(scene)
+    return LiveTrochlea(scene) if settings.text('source') == 'foreign' else TrochleaStage(scene)
+
+
+class TrochleaNode(StageNode):
+    """ship/imu in; trochlea/joint_states, trochlea/phase and clock/reading out."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__('trochlea', _trochlea, **node_options)
+
+
+class DriftEstimatorNode(StageNode):
+    """clock/reading, clock/observation in, with covariates ship/imu; estimate, correction out."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(
+            'drift_estimator',
+            lambda own: DriftStage(own.scene(), expect_schedule=own.text('source') == 'scene'),
+            **node_options,
+        )
+
+
+class LongitudeNode(StageNode):
+    """ship/fix, clock/reading, clock/corrected, drift/estimate in; longitude/… out."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(
+            'longitude',
+            lambda own: LongitudeStage(own.scene(), expect_fix=own.text('source') == 'scene'),
+            **node_options,
+        )
+
+
+trochlea = main_of(TrochleaNode)
+drift_estimator = main_of(DriftEstimatorNode)
+longitude = main_of(LongitudeNode)

@@ -1,0 +1,38 @@
+"""One node in a process: `python -m tauto_nodes NODE --ros-args …`, as `tauto graph` starts it.
+
+`ros2 run tauto_nodes NODE` calls the same functions (setup.py).
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+_MODULES = {
+    'ship_motion': 'sources',
+    'player': 'sources',
+    'trochlea': 'stages',
+    'drift_estimator': 'stages',
+    'longitude': 'stages',
+    'recorder': 'recorder',
+    'markers': 'markers',
+}
+
+
+def main() -> None:
+    """Run the node that the first argument names; `compose`: all nodes of the graph."""
+    name = sys.argv.pop(1) if len(sys.argv) > 1 else ''
+    if name == 'compose':
+        from tauto_nodes.recorder import RecorderNode
+        from tauto_nodes.running import main_of
+        from tauto_nodes.sources import ShipMotionNode
+        from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+
+        main_of(RecorderNode, LongitudeNode, DriftEstimatorNode, TrochleaNode, ShipMotionNode)()
+    elif name in _MODULES:
+        getattr(import_module(f'tauto_nodes.{_MODULES[name]}'), name)()
+    else:
+        sys.exit(f'node {name!r}: must be compose or one of {", ".join(_MODULES)}')
+
+
+main()

@@ -1,0 +1,265 @@
+"""The nodes that pace time: they send stamped messages when these are due. Ship and player."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from itertools import groupby, repeat
+from operator import itemgetter
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.duration import Duration
+from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock as ClockMessage
+
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS, Bag, encode, read_bag
+from tauto_core.samples import NS_PER_S
+from tauto_core.voyage import ShipSource
+from tauto_nodes import NodesError, ParameterError
+from tauto_nodes.node import Diagnostics, GraphNode
+from tauto_nodes.ports import MIN_DEPTH, TopicPort, message_class, node_of, port
+from tauto_nodes.running import main_of
+
+StampedMessage: TypeAlias = tuple[int, str, bytes]
+"""Stamp [ns], topic, payload."""
+
+BURST = 1000
+"""Most messages sent in one tick, so that a node at full speed still hears the others."""
+
+CLOCK_TOPIC = '/clock'
+
+
+class SourceNode(GraphNode):
+    """Sends messages, ordered by stamp, at a pace.
+
+    With flow control it begins when the whole graph is matched, else when each of its topics has a
+    subscriber or after the parameter `wait`.
+
+    Args:
+        role: says which node of the parameter table this is.
+        pace: name of the parameter with the pace, stamped seconds per second; 0: unpaced.
+        node_options: handed to rclpy.node.Node.
+    """
+
+    def __init__(self, role: str, pace: str, **node_options: Any) -> None:
+        super().__init__(role, **node_options)
+        self._pace_name = pace
+        self._pace = self.settings.number(pace)
+        self._items: Iterator[StampedMessage] = iter(())
+        self._next: StampedMessage | None = None
+        self._last_ns = 0
+        self._clock_ns = -1
+        self._sea_clock: Any = None
+        self._born_s = time.monotonic()
+        self._base: tuple[float, int] | None = None
+        self.add_post_set_parameters_callback(self._repace)
+
+    def start(self, items: Iterator[StampedMessage]) -> None:
+        """Begin with these items once the subscribers are there; ports are connected by now.
+
+        Raises:
+            NodesError: /clock is wanted, but somebody else publishes it.
+        """
+        if self.settings.flag('publish_clock'):
+            # Discovery takes a while to hear of another publisher.
+            deadline_s = time.monotonic() + 1.0
+            while time.monotonic() < deadline_s:
+                if others := self.get_publishers_info_by_topic(CLOCK_TOPIC):
+                    raise NodesError(
+                        f'publish_clock = True: {node_of(others[0])} already publishes '
+                        f'{CLOCK_TOPIC}, and time can have one source only. Leave publish_clock '
+                        'out, or stop the other'
+                    )
+                time.sleep(0.02)
+            self._sea_clock = self.create_publisher(
+                ClockMessage, CLOCK_TOPIC, QoSProfile(depth=10)
+            )
+        self._items = items
+        self._next = next(items, None)
+        self.diagnostics = Diagnostics(self)
+
+    @property
+    def sent_until_ns(self) -> int:
+        """Stamp of the last item that was sent [ns]; 0 before the first."""
+        return self._last_ns
+
+    def all_sent(self) -> None:
+        """Do what remains when the last item has been sent."""
+
+    def tick(self) -> None:
+        """Send what is due."""
+        now_s = time.monotonic()
+        if self._base is None:
+            if not self._may_start():
+                return
+            self._base = (now_s, self._next[0] if self._next else 0)
+        due_ns = self._due_ns(now_s)
+        due: list[StampedMessage] = []
+        while self._next and not self.backlogged and len(due) < BURST and self._next[0] <= due_ns:
+            due.append(self._next)
+            self._next = next(self._items, None)
+        self._last_ns = due[-1][0] if due else self._last_ns
+        if self.flow is not None:  # nodes of our graph join topics by stamps, not by arrival
+            due.sort(key=itemgetter(1))
+        for topic, messages in groupby(due, itemgetter(1)):
+            self.send(topic, [payload for _, _, payload in messages])
+        if self._sea_clock is not None and self._last_ns > self._clock_ns:
+            self._clock_ns = self._last_ns
+            message = ClockMessage()
+            message.clock.sec, message.clock.nanosec = divmod(self._clock_ns, NS_PER_S)
+            self._sea_clock.publish(message)
+        if self._next is None and not self.input_over and not self.backlogged:
+            self.input_over = True
+            self.all_sent()
+
+    def _may_start(self) -> bool:
+        if self.flow is not None:
+            return self.flow.everyone_ready()
+        alone = any(
+            output.publisher.get_subscription_count() == 0 for output in self.outputs.values()
+        )
+        return not alone or time.monotonic() - self._born_s >= self.settings.number('wait')
+
+    def _due_ns(self, now_s: float) -> float:
+        assert self._base is not None
+        if self._pace == 0.0:
+            return math.inf
+        since_s, from_ns = self._base
+        return from_ns + (now_s - since_s) * self._pace * NS_PER_S
+
+    def _repace(self, changes: list[RosParameter]) -> None:
+        for change in changes:
+            if change.name == self._pace_name:
+                now_s = time.monotonic()
+                if self._base is not None:
+                    # From the last message on, so that the new pace does not act backwards.
+                    self._base = (now_s, int(min(self._due_ns(now_s), self._last_ns)))
+                self._pace = float(change.value)
+
+
+# -----------------------------------------------------------------------------
+# The ship: its motion, its place and the navigator's observations, paced by wall time.
+
+OUTPUTS = (s.SCENE, s.SHIP_FIX, s.OBSERVATION, s.SHIP_IMU)
+
+
+def ship_messages(ship: ShipSource) -> Iterator[StampedMessage]:
+    """Yield the ship's messages by stamp; at one stamp in the order of OUTPUTS."""
+    while True:
+        batches = ship.produce(256)
+        rows: list[StampedMessage] = []
+        for topic in OUTPUTS:
+            if topic in batches:
+                stamps = batches[topic].stamp_ns.tolist()
+                rows += zip(stamps, repeat(topic), encode(topic, batches[topic]), strict=False)
+        if not rows:
+            return
+        rows.sort(key=lambda row: row[0])
+        yield from rows
+
+
+class ShipMotionNode(SourceNode):
+    """Publishes scene, ship/imu, ship/fix and clock/observation of a scene."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__('ship_motion', 'speed', **node_options)
+        if problem := self._problem(self.settings.number('speed')):
+            raise ParameterError(f'{self.get_fully_qualified_name()}: {problem}')
+        self.add_on_set_parameters_callback(self._check)
+        scene = self.settings.scene()
+        self.connect([], [port(topic) for topic in OUTPUTS])
+        self.start(ship_messages(ShipSource(scene)))
+
+    def _problem(self, speed: float) -> str:
+        if speed != 0.0 or self.settings.credits:
+            return ''
+        return (
+            'speed = 0.0: as fast as possible needs flow_control = credits, or messages are lost. '
+            'Set it on all nodes, or give a speed'
+        )
+
+    def _check(self, changes: list[RosParameter]) -> SetParametersResult:
+        found = [p for c in changes if c.name == 'speed' and (p := self._problem(c.value))]
+        return SetParametersResult(successful=not found, reason='; '.join(found))
+
+
+# -----------------------------------------------------------------------------
+# The player: the messages of a bag, at a pace, payloads untouched.
+
+
+def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
+    """Return the ports to play on, by the topic's name in the bag.
+
+    Raises:
+        ParameterError: the bag has none of the topics asked for.
+        NodesError: a message type that is not installed.
+    """
+    ports = {}
+    # Where the bag has more than one namespace, its names stay absolute.
+    prefix = '' if bag.namespace is None else f'/{bag.namespace}/'.replace('//', '/')
+    for topic, ros_type in bag.topics.items():
+        name = topic.removeprefix(prefix)
+        if 'all' not in asked and not any(f'/{topic}'.endswith(f'/{one}') for one in asked):
+            continue
+        known = name in TOPICS and TOPICS[name].ros_type == ros_type
+        foreign = QoSProfile(depth=MIN_DEPTH)
+        ports[topic] = port(name) if known else TopicPort(name, message_class(ros_type), foreign)
+    if not ports:
+        raise ParameterError(
+            f'topics = {list(asked)}: the bag has none of them; it has {", ".join(bag.topics)}'
+        )
+    return ports
+
+
+class PlayerNode(SourceNode):
+    """Publishes a bag's topics under the player's namespace; ends with the bag.
+
+    Args:
+        bag: the bag, if it has been opened already; otherwise the parameter `bag` names it.
+        progress: called with the share of the bag that was played, from 0 to 1.
+        node_options: handed to rclpy.node.Node.
+    """
+
+    def __init__(
+        self,
+        *,
+        bag: Bag | None = None,
+        progress: Callable[[float], None] | None = None,
+        **node_options: Any,
+    ) -> None:
+        super().__init__('player', 'rate', **node_options)
+        self._progress = progress
+        bag = bag or read_bag(Path(self.settings.text('bag')))
+        for warning in bag.warnings:
+            self.get_logger().warning(warning)
+        ports = ports_of(bag, self.settings.names('topics'))
+        self._begin_ns, self._end_ns = bag.start_ns or 0, bag.end_ns or 0
+        self.connect([], list(ports.values()))
+        self.start(
+            (stamp_ns, ports[topic].name, payload)
+            for topic, _, stamp_ns, payload in bag.messages(ports)
+        )
+
+    def tick(self) -> None:
+        """Send what is due, and report how far the bag has been played."""
+        super().tick()
+        if self._progress is not None:
+            played_ns = max(self.sent_until_ns - self._begin_ns, 0)
+            self._progress(played_ns / max(self._end_ns - self._begin_ns, 1))
+
+    def all_sent(self) -> None:
+        """End when the subscribers have acknowledged."""
+        for output in self.outputs.values():
+            output.publisher.wait_for_all_acked(Duration(seconds=10))
+        sent = ', '.join(f'{topic} {output.sent}' for topic, output in self.outputs.items())
+        self.get_logger().info(f'played {sent}')
+        self.over = True
+
+
+ship_motion = main_of(ShipMotionNode)
+player = main_of(PlayerNode)
