@@ -22,12 +22,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import stress_counting
-import stress_drift
 import stress_forecast
-import stress_land
-import stress_order
-import stress_sea
+import stress_motion
 import stress_search
 from stress_cases import Row
 
@@ -35,21 +31,29 @@ RESULTS = Path(__file__).with_suffix('.json')
 LIBRARIES = ('numpy', 'scipy', 'llvmlite', 'hypothesis')
 
 SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
-    'drift': (partial(stress_drift.weight_driven, 1e8), partial(stress_drift.isochronous, 1e5, 8)),
-    'land': (
-        stress_land.reversal,
-        stress_land.tolerances,
-        stress_order.order,
-        stress_land.amplitudes,
-        stress_land.mass_ratios,
-        stress_land.springs_and_holes,
-        stress_land.drag,
-        stress_land.escapement,
+    'drift': (
+        partial(stress_motion.weight_driven, 1e8),
+        partial(stress_motion.isochronous, 1e5, 8),
     ),
-    'sea': (stress_sea.strong_roll, stress_sea.resonance, stress_sea.rates, stress_sea.ratios),
+    'land': (
+        stress_motion.reversal,
+        stress_motion.tolerances,
+        stress_motion.order,
+        stress_motion.amplitudes,
+        stress_motion.mass_ratios,
+        stress_motion.springs_and_holes,
+        stress_motion.drag,
+        stress_motion.escapement,
+    ),
+    'sea': (
+        stress_motion.strong_roll,
+        stress_motion.resonance,
+        stress_motion.rates,
+        stress_motion.ratios,
+    ),
     'forecast': (stress_forecast.bounds, stress_forecast.extrapolations),
     'search': (partial(stress_search.search, 200),),
-    'counting': (stress_counting.recoil,),
+    'counting': (stress_search.recoil,),
 }
 
 

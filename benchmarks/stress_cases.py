@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,9 @@ from tauto_core.motion.wheel import Collocation
 from tauto_core.samples import SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
+
+# The independent programs of the tests: reference_propagator, thread_references.
+sys.path.append(str(Path(__file__).resolve().parents[1] / 'tests' / 'core' / 'motion'))
 
 INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 

@@ -2,7 +2,7 @@
 
 Random scenes at sea, for every propagator, fixed or suspended, with real threads or ideal ones, at
 1 to 20 samples a second. The actual error is the largest distance of the reading, at logged
-instants, from DOP853 on the exact motion of the ship (`exact_motion`); the prediction is `error_s`
+instants, from DOP853 on the exact motion of the ship (`exact_phase`); the prediction is `error_s`
 of `tauto scene check`. The actual error must not exceed the prediction, nor be less than a
 thirtieth of it unless it is below the accuracy of DOP853.
 """
@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from exact_motion import exact_phase
 from stress_cases import ARC, FORCE, HOLE, HOLE_CAM, VERTICAL, Row, sail
 
 from tauto_core.checks.cost import RESOLUTION_S, forecast
@@ -168,6 +167,8 @@ def _sea(random: np.random.Generator) -> dict[str, Any]:
 
 def compared(scene: Scene) -> Comparison:
     """Return the predicted and the actual error of a scene's reading."""
+    from reference_propagator import exact_phase
+
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
     predicted = forecast(scene, machine, ShipMotion(scene)).phase_error_s

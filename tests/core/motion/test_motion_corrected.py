@@ -8,9 +8,9 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 from motion_cases import angles, at_rest_at_sea, phases, scene_of
+from reference_propagator import Reference
 from scipy.integrate import solve_ivp
 
-from benchmarks.reference_propagator import Reference
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator, propagator_name
 from tauto_core.motion.wheel import Collocation

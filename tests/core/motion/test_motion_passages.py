@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, TOO_SMALL_TO_MATTER, phases, scene_of
+from reference_propagator import Reference
 from scipy.integrate import solve_ivp
 
-from benchmarks.reference_propagator import Reference
 from tauto_core.api import sail
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine

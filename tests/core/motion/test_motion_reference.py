@@ -9,8 +9,8 @@ import mpmath
 import numpy as np
 import pytest
 from motion_cases import TOO_SMALL_TO_MATTER, at_rest_at_sea, run, scene_of
+from reference_propagator import Reference
 
-from benchmarks.reference_propagator import Reference
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.closed_forms import ActionAngle
@@ -351,7 +351,7 @@ def test_the_observed_order_of_eight_stages_is_near_sixteen():
         )
     )
     engine = Collocation(machine)
-    # doubles have no room for the order of sixteen (benchmarks/stress_order.py)
+    # doubles have no room for the order of sixteen (benchmarks/stress_motion.py)
     engine._work = make_work(1, NODES)
     observed = []
     for span in (0.4, 0.45, 0.5, 0.55, 0.6):

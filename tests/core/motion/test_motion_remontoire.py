@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, run, scene_of
+from reference_propagator import Reference
 
-from benchmarks.reference_propagator import Reference
 from tauto_core.clockwork import trochlea
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import SceneError

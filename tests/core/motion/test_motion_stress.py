@@ -22,32 +22,32 @@ def broken(rows):
 
 
 def test_the_orders_are_sixteen_and_thirty_two_and_the_engine_is_the_method():
-    from stress_order import order
+    from stress_motion import order
 
     assert not broken(order())
 
 
 def test_swings_forward_and_back_end_at_the_release():
-    from stress_land import reversal
+    from stress_motion import reversal
 
     assert not broken(reversal(swings=100))
 
 
 def test_energy_and_phase_of_an_isochronous_well_walk_at_rounding_level():
     """Three runs of 2e4 oscillations: enough lags for the exponent within 0.15 of a half."""
-    from stress_drift import isochronous
+    from stress_motion import isochronous
 
     assert not broken(isochronous(2e4, 3))
 
 
 def test_impulses_that_are_too_strong_end_at_the_edge_of_the_cam():
-    from stress_land import escapement
+    from stress_motion import escapement
 
     assert not broken(escapement())
 
 
 def test_roll_at_resonance_and_at_commensurable_frequencies_has_its_exact_answer():
-    from stress_sea import resonance
+    from stress_motion import resonance
 
     assert not broken(resonance())
 
