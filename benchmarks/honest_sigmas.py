@@ -1,0 +1,613 @@
+"""Are the ± honest? Errors over many seeds, compared with the sigmas and intervals stated.
+
+    .venv/bin/python benchmarks/honest_sigmas.py PART [--seeds N] [--out FILE] [OPTION …]
+
+PART is one of
+
+    covariates   the navigator with a rate equation, into covariate_consistency.json
+    estimator    the navigator on shipped scenes, into estimator_consistency.json
+    projection   the distance projected for 42 days, into projection_consistency.json
+    stability    the intervals of `replay --stability`, into stability_coverage.json
+
+The options of a part are listed by `honest_sigmas.py PART --help`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from scipy.stats import chi2
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.navigation import DriftStage, clock_model, prior
+from tauto_core.navigation.covariates import (
+    RecordedIntegrals,
+    Regressors,
+    expected_walk_per_s,
+    fit,
+    integral_names,
+    runs,
+)
+from tauto_core.navigation.hindsight import filtered_drift
+from tauto_core.navigation.kalman import ClockModel, Estimate, covariance, means, predict
+from tauto_core.navigation.stability import stability
+from tauto_core.navigation.verdict import TOO_SHORT
+from tauto_core.samples import (
+    CORRECTED,
+    NS_PER_S,
+    OBSERVATION,
+    READING,
+    SECONDS_PER_DAY,
+    SHIP_IMU,
+    FloatArray,
+    ImuSamples,
+    TimeSamples,
+    same,
+    scalars,
+)
+from tauto_core.scene import Scene, load_scene, shipped_scenes
+from tauto_core.ship import Observations
+from tauto_core.ship.imu import imu_from_roll, imu_samples
+from tauto_core.ship.motions.sea import SeaShip
+from tauto_core.voyage import sail
+
+# -----------------------------------------------------------------------------
+# Covariates: whether the navigator's errors agree with his sigmas, with a rate equation.
+#
+# A kind of clock whose number of seeds is 0 keeps its result in the file. A seed takes half a
+# second of each.
+#
+# `drawn`: dials whose rate is r + sum k_j x_j, with r and the k_j drawn from the navigator's
+# prior, three days in port and three in seas that change, all drawn anew for each seed. The motion
+# is measured by a sensor of 2 Hz with bias and noise. The normalised square e^T P^-1 e of the
+# errors of offset, rate and coefficients has mean 4, and its sum over N seeds is chi-squared with
+# 4 N degrees of freedom.
+#
+# `machine`: the clock of `portsmouth_jamaica`, checked for twelve hours in port, then twelve at
+# sea without a check. The square of the offset's error over its variance has mean 1 if the prior
+# is right, and less if it is cautious. The error of a navigator without covariates is given for
+# comparison.
+#
+# `thread`: the clock of `clock_hanging_thread`, for 46 hours in five seas, observed every 12
+# hours. No rate equation fits it, and such a scene is refused. The errors at the end are given in
+# sigmas for the coefficients stated, as if it did; for the random walk of the rate that the
+# refusal advises, with and without the equation; and for neither.
+
+RECORD_S = 3600.0
+"""The waves repeat after this time; one record of them is made for each seed."""
+BIAS, NOISE = 0.05, 0.02
+"""Bias and standard deviation of the noise of the accelerometer [m/s2]."""
+SEAS = (
+    (0.0, 0.3, 6.0, None),
+    (12.0, 4.0, 11.0, 2.3),
+    (24.0, 2.0, 8.0, 1.2),
+    (36.0, 5.0, 12.0, 2.7),
+    (46.0, 3.0, 9.0, 0.5),
+)
+"""From which hour, height [m], period [s] and heading [rad] of the seas of `thread`."""
+COEFFICIENTS = {'heave': {'value': 1.0, 'sigma': 0.05}, 'roll': {'value': 0.01, 'sigma': 0.02}}
+
+
+class Sea:
+    """Waves of a seed whose height changes: roll and heave at even instants, with derivatives."""
+
+    def __init__(self, rng: np.random.Generator, rate_hz: float, heights: FloatArray) -> None:
+        number = round(RECORD_S * rate_hz)
+        at = np.arange(number) / rate_hz
+        waves = rng.choice(np.arange(260, 600), 24, replace=False)
+        omega = 2.0 * np.pi * waves / RECORD_S
+        phases = rng.uniform(0.0, 2.0 * np.pi, (2, 24))
+        size = np.exp(-0.5 * ((omega - 0.7) / 0.15) ** 2)
+        self.roll = self._channel(0.05, size, omega, phases[0], at)
+        # 0.5 m/s2 root mean square where the height is 1
+        self.heave = self._channel(0.5, size * omega**2, omega, phases[1], at)[0]
+        self.at_s = np.arange(round(RECORD_S * len(heights[1:]) * rate_hz) + 1) / rate_hz
+        u = (self.at_s / RECORD_S) % 1.0
+        place = np.minimum((self.at_s / RECORD_S).astype(int), len(heights) - 2)
+        step = heights[place + 1] - heights[place]
+        self.height = heights[place] + step * u**4 * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u)))
+        slope = step * 140.0 * u**3 * (1.0 - u) ** 3 / RECORD_S
+        repeats = np.arange(len(self.at_s)) % number
+        roll, rate, acceleration = (channel[repeats] for channel in self.roll)
+        self.motion = (
+            self.height * roll,
+            self.height * rate + slope * roll,
+            self.height * acceleration + 2.0 * slope * rate,
+            self.height * self.heave[repeats],
+        )
+
+    @staticmethod
+    def _channel(
+        rms: float, size: FloatArray, omega: FloatArray, phase: FloatArray, at: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return a sum of waves of a given root mean square, with its first two derivatives."""
+        amplitude = rms * np.sqrt(2.0) * size / np.linalg.norm(size)
+        angle = np.outer(at, omega) + phase
+        cosine, sine = np.cos(angle), np.sin(angle)
+        return (
+            cosine @ amplitude,
+            -sine @ (amplitude * omega),
+            -cosine @ (amplitude * omega**2),
+        )
+
+
+def observed(scene: Scene) -> TimeSamples:
+    """Return the observations of a scene."""
+    return Observations(scene).between(0, 2**62)
+
+
+def way_of(
+    scene: Scene, imu: ImuSamples, reading: TimeSamples, seen: TimeSamples
+) -> tuple[Any, ClockModel]:
+    """Return the estimate at the last reading, and its model."""
+    model, regressors = clock_model(scene), Regressors(scene, live=False)
+    regressors.feed({SHIP_IMU: imu})
+    integrals = regressors.at(reading.stamp_ns)
+    known = scalars(reading.stamp_ns, integral_names(model.names), integrals)
+    motion = RecordedIntegrals(known, model.names)
+    way = filtered_drift(reading, seen, model, motion)
+    last = way.states._make(column[-1:] for column in way.states)
+    end = reading.stamp_ns[-1:]
+    gained = tuple((motion.at(end) - way.integrals_s[-1:]).T)
+    return predict(last, (end - way.stamp_ns[-1]) / NS_PER_S, model, gained), model
+
+
+def drawn(seed: int) -> float:
+    """Return e^T P^-1 e of offset, rate and coefficients of a dial that is drawn."""
+    rng = np.random.default_rng(seed)
+    hours = 144
+    heights = np.exp(rng.normal(0.0, 0.5, hours // 12 + 1))
+    heights[:6] *= 0.15
+    heights = np.interp(np.arange(hours + 1) / 12.0, np.arange(len(heights)), heights)
+    sea = Sea(rng, 4.0, heights)
+    scene = load_scene(
+        'involute_weight_at_sea',
+        duration=hours * 3600.0,
+        seed=seed,
+        ship={
+            **load_scene('involute_weight_at_sea').ship.model_dump(exclude_none=True),
+            'rate': 2.0,
+        },
+        log={'interval': 600.0},
+        drift={
+            'observation_interval': 21600.0,
+            'prior_rate_sigma': 10.0,
+            'gate': 1e9,
+            'covariates': ['heave', 'roll'],
+            'coefficients': COEFFICIENTS,
+        },
+    )
+    model = clock_model(scene)
+    start = prior(model)
+    k = rng.normal([c.value for c in model.coefficients], [c.sigma for c in model.coefficients])
+    offset, rate = rng.normal(0.0, np.sqrt([start.xx, start.yy]))
+    roll, _, _, heave = sea.motion
+    x = np.column_stack((-0.125 * (heave / scene.gravity) ** 2, roll * roll))
+    grown = np.zeros((len(x), 2))
+    np.cumsum(0.125 * (x[1:] + x[:-1]), axis=0, out=grown[1:])
+    every = 2400
+    at = sea.at_s[::every]
+    walk, tau = np.zeros((len(at), 2)), 600.0
+    q1, q2 = model.white_fm_s, model.random_walk_fm_per_s
+    n1, n2 = rng.normal(size=(2, len(at)))
+    walk[0] = offset, rate
+    for i in range(1, len(at)):
+        wander = np.sqrt(q2 * tau) * n2[i]
+        here = np.sqrt(q1 * tau + q2 * tau**3 / 12.0) * n1[i] + 0.5 * tau * wander
+        walk[i] = walk[i - 1] + [tau * walk[i - 1, 1] + here, wander]
+    error = walk[:, 0] + grown[::every] @ k
+    stamps = scene.starts_at_ns + np.rint(at * NS_PER_S).astype(np.int64)
+    dial = stamps + np.rint(error * NS_PER_S).astype(np.int64)
+    reading = TimeSamples(stamps, '', dial, same('dial', len(stamps)))
+    pull = scene.gravity + heave + BIAS + NOISE * rng.normal(size=len(heave))
+    imu = imu_from_roll(
+        scene.starts_at_ns + np.rint(sea.at_s[::2] * NS_PER_S).astype(np.int64),
+        roll[::2],
+        sea.motion[1][::2],
+        (pull * np.sin(roll))[::2],
+        (pull * np.cos(roll))[::2],
+    )
+    now, model = way_of(scene, imu, reading, observed(scene))
+    at_names = [0, 1, 3, 4]
+    # the sensor's noise acts as a constant rate, which belongs to the true rate
+    told = walk[-1, 1] + k[0] * NOISE**2 / (8.0 * scene.gravity**2)
+    truth = np.array([error[-1], told, *k])
+    units = np.array([1.0, SECONDS_PER_DAY, 1.0, 1.0])
+    wrong = units * (means(now, model.names)[0, at_names] - truth)
+    p = covariance(now, model.names)[0][np.ix_(at_names, at_names)] * np.outer(units, units)
+    return float(wrong @ np.linalg.solve(p, wrong))
+
+
+class Machine:
+    """The clock of a shipped scene in port and at sea, run many times."""
+
+    def __init__(self) -> None:
+        ship = load_scene('portsmouth_jamaica').ship
+        drift = {'observation_interval': 3600.0, 'observation_sigma': 0.1}
+        common: dict[str, Any] = {
+            'duration': 86400.0,
+            'ship': ship.model_dump(exclude_none=True),
+            'voyage': None,
+            'log': {'interval': 60.0},
+        }
+        self.plain = load_scene('portsmouth_jamaica', **common, drift=drift)
+        self.scene = load_scene(
+            'portsmouth_jamaica', **common, drift={**drift, 'covariates': ['heave', 'roll']}
+        )
+        self._stage = TrochleaStage(self.scene)
+        self._fresh = self._stage.state()
+
+    def errors(self, seed: int) -> tuple[float, float, float]:
+        """Return the corrected error at the end [s], its sigma, and that without covariates."""
+        rng = np.random.default_rng(seed)
+        heights = np.repeat([0.3, *np.exp(rng.normal(0.2, 0.4, 4))], [13, 3, 3, 3, 4])[:26]
+        sea = Sea(rng, 10.0, heights)
+        stamps = self.scene.starts_at_ns + np.rint(sea.at_s * NS_PER_S).astype(np.int64)
+        roll, rate, acceleration, heave = sea.motion
+        height, gravity = self.scene.ship.height, self.scene.gravity
+        imu = imu_samples(stamps, roll, rate, acceleration, heave, height, gravity)
+        self._stage.restore(self._fresh)
+        reading = self._stage.feed({SHIP_IMU: imu})[READING]
+        assert isinstance(reading, TimeSamples)
+        seen = observed(self.scene.model_copy(update={'seed': seed}))
+        port = seen.stamp_ns <= self.scene.starts_at_ns + 12 * 3600 * NS_PER_S
+        seen = TimeSamples(seen.stamp_ns[port], '', seen.time_ref_ns[port], seen.source[port])
+        now, _ = way_of(self.scene, imu, reading, seen)
+        dial = float(reading.time_ref_ns[-1] - reading.stamp_ns[-1]) / NS_PER_S
+        stage = DriftStage(self.plain, expect_schedule=False)
+        alone = stage.feed({READING: reading, OBSERVATION: seen})[CORRECTED]
+        assert isinstance(alone, TimeSamples)
+        without = float(alone.time_ref_ns[-1] - alone.stamp_ns[-1]) / NS_PER_S
+        return dial - float(now.x[0]), float(np.sqrt(now.xx[0])), without
+
+
+def thread(seeds: int) -> dict[str, Any]:
+    """Return errors at the end in sigmas of a clock with a swinging thread in five seas."""
+    shipped = load_scene('clock_hanging_thread').ship
+    assert isinstance(shipped, SeaShip)
+    assert shipped.roll is not None
+    states = [
+        {
+            'at': 3600.0 * at,
+            'significant_wave_height': height,
+            'peak_period': period,
+            **({} if heading is None else {'heading': heading}),
+        }
+        for at, height, period, heading in SEAS
+    ]
+    common: dict[str, Any] = {
+        'duration': 46 * 3600.0,
+        'log': {'interval': 60.0, 'motion': False},
+        'ship': {
+            'kind': 'sea',
+            'rate': 5.0,
+            'heave': True,
+            'speed': 1.3,
+            'roll': shipped.roll.model_dump(),
+            'weather': {'kind': 'states', 'states': states},
+        },
+    }
+    seen = {'observation_interval': 12 * 3600.0, 'observation_sigma': 0.5}
+    equation = {'covariates': ['heave', 'roll']}
+
+    def scene_with(drift: dict[str, Any], seed: int = 0) -> Scene:
+        scene = load_scene('clock_hanging_thread', **common, seed=seed, drift={**seen, **drift})
+        return scene.model_copy(update={'suspension': None, 'voyage': None})
+
+    scene = scene_with(equation)
+    tried = tuple(each.coefficient for each in runs(scene))
+    fitted = fit(scene, tried)
+    stated = {each.name: {'value': each.value, 'sigma': each.sigma} for each in tried}
+    walk = {'random_walk_fm': fitted.advised}
+    assumed = {
+        'equation_stated': {**equation, 'coefficients': stated},
+        'equation_and_walk': {**equation, **walk},
+        'walk': walk,
+        'neither': {},
+    }
+    result: dict[str, Any] = {
+        'seeds': seeds,
+        'departure_sigmas': round(fitted.sigmas, 2),
+        'random_walk_fm': fitted.advised,
+    }
+    for name, drift in assumed.items():
+        found = []
+        for seed in range(5000, 5000 + seeds):
+            sailed = sail(scene_with(drift, seed)).result['drift']
+            sigma = sailed['offset_sigma_s']
+            found.append((sailed['offset_error_sigmas'], sailed['rate_error_sigmas'], sigma))
+        offset, rate, sigma_s = np.array(found).T
+        result[name] = {
+            'offset_rms_sigmas': round(float(np.sqrt(np.mean(offset**2))), 2),
+            'beyond_three': round(float(np.mean(np.abs(offset) > 3.0)), 3),
+            'rate_rms_sigmas': round(float(np.sqrt(np.mean(rate**2))), 2),
+            'error_rms_s': round(float(np.sqrt(np.mean((offset * sigma_s) ** 2))), 2),
+            'sigma_s': round(float(np.mean(sigma_s)), 2),
+        }
+    return result
+
+
+def covariates(words: list[str]) -> None:
+    """Print the figures, and write them."""
+    parser = argparse.ArgumentParser('honest_sigmas.py covariates')
+    parser.add_argument('--seeds', type=int, default=200)
+    parser.add_argument('--machine-seeds', type=int, default=60)
+    parser.add_argument('--thread-seeds', type=int, default=34)
+    default = Path(__file__).with_name('covariate_consistency.json')
+    parser.add_argument('--out', type=Path, default=default)
+    given = parser.parse_args(words)
+    result: dict[str, Any] = json.loads(given.out.read_text('utf-8')) if given.out.exists() else {}
+    if given.seeds:
+        found = [drawn(seed) for seed in range(given.seeds)]
+        low, high = chi2.ppf([0.025, 0.975], 4 * given.seeds) / given.seeds
+        mean = float(np.mean(found))
+        result['drawn'] = {
+            'seeds': given.seeds,
+            'nees': round(mean, 3),
+            'band': [round(float(low), 3), round(float(high), 3)],
+            'within': bool(low < mean < high),
+        }
+        print(result['drawn'], flush=True)
+    if given.machine_seeds:
+        machine = Machine()
+        rows = np.array([machine.errors(seed) for seed in range(given.machine_seeds)])
+        wrong, sigma, without = rows.T
+        result['machine'] = {
+            'seeds': given.machine_seeds,
+            'coefficients': [list(each) for each in clock_model(machine.scene).coefficients],
+            'nees': round(float(np.mean((wrong / sigma) ** 2)), 3),
+            'error_s': [round(float(np.mean(wrong)), 3), round(float(np.std(wrong)), 3)],
+            'sigma_s': round(float(np.mean(sigma)), 3),
+            'error_without_s': [
+                round(float(np.mean(without)), 3),
+                round(float(np.std(without)), 3),
+            ],
+        }
+        print(result['machine'], flush=True)
+    if given.thread_seeds:
+        result['thread'] = thread(given.thread_seeds)
+        print(result['thread'], flush=True)
+    given.out.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+
+
+# -----------------------------------------------------------------------------
+# Estimator: whether the errors agree with the sigmas on shipped scenes.
+#
+# Each seed draws the errors of the observations anew and, in a sea, the waves through which the
+# clock is sailed. At the end the estimate of offset and rate is compared with the error of the
+# dial and its mean rate. The normalised error squared e^T P^-1 e has mean 2, and its sum over N
+# seeds is chi-squared with 2 N degrees of freedom (Bar-Shalom, Li and Kirubarajan, Estimation with
+# Applications to Tracking and Navigation, 2001, 5.4). For offset or rate alone the mean is 1.
+# Where the rate is expected to walk at random, its departure from its mean is part of the
+# variance.
+
+SCENES = (
+    'measured',
+    'involute_weight_at_sea',
+    'buoy_44004_supply',
+    'hanging_thread_at_sea',
+)
+
+
+def sailed(scene: Scene) -> tuple[TimeSamples, TimeSamples]:
+    """Return the readings and the observations of a voyage."""
+    samples = sail(scene).samples
+    return cast(TimeSamples, samples[READING]), cast(TimeSamples, samples[OBSERVATION])
+
+
+def errors(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
+    """Return errors of offset [s] and rate [1] at the end, their covariance, the mean rate [1]."""
+    reading, observation = sailed(scene)
+    model = clock_model(scene)
+    way = filtered_drift(reading, observation, model)
+    last = Estimate(*(float(column[-1]) for column in way.states))
+    first_ns, end_ns = int(reading.stamp_ns[0]), int(reading.stamp_ns[-1])
+    now = predict(last, (end_ns - int(way.stamp_ns[-1])) / NS_PER_S, model)
+    error_s = (reading.time_ref_ns - reading.stamp_ns) / NS_PER_S
+    rate = float((error_s[-1] - error_s[0]) / ((end_ns - first_ns) / NS_PER_S))
+    wrong = np.array([now.x - error_s[-1], now.y - rate])
+    wandered = expected_walk_per_s(scene) * (end_ns - first_ns) / NS_PER_S / 3.0
+    return wrong, np.array([[now.xx, now.xy], [now.xy, now.yy + wandered]]), rate
+
+
+def of_estimator(name: str, seeds: int, prior: float | None) -> dict[str, Any]:
+    """Return the mean normalised errors squared of a scene, and their 95 % band."""
+    joint, alone, rates, sigmas = [], [], [], []
+    for seed in range(seeds):
+        scene = load_scene(name, seed=seed)
+        if prior is not None:
+            assumed = scene.drift.model_copy(update={'prior_rate_sigma': prior})
+            scene = scene.model_copy(update={'drift': assumed})
+        wrong, covariance, rate = errors(scene)
+        joint.append(wrong @ np.linalg.solve(covariance, wrong))
+        alone.append(wrong**2 / np.diag(covariance))
+        rates.append(SECONDS_PER_DAY * rate)
+        sigmas.append(SECONDS_PER_DAY * np.sqrt(covariance[1, 1]))
+    low, high = chi2.ppf([0.025, 0.975], 2 * seeds) / seeds
+    offset, speed = np.mean(alone, axis=0)
+    mean = float(np.mean(joint))
+    return {
+        'scene': name,
+        'nees': round(mean, 3),
+        'band': [round(float(low), 3), round(float(high), 3)],
+        'within': bool(low < mean < high),
+        'offset': round(float(offset), 3),
+        'rate': round(float(speed), 3),
+        'true_rate_s_per_day': [round(min(rates), 2), round(max(rates), 2)],
+        'rate_sigma_s_per_day': round(float(np.mean(sigmas)), 2),
+    }
+
+
+def estimator(words: list[str]) -> None:
+    """Print a line for each scene, and write them."""
+    parser = argparse.ArgumentParser('honest_sigmas.py estimator')
+    parser.add_argument('--seeds', type=int, default=200)
+    parser.add_argument('--prior', type=float, help='prior_rate_sigma [s/day], for the default')
+    parser.add_argument('--scene', action='append', help='instead of the four', default=[])
+    default = Path(__file__).with_name('estimator_consistency.json')
+    parser.add_argument('--out', type=Path, default=default)
+    given = parser.parse_args(words)
+    rows = []
+    for name in given.scene or SCENES:
+        rows.append(of_estimator(name, given.seeds, given.prior))
+        print(rows[-1], flush=True)
+    result = {'seeds': given.seeds, 'prior_rate_sigma': given.prior or 'default', 'rows': rows}
+    given.out.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+
+
+# -----------------------------------------------------------------------------
+# Projection: whether its ± is what seeds scatter by.
+#
+# Each seed draws the waves and the errors of the observations anew. Of the seeds whose run is
+# projected, the errors after 42 days are compared with their standard deviations: of the dial from
+# the mean over the seeds, which is what the seeds have in common; of the corrected clock its error
+# if the dial had that rate. `ratio` is the standard deviation over the seeds over the root mean
+# square of those stated, and has to lie in 0.5–2; it is None where fewer than two seeds are
+# projected. A reason that lies in the machine holds for all seeds, so one is tried.
+# `portsmouth_jamaica` is left out: it takes minutes a seed, and is a trial, which is not
+# projected.
+
+LEFT_OUT = ('portsmouth_jamaica',)
+
+
+def of_projection(name: str, seeds: int) -> dict[str, Any]:
+    """Return scatter, stated standard deviations and their ratio of a scene, and why not."""
+    first, refused = [], Counter[str]()
+    for seed in range(seeds):
+        found = sail(load_scene(name, seed=seed)).result['longitude']
+        first += [row for row in found['projection'][:1] if None not in row.values()]
+        if reason := found['not_projected']:
+            refused[reason.partition(', ')[0]] += 1
+            if not reason.startswith(TOO_SHORT):
+                break
+    result: dict[str, Any] = {'scene': name, 'projected': len(first), 'refused': dict(refused)}
+    if len(first) < 2:
+        return {**result, 'ratio': None, 'corrected_ratio': None}
+    dial, corrected = (np.array([row[f'{key}error_nmi'] for row in first]) for key in ('raw_', ''))
+    stated = [
+        float(np.sqrt(np.mean([row[f'{key}sigma_nmi'] ** 2 for row in first])))
+        for key in ('raw_', '')
+    ]
+    mean = float(np.mean(dial))
+    wrong = corrected - dial + mean
+    scatter = float(np.std(dial, ddof=1)), float(np.sqrt(np.mean(wrong**2)))
+    return {
+        **result,
+        'mean_nmi': mean,
+        'scatter_nmi': scatter[0],
+        'stated_nmi': stated[0],
+        'ratio': scatter[0] / stated[0],
+        'corrected_scatter_nmi': scatter[1],
+        'corrected_stated_nmi': stated[1],
+        'corrected_ratio': scatter[1] / stated[1],
+    }
+
+
+def projection(words: list[str]) -> None:
+    """Print a line for each scene, and write them."""
+    parser = argparse.ArgumentParser('honest_sigmas.py projection')
+    parser.add_argument('--seeds', type=int, default=30)
+    parser.add_argument('--scene', action='append', help='instead of all', default=[])
+    default = Path(__file__).with_name('projection_consistency.json')
+    parser.add_argument('--out', type=Path, default=default)
+    given = parser.parse_args(words)
+    at_sea = [name for name in shipped_scenes() if load_scene(name).ship.kind == 'sea']
+    rows = []
+    for name in given.scene or [each for each in at_sea if each not in LEFT_OUT]:
+        rows.append(of_projection(name, given.seeds))
+        print(rows[-1], flush=True)
+    result = {'seeds': given.seeds, 'rows': rows}
+    given.out.write_text(json.dumps(result, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
+
+
+# -----------------------------------------------------------------------------
+# Stability: how often the 95 % intervals contain the true deviation.
+#
+# Seeded noise of exactly known spectrum is analysed by `stability`, and each interval is compared
+# with the theoretical deviation: for all deviations, averaging times and kinds of noise, some
+# lengths of record, and clocks of one kind at short and another at long times. With 500 runs a
+# share of 95 % is known to ±1.0 % (one sigma).
+
+LENGTHS = (65, 129, 513, 2049)
+DEVIATIONS = ('allan', 'modified', 'time', 'hadamard')
+PURE: tuple[dict[int, float], ...] = tuple({alpha: 1.0} for alpha in (2, 1, 0, -1, -2))
+MIXED: tuple[dict[int, float], ...] = ({2: 1.0, 0: 0.1}, {0: 1.0, -2: 0.03}, {1: 1.0, -1: 0.1})
+
+
+def coverage(parts: dict[int, float], count: int, runs: int, seed: int) -> list[dict[str, Any]]:
+    """Return a row for each averaging time: the share of intervals that contain the truth."""
+    sys.path.append(str(Path(__file__).resolve().parents[1] / 'tests' / 'core' / 'navigation'))
+    from power_law_noise import NAMES, deviation, mixed
+
+    random = np.random.default_rng([seed, count, *(alpha + 9 for alpha in parts)])
+    held: dict[str, Any] = dict.fromkeys(DEVIATIONS, 0.0)
+    named: Any = 0.0
+    factors: list[int] = []
+    for _ in range(runs):
+        found = stability(mixed(parts, count, random), 1.0)
+        factors = found.tau_s.astype(int).tolist()
+        for kind in DEVIATIONS:
+            true = np.array([deviation(kind, parts, factor) for factor in factors])
+            each = getattr(found, kind)
+            held[kind] = held[kind] + ((each.low < true) & (true < each.high))
+        named = named + np.isin(found.noise, [NAMES[alpha] for alpha in parts])
+    name = ' + '.join(f'{a:g} {NAMES[alpha]}' for alpha, a in parts.items())
+    return [
+        {
+            'noise': name,
+            'readings': count,
+            'factor': factor,
+            **{kind: round(100.0 * held[kind][place] / runs, 1) for kind in DEVIATIONS},
+            'named': round(100.0 * named[place] / runs, 1),
+        }
+        for place, factor in enumerate(factors)
+    ]
+
+
+def stability_intervals(words: list[str]) -> None:
+    """Print the table, write it, and name the shares outside 93 to 97 %."""
+    parser = argparse.ArgumentParser('honest_sigmas.py stability')
+    parser.add_argument('--runs', type=int, default=500)
+    default = Path(__file__).with_name('stability_coverage.json')
+    parser.add_argument('--out', type=Path, default=default)
+    given = parser.parse_args(words)
+    rows: list[dict[str, Any]] = []
+    print(f'{"noise":40} {"N":>5} {"m":>4}', *(f'{kind:>9}' for kind in (*DEVIATIONS, 'named')))
+    for parts in PURE + MIXED:
+        for count in LENGTHS:
+            for row in coverage(parts, count, given.runs, seed=1726):
+                rows.append({'pure': len(parts) == 1, **row})
+                shares = (f'{row[kind]:9.1f}' for kind in (*DEVIATIONS, 'named'))
+                print(f'{row["noise"]:40} {count:5} {row["factor"]:4}', *shares, flush=True)
+    for pure in (True, False):
+        shares = np.array(
+            [row[kind] for row in rows if row['pure'] is pure for kind in DEVIATIONS]
+        )
+        within = float(np.mean((shares >= 93.0) & (shares <= 97.0)))
+        print(
+            f'{"one kind" if pure else "two kinds"}: {shares.min():.1f} to {shares.max():.1f} %, '
+            f'mean {shares.mean():.2f} %; {100.0 * within:.0f} % of them within 93 to 97 %'
+        )
+    result = {'runs': given.runs, 'confidence': 95.0, 'rows': rows}
+    given.out.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+
+
+PARTS = {
+    'covariates': covariates,
+    'estimator': estimator,
+    'projection': projection,
+    'stability': stability_intervals,
+}
+
+if __name__ == '__main__':
+    asked = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    asked.add_argument('part', choices=PARTS)
+    PARTS[asked.parse_args(sys.argv[1:2]).part](sys.argv[2:])
