@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.euler.claim import Claim
-from tauto_core.euler.figures import plates, write_plates
+from tauto_core.euler.figures import PLATES, write_plates
 from tauto_core.euler.page import PageError, all_claims, page, write_page
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
@@ -44,7 +44,7 @@ def test_the_page_in_docs_is_the_one_that_the_command_writes(written: Path) -> N
 def test_every_figure_is_there_and_is_svg(written: Path) -> None:
     for folder in (written, DOCS):
         files = list(_figures(folder))
-        assert [file.stem for file in files] == [plate.name for plate in plates()]
+        assert [file.stem for file in files] == [plate.name for plate in PLATES]
         assert sorted(files) == sorted((folder / 'figures').iterdir())
         for file in files:
             assert ElementTree.parse(file).getroot().tag == '{http://www.w3.org/2000/svg}svg'

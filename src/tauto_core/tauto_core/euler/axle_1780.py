@@ -1,19 +1,18 @@
 """The claims of paper C, 'De motu penduli circa axem cylindricum' (Acta 1780 II).
 
 Formulas are evaluated as they stand in the text; its 2g is G here, its e is a − b until §11.
-Computed values come from `axle_truth` and from quadrature.
+Computed values come from reference values, found without those formulas, and from quadrature.
 """
 
 from __future__ import annotations
 
 import math
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import quad
 
-from tauto_core.euler import axle_truth as truth
-from tauto_core.euler.axle_truth import PHI, SPEED, SPIN, THETA, TIME, C, E, G, K
 from tauto_core.euler.claim import Claim
 from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
@@ -22,6 +21,140 @@ from tauto_core.machines.axle_pendulum import (
     plane_period,
     small_motion,
 )
+from tauto_core.samples import FloatArray
+
+# -----------------------------------------------------------------------------
+# Reference values, found without the formulas of the paper.
+#
+# The eigenvalues of the flexibility matrix, whose rows are (e, c) and (e, c + k²/c), are b and b′;
+# motions are integrated; Lagrange's equations check Euler's own.
+
+E, C, K, G = 0.1, 0.3, 0.15, 9.81
+"""The body of the examples [m, m/s2]."""
+
+THETA, PHI, THETA_RATE, PHI_RATE = 0.4, -0.7, 1.1, -0.3
+"""A state far from rest [rad, rad/s]."""
+
+SPEED, SPIN, TIME = 0.01, 0.02, 0.5
+"""Initial n [m/s] and ν [rad/s] of a motion from equilibrium, and its time of comparison [s]."""
+
+
+class TrueModes(NamedTuple):
+    """b, b′ and B, B′ = cφ/θ of both modes."""
+
+    b: float
+    b_prime: float
+    B: float
+    B_prime: float
+
+
+def true_modes(e: float, c: float, k: float) -> TrueModes:
+    """Return both modes from the flexibility matrix."""
+    values, vectors = np.linalg.eig(np.array([[e, c], [e, c + k * k / c]]))
+    # body and link tilt to the same side in the slow mode, to opposite sides in the fast one
+    tilts = c * vectors[1] / vectors[0]
+    slow = int(np.argmax(tilts))
+    fast = 1 - slow
+    return TrueModes(*(float(x) for x in (values[slow], values[fast], tilts[slow], tilts[fast])))
+
+
+def linear_motion(e: float, start: FloatArray, time_s: float) -> FloatArray:
+    """Return θ, φ and their rates after some time by the linear equations, through DOP853."""
+    from scipy.integrate import solve_ivp
+
+    def slope(_: float, y: FloatArray) -> list[float]:
+        bend = -G * C / K**2 * (y[1] - y[0])
+        return [y[2], y[3], (-G * y[0] - C * bend) / e, bend]
+
+    found = solve_ivp(slope, (0.0, time_s), start, method='DOP853', rtol=1e-12, atol=1e-18)
+    end: FloatArray = found.y[:, -1]
+    return end
+
+
+def half_swing(ratio: float) -> float:
+    """Return when a body released in the shape θ : φ = c : ratio first comes to rest [s]."""
+    from scipy.optimize import brentq
+
+    def rate(time_s: float) -> float:
+        return float(linear_motion(E, np.array([C, ratio, 0.0, 0.0]) * 1e-3, time_s)[3])
+
+    guess = math.pi * math.sqrt((E + ratio) / G)
+    return float(brentq(rate, 0.9 * guess, 1.1 * guess, xtol=1e-14))
+
+
+def by_euler() -> FloatArray:
+    """Return θ̈ and φ̈ far from rest by §8–10, whose two equations are linear in both."""
+
+    def excess(bend: FloatArray) -> FloatArray:
+        x = -E * (bend[0] * math.sin(THETA) + THETA_RATE**2 * math.cos(THETA))
+        x -= C * (bend[1] * math.sin(PHI) + PHI_RATE**2 * math.cos(PHI))
+        y = E * (bend[0] * math.cos(THETA) - THETA_RATE**2 * math.sin(THETA))
+        y += C * (bend[1] * math.cos(PHI) - PHI_RATE**2 * math.sin(PHI))
+        delta = math.sin(PHI - THETA)
+        turned = C * delta * (x * math.cos(THETA) + y * math.sin(THETA))
+        return np.array(
+            [
+                x * math.sin(THETA) - y * math.cos(THETA) - G * math.sin(THETA),
+                turned - K**2 * bend[1] - G * C * math.cos(THETA) * delta,
+            ]
+        )
+
+    at_zero = excess(np.zeros(2))
+    matrix = np.stack([excess(unit) - at_zero for unit in np.eye(2)], axis=1)
+    return np.asarray(np.linalg.solve(matrix, -at_zero), np.float64)
+
+
+def by_lagrange() -> FloatArray:
+    """Return θ̈ and φ̈ far from rest by Lagrange's equations for a link and a body."""
+    cosine, sine = math.cos(PHI - THETA), math.sin(PHI - THETA)
+    mass = np.array([[E * E, E * C * cosine], [E * C * cosine, C * C + K * K]])
+    force = [
+        E * C * sine * PHI_RATE**2 - G * E * math.sin(THETA),
+        -E * C * sine * THETA_RATE**2 - G * C * math.sin(PHI),
+    ]
+    return np.asarray(np.linalg.solve(mass, np.array(force, np.float64)), np.float64)
+
+
+def on_a_plane(body: AxlePendulum, phi: float, time_s: float) -> FloatArray:
+    """Return s, φ and rates after a release from rest, by the full equations."""
+    from scipy.integrate import solve_ivp
+
+    def slope(_: float, y: FloatArray) -> list[float]:
+        now = forces(body, AxleState(*y))
+        return [y[2], y[3], float(now.arc_acceleration), float(now.tilt_acceleration)]
+
+    found = solve_ivp(
+        slope, (0.0, time_s), [0.0, phi, 0.0, 0.0], method='DOP853', rtol=1e-12, atol=1e-14
+    )
+    end: FloatArray = found.y[:, -1]
+    return end
+
+
+def part_that_falls() -> float:
+    """Return the share of 1000 random bodies on convex supports that have an unstable mode."""
+    rng = np.random.default_rng(1780)
+    e, c, k = 10.0 ** rng.uniform(-2.0, 2.0, (3, 1000))
+    matrices = np.stack([np.stack([-e, c], 1), np.stack([-e, c + k * k / c], 1)], 1)
+    return float(np.mean(np.min(np.linalg.eigvals(matrices).real, axis=1) < 0.0))
+
+
+def pushed_motion(time_s: float) -> FloatArray:
+    """Return θ, φ and their rates after the push of SPEED and SPIN in equilibrium."""
+    return linear_motion(E, np.array([0.0, 0.0, (SPEED - C * SPIN) / E, SPIN]), time_s)
+
+
+def pushed_amplitudes() -> FloatArray:
+    """Return α and α′ of that motion, its components along the eigenvectors."""
+    own = true_modes(E, C, K)
+    slow, fast = math.sqrt(G / own.b), math.sqrt(G / own.b_prime)
+    shapes = np.array([[C * slow, C * fast], [own.B * slow, own.B_prime * fast]])
+    return np.asarray(
+        np.linalg.solve(shapes, np.array([(SPEED - C * SPIN) / E, SPIN])), np.float64
+    )
+
+
+# -----------------------------------------------------------------------------
+# The claims.
 
 EXACT = 1e-12
 CLOSE = 1e-9
@@ -65,7 +198,7 @@ def _pushed() -> tuple[float, float]:
 
 def _equations() -> list[Claim]:
     centre = E * np.exp(1j * THETA) + C * np.exp(1j * PHI)
-    euler, true = truth.by_euler(), truth.by_lagrange()
+    euler, true = by_euler(), by_lagrange()
     theta, phi = 4e-8, -7e-8
     tiny = forces(AxlePendulum(1.0 / E, C, K, G), AxleState(E * theta, phi, 0.0, 0.0))
     bend, turn = float(tiny.tilt_acceleration), float(tiny.arc_acceleration) / E
@@ -103,7 +236,7 @@ def _equations() -> list[Claim]:
 
 
 def _first_solution() -> list[Claim]:
-    true = truth.true_modes(E, C, K)
+    true = true_modes(E, C, K)
     f = 0.5 * (C + E - K * K / C)
     root = math.sqrt(f * f + K * K)
     own, tied = K * K + C * f, E * K * K
@@ -112,7 +245,7 @@ def _first_solution() -> list[Claim]:
     z = (E * THETA * (f + root) + (own + C * root) * PHI) / tied
     z_prime = (E * THETA * (f - root) + (own - C * root) * PHI) / tied
     lost_c = 'a length is added to an area; §16 has the c before the root'
-    quarter = 0.5 * truth.half_period(true.B)
+    quarter = 0.5 * half_swing(true.B)
     rising = float(quad(lambda x: 1.0 / math.sqrt(1.0 - x * x), 0.0, 0.5, epsrel=1e-13)[0])
     return [
         _claim(
@@ -168,7 +301,7 @@ def _first_solution() -> list[Claim]:
         ),
         _claim(
             '21', 'frequency of the fast mode', 'z′ = α′ sin. (t√(2g′/b′) + δ′)',
-            math.nan, math.pi / truth.half_period(true.B_prime), CLOSE,
+            math.nan, math.pi / half_swing(true.B_prime), CLOSE,
             'z′ = α′ sin. (t√(2g/b′) + δ′)', math.sqrt(G / true.b_prime),
             'there is one gravity', 'corrected',
         ),
@@ -176,7 +309,7 @@ def _first_solution() -> list[Claim]:
 
 
 def _second_solution() -> list[Claim]:
-    true = truth.true_modes(E, C, K)
+    true = true_modes(E, C, K)
     f = 0.5 * (K * K + C * C - C * E) / C
     root = math.sqrt(f * f + C * E)
     theta, phi = 4e-8, -7e-8
@@ -215,13 +348,13 @@ def _second_solution() -> list[Claim]:
 
 
 def _from_rest() -> list[Claim]:
-    true = truth.true_modes(E, C, K)
+    true = true_modes(E, C, K)
     alpha, other = _pushed()
     slow, fast = math.sqrt(G / true.b), math.sqrt(G / true.b_prime)
-    parts = truth.pushed_amplitudes()
+    parts = pushed_amplitudes()
     theta = C * (alpha * math.sin(slow * TIME) + other * math.sin(fast * TIME))
     phi = alpha * true.B * math.sin(slow * TIME) + other * true.B_prime * math.sin(fast * TIME)
-    after = truth.pushed_motion(TIME)
+    after = pushed_motion(TIME)
     return [
         _claim(
             '30', 'the contact half a second after a push from equilibrium',
@@ -261,11 +394,11 @@ def _regular() -> list[Claim]:
     slow, _ = body.modes.tilt_per_arc
     time = math.pi / math.sqrt(body.modes.squared_frequencies(G)[0])
     start = np.array([1e-3, 1e-3 * slow * E, 0.0, 0.0])
-    point, simple = truth.true_modes(E, C, 0.0), np.linalg.eigvals(np.array([[0.0, C], [0.0, C]]))
+    point, simple = true_modes(E, C, 0.0), np.linalg.eigvals(np.array([[0.0, C], [0.0, C]]))
     return [
         _claim(
             '33-35', 'a motion in one mode stays in that mode: Φ after half a period',
-            '', -float(start[1]), float(truth.linear_motion(E, start, time)[1]), CLOSE,
+            '', -float(start[1]), float(linear_motion(E, start, time)[1]), CLOSE,
             adds='Φ : θ = B : c always',
         ),
         _claim('36', 'a simple pendulum, k = e = 0', 'b = c', C, float(np.max(simple)), EXACT),
@@ -279,9 +412,9 @@ def _regular() -> list[Claim]:
 
 
 def _plane() -> list[Claim]:
-    body, far = AxlePendulum(0.0, C, K, G), truth.true_modes(1e4, C, K)
+    body, far = AxlePendulum(0.0, C, K, G), true_modes(1e4, C, K)
     fast = G * (plane_period(body, 1e-7) / math.tau) ** 2
-    swing = truth.on_a_plane(body, 1.0, 0.4)
+    swing = on_a_plane(body, 1.0, 0.4)
     drift = small_motion(body, AxleState(0.0, 0.0, 0.2, 0.0), 3.0)
     return [
         _claim(
@@ -310,16 +443,16 @@ def _plane() -> list[Claim]:
 
 
 def _periods() -> list[Claim]:
-    true = truth.true_modes(E, C, K)
+    true = true_modes(E, C, K)
     b, b_prime = _lengths(E, C, K)
     return [
         _claim(
             '41', 'an oscillation (half a period) of the slow mode', 't = π√(b/2g)',
-            math.pi * math.sqrt(b / G), truth.half_period(true.B), CLOSE,
+            math.pi * math.sqrt(b / G), half_swing(true.B), CLOSE,
         ),
         _claim(
             '41', 'an oscillation of the fast mode', 't = π√(b′/2g)',
-            math.pi * math.sqrt(b_prime / G), truth.half_period(true.B_prime), CLOSE,
+            math.pi * math.sqrt(b_prime / G), half_swing(true.B_prime), CLOSE,
         ),
         _claim(
             '42', 'both lengths without f: the slow mode',
@@ -336,7 +469,7 @@ def _periods() -> list[Claim]:
 
 def _any_motion() -> list[Claim]:
     start = np.array([0.02, -0.03, 0.1, 0.2])
-    after = truth.linear_motion(E, start, TIME)
+    after = linear_motion(E, start, TIME)
     lengths = np.array(_lengths(E, C, K))
     shapes = np.stack([[C, C], lengths - E])
     rates = np.sqrt(G / lengths)
@@ -353,7 +486,7 @@ def _any_motion() -> list[Claim]:
         _claim(
             '44', 'path of the axle, s = eθ, after a push from equilibrium',
             's = βc sin. t√(2g/b) + β′c sin. t√(2g/b′), β = ae′, β′ = a′e',
-            math.nan, E * float(truth.pushed_motion(TIME)[0]), CLOSE,
+            math.nan, E * float(pushed_motion(TIME)[0]), CLOSE,
             's = βc sin. t√(2g/b) + β′c sin. t√(2g/b′), β = αe, β′ = α′e', path,
             'a for α, and a misplaced prime', 'corrected',
         ),
@@ -362,11 +495,11 @@ def _any_motion() -> list[Claim]:
 
 def _convex() -> list[Claim]:
     i = 0.5
-    true = truth.true_modes(-i, C, K)
+    true = true_modes(-i, C, K)
     as_stands, right = _lengths(-i, C, K, 2), _lengths(-i, C, K)
     fourth = 'k² under the root is no area squared; §42 has k⁴'
     rate, ratio = math.sqrt(-G / right[1]), (right[1] + i) / C
-    after = truth.linear_motion(-i, np.array([0.0, 0.0, 1e-3 * rate, 1e-3 * rate * ratio]), TIME)
+    after = linear_motion(-i, np.array([0.0, 0.0, 1e-3 * rate, 1e-3 * rate * ratio]), TIME)
     return [
         _claim(
             '45', 'on a convex support of radius i, −i for e: the mode that swings',
@@ -385,7 +518,7 @@ def _convex() -> list[Claim]:
         _claim(
             '47', 'with a negative length the body falls from its support, which is to be feared '
                   'where this is convex: a thousand random bodies all have one', '',
-            1.0, truth.part_that_falls(), 0.0, adds='bb′ = −ikk/c < 0: it is certain',
+            1.0, part_that_falls(), 0.0, adds='bb′ = −ikk/c < 0: it is certain',
         ),
         _claim(
             '47', 'how it falls: s/i half a second after a push', '',
@@ -397,7 +530,7 @@ def _convex() -> list[Claim]:
 
 def _cradle() -> list[Claim]:
     e, c, k = 1.2, 0.25, 0.4
-    true = truth.true_modes(e, c, k)
+    true = true_modes(e, c, k)
     above = np.linalg.eigvals(np.array([[e, -c], [e, -c - k * k / c]]))
     as_stands, right = _lengths(e, c, k, 2), _lengths(e, c, k)
     fourth = 'k² under the root is no area squared, and h stands for b; §42 has k⁴'

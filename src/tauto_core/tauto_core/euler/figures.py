@@ -57,7 +57,7 @@ def bare(axes: Axes, title: str = '') -> None:
     axes.set_title(title, fontsize=9.0)
 
 
-def graph(axes: Axes, across: str, up: str, title: str = '') -> None:
+def named_axes(axes: Axes, across: str, up: str, title: str = '') -> None:
     """Make a panel a graph with named axes."""
     axes.set_xlabel(across)
     axes.set_ylabel(up)
@@ -210,7 +210,7 @@ def weight_period() -> Figure:
         machine = _weight_machine(cam, part)
         loss = [-rate_s_per_day(machine.period(float(a)), machine.small_period) for a in angles]
         left.plot(angles, loss, label=name, **look)
-    graph(left, 'amplitude, rad', 'loses, s/day', 'a weight of Q/100 (§XX)')
+    named_axes(left, 'amplitude, rad', 'loses, s/day', 'a weight of Q/100 (§XX)')
     left.legend(frameon=False, fontsize=8.0)
     wide = np.linspace(0.0, 5.2, 80)
     right.plot(wide, own.lever_arm(wide) / BASE_RADIUS, color=CURVE, linewidth=2.0)
@@ -219,7 +219,7 @@ def weight_period() -> Figure:
     note(right, (own.range_rad, 0.6), 'range', (-6.0, 0.0), ha='right', color=INK)
     note(right, (4.2, 6.3), 'its own cam', (-8.0, 0.0), ha='right', color=CURVE)
     note(right, (4.2, 4.2), 'involute', (6.0, -9.0), ha='left', color=THREAD)
-    graph(right, 'angle of the wheel, rad', 'lever arm / BC', 'lever arms, disc of BC')
+    named_axes(right, 'angle of the wheel, rad', 'lever arm / BC', 'lever arms, disc of BC')
     return figure
 
 
@@ -245,7 +245,7 @@ def lever_machine() -> Figure:
     angles = np.linspace(0.02, 2.0, 50)
     excess = [100.0 * (machine.period(float(a)) / machine.small_period - 1.0) for a in angles]
     panels[2].plot(angles, excess, color=CURVE)
-    graph(panels[2], 'amplitude, rad', 'period above that of small swings, %', 'its period')
+    named_axes(panels[2], 'amplitude, rad', 'period above that of small swings, %', 'its period')
     return figure
 
 
@@ -344,7 +344,7 @@ def speed_along_arc() -> Figure:
         (-0.2, 'ascent', found.ascent),
     ):
         note(axes, (place, 14.0), f'arc of {name}\n{1e3 * size:.0f} mm', (0.0, 0.0), fontsize=8.5)
-    graph(axes, 'arc from A, m (the body moves to the left)', 'v, mm')
+    named_axes(axes, 'arc from A, m (the body moves to the left)', 'v, mm')
     axes.set_ylim(0.0, 1.15 * top)
     axes.set_xlim(-0.7, 0.75)
     return figure
@@ -361,14 +361,14 @@ def backward_swing() -> Figure:
     left.plot(q, ratio, color=CURVE, linewidth=2.0, label='half swing')
     left.plot(q, up, color=OTHER, label='quarter up AM')
     left.axhline(1.0, color=INK, linewidth=0.8)
-    graph(left, 'q', 'time by that of the swing forward', 'down the branch of ascent')
+    named_axes(left, 'q', 'time by that of the swing forward', 'down the branch of ascent')
     left.legend(frameon=False, fontsize=8.0)
     small = q <= 0.5
     right.plot(q[small], 100.0 * (ratio[small] - 1.0), color=CURVE, linewidth=2.0, label='exact')
     right.plot(
         q[small], 100.0 * 5.0 / 12.0 * q[small] ** 2, color=FAINT, linestyle='--', label='5q²/12'
     )
-    graph(right, 'q', 'half swing too long, %', 'the quarters cancel to first order')
+    named_axes(right, 'q', 'half swing too long, %', 'the quarters cancel to first order')
     right.legend(frameon=False, fontsize=8.0)
     return figure
 
@@ -437,7 +437,7 @@ def mode_lengths() -> Figure:
     note(axes, (20.0, 20.0 + C), 'e + c', (-6.0, 8.0), ha='right')
     note(axes, (20.0, 20.0), 'b', (6.0, -10.0), color=CURVE)
     note(axes, (8e-3, modes(8e-3, C, K * K).b_prime), 'b′', (6.0, -10.0), color=THREAD)
-    graph(axes, 'e = AO − AC, m', 'length of the simple pendulum, m')
+    named_axes(axes, 'e = AO − AC, m', 'length of the simple pendulum, m')
     return figure
 
 
@@ -470,7 +470,7 @@ def other_supports() -> Figure:
     # on a plane b is infinite; on convex supports b′ is the negative one
     note(course, (-2.0, float(pairs[20, 1])), 'g/b', (-8.0, 9.0), color=THREAD)
     note(course, (-2.0, float(pairs[20, 0])), 'g/b′', (12.0, -8.0), color=CURVE)
-    graph(course, '1/e, 1/m', 'ω², 1/s²')
+    named_axes(course, '1/e, 1/m', 'ω², 1/s²')
     return figure
 
 
@@ -508,97 +508,82 @@ class Plate:
     draw: Callable[[], Figure]
 
 
-def plates() -> list[Plate]:
-    """Return the figures in the order of the papers."""
-    return [*_of_trochlea(), *_of_fluid(), *_of_axle()]
-
-
-def _of_trochlea() -> list[Plate]:
-    return [
-        Plate(
-            'a_involute',
-            'A',
-            'XIV: the wheel and its cheeks, the involutes BE and BF of the circle CB. The thread '
-            'is tangent at M; TM = rθ is its lever arm, CT = CB.',
-            involute_cheeks,
-        ),
-        Plate(
-            'a_hole',
-            'A',
-            'XXIX: the cam for a thread through a fixed hole O, here CO = 2b. CN = MP is the '
-            'lever arm t = bφ, CP = b√(a² − t²)/(b + √(a² − t²)).',
-            hole_cheeks,
-        ),
-        Plate(
-            'a_period',
-            'A',
-            'XX–XXI: what a clock loses on the involute by the inertia of the weight, and the '
-            'cam made for that weight, which Euler did not draw.',
-            weight_period,
-        ),
-        Plate(
-            'a_lever',
-            'A',
-            "V: Sully's machine. The thread pulls at B on a lever that turns about A and carries "
-            'the weight D; with the involute it is not isochronous. That the lever is level at '
-            'rest, with B under C, is an assumption: the text does not say.',
-            lever_machine,
-        ),
-    ]
-
-
-def _of_fluid() -> list[Plate]:
-    return [
-        Plate(
-            'b_curve',
-            'B',
-            '22, 26–30: descent MA and ascent AN in a fluid of a tenth of the density of the '
-            'globe (β = 0.675), the cusps B and C, the congruent arcs BD and CE beyond them, and '
-            'the cycloid of the same pendulum.',
-            curve_in_fluid,
-        ),
-        Plate(
-            'b_speed',
-            'B',
-            '31–34: the height of fall v of the speed. It is greatest at an arc before A which '
-            'is exactly the difference between the arcs of descent and ascent.',
-            speed_along_arc,
-        ),
-        Plate(
-            'b_backward',
-            'B',
-            '22, the open remark: a swing in the other direction, down NA and up AM, is not '
-            'isochronous; q = 1 − exp(−κs), s its first arc.',
-            backward_swing,
-        ),
-    ]
-
-
-def _of_axle() -> list[Plate]:
-    return [
-        Plate(
-            'c_modes',
-            'C',
-            '33–36: the two normal modes, each at both ends of its swing. O: centre of the '
-            'support, C: of the axle, A: contact, G: centre of gravity, about it the circle of '
-            'gyration.',
-            both_modes,
-        ),
-        Plate(
-            'c_lengths',
-            'C',
-            '37–42: the pendulum lengths b and b′ of both modes against e, and their limits; c = '
-            '300 mm, k = 150 mm.',
-            mode_lengths,
-        ),
-        Plate(
-            'c_supports',
-            'C',
-            '37–40, 45–47: the body on a plane and on a convex support, and the squared '
-            'frequencies of both modes against the curvature 1/e.',
-            other_supports,
-        ),
-    ]
+PLATES = (
+    Plate(
+        'a_involute',
+        'A',
+        'XIV: the wheel and its cheeks, the involutes BE and BF of the circle CB. The thread '
+        'is tangent at M; TM = rθ is its lever arm, CT = CB.',
+        involute_cheeks,
+    ),
+    Plate(
+        'a_hole',
+        'A',
+        'XXIX: the cam for a thread through a fixed hole O, here CO = 2b. CN = MP is the '
+        'lever arm t = bφ, CP = b√(a² − t²)/(b + √(a² − t²)).',
+        hole_cheeks,
+    ),
+    Plate(
+        'a_period',
+        'A',
+        'XX–XXI: what a clock loses on the involute by the inertia of the weight, and the '
+        'cam made for that weight, which Euler did not draw.',
+        weight_period,
+    ),
+    Plate(
+        'a_lever',
+        'A',
+        "V: Sully's machine. The thread pulls at B on a lever that turns about A and carries "
+        'the weight D; with the involute it is not isochronous. That the lever is level at '
+        'rest, with B under C, is an assumption: the text does not say.',
+        lever_machine,
+    ),
+    Plate(
+        'b_curve',
+        'B',
+        '22, 26–30: descent MA and ascent AN in a fluid of a tenth of the density of the '
+        'globe (β = 0.675), the cusps B and C, the congruent arcs BD and CE beyond them, and '
+        'the cycloid of the same pendulum.',
+        curve_in_fluid,
+    ),
+    Plate(
+        'b_speed',
+        'B',
+        '31–34: the height of fall v of the speed. It is greatest at an arc before A which '
+        'is exactly the difference between the arcs of descent and ascent.',
+        speed_along_arc,
+    ),
+    Plate(
+        'b_backward',
+        'B',
+        '22, the open remark: a swing in the other direction, down NA and up AM, is not '
+        'isochronous; q = 1 − exp(−κs), s its first arc.',
+        backward_swing,
+    ),
+    Plate(
+        'c_modes',
+        'C',
+        '33–36: the two normal modes, each at both ends of its swing. O: centre of the '
+        'support, C: of the axle, A: contact, G: centre of gravity, about it the circle of '
+        'gyration.',
+        both_modes,
+    ),
+    Plate(
+        'c_lengths',
+        'C',
+        '37–42: the pendulum lengths b and b′ of both modes against e, and their limits; c = '
+        '300 mm, k = 150 mm.',
+        mode_lengths,
+    ),
+    Plate(
+        'c_supports',
+        'C',
+        '37–40, 45–47: the body on a plane and on a convex support, and the squared '
+        'frequencies of both modes against the curvature 1/e.',
+        other_supports,
+    ),
+)
+"""The figures in the order of the papers."""
 
 
 def write_plates(folder: Path) -> list[Path]:
@@ -610,7 +595,7 @@ def write_plates(folder: Path) -> list[Path]:
     import matplotlib as mpl
 
     files = []
-    for plate in plates():
+    for plate in PLATES:
         file = folder / f'{plate.name}.svg'
         with mpl.rc_context(LOOK):
             plate.draw().savefig(file, metadata={'Date': None})

@@ -13,7 +13,7 @@ from textwrap import wrap
 
 from tauto_core.euler import axle_1780, fluid_1729, trochlea_1727
 from tauto_core.euler.claim import Claim, Paper
-from tauto_core.euler.figures import plates, write_plates
+from tauto_core.euler.figures import PLATES, write_plates
 from tauto_core.scene.errors import TautoError
 
 # -----------------------------------------------------------------------------
@@ -43,7 +43,7 @@ TITLES: dict[Paper, str] = {
     'C': 'C. The axle: *De motu penduli circa axem cylindricum, fulcro datae figurae incumbentem, '
     'mobilis* (Acta for 1780, part II)',
 }
-ROUNDING = 1e-9
+SHOWN_ABOVE = 1e-9
 """Above this a difference is printed in digits, below it only as a bound."""
 
 _HEAD = """# Euler's papers, claim by claim
@@ -101,7 +101,7 @@ def page(claims: Sequence[Claim]) -> str:
     for paper, title in TITLES.items():
         own = [claim for claim in claims if claim.paper == paper]
         parts.append(f'## {title}\n')
-        for plate in plates():
+        for plate in PLATES:
             if plate.paper == paper:
                 file = f'figures/{plate.name}.svg'
                 parts.append(f'![{plate.name}]({file})\n\n*§{plate.caption}*\n')
@@ -134,9 +134,9 @@ def _off_by(claim: Claim) -> str:
     off = claim.difference
     if math.isinf(off):
         return '—'
-    if off > ROUNDING:
+    if off > SHOWN_ABOVE:
         return f'{off:.1e}'
-    return f'< {min(claim.tolerance, ROUNDING):.0e}' if claim.tolerance else '0'
+    return f'< {min(claim.tolerance, SHOWN_ABOVE):.0e}' if claim.tolerance else '0'
 
 
 def _safe(text: str) -> str:

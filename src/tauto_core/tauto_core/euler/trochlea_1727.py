@@ -2,49 +2,247 @@
 
 Examples: a base radius r = 20 mm, the involute at the roll angle z = 2, a hole at a = 2 b.
 Computed values come from the points of the unrolled circle, from the lines of the thread, from
-sums over the disc, or from the motion integrated by DOP853 (`trochlea_evidence`).
+sums over the disc, or from the motion integrated by DOP853.
 """
 
 from __future__ import annotations
 
 import math
-from functools import partial
+from collections.abc import Callable
+from functools import lru_cache, partial
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 
 from tauto_core.euler.claim import Claim
-from tauto_core.euler.trochlea_evidence import (
-    BASE_RADIUS,
-    HOLE,
-    RATE,
-    G,
-    angle_of_hole,
-    circle_unrolled,
-    curvature_radius,
-    cycloid_slope,
-    direction,
-    directions,
-    disc_energy,
-    disc_inertia,
-    distance_of_normal,
-    distance_of_normal_side,
-    envelope_distance,
-    length,
-    period,
-    polar_angle,
-    radius_of_pendulum,
-    rim_height,
-    slope,
-    small_triangles,
-    unwound,
-)
 from tauto_core.machines.design import (
     base_radius_of_disc,
     equivalent_pendulum_length,
     length_of_thick_disc,
 )
+from tauto_core.samples import FloatArray
 
-ROLL = 2.0
+# -----------------------------------------------------------------------------
+# Reference values, from points, lines, sums and motions.
+#
+# None uses the formulas that are checked. Lengths are metres; the unrolled circle has the radius
+# 1.
+
+G = 9.81
+BASE_RADIUS = 0.02
+HOLE, RATE = 2.0, 1.0
+
+OfArray = Callable[[FloatArray], FloatArray]
+
+
+def derivative(function: OfArray, x: float) -> float:
+    """Return the derivative of a smooth function, by a Chebyshev series about x."""
+    fit = Chebyshev.interpolate(function, 20, domain=[x - 0.25, x + 0.25])
+    return float(fit.deriv()(x))
+
+
+def circle_unrolled(z: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the end of a thread that is unrolled from a unit circle by the angle z."""
+    return np.cos(z) + z * np.sin(z), np.sin(z) - z * np.cos(z)
+
+
+def polar_angle(z: FloatArray) -> FloatArray:
+    """Return the polar angle of the unrolled curve from its tip [rad]."""
+    x, y = circle_unrolled(np.asarray(z))
+    return np.arctan2(y, x)
+
+
+def _tangent(z: float) -> tuple[float, float]:
+    """Return the unit tangent of the unrolled curve, from its points."""
+    dx = derivative(lambda s: circle_unrolled(s)[0], z)
+    dy = derivative(lambda s: circle_unrolled(s)[1], z)
+    return dx / math.hypot(dx, dy), dy / math.hypot(dx, dy)
+
+
+def distance_of_normal(z: float) -> float:
+    """Return CT, the distance of the normal of the curve from the axle."""
+    x, y = circle_unrolled(np.array(z))
+    across, along = _tangent(z)
+    return BASE_RADIUS * abs(float(x) * across + float(y) * along)
+
+
+def distance_of_normal_side(z: float) -> float:
+    """Return the distance from C of the curve's tangent, along which the thread leaves it."""
+    x, y = circle_unrolled(np.array(z))
+    across, along = _tangent(z)
+    return BASE_RADIUS * abs(float(x) * along - float(y) * across)
+
+
+def _speed(z: FloatArray) -> FloatArray:
+    x_rate, y_rate = _rates()
+    return np.asarray(np.hypot(x_rate(z), y_rate(z)))
+
+
+@lru_cache(maxsize=1)
+def _rates() -> tuple[Chebyshev, Chebyshev]:
+    """Return the derivatives of the points' coordinates up to z = 3."""
+    x = Chebyshev.interpolate(lambda s: circle_unrolled(s)[0], 40, domain=[0.0, 3.0])
+    y = Chebyshev.interpolate(lambda s: circle_unrolled(s)[1], 40, domain=[0.0, 3.0])
+    return x.deriv(), y.deriv()
+
+
+def length(z: float) -> float:
+    """Return the length of the unrolled curve."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    return 0.5 * z * float(weights @ _speed(0.5 * z * (nodes + 1.0)))
+
+
+def unwound(angle: FloatArray) -> FloatArray:
+    """Return the lift of the weight, the length wound on the cheek, from its points."""
+    return np.array([BASE_RADIUS * length(float(each)) for each in np.ravel(angle)])
+
+
+def curvature_radius(z: float) -> float:
+    """Return the radius of curvature of the unrolled curve, ds/dz over its turning rate."""
+
+    def turned(s: FloatArray) -> FloatArray:
+        return np.array([math.atan2(*_tangent(float(each))[::-1]) for each in np.ravel(s)])
+
+    return float(_speed(np.array(z))) / abs(derivative(turned, z))
+
+
+def inertia_of_rings(weight: float, radius: float) -> float:
+    """Return the moment of inertia of a homogeneous disc, summed over its rings [kg m2]."""
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    ring = 0.5 * radius * (nodes + 1.0)
+    density = weight / G / (math.pi * radius**2)
+    return float(0.5 * radius * weights @ (density * 2.0 * math.pi * ring * ring**2))
+
+
+def disc_energy(weight: float, radius: float, rim: float) -> float:
+    """Return the kinetic energy of a disc from the velocity of its rim [J]."""
+    return 0.5 * inertia_of_rings(weight, radius) * (rim / radius) ** 2
+
+
+def _quarter(
+    amplitude: float, inertia: float, pull: float, carried: float
+) -> tuple[float, FloatArray]:
+    """Return the time from rest to the middle, and the state there, by DOP853."""
+    from scipy.integrate import solve_ivp
+
+    r = BASE_RADIUS
+
+    def motion(_: float, state: FloatArray) -> list[float]:
+        angle, rate = state
+        push = pull * r * angle + carried * r * r * angle * rate * rate
+        return [rate, -push / (inertia + carried * (r * angle) ** 2)]
+
+    def middle(_: float, state: FloatArray) -> float:
+        return float(state[0])
+
+    middle.terminal = True  # type: ignore[attr-defined]
+    long = 10.0 * math.sqrt((inertia + carried * (r * amplitude) ** 2) / (pull * r))
+    run = solve_ivp(
+        motion, (0.0, long), [amplitude, 0.0], 'DOP853', events=middle, rtol=1e-12, atol=1e-15
+    )
+    times, states = run.t_events or [], run.y_events or []
+    return float(times[0][0]), np.asarray(states[0][0])
+
+
+@lru_cache(maxsize=32)
+def period(
+    amplitude: float,
+    weight: float = 100.0,
+    pull: float = 1.0,
+    *,
+    inertia: float | None = None,
+    carried: float = 0.0,
+) -> float:
+    """Return the period on an involute of base radius r, of a disc of radius r or an inertia."""
+    wheel = inertia_of_rings(weight, BASE_RADIUS) if inertia is None else inertia
+    time, (angle, rate) = _quarter(amplitude, wheel, pull, carried)
+    return 4.0 * (time - float(angle) / float(rate))
+
+
+def rim_height(arc: float, weight: float, pull: float) -> OfArray:
+    """Return v/r, r the base radius, as a function of (s − place of the rim)/r."""
+    inertia = inertia_of_rings(weight, BASE_RADIUS)
+
+    def height(within: FloatArray) -> FloatArray:
+        places = arc - BASE_RADIUS * np.asarray(within)
+        lift = unwound(places / BASE_RADIUS)
+        top = float(unwound(np.array([1.0]))[0])
+        rim = BASE_RADIUS * np.sqrt(2.0 * pull * (top - lift) / inertia)
+        return rim**2 / (2.0 * G) / BASE_RADIUS
+
+    return height
+
+
+def cycloid_slope(part: float) -> float:
+    """Return the sine of the slope of a cycloid where its arc from the bottom is `part` of AO."""
+    # the cycloid of a pendulum of unit length, by its rolling circle of radius 1/4
+    turned = 2.0 * math.asin(part)
+    x = derivative(lambda s: 0.25 * (s + np.sin(s)), turned)
+    y = derivative(lambda s: 0.25 * (1.0 - np.cos(s)), turned)
+    return y / math.hypot(x, y)
+
+
+def radius_of_pendulum(weight: float, pull: float, length: float) -> float:
+    """Return the base radius at which a disc of that radius keeps time with a pendulum.
+
+    The period is proportional to the root of the radius; one integrated motion gives the factor.
+    """
+    seconds = period(1.0, weight, pull)
+    return BASE_RADIUS * length / (G * (seconds / math.tau) ** 2)
+
+
+def _hole_place(angle: float, distance: float) -> FloatArray:
+    """Return the position of the hole in the wheel's frame."""
+    turned = 0.5 * math.pi + angle
+    return distance * np.array([math.cos(turned), math.sin(turned)])
+
+
+def direction(angle: float, distance: float) -> float:
+    """Return the direction of the lever arm, from C to the thread, in the wheel's frame [rad]."""
+    hole, arm = _hole_place(angle, distance), RATE * angle
+    free = math.sqrt((distance - arm) * (distance + arm))
+    # the foot F of length t with F ⊥ (hole − F): hole = F + free · F⊥/t
+    foot = (arm * hole + free * np.array([hole[1], -hole[0]])) / distance**2
+    return math.atan2(float(foot[1]), float(foot[0]))
+
+
+def directions(angle: FloatArray, distance: float) -> FloatArray:
+    """Return `direction` for an array of angles."""
+    return np.array([direction(float(each), distance) for each in np.ravel(angle)])
+
+
+def envelope_distance(angle: float, distance: float) -> float:
+    """Return p, from the foot of the lever arm to the cheek along the thread's line.
+
+    Neighbouring lines x cos ψ + y sin ψ = t intersect where −x sin ψ + y cos ψ = dt/dψ.
+    """
+    return RATE / derivative(lambda each: directions(each, distance), angle)
+
+
+def angle_of_hole(angle: float) -> float:
+    """Return the angle at C between the hole at rest and after a turn of the wheel [rad]."""
+    at_rest, turned = _hole_place(0.0, HOLE), _hole_place(angle, HOLE)
+    cross = at_rest[0] * turned[1] - at_rest[1] * turned[0]
+    return math.atan2(float(cross), float(at_rest @ turned))
+
+
+def small_triangles(angle: float) -> float:
+    """Return (Oo/OC) : (On/OM) with a small turn, o the hole after it."""
+    turn = 1e-6
+    before, after = (_hole_place(angle + side * turn, HOLE) for side in (-0.5, 0.5))
+    psi = direction(angle, HOLE)
+    normal = np.array([math.cos(psi), math.sin(psi)])
+    along = np.array([-normal[1], normal[0]])
+    contact = RATE * angle * normal + envelope_distance(angle, HOLE) * along
+    moved = after - before
+    free = np.linalg.norm(_hole_place(angle, HOLE) - contact)
+    return float(np.linalg.norm(moved) / HOLE / (abs(moved @ normal) / free))
+
+
+# -----------------------------------------------------------------------------
+# The claims.
+
+ROLL_ANGLE = 2.0
 TURNED = 0.7
 QUADRATURE, MOTION = 1e-10, 1e-9
 """Tolerances of sums and of derivatives by Chebyshev series, and of integrated periods."""
@@ -77,7 +275,7 @@ def _torque_and_isochronism() -> list[Claim]:
             'the thread turns the wheel with the torque power × lever arm',
             'P.TM',
             2.0 * arm,
-            slope(lambda angle: 2.0 * unwound(angle), TURNED),
+            derivative(lambda angle: 2.0 * unwound(angle), TURNED),
             QUADRATURE,
         ),
         _claim(
@@ -97,7 +295,7 @@ def _torque_and_isochronism() -> list[Claim]:
             'the force at the rim, at right angles to CO, that does the same',
             'P.TM/CO',
             2.0 * arm / (3.0 * BASE_RADIUS),
-            slope(lambda angle: 2.0 * unwound(angle), TURNED) / (3.0 * BASE_RADIUS),
+            derivative(lambda angle: 2.0 * unwound(angle), TURNED) / (3.0 * BASE_RADIUS),
             QUADRATURE,
             adds='by virtual work, with CO = 3 CT',
         ),
@@ -116,7 +314,7 @@ def _torque_and_isochronism() -> list[Claim]:
             'the thread is normal to the curve, and CT, the distance of that normal, is constant',
             'CT constans',
             BASE_RADIUS,
-            distance_of_normal(ROLL),
+            distance_of_normal(ROLL_ANGLE),
             QUADRATURE,
             adds='CT = r',
         ),
@@ -124,9 +322,9 @@ def _torque_and_isochronism() -> list[Claim]:
 
 
 def _polar_equation() -> list[Claim]:
-    y = math.hypot(1.0, ROLL)
-    angle_rate = slope(polar_angle, ROLL)
-    radius_rate = slope(lambda z: np.hypot(*circle_unrolled(z)), ROLL)
+    y = math.hypot(1.0, ROLL_ANGLE)
+    angle_rate = derivative(polar_angle, ROLL_ANGLE)
+    radius_rate = derivative(lambda z: np.hypot(*circle_unrolled(z)), ROLL_ANGLE)
     return [
         _claim(
             'XII',
@@ -140,11 +338,11 @@ def _polar_equation() -> list[Claim]:
             'XIII',
             'the same with z = √(yy − 1), at z = 2',
             'dx = zdz/(z² + 1) = dz − dz/(z² + 1)',
-            ROLL / (ROLL * ROLL + 1.0),
+            ROLL_ANGLE / (ROLL_ANGLE * ROLL_ANGLE + 1.0),
             angle_rate,
             QUADRATURE,
             'dx = zzdz/(z² + 1)',
-            ROLL * ROLL / (ROLL * ROLL + 1.0),
+            ROLL_ANGLE * ROLL_ANGLE / (ROLL_ANGLE * ROLL_ANGLE + 1.0),
             'the second form, dz − dz/(z² + 1), needs zz',
             'corrected',
         ),
@@ -152,8 +350,8 @@ def _polar_equation() -> list[Claim]:
             'XIII',
             'integrated: the polar angle, at z = 2',
             'x = z − ∫dz/(z² + 1)',
-            ROLL - math.atan(ROLL),
-            float(polar_angle(np.array(ROLL))),
+            ROLL_ANGLE - math.atan(ROLL_ANGLE),
+            float(polar_angle(np.array(ROLL_ANGLE))),
             QUADRATURE,
             adds='x = z − arctan z',
         ),
@@ -162,7 +360,7 @@ def _polar_equation() -> list[Claim]:
             'and the radius, at z = 2',
             'y = √(zz + 1)',
             y,
-            float(np.hypot(*circle_unrolled(np.array(ROLL)))),
+            float(np.hypot(*circle_unrolled(np.array(ROLL_ANGLE)))),
             QUADRATURE,
         ),
     ]
@@ -174,8 +372,8 @@ def _involute() -> list[Claim]:
             'XIV',
             "the curve is the circle's involute: its radius of curvature is the lever arm",
             '',
-            BASE_RADIUS * ROLL,
-            BASE_RADIUS * curvature_radius(ROLL),
+            BASE_RADIUS * ROLL_ANGLE,
+            BASE_RADIUS * curvature_radius(ROLL_ANGLE),
             1e-8,
             adds='R = TM = rz',
         ),
@@ -183,8 +381,8 @@ def _involute() -> list[Claim]:
             'XIV',
             'the arc wound up, which is the lift of the weight',
             '',
-            0.5 * BASE_RADIUS * ROLL**2,
-            BASE_RADIUS * length(ROLL),
+            0.5 * BASE_RADIUS * ROLL_ANGLE**2,
+            BASE_RADIUS * length(ROLL_ANGLE),
             QUADRATURE,
             expected='added',
             adds='rzz/2',
@@ -214,7 +412,7 @@ def _disc() -> list[Claim]:
             'the rise of the power is to the arc of the rim as the lever arm to the radius',
             'Mμ; Mm = Bm : BC',
             math.nan,
-            slope(unwound, TURNED) / BASE_RADIUS,
+            derivative(unwound, TURNED) / BASE_RADIUS,
             QUADRATURE,
             'Mμ : Mm = Bm : BC',
             TURNED,
@@ -235,7 +433,7 @@ def _pendulum() -> list[Claim]:
             'increase, along the arc s of the rim, of the height of fall v of its velocity',
             'dv : Ss = 2P.BS/Q.BC',
             2.0 * pull * arc / (weight * BASE_RADIUS),
-            slope(height, 0.0),
+            derivative(height, 0.0),
             QUADRATURE,
         ),
         _claim(
@@ -296,8 +494,8 @@ def _small_weight() -> list[Claim]:
 
 def _large_disc() -> list[Claim]:
     weight, pull, radius = 100.0, 1.0, 3.0 * BASE_RADIUS
-    own = disc_inertia(weight, radius)
-    thick = disc_inertia(weight * (radius / BASE_RADIUS) ** 2, radius)
+    own = inertia_of_rings(weight, radius)
+    thick = inertia_of_rings(weight * (radius / BASE_RADIUS) ** 2, radius)
     return [
         _claim(
             'XXI',
@@ -354,7 +552,7 @@ def _hole_proportions() -> list[Claim]:
     arm = RATE * TURNED
     free = math.sqrt(HOLE**2 - arm**2)
     p = RATE * free / (RATE + free)
-    turning = 1.0 / slope(lambda angle: directions(angle, HOLE), TURNED)
+    turning = 1.0 / derivative(lambda angle: directions(angle, HOLE), TURNED)
     return [
         _claim(
             'XXVI',
