@@ -13,7 +13,7 @@ from benchmarks.work_precision import figure
 from benchmarks.work_precision.equations.case_kernels import bends, case_slope, fill_jacobian
 from benchmarks.work_precision.peers.registry import make_peers
 from benchmarks.work_precision.problems import CaseProblem, HungCase, problems
-from benchmarks.work_precision.references.case import gauss_case, long_double_case
+from benchmarks.work_precision.references.integrated import gauss_case, long_double_case
 from benchmarks.work_precision.references.stored import (
     CASE_STEPS_A_SECOND,
     Reference,

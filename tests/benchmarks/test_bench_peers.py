@@ -11,12 +11,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from benchmarks.work_precision.peer import MissingPeerError
-from benchmarks.work_precision.peers import heyoka_batch, heyoka_tuned
+from benchmarks.work_precision.peers import heyoka as heyoka_peers
 from benchmarks.work_precision.peers.cvode import Cvode
 from benchmarks.work_precision.peers.diffrax_dopri8 import Diffrax
 from benchmarks.work_precision.peers.dop853 import CompiledDop853
-from benchmarks.work_precision.peers.heyoka_plain import Heyoka, reference_states
-from benchmarks.work_precision.peers.heyoka_tuned import HeyokaTuned
+from benchmarks.work_precision.peers.heyoka import Heyoka, HeyokaTuned, reference_states
 from benchmarks.work_precision.peers.mujoco_models import Mujoco
 from benchmarks.work_precision.problems import Numbers, Problem, problems
 from benchmarks.work_precision.runner import measure
@@ -25,7 +24,7 @@ from tauto_core.scene.errors import UsageError
 LIBRARIES = {
     Heyoka: ('heyoka', 'heyoka'),
     HeyokaTuned: ('heyoka', 'heyoka'),
-    heyoka_batch.HeyokaBatch: ('heyoka', 'heyoka'),
+    heyoka_peers.HeyokaBatch: ('heyoka', 'heyoka'),
     Diffrax: ('diffrax', 'diffrax'),
     Cvode: ('sksundae', 'scikit-sundae'),
     Mujoco: ('mujoco', 'mujoco'),
@@ -269,15 +268,15 @@ def test_compiled_dop853_has_its_order(way):
 def test_each_ship_of_a_batch_sails_as_it_would_alone(key, setting):
     """Two compilations of the same steps; their lengths differ as the others' do not matter."""
     pytest.importorskip('heyoka')
-    tolerance, length_s, points = heyoka_tuned.piece_of(setting)
+    tolerance, length_s, points = heyoka_peers.piece_of(setting)
     numbers = problem(key).numbers
-    fleet = heyoka_batch._Fleet(numbers, tolerance, length_s, points)
+    fleet = heyoka_peers._Fleet(numbers, tolerance, length_s, points)
     fleet.advance(0.0, 100.3)
-    for lane, own in enumerate(heyoka_batch.eight_seas(numbers)):
-        alone = heyoka_tuned._Pieces(own, own.sea, tolerance, length_s, points)
+    for lane, own in enumerate(heyoka_peers.eight_seas(numbers)):
+        alone = heyoka_peers._Pieces(own, own.sea, tolerance, length_s, points)
         alone.advance(0.0, 100.3)
         assert fleet.state[:2, lane] == pytest.approx(alone._state[:2], abs=1e-9)
-    assert len({*fleet.state[0]}) == heyoka_batch.SHIPS
+    assert len({*fleet.state[0]}) == heyoka_peers.SHIPS
 
 
 @pytest.mark.parametrize(
@@ -285,5 +284,5 @@ def test_each_ship_of_a_batch_sails_as_it_would_alone(key, setting):
     [('c', '3e-13 0.5 s 8 points', 1e-9), ('e', '1e-8 0.5 s 6 points', 1e-7)],
 )
 def test_the_first_ship_of_a_batch_meets_the_reference(key, setting, bound):
-    row = measure(problem(key), peer(heyoka_batch.HeyokaBatch), setting, 60.0)
+    row = measure(problem(key), peer(heyoka_peers.HeyokaBatch), setting, 60.0)
     assert row.error_s_per_day < 10.0 * bound

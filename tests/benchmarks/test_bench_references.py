@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from benchmarks.work_precision.equations.states import start
+from benchmarks.work_precision.equations.sea import start
 from benchmarks.work_precision.problems import Problem, problems
 from benchmarks.work_precision.references import exact
-from benchmarks.work_precision.references.gauss import gauss_rule, gauss_states
+from benchmarks.work_precision.references.integrated import gauss_rule, gauss_states
 from benchmarks.work_precision.references.stored import (
     FILE,
     NoReferenceError,

@@ -1,18 +1,26 @@
-"""A sea whose phases stay exact at late times.
-
-Far from the start omega t + phase loses digits. So long runs are divided into stretches, each with
-time zero at its beginning and phases reduced exactly.
-"""
+"""The sea that the machines feel, at an instant and in pieces, and the states that come of it."""
 
 from __future__ import annotations
 
+import importlib
+import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
-from benchmarks.work_precision.problems import Numbers, Sea
+from benchmarks.work_precision.equations import piece_kernels as kernels
+from benchmarks.work_precision.peer import MissingPeerError
+from benchmarks.work_precision.problems import CaseProblem, Numbers, Problem, Sea
 from tauto_core.samples import FloatArray
+
+# -----------------------------------------------------------------------------
+# A sea whose phases stay exact at late times.
+#
+# Far from the start omega t + phase loses digits. So long runs are divided into stretches, each
+# with time zero at its beginning and phases reduced exactly.
 
 
 def turns_at(sea: Sea, time_s: float) -> list[Fraction]:
@@ -51,3 +59,189 @@ def constants_of(numbers: Numbers) -> FloatArray:
             0.0 if numbers.sea is None else numbers.sea.height,
         ]
     )
+
+
+# -----------------------------------------------------------------------------
+# The sea in equal pieces of time, each stretch fitted to the exact sum of waves as it comes.
+
+_ORDERS = 4
+"""Number of derivatives of roll, itself included, for the apparent vertical and its rate."""
+
+
+class SeaPieces:
+    """Chains of the channels that act on a machine (`piece_kernels`).
+
+    The linear machine depends on the roll, which is linear in the waves, so one matrix gives its
+    chain from their phasors. The other needs gamma' and g_eff, and with impulses the lean.
+
+    Args:
+        numbers: numbers of the problem.
+        sea: sea of the problem.
+        length_s: length of a piece [s].
+        points: number of points at which each piece is fitted.
+        scale: scale of the chains.
+    """
+
+    def __init__(
+        self, numbers: Numbers, sea: Sea, length_s: float, points: int, scale: float
+    ) -> None:
+        self.length_s, self.points, self.scale = length_s, points, scale
+        self.channels = 1 if not numbers.mass else 3 if numbers.impulse_energy else 2
+        self._sea, self._constants = sea, constants_of(numbers)
+        self._linear = not numbers.mass
+        self._fit, self._chain = kernels.to_chebyshev(points), kernels.to_chain(points)
+        self._table = self._sampling()
+        angle = length_s * np.arange(kernels.BLOCK)[:, None, None] * sea.omega
+        self._turns = np.concatenate([np.cos(angle), np.sin(angle)], axis=1)
+        self._phasors = np.empty((kernels.BLOCK, 2 * len(sea.omega)))
+        self._chains = np.empty((kernels.BLOCK, self.channels * points))
+
+    def _sampling(self) -> FloatArray:
+        """Return the matrix from phasors to roll and derivatives at points, or to the chain."""
+        at = 0.5 * self.length_s * (1.0 + kernels.chebyshev_points(self.points))
+        order = np.arange(1 if self._linear else _ORDERS)
+        omega = self._sea.omega[:, None, None]
+        angle = omega * at[:, None] + 0.5 * np.pi * order
+        size = self._sea.amplitude[:, None, None] * omega**order
+        table = np.concatenate([size * np.cos(angle), -size * np.sin(angle)])
+        table = table.reshape(-1, self.points * len(order))
+        if not self._linear:
+            return table
+        return np.ascontiguousarray(self.scale * (self._chain @ (self._fit @ table.T)).T)
+
+    def blocks(self, begin_s: float, length_s: float) -> Iterator[tuple[float, FloatArray]]:
+        """Yield the remaining time of a stretch [s] and the chains of its next pieces.
+
+        Args:
+            begin_s: beginning of the stretch, from the start [s].
+            length_s: length of the stretch [s].
+        """
+        sea, now = sea_from(self._sea, begin_s), 0.0
+        while now < length_s:
+            left = length_s - now
+            pieces = min(kernels.BLOCK, math.ceil(left / self.length_s))
+            phasors, chains = self._phasors[:pieces], self._chains[:pieces]
+            kernels.fill_phasors(sea, now, self._turns, phasors)
+            if self._linear:
+                np.matmul(phasors, self._table, out=chains)
+            else:
+                rolls = phasors @ self._table
+                kernels.fill_chains(
+                    rolls, self._constants, self.scale, self._fit.T.copy(), self._chain, chains
+                )
+            yield left, chains
+            now += kernels.BLOCK * self.length_s
+
+
+# -----------------------------------------------------------------------------
+# What the peers' equations share: one first-order form for the wheel, its start and end.
+#
+# The case's equations are in `case_kernels`; its state is (theta, phi, theta', phi'). For the
+# wheel, x = psi - gamma is the angle that the cam feels, eps = m b^2/I, and u = p/I is the
+# momentum of the machine over the wheel's inertia (theory E2):
+#
+#     x' = (u - gamma')/(1 + eps x^2)
+#     u' = x (eps x'^2 - b (P + m g_eff)/I) - (c/I) theta',      theta' = x' + gamma' - rho'
+#
+# No gamma'' is needed. The lean is eta = gamma - rho = atan2(A, B), A = z0 rho'' - g sin rho,
+# B = g cos rho - z0 rho'^2 (specific force in the ship's axes, E1), and g_eff^2 = A^2 + B^2.
+
+
+def library(peer: str, module: str, package: str) -> Any:
+    """Return a peer's module.
+
+    Raises:
+        MissingPeerError: it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise MissingPeerError(peer, package) from error
+
+
+@dataclass(frozen=True)
+class Vertical:
+    """Thread and ship at an instant: lean eta, eta' [rad, rad/s], g_eff [m/s2], rho, rho'."""
+
+    lean: Any
+    lean_rate: Any
+    gravity: Any
+    roll: Any
+    roll_rate: Any
+
+
+def angular_frequency(sea: Sea, kind: type = np.float64) -> Any:
+    """Return 2 pi/period of the components [rad/s] to the precision of `kind`, shape (n,)."""
+    pi = np.arccos(np.asarray(-1.0, dtype=kind))
+    return 2 * pi / np.asarray(sea.period, dtype=kind)
+
+
+def vertical(numbers: Numbers, time_s: float, kind: type = np.float64) -> Vertical:
+    """Return the direction of the thread at a time from the start [s].
+
+    Args:
+        kind: float type of the arithmetic, np.float64 or np.longdouble.
+    """
+    gravity = kind(numbers.gravity)
+    zero = kind(0.0)
+    sea = numbers.sea
+    if sea is None:
+        return Vertical(zero, zero, gravity, zero, zero)
+    amplitude: Any = np.asarray(sea.amplitude, dtype=kind)
+    omega = angular_frequency(sea, kind)
+    angle = omega * kind(time_s) + np.asarray(sea.phase, dtype=kind)
+    cosine, sine = amplitude * np.cos(angle), amplitude * np.sin(angle)
+    roll, rate = np.sum(cosine), -np.sum(omega * sine)
+    second, third = -np.sum(omega**2 * cosine), np.sum(omega**3 * sine)
+    height = kind(sea.height)
+    across = height * second - gravity * np.sin(roll)
+    along = gravity * np.cos(roll) - height * rate * rate
+    across_rate = height * third - gravity * np.cos(roll) * rate
+    along_rate = -rate * (gravity * np.sin(roll) + 2 * height * second)
+    square = across * across + along * along
+    follows = kind(1.0 if numbers.follows_vertical else 0.0)
+    return Vertical(
+        follows * np.arctan2(across, along),
+        follows * (across_rate * along - across * along_rate) / square,
+        np.sqrt(square),
+        roll,
+        rate,
+    )
+
+
+def mass_ratio(numbers: Numbers, kind: type = np.float64) -> Any:
+    """Return eps = m b^2/I."""
+    return kind(numbers.mass) * kind(numbers.lever_rate) ** 2 / kind(numbers.inertia)
+
+
+def start(numbers: Numbers, kind: type = np.float64) -> tuple[Any, Any]:
+    """Return x [rad] and u [rad/s] of the wheel released at rest in its case."""
+    at = vertical(numbers, 0.0, kind)
+    x = kind(numbers.release_angle) - at.lean
+    u = -(1 + mass_ratio(numbers, kind) * x * x) * at.lean_rate + at.lean_rate + at.roll_rate
+    return x, u
+
+
+def wheel(
+    numbers: Numbers, time_s: float, x: Any, u: Any, kind: type = np.float64
+) -> tuple[Any, Any]:
+    """Return theta [rad] and theta' [rad/s] of the wheel in its case."""
+    at = vertical(numbers, time_s, kind)
+    speed = (u - at.lean_rate - at.roll_rate) / (1 + mass_ratio(numbers, kind) * x * x)
+    return x + at.lean, speed + at.lean_rate
+
+
+def start_of(problem: Problem) -> tuple[float, ...]:
+    """Return the state at the start: x and u, or the case's theta, phi and their rates."""
+    if isinstance(problem, CaseProblem):
+        return problem.numbers.release_angle, problem.numbers.release_angle, 0.0, 0.0
+    x, u = start(problem.numbers)
+    return float(x), float(u)
+
+
+def end_of(problem: Problem, time_s: float, state: Any) -> tuple[float, float]:
+    """Return the angle [rad] and rate [rad/s] that are compared: theta of the wheel or phi."""
+    if isinstance(problem, CaseProblem):
+        return float(state[1]), float(state[3])
+    angle, rate = wheel(problem.numbers, time_s, state[0], state[1])
+    return float(angle), float(rate)

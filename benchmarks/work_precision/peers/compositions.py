@@ -17,8 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.work_precision.equations.sea import constants_of, sea_from, stretches
-from benchmarks.work_precision.equations.states import vertical
+from benchmarks.work_precision.equations.sea import constants_of, sea_from, stretches, vertical
 from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.peers.scipy_ivp import release_of
 from benchmarks.work_precision.problems import CaseProblem, Numbers, Problem, Sea

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.work_precision.equations.states import (
+from benchmarks.work_precision.equations.sea import (
     angular_frequency,
     end_of,
     library,
     mass_ratio,
     start_of,
 )
-from benchmarks.work_precision.equations.states import vertical as vertical_at
+from benchmarks.work_precision.equations.sea import vertical as vertical_at
 from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.problems import CaseProblem, Numbers, Problem
 from tauto_core.samples import FloatArray

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.work_precision.equations.states import (
+from benchmarks.work_precision.equations.sea import (
     angular_frequency,
     end_of,
     library,

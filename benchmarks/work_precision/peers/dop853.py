@@ -1,6 +1,6 @@
 """DOP853 compiled by numba: SciPy's method without Python between the steps.
 
-At sea it uses the exact sum of waves ('waves') or pieces of it (`sea_pieces`, 'pieces'), whose fit
+At sea it uses the exact sum of waves ('waves') or pieces of it (`SeaPieces`, 'pieces'), whose fit
 is part of the run. Steps end at the ends of pieces, which costs a few per cent.
 """
 
@@ -10,8 +10,13 @@ import time
 
 import numpy as np
 
-from benchmarks.work_precision.equations.sea import constants_of, sea_from, stretches
-from benchmarks.work_precision.equations.states import end_of, start_of
+from benchmarks.work_precision.equations.sea import (
+    constants_of,
+    end_of,
+    sea_from,
+    start_of,
+    stretches,
+)
 from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.peers.scipy_ivp import release_of, wheel_of
 from benchmarks.work_precision.problems import CaseProblem, HungCase, Problem
@@ -76,7 +81,7 @@ class _Run:
         self._atol = tolerance * numbers.release_angle * np.array([1.0, speed])
         self._side = 1.0 if numbers.impulse_energy else 0.0
         if pieces and numbers.sea is not None:
-            from benchmarks.work_precision.equations.sea_pieces import SeaPieces
+            from benchmarks.work_precision.equations.sea import SeaPieces
 
             self._kind = kernels.PIECES
             self._pieces = SeaPieces(numbers, numbers.sea, PIECE_S, POINTS, 1.0)

@@ -24,8 +24,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.work_precision.equations.states import angular_frequency, library
-from benchmarks.work_precision.equations.states import vertical as vertical_at
+from benchmarks.work_precision.equations.sea import angular_frequency, library
+from benchmarks.work_precision.equations.sea import vertical as vertical_at
 from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.problems import CaseProblem, HungCase, Numbers, Problem
 from tauto_core.samples import FloatArray

@@ -23,9 +23,9 @@ def _member(module: str, name: str, *arguments: str) -> Callable[[], Peer]:
 
 PEERS: dict[str, Callable[[], Peer]] = {
     'tauto': _member('tauto', 'Tauto'),
-    'heyoka': _member('heyoka_plain', 'Heyoka'),
-    'heyoka_tuned': _member('heyoka_tuned', 'HeyokaTuned'),
-    'heyoka_batch': _member('heyoka_batch', 'HeyokaBatch'),
+    'heyoka': _member('heyoka', 'Heyoka'),
+    'heyoka_tuned': _member('heyoka', 'HeyokaTuned'),
+    'heyoka_batch': _member('heyoka', 'HeyokaBatch'),
     'dop853': _member('scipy_ivp', 'SciPy', 'DOP853'),
     'dop853_compiled': _member('dop853', 'CompiledDop853'),
     'lsoda': _member('scipy_ivp', 'SciPy', 'LSODA'),

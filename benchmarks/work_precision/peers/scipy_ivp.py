@@ -13,8 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.work_precision.equations.sea import constants_of, sea_from, stretches
-from benchmarks.work_precision.equations.states import end_of, start_of, vertical
+from benchmarks.work_precision.equations.sea import (
+    constants_of,
+    end_of,
+    sea_from,
+    start_of,
+    stretches,
+    vertical,
+)
 from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.problems import CaseProblem, Numbers, Problem
 from tauto_core.samples import FloatArray

@@ -115,21 +115,21 @@ def _closed(problem: WheelProblem, times_s: Sequence[float]) -> list[dict[str, A
 
 def _first_way(problem: Problem, times_s: Sequence[float]) -> list[tuple[str, str]]:
     if isinstance(problem, CaseProblem):
-        from benchmarks.work_precision.references.case import long_double_case
+        from benchmarks.work_precision.references.integrated import long_double_case
 
         return [(phi, rate) for _, phi, _, rate in long_double_case(problem.numbers, times_s)]
-    from benchmarks.work_precision.references.long_double import long_double_states
+    from benchmarks.work_precision.references.integrated import long_double_states
 
     return long_double_states(problem, times_s)
 
 
 def _second_way(problem: Problem, times_s: Sequence[float]) -> list[tuple[float, float]]:
     if isinstance(problem, CaseProblem):
-        from benchmarks.work_precision.references.case import gauss_case
+        from benchmarks.work_precision.references.integrated import gauss_case
 
         states = gauss_case(problem.numbers, times_s, CASE_STEPS_A_SECOND)
         return [(float(phi), float(rate)) for _, phi, _, rate in states]
-    from benchmarks.work_precision.references.gauss import gauss_states
+    from benchmarks.work_precision.references.integrated import gauss_states
 
     return gauss_states(problem, times_s, STEPS_A_SECOND)
 

@@ -1,7 +1,4 @@
-"""The first way to a reference: heyoka's Taylor method in x87 long double, 64 bits of fraction.
-
-Its state is (x, p) like that of the kernels, but its equations are written anew, as expressions.
-"""
+"""References by integration, in two ways: heyoka in long double, and Gauss–Legendre in double."""
 
 from __future__ import annotations
 
@@ -10,12 +7,76 @@ from typing import Any
 
 import numpy as np
 from mpmath import mp
+from numpy.polynomial import legendre
 
-from benchmarks.work_precision.equations.sea import stretches, turns_at
+from benchmarks.work_precision.equations.sea import constants_of, sea_from, stretches, turns_at
+from benchmarks.work_precision.equations.wheel_kernels import gauss_advance
 from benchmarks.work_precision.peer import MissingPeerError
-from benchmarks.work_precision.problems import Numbers, Sea, WheelProblem
+from benchmarks.work_precision.problems import HungCase, Numbers, Sea, WheelProblem
 from benchmarks.work_precision.references import exact
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
+
+# -----------------------------------------------------------------------------
+# The second way to a reference: Gauss–Legendre of order 16 in double precision.
+#
+# Equal steps of the plain equations of motion, sums compensated, impulses located to rounding. It
+# shares nothing with the propagators but the name of the method: no turning frame, no sampling.
+
+STAGES = 8
+GAUSS_STRETCH_S = 60.0
+"""Short, so that the phases of the sea round no worse than the state."""
+
+
+def gauss_rule(stages: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return nodes c (s,), a_ij/b_j (s, s) and weights b (s,) of Gauss–Legendre on [0, 1].
+
+    a_ij integrates the Lagrange polynomial of node j up to node i; both are written in Legendre
+    polynomials, whose integrals are (P_k+1 - P_k-1)/(2k + 1). a_ij/b_j + a_ji/b_i = 1 is what
+    makes the method symplectic; it is kept in spite of rounding, or the amplitude drifts
+    (Antoñana, Makazaga, Murua 2017).
+    """
+    x, w = legendre.leggauss(stages)
+    values = legendre.legvander(x, stages)
+    below = np.hstack([-np.ones((stages, 1)), values[:, : stages - 1]])
+    integrals = values[:, 1:] - below
+    ratio = 0.5 * (integrals @ values[:, :stages].T)
+    below_diagonal = np.tril(ratio, -1)
+    ratio = below_diagonal + np.triu(1.0 - below_diagonal.T, 1) + 0.5 * np.eye(stages)
+    return 0.5 * (1.0 + x), ratio, 0.25 * (w + w[::-1])
+
+
+def gauss_states(
+    problem: WheelProblem, times_s: Sequence[float], steps_a_second: float
+) -> list[tuple[float, float]]:
+    """Return theta [rad] and theta' [rad/s] of a weight-driven problem at rising times.
+
+    Args:
+        problem: b, c or e.
+        times_s: whole multiples of `GAUSS_STRETCH_S` [s], rising.
+        steps_a_second: of the integration.
+    """
+    numbers = problem.numbers
+    constants, rule = constants_of(numbers), gauss_rule(STAGES)
+    with mp.workdps(exact.DIGITS):
+        state = np.array([float(value) for value in exact.release(numbers)])
+    lost, side, wanted, states = np.zeros(2), 1.0, set(times_s), []
+    for start, length in stretches(max(times_s), GAUSS_STRETCH_S):
+        sea = sea_from(numbers.sea, start)
+        steps = round(length * steps_a_second)
+        side = gauss_advance(state, lost, side, length, steps, *rule, constants, sea)
+        if start + length in wanted:
+            with mp.workdps(exact.DIGITS):
+                x, p = (mp.mpf(float(value)) for value in state)
+                angle, rate = exact.wheel(numbers, start + length, x, p)
+            states.append((float(angle), float(rate)))
+    return states
+
+
+# -----------------------------------------------------------------------------
+# The first way to a reference: heyoka's Taylor method in x87 long double, 64 bits of fraction.
+#
+# Its state is (x, p) like that of the kernels, but its equations are written anew, as expressions.
 
 TOLERANCE = 1e-19
 STRETCH_S = 3600.0
@@ -180,3 +241,65 @@ def _long(value: Any) -> Any:
 
 def _digits(value: Any) -> str:
     return np.format_float_scientific(value, precision=24, unique=False)
+
+
+# -----------------------------------------------------------------------------
+# Both ways to a reference of the suspended case.
+#
+# The first writes nothing but the energies: heyoka forms Lagrange's equations of them and solves
+# them in x87 long double. The second is Gauss–Legendre of order 16 in double precision on the
+# equations of the peers (`equations.case_kernels`).
+
+
+def long_double_case(
+    case: HungCase, times_s: Sequence[float], tolerance: float = TOLERANCE
+) -> list[list[str]]:
+    """Return theta, phi [rad] and their rates [rad/s] at rising times [s], in 20 digits.
+
+    Raises:
+        LongDoubleError: this processor has no x87 long double, or heyoka stopped.
+        MissingPeerError: heyoka is not installed.
+    """
+    hy = require_long_double()
+    theta, phi, theta_rate, phi_rate = hy.make_vars('theta', 'phi', 'theta_rate', 'phi_rate')
+    e, c, k, g = (hy.expression(Long(number)) for number in (case.e, case.c, case.k, case.gravity))
+    half = hy.expression(Long(0.5))
+    # of the centre of gravity, at e (sin, cos) theta + c (sin, cos) phi
+    lateral = e * hy.cos(theta) * theta_rate + c * hy.cos(phi) * phi_rate
+    down = e * hy.sin(theta) * theta_rate + c * hy.sin(phi) * phi_rate
+    moving = half * (lateral**2 + down**2 + k**2 * phi_rate**2)
+    hanging = g * (e * hy.cos(theta) + c * hy.cos(phi))
+    equations = hy.lagrangian(moving + hanging, [theta, phi], [theta_rate, phi_rate])
+    start = np.array([case.release_angle, case.release_angle, 0.0, 0.0], Long)
+    integrator = hy.taylor_adaptive(
+        equations, start, fp_type=Long, tol=Long(tolerance), high_accuracy=True
+    )
+    states = []
+    for time in times_s:
+        propagate(integrator, Long(time), 0.0)
+        states.append([np.format_float_positional(x, 20, unique=False) for x in integrator.state])
+    return states
+
+
+def gauss_case(
+    case: HungCase, times_s: Sequence[float], steps_a_second: float
+) -> list[FloatArray]:
+    """Return theta, phi [rad] and their rates [rad/s] at rising times.
+
+    Args:
+        case: what swings.
+        times_s: multiples of `GAUSS_STRETCH_S` [s].
+        steps_a_second: of the integration.
+    """
+    from benchmarks.work_precision.equations.case_kernels import case_gauss_advance
+
+    _, ratio, weights = gauss_rule(STAGES)
+    numbers: Any = case.e, case.c, case.k, case.gravity
+    state = np.array([case.release_angle, case.release_angle, 0.0, 0.0])
+    lost, wanted, states = np.zeros(4), set(times_s), []
+    for begin, length in stretches(max(times_s), GAUSS_STRETCH_S):
+        steps = round(length * steps_a_second)
+        case_gauss_advance(state, lost, length / steps, steps, ratio, weights, numbers)
+        if begin + length in wanted:
+            states.append(state.copy())
+    return states
