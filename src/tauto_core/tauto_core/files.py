@@ -208,7 +208,7 @@ def _renameat2() -> Callable[..., int] | None:
 DOTS_AN_INCH = 192
 """Twice the 96 of a CSS pixel, for the screens of laptops and telephones."""
 # letters stay letters, to search and to read aloud
-_LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'none'}
+LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'none'}
 _NO_DATE: dict[str, dict[str, Any]] = {
     '.svg': {'Date': None},
     '.png': {'Software': None},
@@ -266,7 +266,7 @@ def write_figure(draw: Callable[[], Figure], path: Path, argument: str = 'plot')
 
     check_plot(path, argument)
     drawn = BytesIO()
-    with mpl.rc_context(_LOOK):
+    with mpl.rc_context(LOOK):
         figure = draw()
         titles = [axes.get_title(loc) for axes in figure.axes for loc in ('left', 'center')]
         title = next(filter(None, titles), None)

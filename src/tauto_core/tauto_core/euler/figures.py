@@ -16,6 +16,7 @@ from tauto_core.curves.drawing import outline
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.claim import Paper
+from tauto_core.files import LOOK
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day
 from tauto_core.machines.fluid_pendulum import (
@@ -485,10 +486,6 @@ def _on_convex(axes: Axes) -> None:
     letter(axes, (0.0, 0.0), 'O', (-8.0, 0.0))
     letter(axes, axle, 'C', (9.0, 6.0))
     bare(axes, f'convex: b′ = −{-1e3 * own.b_prime:.0f} mm, it falls')
-
-
-LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'svg.fonttype': 'none', 'font.size': 9.0}
-"""Settings by which the same figure gives the same file; letters stay text, for small files."""
 
 
 @dataclass(frozen=True)
