@@ -1,15 +1,68 @@
-"""The rate equation in the filter: least squares, port and sea, consistency, the longitude."""
+"""The rate equation: regressors, the filter with covariates, and coefficients from trial runs."""
+
+import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.linalg import expm
+from scipy.optimize import brentq
 from scipy.stats import chi2
 
-from tauto_core.navigation import ClockModel, Known, filter_phases, predict, prior
+from tauto_core.navigation import (
+    ClockModel,
+    DriftStage,
+    Known,
+    LongitudeStage,
+    clock_model,
+    covariates,
+    drift_warnings,
+    estimate_names,
+    filter_phases,
+    predict,
+    prior,
+)
+from tauto_core.navigation.covariates import (
+    FITS,
+    HEAVE,
+    HEAVE_PERIODS_S,
+    HELD_S,
+    MEAN_S,
+    ROLL_PERIODS_S,
+    SEA_S,
+    Fit,
+    RecordedIntegrals,
+    Regressors,
+    fit,
+    integral_names,
+    runs,
+)
 from tauto_core.navigation.drift import Track
 from tauto_core.navigation.hindsight import smooth
 from tauto_core.navigation.kalman import Coefficient, covariance, means, same_fields
+from tauto_core.navigation.longitude import fix_samples
+from tauto_core.samples import (
+    CORRECTED,
+    ESTIMATE,
+    LONGITUDE_FIX,
+    OBSERVATION,
+    READING,
+    SHIP_FIX,
+    SHIP_IMU,
+    TimeSamples,
+    join,
+    same,
+    take,
+)
 from tauto_core.samples import SECONDS_PER_DAY as DAY
+from tauto_core.scene import parse_scene
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.sections import walk_per_s
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.imu import imu_from_roll
+from tauto_core.ship.source import Observations
 
 S = 1_000_000_000
 BOTH = (Coefficient('heave', 1.0, 0.2), Coefficient('roll', -0.3, 0.4))
@@ -228,3 +281,452 @@ def test_errors_are_as_large_as_the_filter_says():
     # two-sided at 1e-4: a seeded ensemble, so it passes always or never
     low, high = (chi2.ppf(each, 4 * runs) for each in (5e-5, 1 - 5e-5))
     assert low < total < high
+
+
+# -----------------------------------------------------------------------------
+# The regressors of the motion: closed forms, chunks, sensors, gaps, and the drift stage.
+
+G = 9.80665
+STATED = """
+  covariates: [heave, roll]
+  coefficients: {heave: {value: 1.0, sigma: 0.05}, roll: {value: 0.0, sigma: 0.02}}"""
+SCENE = """
+duration: {duration}
+starts_at: 100.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {{kind: involute, base_radius: 0.010}}
+  thread: {{kind: vertical}}
+  power: {{kind: weight, mass: 0.2, massless: true}}
+  release_angle: 1.0
+ship:
+  kind: components
+  components: [{{amplitude: 0.1, period: 8.0, phase: -1.5707963267948966}}]
+  heave: [{{amplitude: 1.0, period: 10.0}}]
+  height: 0.0
+  rate: {rate}
+drift:
+  observation_interval: 7.0
+  gate: 1.0e9{covariates}
+"""
+
+
+def scene_of(duration=60.0, rate=20.0, covariates=STATED):
+    return parse_scene(SCENE.format(duration=duration, rate=rate, covariates=covariates), 'test')
+
+
+def motion_of(scene):
+    return ShipMotion(scene).produce(10**7)
+
+
+def integrals(scene, imu, at_s, *, live=False):
+    found = Regressors(scene, live=live)
+    found.feed({SHIP_IMU: imu})
+    return found.at(np.rint(np.asarray(at_s) * S).astype(np.int64))
+
+
+def exact(t):
+    """Integrals of the scene's motion, of the heave without the high-pass."""
+    a, heave, roll = (2 * np.pi / 10.0) ** 2 / G, 2 * np.pi / 10.0, 2 * np.pi / 8.0
+    return np.column_stack(
+        (
+            -0.125 * a * a * (0.5 * t + np.sin(2 * heave * t) / (4 * heave)),
+            0.01 * (0.5 * t - np.sin(2 * roll * t) / (4 * roll)),
+        )
+    )
+
+
+def test_integrals_are_those_of_the_motion():
+    scene = scene_of(duration=1200.0)
+    t = np.array([0.0, 40.0, 401.3, 803.71, 1200.0])
+    found = integrals(scene, motion_of(scene), 100.0 + t)
+    # The high-pass takes 1/(Ωτ)² of the square of a wave, 2.8e-5; the trapezoid misses (2Ωh)²/12,
+    # 1e-3, of what swings twice with the wave, whole waves nothing.
+    np.testing.assert_allclose(found[:, 0], exact(t)[:, 0], rtol=4e-5, atol=1e-6)
+    np.testing.assert_allclose(found[:, 1], exact(t)[:, 1], rtol=1e-12, atol=3e-6)
+
+
+def test_the_error_of_sampling_falls_with_the_square_of_the_step():
+    at = np.array([33.0])
+    errors = []
+    for rate in (2.0, 4.0, 8.0):
+        scene = scene_of(duration=40.0, rate=rate)
+        errors.append(abs(integrals(scene, motion_of(scene), 100.0 + at) - exact(at))[0, 1])
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.1)
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.lists(st.integers(0, 2000), max_size=8), st.booleans(), st.integers(0, 8))
+def test_batches_and_resuming_do_not_matter(cuts, live, resumed):
+    scene = scene_of(duration=90.0)
+    imu = motion_of(scene)
+    if live:  # uneven stamps
+        uneven = imu.stamp_ns + np.random.default_rng(1).integers(0, 9_000_000, len(imu.stamp_ns))
+        imu = take(imu, slice(None))
+        imu.stamp_ns[:] = uneven
+    at = np.array([100.01, 123.456, 161.0, 189.9])
+    whole = integrals(scene, imu, at, live=live)
+    pieces = Regressors(scene, live=live)
+    edges = [0, *sorted(min(cut, len(imu.stamp_ns)) for cut in cuts), len(imu.stamp_ns)]
+    said = []
+    stamps = np.rint(at * S).astype(np.int64)
+    for k, (a, b) in enumerate(pairwise(edges)):
+        pieces.feed({SHIP_IMU: take(imu, slice(a, b))})
+        reached = np.searchsorted(stamps, pieces.reached_ns, 'right')
+        said.append(pieces.at(stamps[:reached]))
+        stamps = stamps[reached:]
+        if k == resumed:
+            other = Regressors(scene, live=live)
+            other.restore(pieces.state())
+            pieces = other
+    np.testing.assert_array_equal(np.concatenate(said), whole)
+    assert not any(pieces.health().values())
+
+
+def test_bias_and_noise_of_an_accelerometer_add_what_is_said():
+    """A constant bias b adds b²τ/(16 g²) once, noise of variance σ² a constant rate σ²/(8 g²)."""
+    scene, n = scene_of(), 20 * 4000
+    stamps, none = 100 * S + 50_000_000 * np.arange(n), np.zeros(n)
+    at = np.array([2100.0, 4099.0])
+    biased = imu_from_roll(stamps, none, none, none, np.full(n, G + 0.1))
+    found = integrals(scene, biased, at)[:, 0]
+    np.testing.assert_allclose(found, -(0.1**2) * MEAN_S / (16 * G * G), rtol=2e-3)
+    noise = 0.05 * np.random.default_rng(1).normal(size=n)
+    noisy = imu_from_roll(stamps, none, none, none, G + noise)
+    rate = np.diff(integrals(scene, noisy, at)[:, 0])[0] / 1999.0
+    # 2000 s hold 40,000 samples: the variance is known to 0.7 %
+    assert rate == pytest.approx(-(0.05**2) / (8 * G * G), rel=0.03)
+    assert 86400.0 * abs(rate) < 0.3
+
+
+def test_over_a_gap_the_integrals_grow_as_usual():
+    scene = scene_of(duration=3000.0)
+    imu = motion_of(scene)
+    t = (imu.stamp_ns - imu.stamp_ns[0]) / S
+    gap = take(imu, (t < 2000.0) | (t > 2200.0))
+    live = Regressors(scene, live=True)
+    live.feed({SHIP_IMU: gap})
+    assert live.health()['motion_gaps'] == 1
+    ends = live.at(np.array([2099 * S, 2301 * S]))
+    whole = integrals(scene, imu, [2099.0, 2301.0])
+    # the usual growth is a mean over ten minutes or so, in which waves differ by a tenth
+    np.testing.assert_allclose(np.diff(ends, axis=0), np.diff(whole, axis=0), rtol=0.1)
+
+
+def times(stamps_s, errors_s=0.0):
+    stamps = np.asarray(np.array(stamps_s) * S, np.int64)
+    errors = np.asarray(np.broadcast_to(errors_s, stamps.shape) * S, np.int64)
+    return TimeSamples(stamps, '', stamps + errors, same('dial', len(stamps)))
+
+
+def topics_of(scene):
+    at = scene.starts_at + np.arange(scene.log_count)
+    reading = times(at, 0.003 * (at - scene.starts_at) + 0.01 * np.sin(at))
+    seen = Observations(scene).between(0, 10**18)
+    return {READING: reading, OBSERVATION: seen, SHIP_IMU: motion_of(scene)}
+
+
+def run(stage, feeds):
+    said = [stage.feed(batches) for batches in feeds]
+    said.append(stage.finish())
+    return {
+        topic: join([batches[topic] for batches in said if topic in batches])
+        for topic in stage.outputs
+    }
+
+
+@st.composite
+def feeds(draw, topics):
+    queues = {}
+    for topic, samples in topics.items():
+        cuts = draw(st.lists(st.integers(0, len(samples.stamp_ns)), max_size=6))
+        edges = [0, *sorted(cuts), len(samples.stamp_ns)]
+        queues[topic] = [take(samples, slice(a, b)) for a, b in pairwise(edges)]
+    order = draw(st.permutations([topic for topic, parts in queues.items() for _ in parts]))
+    return [{topic: queues[topic].pop(0)} for topic in order]
+
+
+STAGED = scene_of()
+TOPICS = topics_of(STAGED)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.data())
+def test_the_stage_says_the_same_in_any_order_of_arrival_and_after_resuming(data):
+    whole = run(DriftStage(STAGED), [TOPICS])
+    assert len(whole[ESTIMATE].stamp_ns) == STAGED.log_count
+    pieces = data.draw(feeds(TOPICS))
+    cut = data.draw(st.integers(0, len(pieces)))
+    first, second = DriftStage(STAGED), DriftStage(STAGED)
+    said = [first.feed(piece) for piece in pieces[:cut]]
+    second.restore(first.state())
+    said += [second.feed(piece) for piece in pieces[cut:]]
+    said.append(second.finish())
+    for topic in DriftStage.outputs:
+        found = join([each[topic] for each in said if topic in each])
+        np.testing.assert_array_equal(found.stamp_ns, whole[topic].stamp_ns)
+    found = join([each[ESTIMATE] for each in said if ESTIMATE in each])
+    np.testing.assert_array_equal(found.position, whole[ESTIMATE].position)
+    assert not any(second.health().values())
+
+
+def test_what_is_said_has_names_and_the_integrals_from_which_it_can_be_told_again():
+    whole = run(DriftStage(STAGED), [TOPICS])
+    estimate = whole[ESTIMATE]
+    assert estimate.name == estimate_names(('heave', 'roll'))
+    assert estimate.name[-2:] == ('heave_integral_s', 'roll_integral_s')
+    assert 'roll_coefficient_sigma' in estimate.name
+    recorded = RecordedIntegrals(estimate, ('heave', 'roll'))
+    again = DriftStage(STAGED, expect_schedule=False, motion=recorded)
+    assert SHIP_IMU not in again.inputs
+    told = run(again, [{READING: TOPICS[READING], OBSERVATION: TOPICS[OBSERVATION]}])
+    np.testing.assert_array_equal(told[ESTIMATE].position, estimate.position)
+
+
+def test_without_covariates_nothing_of_it_is_there():
+    scene = scene_of(covariates='')
+    stage = DriftStage(scene)
+    assert stage.inputs == (READING, OBSERVATION)
+    assert 'motion' not in stage.state()
+    assert not any(name.startswith('motion') for name in stage.health())
+    said = run(stage, [topics_of(scene)])
+    assert said[ESTIMATE].name == estimate_names(())
+
+
+def test_readings_wait_for_the_motion_but_not_for_ever():
+    reading = times(100.0 + np.arange(31))
+    held = DriftStage(STAGED, expect_schedule=False)
+    said = held.feed({READING: reading})
+    assert int(said[ESTIMATE].stamp_ns[-1]) == (130 - round(HELD_S)) * S
+    assert held.health()['motion_unknown'] == 21
+    rest = held.feed({SHIP_IMU: TOPICS[SHIP_IMU]})
+    assert len(rest[ESTIMATE].stamp_ns) == 10
+    [words] = drift_warnings(held.health(), STAGED)
+    assert 'did not reach 21 readings' in words
+    # where the scene's own ship drives, the motion is waited for
+    own = DriftStage(STAGED)
+    assert own.feed({READING: reading, OBSERVATION: TOPICS[OBSERVATION]}) == {}
+    assert CORRECTED in own.feed({SHIP_IMU: TOPICS[SHIP_IMU]})
+
+
+def test_the_longitude_is_as_uncertain_as_the_coefficients_make_it():
+    """Known k_j and those of a sigma differ in the east variance by Σ (σ_j ΔX_j)² alone.
+
+    Nothing is observed after the start, where the X are 0, so that the k are not correlated with
+    the rest; a second of the clock is 463.8 m along the equator.
+    """
+    latitude, sigmas = 50.0, (3.0, 2.0)
+
+    def variances(part):
+        heave, roll = (part * sigma for sigma in sigmas)
+        scene = scene_of(
+            covariates=f"""
+  covariates: [heave, roll]
+  coefficients: {{heave: {{value: 0.5, sigma: {heave}}}, roll: {{value: 0.5, sigma: {roll}}}}}"""
+        )
+        seen = take(TOPICS[OBSERVATION], slice(0, 1))
+        assert seen.stamp_ns[0] == scene.starts_at_ns
+        said = run(DriftStage(scene, expect_schedule=False), [TOPICS | {OBSERVATION: seen}])
+        stamps, none = TOPICS[READING].stamp_ns, np.zeros(scene.log_count)
+        fixes = fix_samples(stamps, none + latitude, none, np.ones((len(stamps), 3)))
+        told = LongitudeStage(scene).feed({READING: TOPICS[READING], SHIP_FIX: fixes, **said})
+        return said[ESTIMATE], told[LONGITUDE_FIX].position_covariance[:, 0]
+
+    estimate, uncertain = variances(1.0)
+    _, known = variances(1e-9)
+    names = integral_names(('heave', 'roll'))
+    grown = [estimate.position[:, estimate.name.index(name)] for name in names]
+    metres = 2.0 * np.pi * 6_378_137.0 / 86_400.0 * np.cos(np.radians(latitude))
+    wanted = metres**2 * (sigmas[0] ** 2 * grown[0] ** 2 + sigmas[1] ** 2 * grown[1] ** 2)
+    assert wanted[-1] > 0.01 * known[-1]
+    np.testing.assert_allclose(uncertain - known, wanted, rtol=1e-9, atol=1e-12 * known.max())
+
+
+# -----------------------------------------------------------------------------
+# Trial runs of a machine in small waves, against Mathieu's equation and other closed forms.
+
+RUN_SCENE = """
+duration: 600.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {cam}
+  thread: {thread}
+  power: {power}
+  release_angle: 1.0
+ship:
+  kind: sea
+  sea: {{spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}}
+  roll: {{natural_period: 11.0, damping_ratio: 0.08, slope_coefficient: 0.7}}
+  heave: true
+  height: 3.0
+  rate: 10.0
+drift: {{observation_interval: 60.0, covariates: [{covariates}]{more}}}
+log: {{interval: 1.0}}
+"""
+LINEAR = {
+    'cam': '{kind: involute, base_radius: 0.010}',
+    'thread': '{kind: vertical}',
+    'power': '{kind: weight, mass: 0.16, massless: true}',
+}
+SECOND_CAM = {
+    'cam': '{kind: hole, lever_rate: 0.010}',
+    'thread': '{kind: hole, distance: 0.080}',
+    'power': '{kind: force, force: 2.0}',
+}
+HANGING = {
+    'cam': '{kind: involute, base_radius: 0.005}',
+    'thread': '{kind: hanging, length: 1.0}',
+    'power': '{kind: weight, mass: 0.322}',
+}
+
+
+def run_scene_of(machine, covariates='heave, roll', more=''):
+    return parse_scene(RUN_SCENE.format(**machine, covariates=covariates, more=more), 'test')
+
+
+def slow():
+    """A ship whose motion is sampled twice a second."""
+    return run_scene_of(SECOND_CAM).ship.model_copy(update={'rate': 2.0})
+
+
+def mathieu(wave_s, swing_s):
+    """Change of the frequency by that of a slow heave, -ε²/16, of y'' + ω²(1 + ε cos Ωt) y = 0.
+
+    Characteristic exponent of Mathieu's equation, Abramowitz & Stegun 20.3.15.
+    """
+    a = (2.0 * wave_s / swing_s) ** 2
+    q = 0.5 * a * HEAVE
+
+    def left(nu):
+        square = nu * nu
+        fourth = (5.0 * square + 7.0) * q**4 / (32.0 * (square - 1.0) ** 3 * (square - 4.0))
+        return square + q * q / (2.0 * (square - 1.0)) + fourth - a
+
+    nu = brentq(left, 0.9 * math.sqrt(a), 1.1 * math.sqrt(a), xtol=1e-13)
+    return (nu / math.sqrt(a) - 1.0) / (-(HEAVE**2) / 16.0)
+
+
+def test_a_weight_on_a_linear_lever_is_mathieus():
+    swing_s = math.tau * math.sqrt(4.0e-4 / (0.16 * 9.80665 * 0.010))
+    heave, roll = runs(run_scene_of(LINEAR))
+    assert tuple(heave.at_periods) == HEAVE_PERIODS_S
+    for period_s, found in heave.at_periods.items():
+        # a reading is told to a nanosecond, and the run is 46 waves long
+        assert found == pytest.approx(mathieu(period_s, swing_s), rel=1e-4)
+    # more than 1: the correction for waves that are not slow is (Ω/2ω)²
+    mean = sum(mathieu(each, swing_s) for each in HEAVE_PERIODS_S) / len(HEAVE_PERIODS_S)
+    assert heave.coefficient.value == pytest.approx(mean, rel=1e-4)
+    assert 0.05 < heave.coefficient.sigma < 0.06
+    assert tuple(roll.at_periods) == ROLL_PERIODS_S
+    for period_s, found in roll.at_periods.items():
+        # the sway at the clock adds <y''²>/(4 g²), met twice a wave: another (Ω/ω)²
+        sway = 3.0 * (math.tau / period_s) ** 2 / 9.80665
+        assert found == pytest.approx(0.25 * sway * sway, rel=0.05)
+
+
+def test_a_force_does_not_feel_the_sea():
+    for found in runs(run_scene_of(SECOND_CAM)):
+        assert list(found.at_periods.values()) == pytest.approx(
+            [0.0] * len(found.at_periods), abs=1e-9
+        )
+
+
+def test_what_a_scene_states_is_not_tried():
+    more = ', coefficients: {roll: {value: 0.25, sigma: 0.125}}'
+    scene = run_scene_of(LINEAR, more=more)
+    assert [found.name for found in runs(scene)] == ['heave']
+    heave, roll = clock_model(scene).coefficients
+    assert roll == ('roll', 0.25, 0.125)
+    assert heave.value == pytest.approx(1.02, abs=0.02)
+
+
+def test_waves_that_the_motion_does_not_show_are_not_tried():
+    (heave,) = runs(run_scene_of(SECOND_CAM, 'heave').model_copy(update={'ship': slow()}))
+    assert tuple(heave.at_periods) == (6.0, 9.0)
+
+
+@pytest.mark.parametrize(
+    ('covariates', 'more', 'words'),
+    [
+        ('heave, heave', '', 'names heave twice'),
+        ('roll', ', coefficients: {heave: {value: 1.0, sigma: 0.1}}', 'does not name heave'),
+        ('pitch', '', "'heave' or 'roll'"),
+        ('heave', ', coefficients: {heave: {value: 1.0, sigma: 0.0}}', 'sigma'),
+    ],
+)
+def test_impossible_covariates_are_refused_by_name(covariates, more, words):
+    with pytest.raises(SceneError, match=words):
+        run_scene_of(LINEAR, covariates, more)
+
+
+@pytest.mark.parametrize('machine', [LINEAR, SECOND_CAM], ids=['weight', 'force'])
+def test_an_equation_that_explains_the_rate_departs_by_less_than_its_priors(machine):
+    scene = run_scene_of(machine)
+    found = fit(scene, tuple(each.coefficient for each in runs(scene)))
+    assert found.sigmas < 0.5
+    assert len(clock_model(scene).coefficients) == 2
+
+
+def test_a_clock_that_no_rate_equation_fits_is_refused_with_what_covers_it():
+    """The sea swings the thread, which no regressor sees."""
+    with pytest.raises(SceneError, match='no rate equation fits this machine') as caught:
+        clock_model(run_scene_of(HANGING))
+    assert caught.value.key == 'drift.covariates'
+    key, _, advised = caught.value.remedy.rstrip('.').rpartition(': ')
+    assert key.endswith('drift.random_walk_fm')
+    # with the random walk that the refusal names the scene is accepted and expects it
+    walking = run_scene_of(HANGING, more=f', random_walk_fm: {float(advised)}')
+    assert clock_model(walking).random_walk_fm_per_s == walk_per_s(float(advised))
+    # a little less is refused as before
+    with pytest.raises(SceneError, match='no rate equation'):
+        clock_model(run_scene_of(HANGING, more=f', random_walk_fm: {0.9 * float(advised)}'))
+
+
+def test_stated_coefficients_are_not_tested():
+    more = ', coefficients: {heave: {value: 1.0, sigma: 0.05}, roll: {value: 0.0, sigma: 0.1}}'
+    assert len(clock_model(run_scene_of(HANGING, more=more)).coefficients) == 2
+
+
+def test_the_departure_is_in_sigmas_of_the_priors():
+    scene = run_scene_of(LINEAR, 'heave')
+    (tried,) = (each.coefficient for each in runs(scene))
+    # a wrong coefficient departs by its error over its sigma, whatever the seas
+    wrong = tried._replace(value=tried.value + 4.0 * tried.sigma)
+    assert fit(scene, (wrong,)).sigmas == pytest.approx(4.0, abs=0.3)
+    assert FITS < 4.0
+
+
+def test_the_walk_is_the_one_that_bends_the_error_as_much(monkeypatch):
+    """An error c t² bends by 2 c τ² in two times τ; a walk of density q by √(2/3 q τ³)."""
+
+    class Bent:
+        def __init__(self, _scene, length_s):
+            self.at_s = np.linspace(0.0, length_s, 181)
+
+        def error_s(self, ship, _seed=0):
+            return 3.0 + ship.is_random * 1e-9 * self.at_s**2
+
+    monkeypatch.setattr(covariates, '_Run', Bent)
+    covariates._fit.cache_clear()
+    tau_s = 0.5 * SEA_S
+    q = (2.0 * 1e-9 * tau_s**2) ** 2 / (2.0 / 3.0 * tau_s**3)
+    found = fit(run_scene_of(HANGING), ())
+    covariates._fit.cache_clear()
+    assert found.random_walk_fm == pytest.approx(86_400.0 * math.sqrt(q * 86_400.0), rel=1e-9)
+
+
+def test_white_noise_that_bends_the_error_as_much_is_expected_too():
+    tau_days, found = 0.5 * SEA_S / 86_400.0, Fit(9.0, 100.0)
+    enough = 100.0 * tau_days / math.sqrt(3.0)
+    for white_fm, expected in ((1.01 * enough, True), (0.99 * enough, False)):
+        model = ClockModel(0.5, 1e-2, white_fm_s=white_fm**2 / 86_400.0)
+        assert found.is_expected(model) is expected
+        assert found.is_expected(model, factor=1.1)
+
+
+@pytest.mark.parametrize(
+    ('found', 'said'), [(124.7, 130.0), (25.0, 25.0), (2402.8, 2500.0), (0.0171, 0.018)]
+)
+def test_a_random_walk_is_advised_in_two_digits_and_never_too_small(found, said):
+    assert Fit(9.0, found).advised == pytest.approx(said, rel=1e-12)
+    assert Fit(9.0, found).advised >= found

@@ -1,18 +1,31 @@
-"""The predictions for a scene, against the actual figures."""
+"""The predicted run time and error of a voyage, and the trial runs that find the error."""
 
+import math
+import sys
 import time
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from tauto_core.checks.cost import forecast
+from tauto_core.checks.cost import (
+    RELEASED_APART,
+    Dial,
+    _Growing,
+    _Ran,
+    extrapolated,
+    forecast,
+    try_out,
+)
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.samples import PHASE, SHIP_IMU
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
+from tauto_core.voyage import sail
 
 
 def changed(name, *, duration, rate=None, tolerance=None):
@@ -167,3 +180,163 @@ def test_cost_goes_with_what_is_done(monkeypatch):
     start = expected(load_scene('portsmouth_jamaica', duration=60.0)).run_s
     assert (week.run_s - start) / (day.run_s - start) == pytest.approx(7.0, rel=0.01)
     assert expected(load_scene('ideal', duration=8_640_000.0)).run_s < day.run_s
+
+
+# -----------------------------------------------------------------------------
+# The predicted error of a scene bounds the actual one by independent programs, within thirty.
+
+BENCHMARKS = Path(__file__).resolve().parents[3] / 'benchmarks'
+DIAL = Dial(nominal_s=1.0, rounding_s=1e-15)
+
+
+@pytest.fixture(scope='module', autouse=True)
+def stress_modules():
+    """The modules of the stress table, which import each other by name."""
+    sys.path.insert(0, str(BENCHMARKS))
+    yield
+    sys.path.remove(str(BENCHMARKS))
+
+
+@pytest.mark.parametrize(
+    ('kind', 'rate'),
+    [
+        ('force', 1.0),
+        ('weight', 2.0),
+        ('weight, drag, escapement', 1.0),
+        ('lever', 2.0),
+        ('hanging thread', 2.0),
+        ('hung, force', 4.0),
+    ],
+)
+def test_the_error_predicted_bounds_the_error_found_within_a_factor_of_thirty(kind, rate):
+    """The scenes are some of the hundred of `make stress`, shortened, at rates at which the
+    error is that of sampling.
+    """
+    from stress_forecast import FACTOR, TOLD_S, compared, drawn
+
+    (scene,) = drawn(1, (kind,), (rate,))
+    scene = scene.model_copy(update={'duration': 8.0})
+    found = compared(scene)
+    assert found.found_s > 10.0 * TOLD_S
+    assert found.found_s <= found.predicted_s <= FACTOR * found.found_s
+
+
+TIMES = np.arange(1025) * 10.0
+TRIED_S, END_S = 10_240.0, 102_400.0
+
+
+def bound(error):
+    return extrapolated(TIMES, error, END_S, 1e-15)
+
+
+def test_errors_grow_on_as_they_did():
+    """A bounded error stays; one that grows as √t, t or t² grows on as it did."""
+    assert bound(1e-9 * np.sin(TIMES)) == pytest.approx(1e-9, rel=0.1)
+    assert bound(1e-13 * TIMES) == pytest.approx(1e-13 * END_S, rel=1e-9)
+    for power in (0.5, 2.0):
+        assert bound(1e-15 * TIMES**power) >= 0.99e-15 * END_S**power
+    assert bound(1e-17 * TIMES**2) == pytest.approx(1e-17 * END_S**2, rel=1e-6)
+
+
+def test_a_slow_drift_under_a_bounded_error_is_seen():
+    found = bound(1e-9 * np.sin(TIMES) + 1e-14 * TIMES)
+    assert found >= 1e-14 * END_S
+    assert found == pytest.approx(2e-9, rel=0.2)
+
+
+def grown(logs):
+    """The growth of a distance whose logarithm is given at `TIMES`."""
+    apart = RELEASED_APART / math.pi * np.exp(logs)
+    one = np.stack([np.zeros_like(apart), apart], axis=1)
+    scene = load_scene('ideal', duration=TRIED_S, **{'log.interval': 10.0})
+    return _Growing.of(_Ran(one, 0, False), _Ran(np.zeros_like(one), 0, False), scene)
+
+
+def test_exponential_growth_is_told_from_powers_of_time():
+    for power in (0.25, 1.0, 3.0):
+        found = grown(power * np.log1p(TIMES)).found
+        assert not found.is_chaotic
+        assert found.grows == (power >= 1.0)
+    assert not grown(np.full_like(TIMES, 3.0)).found.grows
+    found = grown(TIMES / 1000.0).found
+    assert found.is_chaotic
+    assert 1.0 / found.per_s == pytest.approx(1000.0, rel=1e-6)
+    assert found.per_s_sigma < 1e-9
+
+
+def test_chaos_is_followed_while_the_distance_is_small_and_then_carried_on():
+    """From 1e-11 rad to 0.1 rad a distance grows by e^23; later it grows no more in truth."""
+    growing = grown(TIMES / 400.0)
+    assert growing.found.followed_s == pytest.approx(400.0 * math.log(1e10), rel=0.01)
+    assert math.log(growing.size_at(2.0 * TRIED_S)) == pytest.approx(2.0 * TRIED_S / 400.0)
+    assert growing.time_of(math.exp(10.0), END_S) == pytest.approx(4000.0, abs=10.0)
+    assert growing.time_of(math.exp(30.0), END_S) == pytest.approx(12_000.0, rel=1e-3)
+    assert growing.time_of(math.exp(30.0), 11_000.0) is None
+
+
+def test_scatter_of_the_growth_hastens_what_is_carried_on():
+    steady, uneven = (grown(TIMES / 1000.0 + each) for each in (0.0, np.floor(TIMES / 3000.0)))
+    assert uneven.found.per_s_sigma > 1e-4
+    quickest = uneven.found.per_s + 2.0 * uneven.found.per_s_sigma
+    both = [math.log(uneven.size_at(each)) for each in (TRIED_S, TRIED_S + 1000.0)]
+    assert both[1] - both[0] == pytest.approx(1000.0 * quickest)
+    assert steady.size_at(END_S) < uneven.size_at(END_S)
+
+
+def test_what_starts_within_rounding_does_not_count_as_growth():
+    error = np.where(TIMES > 0.5 * TRIED_S, 1e-15, 1e-19)
+    assert bound(error) < 1e-13
+
+
+def test_a_trial_that_lasts_as_long_as_the_scene_extrapolates_nothing():
+    error = 1e-12 * TIMES
+    assert extrapolated(TIMES, error, TRIED_S, 1e-15) == error[-1]
+    assert extrapolated(TIMES[:1], error[:1], END_S, 1e-15) == 0.0
+
+
+def with_ship(name, duration, **ship):
+    content = yaml.safe_load(scene_yaml(load_scene(name, duration=duration)))
+    content['ship'] |= ship
+    return parse_scene(yaml.safe_dump(content), name)
+
+
+def test_a_shorter_trial_bounds_what_the_whole_would():
+    scene = with_ship('second_cam_at_sea', 1200.0, rate=2.0)
+    part, whole = (try_out(scene, DIAL, each, None) for each in (75.0, 1200.0))
+    assert (part.tried_s, whole.tried_s) == (75.0, 1200.0)
+    assert 0.33 * whole.sampling_s < part.sampling_s < 30.0 * whole.sampling_s
+
+
+def test_a_log_interval_as_long_as_the_scene_makes_no_trial_longer():
+    scene = load_scene(
+        'second_cam_at_sea',
+        duration=86_400.0,
+        **{'log.interval': 86_400.0, 'drift.observation_interval': 86_400.0},
+    )
+    found = try_out(scene, DIAL, 600.0, None)
+    assert found.tried_s == pytest.approx(600.0, rel=0.05)
+    assert found.sampling_s > 0.0
+
+
+def test_a_step_without_divisors_is_not_tried_finer():
+    """A step of a second less 63 ns is a prime number of nanoseconds."""
+    prime_ns = 999_999_937
+    scene = with_ship('second_cam_at_sea', 4.0)
+    ship = scene.ship.model_copy(update={'rate': 1e9 / prime_ns})
+    log = scene.log.model_copy(update={'interval': prime_ns * 1e-9})
+    odd = scene.model_copy(update={'ship': ship, 'log': log, 'duration': 4 * prime_ns * 1e-9})
+    assert odd.step_ns == prime_ns
+    assert try_out(odd, DIAL, 4.0, None).sampling_s is None
+
+
+def test_a_motion_that_ends_early_is_tried_up_to_its_end():
+    """Released where the thread slackens within the first swings, which a trial does not judge."""
+    scene = with_ship('involute_weight_at_sea', 60.0)
+    heave = [{'amplitude': 40.0, 'period': 9.0, 'phase': 2.0}]
+    rolling = {'kind': 'components', 'components': [], 'heave': heave, 'rate': 20.0}
+    content = yaml.safe_load(scene_yaml(scene)) | {'ship': rolling}
+    violent = parse_scene(yaml.safe_dump(content), 'violent')
+    with pytest.raises(PropagationError, match='thread') as ended:
+        sail(violent, anyway=True)
+    assert 2.0 < ended.value.time_s < 60.0
+    assert 0.0 < try_out(violent, DIAL, 60.0, 2e-12).sampling_s < 1e-6

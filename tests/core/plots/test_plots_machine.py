@@ -1,4 +1,4 @@
-"""The drawn machine: every size that the scene gives, measured on the outlines."""
+"""The machine as outlines, and how far its cheeks are drawn."""
 
 from __future__ import annotations
 
@@ -6,12 +6,24 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import tauto_core as tauto
+from tauto_core.curves import CircularArc, Hole, Involute
+from tauto_core.curves.drawing import cheeks_meet_rad
 from tauto_core.curves.fluid import coordinates
 from tauto_core.machines import FluidPendulum, compile_machine
-from tauto_core.plots.machine import BRASS_KG_M3, LEAD_KG_M3, RIM_SIDE, Drawing, Part, draw_machine
+from tauto_core.plots.machine import (
+    BRASS_KG_M3,
+    LEAD_KG_M3,
+    RIM_SIDE,
+    Drawing,
+    Part,
+    cam_extent,
+    draw_machine,
+)
 from tauto_core.samples import FloatArray
+from tauto_core.scene import Scene, parse_scene
 
 MM = 1000.0
 SCENES = (
@@ -149,3 +161,52 @@ def test_the_case_holds_all_but_its_bearing() -> None:
             if each.name not in ('bearing', 'axle of the case', '') and each is not case:
                 assert case.x.min() <= each.x.min() <= each.x.max() <= case.x.max(), each.name
                 assert case.y.min() <= each.y.min() <= each.y.max() <= case.y.max(), each.name
+
+
+# -----------------------------------------------------------------------------
+# The default extent of cheeks.
+
+SCENE = """
+duration: 60.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: CAM}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.322}
+  release_angle: RELEASE
+"""
+DRIVEN = """
+drag: {viscous: 1.25e-5}
+escapement: {kind: impulse, energy: 1.234e-4}
+"""
+INVOLUTE, ARC = 'involute, base_radius: 0.005', 'circular_arc, radius: 0.02, root_depth: 0.01'
+
+
+def scene(release: float, cam: str = INVOLUTE, more: str = '') -> Scene:
+    return parse_scene(SCENE.replace('CAM', cam).replace('RELEASE', str(release)) + more, 'cam')
+
+
+def test_the_cheeks_of_an_involute_meet_where_the_tangent_is_the_angle() -> None:
+    """x = r (ϑ cos ϑ − sin ϑ) vanishes again; of a thread through a hole a little earlier."""
+    meet = brentq(lambda angle: angle * math.cos(angle) - math.sin(angle), 4.0, 5.0)
+    assert cheeks_meet_rad(Involute(0.005)) == pytest.approx(meet, rel=1e-14)
+    assert cheeks_meet_rad(Hole(0.005, 50.0)) == pytest.approx(meet, rel=1e-3)
+    assert 3.0 < cheeks_meet_rad(Hole(0.005, 0.04)) < meet
+
+
+def test_cheeks_that_do_not_meet() -> None:
+    assert cheeks_meet_rad(CircularArc(0.02, 0.01)) == math.inf
+
+
+@pytest.mark.parametrize(('release', 'extent'), [(0.02, 0.03), (1.0, 1.5), (-1.2, 1.8)])
+def test_half_as_far_again_as_the_wheel_is_released(release: float, extent: float) -> None:
+    assert cam_extent(scene(release)) == extent
+
+
+def test_no_further_than_the_cam_and_where_its_cheeks_meet() -> None:
+    assert cam_extent(scene(3.1, ARC)) == math.pi
+    assert cam_extent(scene(4.0)) == pytest.approx(4.493409457909064, rel=1e-12)
+
+
+def test_a_wheel_released_below_its_steady_swing() -> None:
+    assert cam_extent(scene(0.2, more=DRIVEN)) == cam_extent(scene(1.0, more=DRIVEN)) > 1.0

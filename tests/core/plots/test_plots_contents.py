@@ -1,4 +1,4 @@
-"""The pictures of a voyage: contents, thinning, and files."""
+"""The pictures of a voyage: contents, thinning, files, and the motion that they show."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import tauto_core as tauto
 from tauto_core.cli.app import app
 from tauto_core.cli.voyages import title_of
 from tauto_core.plots.chart import draw
-from tauto_core.plots.contents import MOST_POINTS, PICTURES, chart, thinned
+from tauto_core.plots.contents import MOST_POINTS, PICTURES, TAPER_S, chart, seaway, thinned
 from tauto_core.samples import READING, TimeSamples
 
 SEAS = (
@@ -399,3 +399,38 @@ def test_the_scales_of_a_drawing_are_equal(stormy: tauto.Voyage) -> None:
     (axes,) = figure.axes
     at = axes.transData.transform([(0.0, 0.0), (10.0, 0.0), (0.0, 10.0)])
     assert at[1, 0] - at[0, 0] == pytest.approx(at[2, 1] - at[0, 1], rel=1e-6)
+
+
+# -----------------------------------------------------------------------------
+# Roll and heave for the pictures, against a motion in closed form.
+
+COMPONENTS_SHIP = {
+    'kind': 'components',
+    'rate': 20.0,
+    'height': 0.0,
+    'components': [{'amplitude': 0.1, 'period': 11.0}],
+    'heave': [{'amplitude': 1.5, 'period': 8.0}, {'amplitude': 0.4, 'period': 5.0, 'phase': 1.0}],
+}
+
+
+@pytest.fixture(scope='module', params=[True, False], ids=['kept', 'made anew'])
+def voyage(request: pytest.FixtureRequest) -> tauto.Voyage:
+    log = {'interval': 1.0, 'motion': request.param}
+    return tauto.sail('second_cam_at_sea', ship=COMPONENTS_SHIP, log=log, duration=1500.0)
+
+
+def test_heave_is_the_acceleration_integrated_twice(voyage: tauto.Voyage) -> None:
+    """Fading and what leaks below the lowest frequency leave 3 % of the larger wave."""
+    found = seaway(voyage, 300.0, 600.0)
+    assert found.time_s[0] == pytest.approx(300.0, abs=0.051)
+    assert found.time_s[-1] == pytest.approx(900.0, abs=0.1)
+    t = found.time_s
+    heave = 1.5 * np.cos(2 * np.pi * t / 8.0) + 0.4 * np.cos(2 * np.pi * t / 5.0 + 1.0)
+    inside = slice(int(TAPER_S * 20.0), -int(TAPER_S * 20.0))
+    np.testing.assert_allclose(found.heave_m[inside], heave[inside], atol=0.045)
+    np.testing.assert_allclose(found.roll_rad, 0.1 * np.cos(2 * np.pi * t / 11.0), atol=1e-9)
+
+
+def test_a_ship_that_lies_still_has_no_heave() -> None:
+    found = seaway(tauto.sail('ideal', duration=60.0))
+    assert np.all(found.heave_m == 0.0)
