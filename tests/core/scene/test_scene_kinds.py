@@ -10,7 +10,7 @@ import pytest
 
 from tauto_core import scene as names
 from tauto_core.scene import SceneError, parse_scene, scene_yaml
-from tauto_core.scene.fields import kind_of
+from tauto_core.scene.fields import Kind, kind_of
 from tauto_core.scene.reference import all_kinds, page, schema
 
 ROOT = Path(__file__).parents[3]
@@ -46,10 +46,12 @@ def test_every_kind_goes_by_its_name_and_says_what_it_is() -> None:
 
 
 def test_kinds_of_a_section_differ_in_their_key_and_their_rank() -> None:
-    folders: dict[str, list[type]] = {}
+    sections: dict[type, list[type[Kind]]] = {}
     for model in all_kinds():
-        folders.setdefault(model.__module__.rpartition('.')[0], []).append(model)
-    for models in folders.values():
+        section = next(base for base in model.__mro__ if Kind in base.__bases__)
+        sections.setdefault(section, []).append(model)
+    assert len(sections) == 7
+    for models in sections.values():
         assert len({kind_of(model) for model in models}) == len(models)
         assert len({model.rank for model in models}) == len(models)
 

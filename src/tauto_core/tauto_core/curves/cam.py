@@ -112,7 +112,7 @@ class SmoothLever(NamedTuple):
 LeverArm: TypeAlias = LinearLever | ArcLever | TableLever | SpringLever | SmoothLever
 
 
-EXACT = 4.0 * np.finfo(np.float64).eps
+ROOT_ROUNDING = 4.0 * np.finfo(np.float64).eps
 """Relative rounding of a lift, and of the root of an equation for an angle."""
 
 _ROUNDING = 16.0 * np.finfo(np.float64).eps
@@ -267,13 +267,13 @@ class Cam(ABC):
             root, arm = np.sqrt(self._lift(angle)), self._arm(angle)
             return root - goal, np.divide(arm, 2.0 * root, np.zeros_like(arm), where=root > 0.0)
 
-        return bracketed_newton(excess, start, (0.0, edge), relative=EXACT)
+        return bracketed_newton(excess, start, (0.0, edge), relative=ROOT_ROUNDING)
 
     def _reached(self, lift: ArrayLike) -> tuple[FloatArray, float]:
         """Return lifts if the cam reaches them, and the highest, which is itself rounded [m]."""
         lift = np.asarray(lift, dtype=np.float64)
         highest = float(self.lift(self.range_rad))
-        if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + EXACT))):
+        if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + ROOT_ROUNDING))):
             raise CamRangeError(
                 f'lifts from {float(np.min(lift))!r} to {float(np.max(lift))!r} m: the cam '
                 f'{self!r} lifts by 0 to {highest!r} m and no more; use a smaller amplitude or a '

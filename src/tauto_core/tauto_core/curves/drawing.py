@@ -244,7 +244,7 @@ _BARS_MM = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 
 
 @dataclass(frozen=True)
-class Line:
+class Polyline:
     """An open polyline [mm]."""
 
     layer: str
@@ -273,7 +273,7 @@ class Note:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class CamDrawing:
     """A drawing in the wheel's frame [mm]: origin at the axle, +y along the thread at rest.
 
     Attributes:
@@ -285,7 +285,7 @@ class Drawing:
     """
 
     title: str
-    lines: tuple[Line, ...]
+    lines: tuple[Polyline, ...]
     circles: tuple[Circle, ...]
     notes: tuple[Note, ...]
     text_mm: float = TEXT_MM
@@ -301,7 +301,7 @@ class Drawing:
         return float(min(x)), float(min(y + low)), float(max(right)), float(max(top))
 
 
-def draw(cam: Cam, cut: Cheeks, title: str) -> Drawing:
+def draw(cam: Cam, cut: Cheeks, title: str) -> CamDrawing:
     """Return the drawing of a cam: cheeks, thread at rest, axle, circles, dimensions.
 
     Args:
@@ -318,9 +318,9 @@ def draw(cam: Cam, cut: Cheeks, title: str) -> Drawing:
     if math.isfinite(hole):
         circles.append(Circle(HOLE, 0.0, hole, max(0.5 * MM_PER_M * cut.thread_thickness, 0.5)))
     lines = [
-        Line(CHEEK_LEFT, x, y),
-        Line(CHEEK_RIGHT, -x, y),
-        Line(THREAD, np.zeros(2), np.array([tip, end])),
+        Polyline(CHEEK_LEFT, x, y),
+        Polyline(CHEEK_RIGHT, -x, y),
+        Polyline(THREAD, np.zeros(2), np.array([tip, end])),
     ]
     return _explained(title, lines, circles, dimensions(cam, cut))
 
@@ -331,7 +331,7 @@ def draw_uneven(
     rate: float,
     title: str,
     words: list[str],
-) -> Drawing:
+) -> CamDrawing:
     """Return the drawing of cheeks that are not mirror images of each other.
 
     Args:
@@ -343,9 +343,9 @@ def draw_uneven(
     """
     top = max(float(np.max(left[1])), float(np.max(right[1]))) + _GAP_MM
     lines = [
-        Line(CHEEK_LEFT, *left),
-        Line(CHEEK_RIGHT, *right),
-        Line(THREAD, np.zeros(2), np.array([rate, top])),
+        Polyline(CHEEK_LEFT, *left),
+        Polyline(CHEEK_RIGHT, *right),
+        Polyline(THREAD, np.zeros(2), np.array([rate, top])),
     ]
     circles = [Circle(AXLE, 0.0, 0.0, _AXLE_MM), Circle(BASE_CIRCLE, 0.0, 0.0, rate)]
     return _explained(title, lines, circles, words)
@@ -353,7 +353,7 @@ def draw_uneven(
 
 def draw_in_fluid(
     curve: DescentCurve, outline: tuple[FloatArray, FloatArray], title: str
-) -> Drawing:
+) -> CamDrawing:
     """Return the drawing of a curve in a fluid: the curve, its lowest point, dimensions.
 
     Args:
@@ -369,21 +369,23 @@ def draw_in_fluid(
         f'arc of descent to its cusp {MM_PER_M * curve.descent_cusp:.6g} mm; of ascent '
         + (f'{MM_PER_M * abs(ascent):.6g} mm' if math.isfinite(ascent) else 'without end'),
     ]
-    return _explained(title, [Line(CURVE, *outline)], [Circle(AXLE, 0.0, 0.0, _AXLE_MM)], words)
+    return _explained(
+        title, [Polyline(CURVE, *outline)], [Circle(AXLE, 0.0, 0.0, _AXLE_MM)], words
+    )
 
 
 def _explained(
-    title: str, lines: list[Line], circles: list[Circle], dimensions: list[str]
-) -> Drawing:
+    title: str, lines: list[Polyline], circles: list[Circle], dimensions: list[str]
+) -> CamDrawing:
     """Return a drawing with a scale bar, and its dimensions in words below."""
-    left, low, right, _ = Drawing(title, tuple(lines), tuple(circles), ()).box
+    left, low, right, _ = CamDrawing(title, tuple(lines), tuple(circles), ()).box
     width = right - left
     text_mm = max(TEXT_MM, TEXT_OF_WIDTH * width)
     bar = max((each for each in _BARS_MM if each <= 0.5 * width), default=_BARS_MM[0])
     place = low - _GAP_MM
     ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
     along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
-    scale = Line(SCALE, left + along, place + ticks)
+    scale = Polyline(SCALE, left + along, place + ticks)
     letters = int(max(width, LEAST_WIDTH_MM) / (LETTER * text_mm))
     words = [
         line for text in (f'{bar:g} mm', title, *dimensions) for line in _wrapped(text, letters)
@@ -392,7 +394,7 @@ def _explained(
         Note(NOTES, left, place - LINE * text_mm * (n + 1.25), text)
         for n, text in enumerate(words)
     ]
-    return Drawing(title, (*lines, scale), tuple(circles), tuple(notes), text_mm)
+    return CamDrawing(title, (*lines, scale), tuple(circles), tuple(notes), text_mm)
 
 
 def _wrapped(text: str, letters: int) -> list[str]:

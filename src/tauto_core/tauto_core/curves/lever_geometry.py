@@ -13,10 +13,11 @@ point and through rest, where β is proportional to θ². The forms are free of 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,7 +32,7 @@ LEAST_COSINE = 0.1
 line with the thread) or of upright.
 """
 
-LEAST_FREE = 0.1
+LEAST_FREE_SHARE = 0.1
 """Part of the thread that is still free at the edge."""
 
 _SCAN = 4096
@@ -86,70 +87,83 @@ class Pose(NamedTuple):
     free: FloatArray
 
 
-class LeverLinkage(Protocol):
-    """Cam, thread and lever of Sully's machine; see `lever_geometry`."""
+class LeverLinkage(ABC):
+    """Cam, thread and lever of Sully's machine, as functions of τ.
 
-    @property
-    def base_radius(self) -> float:
-        """r, dt/du at rest [m]."""
-        ...
+    Attributes:
+        base_radius: r, dt/du at rest [m].
+        arm: AB, from the fulcrum to the thread [m].
+        length: l₀ of the free thread at rest [m].
+    """
 
-    @property
-    def arm(self) -> float:
-        """AB, from the fulcrum to the thread [m]."""
-        ...
+    base_radius: float
+    arm: float
+    length: float
 
-    @property
-    def length(self) -> float:
-        """l₀ of the free thread at rest [m]."""
-        ...
+    @abstractmethod
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return t/(r τ): the angle that an involute of base radius r would wind up, over τ."""
+
+    @abstractmethod
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return the position of all parts; NaN beyond the cam or the thread."""
+
+    @abstractmethod
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ, the wheel's angle [rad]."""
+
+    @abstractmethod
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ; the first is 0 at a dead point, neither is singular."""
+
+    @abstractmethod
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
+
+    @abstractmethod
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+
+    @abstractmethod
+    def of_inertia(self, inertia: float) -> LeverLinkage:
+        """Return the linkage for another wheel [kg m2]."""
+
+    @abstractmethod
+    def _usable(self, tau: FloatArray) -> np.ndarray:
+        """Return where thread, lever and cam are compatible; not at τ = ±1, the lever upright."""
 
     @property
     def depth(self) -> float:
         """Depth of B below C at rest, r + l₀ [m]."""
-        ...
+        return self.base_radius + self.length
 
-    @property
+    @cached_property
     def edges(self) -> tuple[float, float]:
-        """Least and largest τ."""
-        ...
+        """Least and largest τ between which everything is usable, by bisection."""
+        ends = []
+        for side in (-1.0, 1.0):
+            grid = side * np.arange(1, _SCAN + 1) / _SCAN
+            bad = float(grid[np.argmin(self._usable(grid))])
+            good = bad - side / _SCAN
+            ends.append(bisect(lambda tau: bool(self._usable(np.array([tau]))[0]), good, bad)[0])
+        return -abs(ends[0]), abs(ends[1])
 
     @property
     def range_rad(self) -> float:
         """Largest |θ| on both sides [rad]."""
-        ...
-
-    def u_per_tau(self, tau: FloatArray) -> FloatArray:
-        """Return t/(r τ)."""
-        ...
-
-    def pose(self, tau: FloatArray) -> Pose:
-        """Return the position of all parts."""
-        ...
-
-    def theta(self, tau: FloatArray) -> FloatArray:
-        """Return θ, the wheel's angle [rad]."""
-        ...
-
-    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return dθ/dτ and dβ/dτ."""
-        ...
-
-    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return dβ/dθ and d²β/dθ² [1/rad]."""
-        ...
+        low, high = self.theta(np.array(self.edges)).tolist()
+        return float(min(-low, high))
 
     def tau_of(self, theta: FloatArray) -> FloatArray:
-        """Return τ of the wheel's angle, within the edges."""
-        ...
-
-    def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
-        ...
-
-    def of_inertia(self, inertia: float) -> LeverLinkage:
-        """Return the shape for another wheel [kg m2]."""
-        ...
+        """Return τ of the wheel's angle, of any shape, within the edges, by Newton's method."""
+        theta = np.asarray(theta, np.float64)
+        start = np.asarray(theta / self.rates(np.zeros(1))[0][0])
+        return bracketed_newton(
+            lambda tau: (self.theta(tau) - theta, self.rates(tau)[0]),
+            start,
+            self.edges,
+            relative=2e-16,
+        )
 
 
 def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:
@@ -161,47 +175,11 @@ def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:
         free: length of the thread from the cam to B over that at rest, likewise.
     """
     least = np.minimum(np.cos(beta), np.cos(beta - delta))
-    return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE))
-
-
-def edges(usable: Callable[[FloatArray], np.ndarray]) -> tuple[float, float]:
-    """Return the least and largest τ between which everything is usable, by bisection.
-
-    Args:
-        usable: function of τ, (n,); false at τ = ±1, where the lever is upright.
-    """
-    return -_edge(usable, -1.0), _edge(usable, 1.0)
-
-
-def tau_of(
-    theta: FloatArray,
-    within: tuple[float, float],
-    angle: Callable[[FloatArray], FloatArray],
-    rate: Callable[[FloatArray], FloatArray],
-) -> FloatArray:
-    """Return τ for the wheel's angle, by Newton's method within brackets.
-
-    Args:
-        theta: θ of the wheel [rad], of any shape.
-        within: least and largest τ.
-        angle: function θ of τ [rad], increasing.
-        rate: function dθ/dτ.
-    """
-    theta = np.asarray(theta, np.float64)
-    start = np.asarray(theta / rate(np.zeros(1))[0])
-    return bracketed_newton(
-        lambda tau: (angle(tau) - theta, rate(tau)), start, within, relative=2e-16
-    )
-
-
-def _edge(usable: Callable[[FloatArray], np.ndarray], side: float) -> float:
-    grid = side * np.arange(1, _SCAN + 1) / _SCAN
-    b = float(grid[np.argmin(usable(grid))])
-    return abs(bisect(lambda tau: bool(usable(np.array([tau]))[0]), b - side / _SCAN, b)[0])
+    return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE_SHARE))
 
 
 @dataclass(frozen=True)
-class LeverGeometry:
+class LeverGeometry(LeverLinkage):
     """The lengths of a lever machine, each > 0.
 
     Attributes:
@@ -213,11 +191,6 @@ class LeverGeometry:
     base_radius: float
     arm: float
     length: float
-
-    @property
-    def depth(self) -> float:
-        """Depth of B under C at rest, r + l₀ [m]."""
-        return self.base_radius + self.length
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
         """Return u/τ: l₀² − l² = 2 AB [(r + l₀) sin β − AB (1 − cos β)] = r u² (l₀ + l)/2."""
@@ -254,21 +227,6 @@ class LeverGeometry:
         inclines = -(self.base_radius + self.arm * first * sine) / free
         second = self.base_radius * (1.0 - inclines) / arm
         return first, second + first * sine / cosine * (first - inclines)
-
-    def tau_of(self, theta: FloatArray) -> FloatArray:
-        """Return τ of the wheel's angle, within the edges."""
-        return tau_of(theta, self.edges, self.theta, lambda tau: self.rates(tau)[0])
-
-    @cached_property
-    def edges(self) -> tuple[float, float]:
-        """Least and largest τ: where a dead point or the end of the thread is near."""
-        return edges(self._usable)
-
-    @property
-    def range_rad(self) -> float:
-        """Largest |θ| on both sides [rad]."""
-        low, high = self.theta(np.array(self.edges)).tolist()
-        return float(min(-low, high))
 
     def wider(self, amplitude: float, loads: Loads) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence.

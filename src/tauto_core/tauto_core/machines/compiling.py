@@ -48,7 +48,7 @@ _COLUMNS = {
 
 
 @dataclass(frozen=True, eq=False)
-class SwingTable:
+class AmplitudeTable:
     """Figures of free swings at several amplitudes; `str` gives them as a table.
 
     Attributes:
@@ -72,7 +72,7 @@ class SwingTable:
 
 
 @dataclass(frozen=True, eq=False)
-class Isochronism(SwingTable):
+class Isochronism(AmplitudeTable):
     """Period and rate of free swings on land at several amplitudes; `str` gives a table.
 
     Attributes:
@@ -131,7 +131,7 @@ def isochronism(
 AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
 
-class Parts(Protocol):
+class SceneParts(Protocol):
     """The parts of a scene from which a machine is made."""
 
     @property
@@ -170,7 +170,7 @@ class Parts(Protocol):
         ...
 
 
-def compile_machine(scene: Parts) -> AnyMachine | FluidPendulum:
+def compile_machine(scene: SceneParts) -> AnyMachine | FluidPendulum:
     """Return the regulator of a scene as numbers: its trochlea, or the body in its fluid.
 
     Raises:
@@ -181,7 +181,7 @@ def compile_machine(scene: Parts) -> AnyMachine | FluidPendulum:
     return compile_trochlea(scene)
 
 
-def compile_trochlea(scene: Parts) -> AnyMachine:
+def compile_trochlea(scene: SceneParts) -> AnyMachine:
     """Return the trochlea of a scene as numbers, with any kind of thread.
 
     The release is checked here where it alone determines the angle of the cam: on a still ship,
@@ -202,7 +202,7 @@ def compile_trochlea(scene: Parts) -> AnyMachine:
 
 
 def free_swings(
-    scene: Parts, amplitudes: Iterable[float], nominal_period_s: float | None = None
+    scene: SceneParts, amplitudes: Iterable[float], nominal_period_s: float | None = None
 ) -> Isochronism | DescentIsochronism:
     """Return period and rate of free swings of a scene's regulator on land.
 
@@ -223,7 +223,7 @@ def free_swings(
     return descent_isochronism(pendulum, amplitudes, nominal_period_s)
 
 
-def compile_ideal(scene: Parts) -> Machine:
+def compile_ideal(scene: SceneParts) -> Machine:
     """Return the trochlea of a scene as if its thread were ideal, vertical or through a hole.
 
     The release is not checked.
@@ -236,7 +236,7 @@ def compile_ideal(scene: Parts) -> Machine:
         return trochlea.thread.ideal(trochlea.parts(scene.gravity, scene.drag, scene.escapement))
 
 
-def _trochlea(scene: Parts) -> Trochlea:
+def _trochlea(scene: SceneParts) -> Trochlea:
     if scene.trochlea is None:
         raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give one, or a regulator.')
     return scene.trochlea

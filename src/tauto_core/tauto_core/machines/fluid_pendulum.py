@@ -33,7 +33,7 @@ from tauto_core.curves.numerics import (
     integrate,
     logarithmic_mean,
 )
-from tauto_core.machines.compiling import SwingTable, rate_s_per_day
+from tauto_core.machines.compiling import AmplitudeTable, rate_s_per_day
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError, UsageError
 
@@ -613,7 +613,7 @@ CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]]
 
 
 @dataclass(frozen=True, eq=False)
-class DescentIsochronism(SwingTable):
+class DescentIsochronism(AmplitudeTable):
     """Descent, period and rate of a body in a fluid at several amplitudes; `str` gives a table.
 
     Attributes:

@@ -16,8 +16,7 @@ from tauto_core.curves.cam import CAMS, Cam, CamKind
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, PowerKind
-from tauto_core.machines.trochlea import FOLDER as THREADS
-from tauto_core.machines.trochlea import Parts, ThreadKind
+from tauto_core.machines.trochlea import THREADS, Parts, ThreadKind
 from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
 from tauto_core.scene.fields import (
     NonNegative,

@@ -87,10 +87,6 @@ class _Torques(NamedTuple):
     drag: DragKind
     recoil: float
 
-    def against(self, rate: FloatArray) -> FloatArray:
-        """Return the torque of the drag at θ̇ > 0."""
-        return self.drag.torque(rate)
-
 
 class _Leg(NamedTuple):
     """An arc between a turning point and the impulse.
@@ -109,7 +105,8 @@ def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing
 
     Without drag and impulses it is the swing as released.
     """
-    drag, escapement = _drag(machine), machine.escapement
+    escapement = machine.escapement
+    drag = None if machine.drag is None or machine.drag.is_zero else machine.drag
     try:
         if escapement is None:
             if drag is None:
@@ -132,19 +129,23 @@ def _free(machine: Machine | LeverMachine) -> SteadySwing:
     return SteadySwing(abs(machine.release_angle), period, period, math.inf)
 
 
-def _drag(machine: Machine | LeverMachine) -> DragKind | None:
-    """Return the drag, None if all of it is 0."""
-    drag = machine.drag
-    return None if drag is None or drag.is_zero else drag
-
-
 def _driven(
     machine: Machine | LeverMachine, drag: DragKind | None, escapement: EscapementKind
 ) -> SteadySwing | NoSteadySwing:
     """Return the steady swing in which drag takes what the escapement gives."""
     (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
     work, torques = escapement.work, _Torques(drag or Drag(), escapement.recoil)
-    hindered = _hindrance(machine, torques, escapement, least)
+    hindered, impulses = '', 2.0 * escapement.energy
+    if abs(start) <= least and not _starts_itself(machine, torques, escapement.angle):
+        hindered = (
+            f'the clock stops: released at {abs(start):.6g} rad it does not swing beyond the '
+            f'{least:.6g} rad of the impulse'
+        )
+    elif work <= 0.0:
+        hindered = (
+            f'the clock stops: the impulses give {impulses:.6g} J in a swing, and recoil that '
+            f'begins before the middle takes {impulses - work:.6g} J'
+        )
     if hindered or drag is None:
         return NoSteadySwing(hindered or _GROWS)
     least = max(least, _SMALLEST * abs(start))
@@ -158,7 +159,13 @@ def _driven(
             f'{loss(least):.6g} J that the drag takes from the smallest swing that reaches it, '
             f'of {least:.6g} rad'
         )
-    top = edge if math.isfinite(edge) else _beyond(loss, work, abs(start))
+    top = edge
+    if math.isinf(edge):
+        top = abs(start)
+        for _ in range(_DOUBLINGS):
+            if loss(top) > work:
+                break
+            top *= 2.0
     if loss(top) < work:
         return NoSteadySwing(
             f'the swing grows to the end of its range: at {top:.6g} rad the drag takes '
@@ -181,33 +188,6 @@ def _driven(
     rise += torques.recoil * (above - below)
     settling = period * rise / (loss(above) - loss(below))
     return SteadySwing(amplitude, period, machine.period(amplitude), settling)
-
-
-def _hindrance(
-    machine: Machine | LeverMachine, torques: _Torques, escapement: EscapementKind, least: float
-) -> str:
-    """Return why the escapement does not drive the wheel at all, or ''."""
-    start, impulses = abs(machine.release_angle), 2.0 * escapement.energy
-    if start <= least and not _starts_itself(machine, torques, escapement.angle):
-        return (
-            f'the clock stops: released at {start:.6g} rad it does not swing beyond the '
-            f'{least:.6g} rad of the impulse'
-        )
-    if escapement.work <= 0.0:
-        return (
-            f'the clock stops: the impulses give {impulses:.6g} J in a swing, and recoil that '
-            f'begins before the middle takes {impulses - escapement.work:.6g} J'
-        )
-    return ''
-
-
-def _beyond(loss: Callable[[float], float], work: float, amplitude: float) -> float:
-    """Return an amplitude, at least the one given, at which the loss exceeds the work."""
-    for _ in range(_DOUBLINGS):
-        if loss(amplitude) > work:
-            break
-        amplitude *= 2.0
-    return amplitude
 
 
 def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]:
@@ -237,7 +217,7 @@ def _starts_itself(machine: Machine | LeverMachine, torques: _Torques, angle: fl
     def gained(way: float, energy: FloatArray) -> FloatArray:
         here = np.array([start + math.copysign(way, end)])
         rate = np.sqrt(max(2.0 * kinetic(way, energy), 0.0) / mass(here))
-        return torques.recoil - torques.against(rate)
+        return torques.recoil - torques.drag.torque(rate)
 
     kinetic.terminal, kinetic.direction = True, -1.0  # type: ignore[attr-defined]
     begin, length = np.array([machine.potential(start)]), abs(end - start)
@@ -305,7 +285,7 @@ def _leg(
     eased = running(torques.recoil * path, edges)[0] / (top * sine * sine)
     share, since = 1.0 + eased, np.zeros_like(w)
     for _ in range(_ITERATIONS):
-        torque = torques.against(speed * np.sqrt(share))
+        torque = torques.drag.torque(speed * np.sqrt(share))
         before, (since, lost) = since, running(torque * path, edges)
         if lost > _FAR_TOO_MUCH * top:
             break

@@ -268,7 +268,7 @@ class Machine:
 # -----------------------------------------------------------------------------
 # What all kinds of thread share: keys, the machine that they make, refusals.
 
-FOLDER = 'tauto_core.machines.threads'
+THREADS = 'tauto_core.machines.threads'
 
 
 class Parts(NamedTuple):

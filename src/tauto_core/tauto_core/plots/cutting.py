@@ -19,8 +19,8 @@ from tauto_core.curves.drawing import (
     LETTER,
     MM_PER_M,
     TEXT_MM,
+    CamDrawing,
     Cheeks,
-    Drawing,
     LeverCheek,
     cheeks,
     cheeks_meet_rad,
@@ -237,7 +237,7 @@ def _checked_thread(scene: Scene, thread_mm: float, acts_from_rad: float) -> flo
     return acts_from_rad
 
 
-def _write_drawings(drawing: Drawing, files: Mapping[str, Path]) -> None:
+def _write_drawings(drawing: CamDrawing, files: Mapping[str, Path]) -> None:
     if 'svg' in files:
         write_svg(files['svg'], drawing)
     if 'dxf' in files:
@@ -300,7 +300,7 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]
     write_output(path, ('\n'.join(lines) + '\n').encode())
 
 
-def write_svg(path: Path, drawing: Drawing) -> None:
+def write_svg(path: Path, drawing: CamDrawing) -> None:
     """Write a drawing to scale, in millimetres on paper."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -338,7 +338,7 @@ def write_svg(path: Path, drawing: Drawing) -> None:
     write_output(path, drawn.getvalue())
 
 
-def write_dxf(path: Path, drawing: Drawing) -> None:
+def write_dxf(path: Path, drawing: CamDrawing) -> None:
     """Write a drawing as DXF R2010 in millimetres, a layer for each kind of line."""
     from ezdxf import units
     from ezdxf.filemanagement import new

@@ -21,7 +21,7 @@ from tauto_core.machines.compiling import compile_trochlea
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
 from tauto_core.machines.sections import Trochlea
-from tauto_core.machines.trochlea import FOLDER as THREADS
+from tauto_core.machines.trochlea import THREADS
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.fields import Kind, OneOf, Section, kind_of, kinds_in
 from tauto_core.scene.loader import parse_scene, write_mapping

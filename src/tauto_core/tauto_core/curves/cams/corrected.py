@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from tauto_core.curves.cam import (
-    EXACT,
+    ROOT_ROUNDING,
     Cam,
     CamKind,
     Setting,
@@ -152,7 +152,7 @@ class WeightCorrected(CorrectedCam):
 
             start, bracket = 0.5 * part * (1.0 + part * part / 12.0), (0.5 * part, part)
             found[near] = np.tan(
-                bracketed_newton(rising, start, bracket, relative=EXACT, absolute=1e-17)
+                bracketed_newton(rising, start, bracket, relative=ROOT_ROUNDING, absolute=1e-17)
             )
         if not near.all():
             # near the edge the angle is counted from there: w = π/2 − χ, w − sin w cos w = left
@@ -165,7 +165,9 @@ class WeightCorrected(CorrectedCam):
 
             w = np.cbrt(1.5 * left)
             start, bracket = w * (1.0 + w * w / 15.0), (0.5 * w, 2.0 * w)
-            found[~near] = 1.0 / np.tan(bracketed_newton(falling, start, bracket, relative=EXACT))
+            found[~near] = 1.0 / np.tan(
+                bracketed_newton(falling, start, bracket, relative=ROOT_ROUNDING)
+            )
         return found.reshape(x.shape)
 
     def _arm(self, x: FloatArray) -> FloatArray:

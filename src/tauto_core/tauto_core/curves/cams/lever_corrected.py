@@ -21,15 +21,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
-from tauto_core.curves import lever_geometry
 from tauto_core.curves.cam import CamKind
-from tauto_core.curves.lever_geometry import LeverSetting, Loads, Pose
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Pose, clear
 from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.fields import Positive
@@ -51,7 +49,7 @@ class _Line(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CorrectedLeverGeometry:
+class CorrectedLeverGeometry(LeverLinkage):
     """Cam, thread and lever of an isochronous lever machine.
 
     Attributes:
@@ -71,18 +69,13 @@ class CorrectedLeverGeometry:
     length: float
 
     @property
-    def base_radius(self) -> float:
+    def base_radius(self) -> float:  # type: ignore[override]
         """r = dt/du at rest [m], the base radius of the involute with the same small swings.
 
         W r (1 + r/l₀)/AB = I ω².
         """
         arm = self.inertia * self.frequency**2 * self.arm / self.weight_torque
         return 2.0 * arm / (1.0 + math.sqrt(1.0 + 4.0 * arm / self.length))
-
-    @property
-    def depth(self) -> float:
-        """Depth D of B below C at rest, r + l₀ [m]."""
-        return self.base_radius + self.length
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
         """Return t/(r τ): the angle that an involute of base radius r would wind up, over τ."""
@@ -117,15 +110,6 @@ class CorrectedLeverGeometry:
         line = self._line(tau)
         return line.ratio, line.bend
 
-    def tau_of(self, theta: FloatArray) -> FloatArray:
-        """Return τ of the wheel's angle, within the edges."""
-        return lever_geometry.tau_of(theta, self.edges, self.theta, self._theta_rate)
-
-    @cached_property
-    def edges(self) -> tuple[float, float]:
-        """Least and largest τ at which thread, lever and a convex cam are compatible."""
-        return lever_geometry.edges(self._usable)
-
     def lever_arm(self, tau: FloatArray) -> FloatArray:
         """Return t, the distance of the thread from the axle, with the sign of θ [m]."""
         arm: FloatArray = self._line(tau).arm
@@ -138,8 +122,11 @@ class CorrectedLeverGeometry:
         by the complex step (Squire & Trapp, SIAM Review 40, 1998).
         """
         tau = np.asarray(tau, np.float64)
-        radius: FloatArray = np.where(tau < 0.0, -1.0, 1.0) * self._signed_radius(tau)
-        return radius
+        line = self._line(tau)
+        step = self._line(tau + 1j * _COMPLEX_STEP)
+        per_tau = np.imag(step.p) / _COMPLEX_STEP
+        radius = line.arm + per_tau / (self._theta_rate(tau) * (1.0 - line.turns))
+        return np.asarray(np.where(tau < 0.0, -1.0, 1.0) * radius)
 
     def contact(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the point at which the thread leaves the cam, (x, y) in the wheel's frame [m].
@@ -150,12 +137,6 @@ class CorrectedLeverGeometry:
         line, u = self._line(tau), self.pose(tau).u
         sine, cosine = np.sin(u), np.cos(u)
         return line.arm * cosine - line.p * sine, line.arm * sine + line.p * cosine
-
-    @property
-    def range_rad(self) -> float:
-        """Largest |θ| on both sides [rad]."""
-        low, high = self.theta(np.array(self.edges)).tolist()
-        return float(min(-low, high))
 
     def wider(self, amplitude: float, loads: Loads) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence.
@@ -215,16 +196,9 @@ class CorrectedLeverGeometry:
         p = self.arm * more / (1.0 - turns)
         return _Line(ratio, bend, beta, delta, turns, arm, p, reach)
 
-    def _signed_radius(self, tau: FloatArray) -> FloatArray:
-        line = self._line(tau)
-        step = self._line(tau + 1j * _COMPLEX_STEP)
-        per_tau = np.imag(step.p) / _COMPLEX_STEP
-        radius: FloatArray = line.arm + per_tau / (self._theta_rate(tau) * (1.0 - line.turns))
-        return radius
-
     def _usable(self, tau: FloatArray) -> np.ndarray:
         line = self._line(tau)
-        fits = lever_geometry.clear(line.beta, line.delta, (line.reach - line.p) / self.length)
+        fits = clear(line.beta, line.delta, (line.reach - line.p) / self.length)
         return np.asarray(fits & (self.radius_of_curvature(tau) > 0.0))
 
 

@@ -32,7 +32,7 @@ from tauto_core.scene.fields import Positive, Text
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
 
-COLUMNS = ('angle_rad', 'lever_arm_m')
+TABLE_COLUMNS = ('angle_rad', 'lever_arm_m')
 LEAST_ROWS = 6
 MOST_ROWS = 500
 _TRIED = 32
@@ -41,7 +41,7 @@ the points are interpolated.
 """
 _LARGEST_SHARE = 0.5
 """Largest tolerance as a share of the longest arm: a larger one would ignore the measurement."""
-_FORM = f'Write the header {",".join(COLUMNS)} and rows of two plain numbers.'
+_FORM = f'Write the header {",".join(TABLE_COLUMNS)} and rows of two plain numbers.'
 
 
 class _Splines(NamedTuple):
@@ -175,17 +175,17 @@ def _read_rows(path: Path) -> list[tuple[int, float, float]]:
         raise SceneError(name, '', None, problem, 'Give a readable CSV file.') from error
     lines = csv.reader(text.splitlines())
     header = next(lines, [])
-    if tuple(cell.strip() for cell in header) != COLUMNS:
+    if tuple(cell.strip() for cell in header) != TABLE_COLUMNS:
         raise SceneError(name, 'line 1', ','.join(header), 'the header is not right', _FORM)
     rows = []
     for cells in lines:
         if not ''.join(cells).strip():
             continue
         line, values = lines.line_num, []
-        if len(cells) != len(COLUMNS):
+        if len(cells) != len(TABLE_COLUMNS):
             problem = f'{len(cells)} columns instead of 2'
             raise SceneError(name, f'line {line}', ','.join(cells), problem, _FORM)
-        for column, cell in zip(COLUMNS, cells, strict=True):
+        for column, cell in zip(TABLE_COLUMNS, cells, strict=True):
             try:
                 values.append(float(cell))
             except ValueError:
@@ -208,11 +208,11 @@ def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
         if angle <= before:
             problem = f'angles must strictly increase, and the row before has {before!r}'
             remedy = 'Sort the rows and remove duplicates.'
-            raise SceneError(name, f'line {line}, {COLUMNS[0]}', angle, problem, remedy)
+            raise SceneError(name, f'line {line}, {TABLE_COLUMNS[0]}', angle, problem, remedy)
         if arm <= 0.0:
             problem = 'the lever arm must be > 0, or nothing drives the wheel back'
             remedy = 'End the table before the arm vanishes.'
-            raise SceneError(name, f'line {line}, {COLUMNS[1]}', arm, problem, remedy)
+            raise SceneError(name, f'line {line}, {TABLE_COLUMNS[1]}', arm, problem, remedy)
 
 
 def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
@@ -245,14 +245,14 @@ def _check_spline(path: Path, table: Table) -> None:
     if not arm(lowest) > 0.0:
         problem = f'the spline through the rows falls to this lever arm at {lowest!r} rad'
         remedy = 'Tabulate more angles near there.'
-        raise SceneError(name, COLUMNS[1], float(arm(lowest)), problem, remedy)
+        raise SceneError(name, TABLE_COLUMNS[1], float(arm(lowest)), problem, remedy)
     if not arm(highest) <= table.distance:
         problem = (
             f'the lever arm at {highest!r} rad is longer than the distance of the hole, '
             f'thread.distance = {table.distance!r} m'
         )
         remedy = 'End the table before that angle or move the hole away.'
-        raise SceneError(name, COLUMNS[1], float(arm(highest)), problem, remedy)
+        raise SceneError(name, TABLE_COLUMNS[1], float(arm(highest)), problem, remedy)
 
 
 def _wrappable(path: Path, table: Table) -> Table:
@@ -264,7 +264,7 @@ def _wrappable(path: Path, table: Table) -> Table:
     sooner = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
     raise SceneError(
         str(path),
-        COLUMNS[1],
+        TABLE_COLUMNS[1],
         float(table.lever_arm(start)),
         f'the cheek would be hollow from {start:.6g} to {end:.6g} rad (a radius of curvature '
         'below 0), and a thread bridges a hollow',
@@ -399,7 +399,7 @@ class MeasuredCam(CamKind):
         if angle <= 0.0:
             problem = 'a point at rest or on the other cheek says nothing of this one'
             remedy = 'Give the points of one cheek, at angles greater than 0.'
-            raise SceneError(str(path), f'line {line}, {COLUMNS[0]}', angle, problem, remedy)
+            raise SceneError(str(path), f'line {line}, {TABLE_COLUMNS[0]}', angle, problem, remedy)
         angles, arms = np.array([row[1:] for row in rows]).T
         largest = _LARGEST_SHARE * float(arms.max())
         if self.tolerance > largest:
