@@ -1,7 +1,7 @@
 """The problems of the benchmark: two machines, on land and in one sea, and a suspended case.
 
-In a to e every program solves the same equation (theory E2), with psi the wheel's absolute angle,
-rho the roll, b the lever arm per angle:
+In a to e every program solves the same equation (docs/theory/machine_at_sea.md E2), with psi the
+wheel's absolute angle, rho the roll, b the lever arm per angle:
 
     a, d   I psi'' + P b (psi - gamma) = 0,                        gamma = rho
     b, c   (I + m b^2 x^2) x'' + m b^2 x x'^2 + m g_eff b x = -I gamma'',   x = psi - gamma
@@ -9,7 +9,7 @@ rho the roll, b the lever arm per angle:
 
 gamma is the apparent vertical beta (b, c, e), theta = psi - rho the wheel's angle in its case,
 released at rest there. rho is the exact sum of the sea's components, and beta and g_eff follow
-from it (theory E1), so that Tauto's error by sampling the ship counts.
+from it (docs/theory/ship.md E1), so that Tauto's error by sampling the ship counts.
 
 f is the pendulum on its axle at any angles, on land (theory C): a case in its bearing, released at
 rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular: the distance

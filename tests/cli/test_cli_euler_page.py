@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.euler.claim import Claim
 from tauto_core.euler.figures import PLATES, write_plates
-from tauto_core.euler.page import PageError, all_claims, page, write_page
+from tauto_core.euler.page import PageError, all_claims, claims_page, write_page
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
 CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)
@@ -58,7 +58,7 @@ def test_figures_are_the_same_bytes_each_time(written: Path, tmp_path: Path) -> 
 
 def test_every_claim_has_a_row_in_the_section_of_its_paper() -> None:
     claims = all_claims()
-    sections = page(claims).split('\n## ')[1:]
+    sections = claims_page(claims).split('\n## ')[1:]
     rows = [re.findall(r'^\| (?!§|--).*$', section, re.MULTILINE) for section in sections]
     assert [section[:2] for section in sections] == ['A.', 'B.', 'C.']
     assert [len(each) for each in rows] == [sum(c.paper == p for c in claims) for p in 'ABC']
@@ -80,7 +80,7 @@ def test_every_claim_has_a_row_in_the_section_of_its_paper() -> None:
     ],
 )
 def test_differences_hide_rounding(claim: Claim, off_by: str) -> None:
-    row = page([claim]).split('|---|\n')[1].splitlines()[0]
+    row = claims_page([claim]).split('|---|\n')[1].splitlines()[0]
     assert row.split(' | ')[6] == off_by
     assert row.startswith(r'| I | a \| b | x \* y')
 

@@ -46,7 +46,7 @@ def roll_rates(time: float, sea: FloatArray) -> tuple[float, float, float, float
 def vertical_of(
     r0: float, r1: float, r2: float, r3: float, constants: FloatArray
 ) -> tuple[float, float, float]:
-    """Return g_eff [m/s2], beta [rad] and its rate [rad/s] from roll and derivatives (E1)."""
+    """Return g_eff [m/s2], beta [rad] and its rate [rad/s] from roll and derivatives."""
     height, sine, cosine = constants[HEIGHT], math.sin(r0), math.cos(r0)
     across = -height * (r2 * cosine - r1 * r1 * sine)
     up = constants[GRAVITY] - height * (r2 * sine + r1 * r1 * cosine)

@@ -68,7 +68,7 @@ class RecorderReport:
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
 
-TELL_S = 0.2
+REPORT_S = 0.2
 """Interval at which a graph is told how far the voyage is [s]."""
 
 
@@ -186,7 +186,7 @@ class RecorderNode(GraphNode):
         if self._closed:
             return
         now_s = time.monotonic()
-        if self.flow is not None and now_s >= self._told_s + TELL_S:
+        if self.flow is not None and now_s >= self._told_s + REPORT_S:
             self._told_s = now_s
             # Without room for it the bag goes on; the last report, which counts, must be written.
             with suppress(OSError):

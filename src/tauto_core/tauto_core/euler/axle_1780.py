@@ -71,7 +71,7 @@ def linear_motion(e: float, start: FloatArray, time_s: float) -> FloatArray:
     return end
 
 
-def half_swing(ratio: float) -> float:
+def time_to_rest(ratio: float) -> float:
     """Return when a body released in the shape θ : φ = c : ratio first comes to rest [s]."""
     from scipy.optimize import brentq
 
@@ -156,7 +156,7 @@ def pushed_amplitudes() -> FloatArray:
 # -----------------------------------------------------------------------------
 # The claims.
 
-EXACT = 1e-12
+TIGHT = 1e-12
 CLOSE = 1e-9
 """Tolerance of values from an integrated motion."""
 
@@ -206,31 +206,31 @@ def _equations() -> list[Claim]:
         _claim(
             '5', 'tilt of the body, from the position of its centre of gravity',
             'cos. θ = (x − (a − b) cos. θ)/c',
-            math.cos(THETA), (float(centre.real) - E * math.cos(THETA)) / C, EXACT,
+            math.cos(THETA), (float(centre.real) - E * math.cos(THETA)) / C, TIGHT,
             'cos. Φ = (x − (a − b) cos. θ)/c', math.cos(PHI),
             'the angle of the body is Φ; θ is that of the contact', 'corrected',
         ),
         _claim(
             '8-10', 'the equations of motion are exact at any angles: θ̈ far from rest',
-            'ddx sin. θ − ddy cos. θ = 2gdt² sin. θ', float(euler[0]), float(true[0]), EXACT,
+            'ddx sin. θ − ddy cos. θ = 2gdt² sin. θ', float(euler[0]), float(true[0]), TIGHT,
         ),
         _claim(
             '8-10', 'and Φ̈',
             'c sin. (Φ − θ)(ddx cos. θ + ddy sin. θ) = kkddΦ + 2gcdt² cos. θ sin. (Φ − θ)',
-            float(euler[1]), float(true[1]), EXACT,
+            float(euler[1]), float(true[1]), TIGHT,
         ),
         _claim(
             '11', "the centre of gravity's depth under the centre of the support",
             'x = e cos. θ + c cos. Φ', E * math.cos(THETA) + C * math.cos(PHI),
-            float(centre.real), EXACT,
+            float(centre.real), TIGHT,
         ),
         _claim(
             '12-13', 'small swings: θ̈', '(eddθ + cddΦ)/dt² = −2gθ',
-            (-G * theta - C * bend) / E, turn, EXACT,
+            (-G * theta - C * bend) / E, turn, TIGHT,
         ),
         _claim(
             '12-13', 'small swings: Φ̈', 'kkddΦ/dt² = −2gc(Φ − θ)',
-            -G * C * (phi - theta) / K**2, bend, EXACT,
+            -G * C * (phi - theta) / K**2, bend, TIGHT,
         ),
     ]  # fmt: skip
 
@@ -245,48 +245,48 @@ def _first_solution() -> list[Claim]:
     z = (E * THETA * (f + root) + (own + C * root) * PHI) / tied
     z_prime = (E * THETA * (f - root) + (own - C * root) * PHI) / tied
     lost_c = 'a length is added to an area; §16 has the c before the root'
-    quarter = 0.5 * half_swing(true.B)
+    quarter = 0.5 * time_to_rest(true.B)
     rising = float(quad(lambda x: 1.0 / math.sqrt(1.0 - x * x), 0.0, 0.5, epsrel=1e-13)[0])
     return [
         _claim(
             '15', 'θ from Dz = (A − Bc)θ + BcΦ', 'θ = Dz/A − BcΦ/Bc',
-            d * shifted / a - PHI, THETA, EXACT,
+            d * shifted / a - PHI, THETA, TIGHT,
             'θ = Dz/(A − Bc) − BcΦ/(A − Bc)', (d * shifted - b * C * PHI) / (a - b * C),
             'the divisor A − Bc is torn in two', 'corrected',
         ),
         _claim(
             '17-20', 'length of the slow mode, first solution, 2f = c + e − kk/c',
             'b = ekk/(kk + cf − √(ff + kk))',
-            tied / (own - root), true.b, EXACT,
+            tied / (own - root), true.b, TIGHT,
             'b = ekk/(kk + cf − c√(ff + kk))', tied / (own - C * root), lost_c, 'corrected',
         ),
         _claim(
             '18-21', 'length of the fast mode, first solution',
-            'b′ = ekk/(kk + cf + √(ff + kk))', tied / (own + root), true.b_prime, EXACT,
+            'b′ = ekk/(kk + cf + √(ff + kk))', tied / (own + root), true.b_prime, TIGHT,
             'b′ = ekk/(kk + cf + c√(ff + kk))', tied / (own + C * root), lost_c, 'corrected',
         ),
         _claim(
             '19', 'the sum of both solutions, as an equation for θ',
             'θ + Φ(ef + kk)/ef = (cΦ/f)(kk/z′)(z + z′)',
             C * PHI / f * K * K / z_prime * (z + z_prime) - PHI * (E * f + K * K) / (E * f),
-            THETA, EXACT,
+            THETA, TIGHT,
             'θ + Φ(cf + kk)/ef = (kk/2f)(z + z′)',
             K * K / (2.0 * f) * (z + z_prime) - PHI * (C * f + K * K) / (E * f),
             'e for c, and a garbled factor', 'corrected',
         ),
         _claim(
             '19', 'their difference, likewise', 'θ + cΦ/e = kk(z − z′)/2√(ff + kk)',
-            K * K * (z - z_prime) / (2.0 * root) - C * PHI / E, THETA, EXACT,
+            K * K * (z - z_prime) / (2.0 * root) - C * PHI / E, THETA, TIGHT,
         ),
         _claim(
             '19', 'the body from both solutions',
             'Φ = (ez(√(ff + kk) − f) + ez′(f + √(ff + kk)))/2√(ff + kk)',
-            (E * z * (root - f) + E * z_prime * (f + root)) / (2.0 * root), PHI, EXACT,
+            (E * z * (root - f) + E * z_prime * (f + root)) / (2.0 * root), PHI, TIGHT,
         ),
         _claim(
             '19', 'the contact from both solutions',
             'θ = z(kk + cf − c√(ff + kk))/2√(ff + kk) − z′(kk + cf + c√(ff + kk))/2√(ff + kk)',
-            (z * (own - C * root) - z_prime * (own + C * root)) / (2.0 * root), THETA, EXACT,
+            (z * (own - C * root) - z_prime * (own + C * root)) / (2.0 * root), THETA, TIGHT,
         ),
         _claim(
             '20', 'element of time, here from the middle to the end of a swing',
@@ -296,12 +296,12 @@ def _first_solution() -> list[Claim]:
         ),
         _claim(
             '20', 'its integral, here up to z = α/2 with α = 1', 't√(2g/b) = α sin. z/α',
-            math.sin(0.5), rising, EXACT, 't√(2g/b) = arc. sin. z/α', math.asin(0.5),
+            math.sin(0.5), rising, TIGHT, 't√(2g/b) = arc. sin. z/α', math.asin(0.5),
             'the sine is taken of t√(2g/b), as in the next line', 'corrected',
         ),
         _claim(
             '21', 'frequency of the fast mode', 'z′ = α′ sin. (t√(2g′/b′) + δ′)',
-            math.nan, math.pi / half_swing(true.B_prime), CLOSE,
+            math.nan, math.pi / time_to_rest(true.B_prime), CLOSE,
             'z′ = α′ sin. (t√(2g/b′) + δ′)', math.sqrt(G / true.b_prime),
             'there is one gravity', 'corrected',
         ),
@@ -318,31 +318,31 @@ def _second_solution() -> list[Claim]:
     return [
         _claim(
             '23', 'angular acceleration of the contact', '(eddθ + cddΦ)/gdt² = −θ',
-            (-0.5 * G * theta - C * bend) / E, turn, EXACT,
+            (-0.5 * G * theta - C * bend) / E, turn, TIGHT,
             '(eddθ + cddΦ)/2gdt² = −θ', (-G * theta - C * bend) / E,
             'the 2 of 2g is lost; §13 has it', 'corrected',
         ),
         _claim(
             '23', 'angular acceleration of the body', 'kkddΦ/gdt² = −cΦ + eθ',
-            0.5 * G * (E * theta - C * phi) / K**2, bend, EXACT,
+            0.5 * G * (E * theta - C * phi) / K**2, bend, TIGHT,
             'kkddΦ/2gdt² = −cΦ + cθ', G * (C * theta - C * phi) / K**2,
             'e for c, and the 2 of 2g is lost; §13 has both', 'corrected',
         ),
         _claim(
             '27', 'tilt of the body in the slow mode, f = (kk + cc − ce)/2c',
-            'B = f + √(ff + ce)', f + root, true.B, EXACT,
+            'B = f + √(ff + ce)', f + root, true.B, TIGHT,
         ),
         _claim(
             '27', 'tilt of the body in the fast mode', 'B′ = f − √(ff + ce)',
-            f - root, true.B_prime, EXACT,
+            f - root, true.B_prime, TIGHT,
         ),
         _claim(
             '28', 'length of the slow mode', 'b = e + f + √(ff + ce)',
-            E + f + root, true.b, EXACT,
+            E + f + root, true.b, TIGHT,
         ),
         _claim(
             '28', 'length of the fast mode', 'b′ = e + f − √(ff + ce)',
-            E + f - root, true.b_prime, EXACT,
+            E + f - root, true.b_prime, TIGHT,
         ),
     ]  # fmt: skip
 
@@ -368,23 +368,23 @@ def _from_rest() -> list[Claim]:
         _claim(
             '31', 'velocity of the centre of gravity', 'n = αc√2gb + α′c√2gb′',
             C * (alpha * math.sqrt(G * true.b) + other * math.sqrt(G * true.b_prime)),
-            SPEED, EXACT,
+            SPEED, TIGHT,
         ),
         _claim(
             '32', 'angular velocity of the body', 'ν = −R√(2g/b) + α′B′√(2g/b′)',
-            math.nan, SPIN, EXACT,
+            math.nan, SPIN, TIGHT,
             'ν = αB√(2g/b) + α′B′√(2g/b′)', alpha * true.B * slow + other * true.B_prime * fast,
             'R for αB; the next line has αB', 'corrected',
         ),
         _claim(
             '32', 'the push, divided between the modes: slow',
             'α√(2g/b) = νb′/2e√(ff + ce) − nB′/2ce√(ff + ce)',
-            alpha * slow, float(parts[0]) * slow, EXACT,
+            alpha * slow, float(parts[0]) * slow, TIGHT,
         ),
         _claim(
             '32', 'the push, divided between the modes: fast',
             'α′√(2g/b′) = −νb/2e√(ff + ce) + nB/2ce√(ff + ce)',
-            other * fast, float(parts[1]) * fast, EXACT,
+            other * fast, float(parts[1]) * fast, TIGHT,
         ),
     ]  # fmt: skip
 
@@ -401,13 +401,13 @@ def _regular() -> list[Claim]:
             '', -float(start[1]), float(linear_motion(E, start, time)[1]), CLOSE,
             adds='Φ : θ = B : c always',
         ),
-        _claim('36', 'a simple pendulum, k = e = 0', 'b = c', C, float(np.max(simple)), EXACT),
+        _claim('36', 'a simple pendulum, k = e = 0', 'b = c', C, float(np.max(simple)), TIGHT),
         _claim(
             '36', 'f of a body without extent, k = 0', 'f = c/2 = e', 0.5 * C,
-            0.5 * (point.B + point.B_prime), EXACT,
+            0.5 * (point.B + point.B_prime), TIGHT,
             'f = (c − e)/2', 0.5 * (C - E), 'the minus has become =', 'corrected',
         ),
-        _claim('36', 'and its length', 'b = c + e', C + E, point.b, EXACT),
+        _claim('36', 'and its length', 'b = c + e', C + E, point.b, TIGHT),
     ]  # fmt: skip
 
 
@@ -420,14 +420,14 @@ def _plane() -> list[Claim]:
         _claim(
             '37', 'on a plane, e → ∞: the term of k in ff, over f = e/2, is the length of the '
                   'fast mode', 'ekkk/2c',
-            K**3 / C, fast, EXACT, 'ekk/2c', K**2 / C, 'one k too many', 'corrected',
+            K**3 / C, fast, TIGHT, 'ekk/2c', K**2 / C, 'one k too many', 'corrected',
         ),
         _claim('37', 'on a nearly flat support, e = 10 km', 'b = c + e', 1e4 + C, far.b, 1e-8),
         _claim(
             '37', 'on a plane a push moves the axle on without swinging: s = eθ after 3 s', '',
-            0.6, float(np.asarray(drift.arc)), EXACT, adds='s = nt, Φ = 0',
+            0.6, float(np.asarray(drift.arc)), TIGHT, adds='s = nt, Φ = 0',
         ),
-        _claim('38', 'length of the fast mode on a plane', 'b = kk/c', K * K / C, fast, EXACT),
+        _claim('38', 'length of the fast mode on a plane', 'b = kk/c', K * K / C, fast, TIGHT),
         _claim(
             '38', 'the same on a nearly flat support, to first order in c/e', '',
             K * K / C * (1.0 - C / 1e4), far.b_prime, 1e-8,
@@ -448,21 +448,21 @@ def _periods() -> list[Claim]:
     return [
         _claim(
             '41', 'an oscillation (half a period) of the slow mode', 't = π√(b/2g)',
-            math.pi * math.sqrt(b / G), half_swing(true.B), CLOSE,
+            math.pi * math.sqrt(b / G), time_to_rest(true.B), CLOSE,
         ),
         _claim(
             '41', 'an oscillation of the fast mode', 't = π√(b′/2g)',
-            math.pi * math.sqrt(b_prime / G), half_swing(true.B_prime), CLOSE,
+            math.pi * math.sqrt(b_prime / G), time_to_rest(true.B_prime), CLOSE,
         ),
         _claim(
             '42', 'both lengths without f: the slow mode',
             'b = (kk + cc + ce)/2c + (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)',
-            b, true.b, EXACT,
+            b, true.b, TIGHT,
         ),
         _claim(
             '42', 'the fast mode',
             'b′ = (kk + cc + ce)/2c − (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)',
-            b_prime, true.b_prime, EXACT,
+            b_prime, true.b_prime, TIGHT,
         ),
     ]  # fmt: skip
 
@@ -504,14 +504,14 @@ def _convex() -> list[Claim]:
         _claim(
             '45', 'on a convex support of radius i, −i for e: the mode that swings',
             'b = (kk + cc − ci)/2c + (1/2c)√(k² + 2ckk(c + i) + cc(c − i)²)',
-            as_stands[0], max(true.b, true.b_prime), EXACT,
+            as_stands[0], max(true.b, true.b_prime), TIGHT,
             'b = (kk + cc − ci)/2c + (1/2c)√(k⁴ + 2ckk(c + i) + cc(c − i)²)', right[0],
             fourth, 'corrected',
         ),
         _claim(
             '45', 'the other, which is negative',
             'b′ = (kk + cc − ci)/2c − (1/2c)√(k² + 2ckk(c + i) + cc(c − i)²)',
-            as_stands[1], min(true.b, true.b_prime), EXACT,
+            as_stands[1], min(true.b, true.b_prime), TIGHT,
             'b′ = (kk + cc − ci)/2c − (1/2c)√(k⁴ + 2ckk(c + i) + cc(c − i)²)', right[1],
             fourth, 'corrected',
         ),
@@ -538,28 +538,28 @@ def _cradle() -> list[Claim]:
         _claim(
             '49', 'a cradle with its centre of gravity above C, the centre of its rockers, does '
                   'not rock: one of its lengths is negative', '',
-            min(_lengths(e, -c, k)), float(np.min(above)), EXACT, adds='§42 with −c for c',
+            min(_lengths(e, -c, k)), float(np.min(above)), TIGHT, adds='§42 with −c for c',
         ),
         _claim(
             '53', 'a cradle: the slow mode',
             'h = (kk + cc + ce)/2c + (1/2c)√(k² + 2ckk(c − e) + cc(c + e)²)',
-            as_stands[0], true.b, EXACT,
+            as_stands[0], true.b, TIGHT,
             'b = (kk + cc + ce)/2c + (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)', right[0],
             fourth, 'corrected',
         ),
         _claim(
             '53', 'the fast mode',
             'h′ = (kk + cc + ce)/2c − (1/2c)√(k² + 2ckk(c − e) + cc(c + e)²)',
-            as_stands[1], true.b_prime, EXACT,
+            as_stands[1], true.b_prime, TIGHT,
             'b′ = (kk + cc + ce)/2c − (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)', right[1],
             fourth, 'corrected',
         ),
         _claim(
             '53', 'tilt over path of the cradle, slow mode', 'Φ : s = β(b − e)/e : βc',
-            (right[0] - e) / (e * c), true.B / (c * e), EXACT,
+            (right[0] - e) / (e * c), true.B / (c * e), TIGHT,
         ),
         _claim(
             '53', 'tilt over path of the cradle, fast mode', 'Φ : s = β′(b′ − e)/e : β′c',
-            (right[1] - e) / (e * c), true.B_prime / (c * e), EXACT,
+            (right[1] - e) / (e * c), true.B_prime / (c * e), TIGHT,
         ),
     ]  # fmt: skip

@@ -87,7 +87,7 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
     text, figures = folder / 'euler.md', folder / 'figures'
     try:
         figures.mkdir(parents=True, exist_ok=True)
-        text.write_text(page(claims), encoding='utf-8')
+        text.write_text(claims_page(claims), encoding='utf-8')
         return [text, *write_plates(figures)]
     except OSError as error:
         raise PageError(
@@ -95,7 +95,7 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
         ) from None
 
 
-def page(claims: Sequence[Claim]) -> str:
+def claims_page(claims: Sequence[Claim]) -> str:
     """Return the page as Markdown: a section a paper, its figures, then its claims."""
     parts = [_HEAD.format(summary='\n'.join(wrap(summary(claims) + '.', 99)))]
     for paper, title in TITLES.items():

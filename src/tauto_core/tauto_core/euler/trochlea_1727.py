@@ -35,7 +35,7 @@ HOLE, RATE = 2.0, 1.0
 OfArray = Callable[[FloatArray], FloatArray]
 
 
-def derivative(function: OfArray, x: float) -> float:
+def slope_at(function: OfArray, x: float) -> float:
     """Return the derivative of a smooth function, by a Chebyshev series about x."""
     fit = Chebyshev.interpolate(function, 20, domain=[x - 0.25, x + 0.25])
     return float(fit.deriv()(x))
@@ -54,8 +54,8 @@ def polar_angle(z: FloatArray) -> FloatArray:
 
 def _tangent(z: float) -> tuple[float, float]:
     """Return the unit tangent of the unrolled curve, from its points."""
-    dx = derivative(lambda s: circle_unrolled(s)[0], z)
-    dy = derivative(lambda s: circle_unrolled(s)[1], z)
+    dx = slope_at(lambda s: circle_unrolled(s)[0], z)
+    dy = slope_at(lambda s: circle_unrolled(s)[1], z)
     return dx / math.hypot(dx, dy), dy / math.hypot(dx, dy)
 
 
@@ -103,7 +103,7 @@ def curvature_radius(z: float) -> float:
     def turned(s: FloatArray) -> FloatArray:
         return np.array([math.atan2(*_tangent(float(each))[::-1]) for each in np.ravel(s)])
 
-    return float(_speed(np.array(z))) / abs(derivative(turned, z))
+    return float(_speed(np.array(z))) / abs(slope_at(turned, z))
 
 
 def inertia_of_rings(weight: float, radius: float) -> float:
@@ -177,8 +177,8 @@ def cycloid_slope(part: float) -> float:
     """Return the sine of the slope of a cycloid where its arc from the bottom is `part` of AO."""
     # the cycloid of a pendulum of unit length, by its rolling circle of radius 1/4
     turned = 2.0 * math.asin(part)
-    x = derivative(lambda s: 0.25 * (s + np.sin(s)), turned)
-    y = derivative(lambda s: 0.25 * (1.0 - np.cos(s)), turned)
+    x = slope_at(lambda s: 0.25 * (s + np.sin(s)), turned)
+    y = slope_at(lambda s: 0.25 * (1.0 - np.cos(s)), turned)
     return y / math.hypot(x, y)
 
 
@@ -216,7 +216,7 @@ def envelope_distance(angle: float, distance: float) -> float:
 
     Neighbouring lines x cos ψ + y sin ψ = t intersect where −x sin ψ + y cos ψ = dt/dψ.
     """
-    return RATE / derivative(lambda each: directions(each, distance), angle)
+    return RATE / slope_at(lambda each: directions(each, distance), angle)
 
 
 def angle_of_hole(angle: float) -> float:
@@ -275,7 +275,7 @@ def _torque_and_isochronism() -> list[Claim]:
             'the thread turns the wheel with the torque power × lever arm',
             'P.TM',
             2.0 * arm,
-            derivative(lambda angle: 2.0 * unwound(angle), TURNED),
+            slope_at(lambda angle: 2.0 * unwound(angle), TURNED),
             QUADRATURE,
         ),
         _claim(
@@ -295,7 +295,7 @@ def _torque_and_isochronism() -> list[Claim]:
             'the force at the rim, at right angles to CO, that does the same',
             'P.TM/CO',
             2.0 * arm / (3.0 * BASE_RADIUS),
-            derivative(lambda angle: 2.0 * unwound(angle), TURNED) / (3.0 * BASE_RADIUS),
+            slope_at(lambda angle: 2.0 * unwound(angle), TURNED) / (3.0 * BASE_RADIUS),
             QUADRATURE,
             adds='by virtual work, with CO = 3 CT',
         ),
@@ -323,8 +323,8 @@ def _torque_and_isochronism() -> list[Claim]:
 
 def _polar_equation() -> list[Claim]:
     y = math.hypot(1.0, ROLL_ANGLE)
-    angle_rate = derivative(polar_angle, ROLL_ANGLE)
-    radius_rate = derivative(lambda z: np.hypot(*circle_unrolled(z)), ROLL_ANGLE)
+    angle_rate = slope_at(polar_angle, ROLL_ANGLE)
+    radius_rate = slope_at(lambda z: np.hypot(*circle_unrolled(z)), ROLL_ANGLE)
     return [
         _claim(
             'XII',
@@ -412,7 +412,7 @@ def _disc() -> list[Claim]:
             'the rise of the power is to the arc of the rim as the lever arm to the radius',
             'Mμ; Mm = Bm : BC',
             math.nan,
-            derivative(unwound, TURNED) / BASE_RADIUS,
+            slope_at(unwound, TURNED) / BASE_RADIUS,
             QUADRATURE,
             'Mμ : Mm = Bm : BC',
             TURNED,
@@ -433,7 +433,7 @@ def _pendulum() -> list[Claim]:
             'increase, along the arc s of the rim, of the height of fall v of its velocity',
             'dv : Ss = 2P.BS/Q.BC',
             2.0 * pull * arc / (weight * BASE_RADIUS),
-            derivative(height, 0.0),
+            slope_at(height, 0.0),
             QUADRATURE,
         ),
         _claim(
@@ -552,7 +552,7 @@ def _hole_proportions() -> list[Claim]:
     arm = RATE * TURNED
     free = math.sqrt(HOLE**2 - arm**2)
     p = RATE * free / (RATE + free)
-    turning = 1.0 / derivative(lambda angle: directions(angle, HOLE), TURNED)
+    turning = 1.0 / slope_at(lambda angle: directions(angle, HOLE), TURNED)
     return [
         _claim(
             'XXVI',
