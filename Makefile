@@ -76,6 +76,7 @@ bench: setup  ## the eight clocks of the README, messages per second, run time a
 	mv benchmarks/work_precision.json.new benchmarks/work_precision.json
 
 stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
+	.venv/bin/python -m pip install --quiet -e 'src/tauto_core[hull]'
 	.venv/bin/python benchmarks/stress.py
 	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
 	.venv/bin/python benchmarks/graph_freeze.py

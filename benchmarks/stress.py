@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import stress_forecast
+import stress_hull
 import stress_motion
 import stress_search
 from stress_cases import Row
@@ -54,6 +55,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
     'forecast': (stress_forecast.bounds, stress_forecast.extrapolations),
     'search': (partial(stress_search.search, 200),),
     'counting': (stress_search.recoil,),
+    'hull': (stress_hull.direct_runs,),
 }
 
 

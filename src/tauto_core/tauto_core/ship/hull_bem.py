@@ -105,7 +105,7 @@ def read_mesh(path: Path) -> Any:
     if not path.is_file():
         raise HullError('mesh', str(path), 'there is no such file', 'Name a file of a mesh.')
     try:
-        mesh = capytaine.load_mesh(str(path)).immersed_part()
+        mesh = capytaine.load_mesh(str(path)).merged().immersed_part()
     except Exception as error:  # each format's reader has errors of its own
         said = str(error).strip().partition('\n')[0] or type(error).__name__
         raise HullError(
@@ -128,7 +128,10 @@ def read_mesh(path: Path) -> Any:
     beam = high[1] - low[1]
     if abs(high[1] + low[1]) > 0.01 * beam or abs(mesh.center_of_buoyancy[1]) > 0.01 * beam:
         raise HullError(
-            'mesh', str(path), 'must have equal sides about y = 0', 'Draw x forward, y to port.'
+            'mesh',
+            str(path),
+            'must have equal sides about y = 0',
+            'Draw both sides: x forward, y to port.',
         )
     return mesh.translated_x(-0.5 * (high[0] + low[0]))
 

@@ -1,0 +1,119 @@
+"""`tauto hull`."""
+
+import json
+import math
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.ship.hull import Hull, Place, load_hull, named_hull, rate_by_place
+from tauto_core.ship.sea import bretschneider
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(app, ['hull', *map(str, arguments)])
+
+
+def facts(*arguments):
+    result = invoke(*arguments, '--json')
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def test_the_table_of_a_shipped_shape_is_that_of_the_library():
+    found = facts('--shape', 'deptford', '--roll-period', 11)
+    ship = Hull(named_hull('deptford'), 11.0, 0.08)
+    assert found['ship']['centre_of_gravity_m'] == ship.z_g
+    assert len(found['rates_s_per_day']) == 15
+    row = next(
+        each
+        for each in found['rates_s_per_day']
+        if each['heading_rad'] == math.pi and each['forward_m'] == pytest.approx(12.0)
+    )
+    [same] = rate_by_place(
+        ship,
+        lambda omega: bretschneider(omega, 2.5, 9.0),
+        headings=[math.pi],
+        places=[Place(row['forward_m'], 0.0, row['up_m'])],
+    )
+    assert row['heave'] == same.heave
+    assert row['pitching'] == same.pitching
+    printed = invoke('--shape', 'deptford', '--roll-period', 11).stdout
+    assert f'−{-row["heave"]:.1f}' in printed
+    assert 'capytaine 3.0.0, 1056 panels' in printed
+
+
+def test_a_shape_is_scaled_by_its_length_and_kept_in_a_file(tmp_path):
+    mine = tmp_path / 'mine.npz'
+    found = facts('--shape', 'sloop', '--length', 34, '--out', mine)
+    assert found['path'] == str(mine)
+    assert found['hull']['beam_m'] == pytest.approx(8.15 * 34.0 / 29.4)
+    assert load_hull(mine).length == 34.0
+    # a shape moves as its small sister does in small waves: the operators' sizes stay
+    small = facts('--shape', 'sloop')
+    for one, other in zip(found['operators'], small['operators'], strict=True):
+        assert one['heave_m_per_m'] == pytest.approx(other['heave_m_per_m'], rel=1e-3)
+
+
+def test_a_form_is_solved_and_printed(tmp_path, monkeypatch):
+    pytest.importorskip('capytaine')
+    import numpy as np
+
+    from tauto_core.ship import hull_bem
+
+    coarse = {'frequencies': np.linspace(0.6, 4.0, 8), 'headings': 7}
+    monkeypatch.setattr(
+        hull_bem.compute, '__kwdefaults__', {**hull_bem.compute.__kwdefaults__, **coarse}
+    )
+    monkeypatch.setattr(hull_bem.form_mesh, '__defaults__', (12, 4))
+    sizes = ('--length', 20, '--beam', 6, '--draught', 2, '--block', 0.5)
+    found = facts(*sizes, '--out', tmp_path / 'mine.npz')
+    assert found['hull']['name'] == 'parametric form 20 by 6 by 2 m'
+    assert found['hull']['block_coefficient'] == pytest.approx(0.5, rel=0.06)
+    again = facts('--shape', 'yacht')
+    assert found.keys() == {*again.keys(), 'path'}
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        ((), 'names no hull. Give --shape'),
+        (('--length', 44), '--length: needs --beam, --draught, --block beside it'),
+        (('--shape', 'sloops'), 'Did you mean sloop?'),
+        (('--shape', 'sloop', '--beam', 8), 'has proportions of its own'),
+        (
+            ('--mesh', 'a.stl', '--length', 8),
+            '--mesh a.stl: has its own sizes. Leave out --length',
+        ),
+        (('--shape', 'sloop', '--speed', 9), 'speed = 9.0: must lie in [0, 4.24] m/s'),
+        (('--shape', 'sloop', '--length', 440), 'length = 440.0: must lie in [2, 400] m'),
+        (('--shape', 'sloop', '--roll-damping', 8), '--roll-damping = 8.0: must lie in [0, 1)'),
+        (('--shape', 'sloop', '--roll-period', 0), '--roll-period = 0.0: must be above 0 s'),
+        (('--shape', 'sloop', '--out', 'mine.txt'), '--out mine.txt: must end in .npz'),
+        (('--shape', 'sloop', '--out', 'no/mine.npz'), 'there is no folder no'),
+    ],
+)
+def test_what_is_no_hull_is_refused_before_anything_starts(arguments, words):
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert not result.stdout
+
+
+@pytest.mark.parametrize(
+    ('sizes', 'words'),
+    [
+        ((440, 126, 50, 0.59), 'length = 440.0: must lie in [2, 400] m'),
+        ((44, 5, 12.6, 0.59), 'draught = 12.6: must not exceed the beam, 5 m'),
+        ((44, 12.6, 5, 59), 'block = 59.0: must lie in [0.3, 0.98]'),
+        ((44, 12.6, 5, 0.59), "Run pip install 'tauto_core[hull]'"),
+    ],
+)
+def test_sizes_are_checked_before_capytaine_is_looked_for(monkeypatch, sizes, words):
+    monkeypatch.setitem(sys.modules, 'capytaine', None)
+    names = ('--length', '--beam', '--draught', '--block')
+    result = invoke(*(word for pair in zip(names, sizes, strict=True) for word in pair))
+    assert result.exit_code == 2
+    assert words in result.stderr
