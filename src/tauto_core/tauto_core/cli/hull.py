@@ -74,7 +74,7 @@ def hull(
         raise UsageError(f'--roll-damping = {roll_damping}: must lie in [0, 1). Leave it out')
     if roll_period is not None and not 0.0 < roll_period < math.inf:
         raise UsageError(f'--roll-period = {roll_period}: must be above 0 s. Leave it out')
-    found = _coefficients(shape, mesh, sizes, speed)
+    found = _coefficients(shape, mesh, sizes, speed, roll_period)
     ship = hulls.Hull(
         found,
         roll_period=3.1 * math.sqrt(found.beam) if roll_period is None else roll_period,
@@ -94,7 +94,7 @@ def hull(
 
 
 def _coefficients(
-    shape: str | None, mesh: Path | None, sizes: dict[str, Size], speed: float
+    shape: str | None, mesh: Path | None, sizes: dict[str, Size], speed: float, roll: Size
 ) -> HullCoefficients:
     """Return the coefficients of the hull that is asked for, in one of three ways."""
     import numpy as np
@@ -134,7 +134,15 @@ def _coefficients(
         length, beam, draught, block = (size or 0.0 for size in sizes.values())
         panels = hull_bem.form_mesh(hulls.Shape(length, beam, draught, block))
         name = f'parametric form {length:g} by {beam:g} by {draught:g} m'
-    hulls.check_froude(speed, float(np.ptp(panels.vertices[:, 0])))
+    long, wide, _ = np.ptp(panels.vertices, axis=0)
+    hulls.check_froude(speed, float(long))
+    # no hull of such a beam rolls faster or slower, whatever her form
+    low, high = 1.8 * math.sqrt(wide), 30.0 * math.sqrt(wide)
+    if roll is not None and not low <= roll <= high:
+        raise UsageError(
+            f'--roll-period = {roll}: must lie in [{low:.3g}, {high:.3g}] s for a beam of '
+            f'{wide:.3g} m. Leave it out'
+        )
     say('boundary elements at 33 frequencies: half a minute to some minutes')
     with progress_bar('hull') as progress:
         return hull_bem.compute(panels, name, progress=progress)
