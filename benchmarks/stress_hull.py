@@ -14,7 +14,7 @@ import numpy as np
 from stress_cases import Row
 
 from tauto_core.samples import FloatArray
-from tauto_core.ship.hull import SHAPES, Hull, HullCoefficients, Place, Shape, named_hull
+from tauto_core.ship.hull import SHAPES, ClockPlace, Hull, HullCoefficients, Shape, named_hull
 from tauto_core.ship.hull_bem import compute, form_mesh, solver
 from tauto_core.ship.sea import bretschneider
 
@@ -24,7 +24,7 @@ DENSITY = 1025.0
 ROLL_S, DAMPING = 11.0, 0.08
 
 
-def _accelerations(mesh: Any, ship: Hull, omega: FloatArray, place: Place) -> FloatArray:
+def _accelerations(mesh: Any, ship: Hull, omega: FloatArray, place: ClockPlace) -> FloatArray:
     """Return |acceleration| per metre of wave, (headings, n, 3), without tables.
 
     The weights are those of the ship; its centre of gravity lies in the waterline.
@@ -93,7 +93,7 @@ def _worst(mesh: Any, table: HullCoefficients) -> float:
         # a box and Wigley's hull are no ships: their roll is what its period makes it
         centre_of_gravity=0.0,
     )
-    place = Place(0.27 * table.length, 0.0, 0.07 * table.length)
+    place = ClockPlace(0.27 * table.length, 0.0, 0.07 * table.length)
     random = np.random.default_rng(7)
     omega = unit * np.sort(random.uniform(0.5, 4.7, 40))
     direct = _accelerations(mesh, ship, omega, place)

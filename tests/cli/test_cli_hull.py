@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.ship.hull import Hull, Place, load_hull, named_hull, rate_by_place
+from tauto_core.ship.hull import ClockPlace, Hull, load_hull, named_hull, rate_by_place
 from tauto_core.ship.sea import bretschneider
 
 
@@ -36,7 +36,7 @@ def test_the_table_of_a_shipped_shape_is_that_of_the_library():
         ship,
         lambda omega: bretschneider(omega, 2.5, 9.0),
         headings=[math.pi],
-        places=[Place(row['forward_m'], 0.0, row['up_m'])],
+        places=[ClockPlace(row['forward_m'], 0.0, row['up_m'])],
     )
     assert row['heave'] == same.heave
     assert row['pitching'] == same.pitching
@@ -64,9 +64,8 @@ def test_a_form_is_solved_and_printed(tmp_path, monkeypatch):
     from tauto_core.ship import hull_bem
 
     coarse = {'frequencies': np.linspace(0.6, 4.0, 8), 'headings': 7}
-    monkeypatch.setattr(
-        hull_bem.compute, '__kwdefaults__', {**hull_bem.compute.__kwdefaults__, **coarse}
-    )
+    usual = dict(hull_bem.compute.__kwdefaults__ or {})
+    monkeypatch.setattr(hull_bem.compute, '__kwdefaults__', usual | coarse)
     monkeypatch.setattr(hull_bem.form_mesh, '__defaults__', (12, 4))
     sizes = ('--length', 20, '--beam', 6, '--draught', 2, '--block', 0.5)
     found = facts(*sizes, '--out', tmp_path / 'mine.npz')

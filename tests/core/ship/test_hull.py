@@ -12,14 +12,16 @@ from tauto_core.ship import hull as hulls
 from tauto_core.ship.hull import (
     SHAPES,
     STANDARD_GRAVITY,
+    ClockPlace,
     Hull,
     HullError,
-    Place,
     load_hull,
     named_hull,
     rate_by_place,
 )
-from tauto_core.ship.sea import bretschneider
+from tauto_core.ship.sea import bretschneider, roll_answer
+from tauto_core.ship.sections import Roll
+from tauto_core.ship.waves import Encounter, Harmonics
 
 HEADINGS = (0.0, 0.4, 0.5 * math.pi, 2.2, math.pi, -1.0, 5.5)
 
@@ -71,7 +73,7 @@ def test_a_long_wave_lifts_and_turns_her_with_its_surface(any_ship, heading):
 def test_a_short_wave_leaves_her_at_rest(any_ship):
     omega = unit(any_ship) * np.array([4.8, 10.0, 40.0, 400.0])
     for heading in HEADINGS:
-        size = np.abs(any_ship.response(omega, heading).accelerations(Place())).max(axis=1)
+        size = np.abs(any_ship.response(omega, heading).accelerations(ClockPlace())).max(axis=1)
         assert size[2] < 0.5 * size[0] + 1e-12 * size.max()
         assert size[3] < 0.02 * max(size[0], 1e-3)
 
@@ -110,13 +112,13 @@ def test_starboard_goes_down_where_the_wave_rises_to_port(ship):
 
 def test_a_place_forward_sinks_as_the_bow_does(ship):
     response = ship.response(np.array([0.7]), math.pi)
-    x, y, z = response.displacement(Place(10.0, 0.0, 2.0))[0]
+    x, y, z = response.displacement(ClockPlace(10.0, 0.0, 2.0))[0]
     surge, _, heave, _, pitch, _ = response.motions[0]
     assert z == pytest.approx(heave - 10.0 * pitch)
     assert x == pytest.approx(surge + 2.0 * pitch)
     assert abs(y) < 1e-12
     roll, yaw, sway = (ship.response(np.array([0.7]), 1.0).motions[0, j] for j in (3, 5, 1))
-    turned = ship.response(np.array([0.7]), 1.0).displacement(Place(10.0, 3.0, 2.0))[0]
+    turned = ship.response(np.array([0.7]), 1.0).displacement(ClockPlace(10.0, 3.0, 2.0))[0]
     assert turned[1] == pytest.approx(sway + 10.0 * yaw - 2.0 * roll)
 
 
@@ -140,7 +142,7 @@ def test_what_a_sea_costs_a_weight_by_heading_and_place(ship, row):
     """Within 5 %, or 0.6 s/day where that is more: so far the two programs agree."""
     degrees, forward, up, *wanted = row
     [found] = rate_by_place(
-        ship, standard_sea, headings=[math.radians(degrees)], places=[Place(forward, 0.0, up)]
+        ship, standard_sea, headings=[math.radians(degrees)], places=[ClockPlace(forward, 0.0, up)]
     )
     parts = (found.heave, found.athwart, found.fore_and_aft)
     totals = (found.kept_vertical, found.leaning_freely, found.pitching)
@@ -156,7 +158,7 @@ def test_the_speed_terms_bring_159_to_179_seconds(ship, monkeypatch):
         [found] = rate_by_place(
             *(ship, standard_sea),
             headings=[math.pi],
-            places=[Place(12.0, 0.0, 3.0)],
+            places=[ClockPlace(12.0, 0.0, 3.0)],
             speed=knots,
         )
         return found.heave
@@ -169,7 +171,7 @@ def test_the_speed_terms_bring_159_to_179_seconds(ship, monkeypatch):
 
 def test_where_her_weights_lie_counts_more_than_what_she_is(deptford):
     """k_yy 0.22, 0.25, 0.28 L in head seas, z_G -1, 1 m in beam seas (theory G7)."""
-    place = [Place(12.0, 0.0, 3.0)]
+    place = [ClockPlace(12.0, 0.0, 3.0)]
     for k_yy, wanted in ((0.22, -36.0), (0.25, -54.0), (0.28, -76.0)):
         ship = Hull(deptford, 11.0, 0.08, centre_of_gravity=0.0, k_yy=k_yy * 44.0)
         [found] = rate_by_place(ship, standard_sea, headings=[math.pi], places=place)
@@ -182,7 +184,7 @@ def test_where_her_weights_lie_counts_more_than_what_she_is(deptford):
 
 def test_the_rate_does_not_depend_on_where_the_sea_is_cut(any_ship):
     """All is there at 4 times the peak frequency; a cork loses 58 % more at the double."""
-    headings, places = [0.0, 0.5 * math.pi, 2.4, math.pi], [Place()]
+    headings, places = [0.0, 0.5 * math.pi, 2.4, math.pi], [ClockPlace()]
     peak = math.tau / 9.0 if any_ship.coefficients.length > 20.0 else 4.0
     period = math.tau / peak
     cut = [
@@ -215,8 +217,8 @@ def test_a_shape_scales_by_froude(deptford):
         scale = np.array([1, 1, 1, 2, 2, 2])
         np.testing.assert_allclose(other.motions * scale, one.motions, rtol=1e-9, atol=1e-12)
         np.testing.assert_allclose(
-            *(2.0 * other.accelerations(Place(2.0, 1.0, 1.0)),),
-            one.accelerations(Place(1.0, 0.5, 0.5)),
+            *(2.0 * other.accelerations(ClockPlace(2.0, 1.0, 1.0)),),
+            one.accelerations(ClockPlace(1.0, 0.5, 0.5)),
             rtol=1e-9,
             atol=1e-12,
         )
@@ -268,7 +270,7 @@ def test_single_precision_is_enough(deptford):
         damping=noisy(deptford.damping),
         excitation=noisy(deptford.excitation),
     )
-    arguments = {'headings': [1.0, 2.0, math.pi], 'places': [Place(5.0, 0.0, 1.0)]}
+    arguments = {'headings': [1.0, 2.0, math.pi], 'places': [ClockPlace(5.0, 0.0, 1.0)]}
     one, two = (
         rate_by_place(Hull(each, 11.0, 0.08), standard_sea, **arguments)
         for each in (deptford, other)
@@ -288,13 +290,46 @@ def test_at_rest_the_waves_are_met_as_they_are(ship):
 
 
 def test_the_encounter_is_that_of_the_course(ship):
-    from tauto_core.ship.waves import Course
-
     omega = np.linspace(0.2, 4.0, 30)
-    course = Course(4.0, 0.5, STANDARD_GRAVITY)
+    encounter = Encounter(4.0, 0.5, STANDARD_GRAVITY)
     met = ship.response(omega, 0.5, 4.0).encounter
-    np.testing.assert_allclose(met, course.frequency(omega), atol=1e-12)
+    np.testing.assert_allclose(met, encounter.frequency(omega), atol=1e-12)
     assert met.min() < 0.0 < met.max()
+
+
+@pytest.mark.parametrize('heading', [0.5 * math.pi, 1.5 * math.pi])
+def test_she_rolls_in_long_waves_as_the_roll_equation_says(deptford, heading):
+    """The same signs and phases as theory E5, whose slope coefficient is then nearly 1."""
+    ship = Hull(deptford, 11.0, 0.08)
+    omega = np.array([0.15, 0.2, 0.25])
+    waves = Harmonics(np.ones(3), math.tau / omega, np.array([0.3, 1.0, 5.0]))
+    encounter = Encounter(0.0, heading, STANDARD_GRAVITY)
+    roll = Roll(natural_period=11.0, damping_ratio=0.08, slope_coefficient=1.0)
+    wanted = roll_answer(waves, roll, encounter)
+    factors = ship.response(omega, heading).motions[:, 3]
+    found = encounter.answer(waves, np.abs(factors), np.angle(factors))
+    np.testing.assert_allclose(np.exp(1j * (found.phase - wanted.phase)), 1.0, atol=0.01)
+    np.testing.assert_allclose(found.amplitude, wanted.amplitude, rtol=0.1)
+
+
+def test_a_sum_of_waves_shakes_the_clock_as_the_spectrum_says(ship):
+    """Accelerations by the harmonics of each place have the mean squares of the integral."""
+    random = np.random.default_rng(3)
+    edges = np.linspace(0.3, 3.0, 1201)
+    omega = edges[:-1] + np.diff(edges) * random.random(1200)
+    amplitude = np.sqrt(2.0 * standard_sea(omega) * np.diff(edges))
+    waves = Harmonics(amplitude, math.tau / omega, math.tau * random.random(1200))
+    place, heading, speed = ClockPlace(5.0, 1.0, 2.0), 2.5, 2.0
+    encounter = Encounter(speed, heading, STANDARD_GRAVITY)
+    factors = ship.response(omega, heading, speed).displacement(place)
+    [rate] = rate_by_place(ship, standard_sea, headings=[heading], places=[place], speed=speed)
+    scale = 86_400.0 / STANDARD_GRAVITY**2 * np.array([1 / 4, 1 / 4, -1 / 8])
+    wanted = (rate.fore_and_aft, rate.athwart, rate.heave)
+    for column in range(3):
+        factor = factors[:, column]
+        moved = encounter.answer(waves, amplitude * np.abs(factor), np.angle(factor))
+        mean_square = 0.5 * np.sum((moved.amplitude * moved.angular_frequency**2) ** 2)
+        assert scale[column] * mean_square == pytest.approx(wanted[column], rel=0.02)
 
 
 def test_a_wave_that_stands_still_beside_her_moves_her_by_its_surface_alone(ship):
@@ -304,7 +339,7 @@ def test_a_wave_that_stands_still_beside_her_moves_her_by_its_surface_alone(ship
     omega = still * np.array([0.5, 0.9, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 1.1, 2.0])
     response = ship.response(omega, 0.0, speed)
     assert np.all(np.isfinite(response.motions))
-    assert np.all(np.abs(response.accelerations(Place(12.0, 0.0, 3.0))[2:5]) < 1e-8)
+    assert np.all(np.abs(response.accelerations(ClockPlace(12.0, 0.0, 3.0))[2:5]) < 1e-8)
     assert np.abs(response.motions[:, :3]).max() < 2.0
     before, after = response.motions[2], response.motions[4]
     # whichever way the wave creeps
@@ -340,8 +375,8 @@ def test_what_she_overtakes_is_damped_as_well(ship):
 def test_a_slow_ship_is_nearly_one_at_rest(ship):
     omega = unit(ship) * np.linspace(0.3, 4.5, 40)
     for heading in HEADINGS:
-        at_rest = ship.response(omega, heading).accelerations(Place(5.0, 0.0, 1.0))
-        slow = ship.response(omega, heading, 1e-4).accelerations(Place(5.0, 0.0, 1.0))
+        at_rest = ship.response(omega, heading).accelerations(ClockPlace(5.0, 0.0, 1.0))
+        slow = ship.response(omega, heading, 1e-4).accelerations(ClockPlace(5.0, 0.0, 1.0))
         np.testing.assert_allclose(slow, at_rest, atol=2e-3 * np.abs(at_rest).max())
 
 
@@ -436,9 +471,9 @@ def test_a_speed_beyond_the_theory_is_refused(ship):
 
 def test_a_clock_outside_the_hull_is_refused(ship):
     for place, words in (
-        (Place(forward=23.0), r'clock.forward = 23.0: must lie in \[-22, 22\] m'),
-        (Place(port=-7.0), 'clock.port = -7.0'),
-        (Place(up=-6.0), 'clock.up = -6.0'),
+        (ClockPlace(forward=23.0), r'clock.forward = 23.0: must lie in \[-22, 22\] m'),
+        (ClockPlace(port=-7.0), 'clock.port = -7.0'),
+        (ClockPlace(up=-6.0), 'clock.up = -6.0'),
     ):
         with pytest.raises(HullError, match=words):
             rate_by_place(ship, standard_sea, headings=[0.0], places=[place])

@@ -62,7 +62,7 @@ class TestWithCapytaine:
 
     def test_a_coarse_hull_has_the_coefficients_of_a_hull(self, tmp_path):
         """Few panels and frequencies: hydrostatics, symmetry, Haskind's relation to 10 %."""
-        shares = []
+        shares: list[float] = []
         found = hull_bem.compute(
             hull_bem.form_mesh(WIGLEY, 14, 4),
             'Wigley',

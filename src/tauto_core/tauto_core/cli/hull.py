@@ -152,11 +152,11 @@ def _facts(ship: Hull, speed: float) -> tuple[dict[str, Any], list[PlaceRate]]:
     """Return the result as one object, and the rates by heading and place."""
     import numpy as np
 
-    from tauto_core.ship.hull import Place, rate_by_place
+    from tauto_core.ship.hull import ClockPlace, rate_by_place
     from tauto_core.ship.sea import bretschneider
 
     hull = ship.coefficients
-    places = [Place(x * hull.length, 0.0, z * hull.length) for x, z in _PLACES]
+    places = [ClockPlace(x * hull.length, 0.0, z * hull.length) for x, z in _PLACES]
     headings = [math.radians(each) for each in HEADINGS_DEG]
     omega = math.sqrt(ship.gravity / hull.length) * np.geomspace(0.1, 6.0, 2000)
     peaks = []

@@ -428,7 +428,7 @@ def named_hull(name: str) -> HullCoefficients:
 
 
 @dataclass(frozen=True)
-class Place:
+class ClockPlace:
     """A place in the ship [m]: forward of amidships, to port, up from the waterline."""
 
     forward: float = 0.0
@@ -441,7 +441,7 @@ class Response:
     """The steady motions of a ship per metre of wave amplitude, as factors of exp(i omega_e t).
 
     To the elevation a cos(omega t + eps) amidships belongs, for each factor H, the motion
-    a |H| cos(omega_e t + eps + arg H). This is the convention of `waves.Course.answer`.
+    a |H| cos(omega_e t + eps + arg H). This is the convention of `waves.Encounter.answer`.
 
     Attributes:
         omega: of the waves [rad/s], (n,).
@@ -455,19 +455,19 @@ class Response:
     motions: ComplexArray
     gravity: float
 
-    def displacement(self, place: Place) -> ComplexArray:
+    def displacement(self, place: ClockPlace) -> ComplexArray:
         """Return the displacement at a place in level axes, (n, 3): X_1-3 + X_4-6 x r."""
         moved, turned = self.motions[:, :3], self.motions[:, 3:]
         return moved + np.cross(turned, [place.forward, place.port, place.up])
 
-    def accelerations(self, place: Place) -> ComplexArray:
+    def accelerations(self, place: ClockPlace) -> ComplexArray:
         """Return the accelerations at a place in level axes [m/s2 per m], (n, 3).
 
         They are forward, to port and up, without gravity: -omega_e^2 times the displacement.
         """
         return -(self.encounter**2)[:, None] * self.displacement(place)
 
-    def along_the_deck(self, place: Place) -> ComplexArray:
+    def along_the_deck(self, place: ClockPlace) -> ComplexArray:
         """Return the specific force along a deck that pitches [m/s2 per m], (n,).
 
         x'' - g theta_p: a plane fixed to the ship feels gravity's part along it, too.
@@ -614,7 +614,7 @@ class Hull:
         """
         check_froude(speed, self.coefficients.length, self.gravity)
 
-    def check_place(self, place: Place) -> None:
+    def check_place(self, place: ClockPlace) -> None:
         """Refuse a place outside the ship.
 
         Raises:
@@ -802,7 +802,7 @@ class PlaceRate:
     """
 
     heading: float
-    place: Place
+    place: ClockPlace
     heave: float
     athwart: float
     fore_and_aft: float
@@ -829,7 +829,7 @@ def rate_by_place(
     spectrum: Callable[[FloatArray], FloatArray],
     *,
     headings: Sequence[float],
-    places: Iterable[Place],
+    places: Iterable[ClockPlace],
     speed: float = 0.0,
     omega: FloatArray | None = None,
 ) -> list[PlaceRate]:
