@@ -195,9 +195,17 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
     with naming(scene.name, 'trochlea'):
         parts = trochlea.parts(scene.gravity, scene.drag, scene.escapement)
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
-    # the tilt of the apparent vertical does not change the angle
-    if scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0:
-        _check_release(scene.name, machine)
+    # else the tilt of the apparent vertical changes the angle
+    is_known = scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0
+    released = machine.release_angle
+    if is_known and not abs(released) <= (edge := machine.range_rad):
+        raise SceneError(
+            scene.name,
+            'trochlea.release_angle',
+            released,
+            f'beyond {machine.limited_by} ±{edge!r} rad',
+            f'Release the wheel nearer to rest{machine.wider_range(abs(released))}.',
+        )
     return machine
 
 
@@ -240,19 +248,6 @@ def _trochlea(scene: SceneParts) -> Trochlea:
     if scene.trochlea is None:
         raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give one, or a regulator.')
     return scene.trochlea
-
-
-def _check_release(name: str, machine: AnyMachine) -> None:
-    edge = machine.range_rad
-    if abs(machine.release_angle) <= edge:
-        return
-    raise SceneError(
-        name,
-        'trochlea.release_angle',
-        machine.release_angle,
-        f'beyond {machine.limited_by} ±{edge!r} rad',
-        f'Release the wheel nearer to rest{machine.wider_range(abs(machine.release_angle))}.',
-    )
 
 
 # -----------------------------------------------------------------------------
@@ -310,7 +305,10 @@ def amplitude_of(machine: AnyMachine, energy: float) -> float:
         energy: sum of `swing_energy` and `recoil_energy`; a negative one counts as 0.
     """
     energy = max(energy, 0.0)
-    free = _free_amplitude(machine, energy)
+    if isinstance(machine, HangingMachine):
+        free = math.sqrt(2.0 * energy / machine.inertia) / machine.frequency
+    else:
+        free = machine.angle_of_potential(energy)
     recoil = 0.0 if machine.escapement is None else machine.escapement.recoil
 
     def above(amplitude: float) -> float:
@@ -341,9 +339,3 @@ def nearest_period(machine: AnyMachine, amplitude: float) -> float:
         except (CamRangeError, SlackThreadError, SwingError, QuadratureError):
             amplitude *= 0.5
     return machine.small_period
-
-
-def _free_amplitude(machine: AnyMachine, energy: float) -> float:
-    if isinstance(machine, HangingMachine):
-        return math.sqrt(2.0 * energy / machine.inertia) / machine.frequency
-    return machine.angle_of_potential(energy)
