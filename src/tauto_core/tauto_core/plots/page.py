@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Sequence
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
@@ -21,7 +20,7 @@ from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import COLOURS, Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, seaway
-from tauto_core.plots.machine import Drawing, draw_machine
+from tauto_core.plots.machine import MM, Drawing, draw_machine
 from tauto_core.results import SIGNS, groups, not_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
@@ -41,7 +40,6 @@ if TYPE_CHECKING:
 MOST_PARTS = 13
 """Number of parts of ten minutes in which a longer voyage is shown, evenly spread over it."""
 _ROLL_STEP_S = 0.2
-_MM = 1000.0
 
 
 def animation(voyage: Voyage) -> dict[str, Any]:
@@ -72,12 +70,16 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     thread = None if trochlea is None else trochlea.thread
     weight = trochlea is not None and trochlea.power.pull.pulling_mass > 0.0
     fixed_end = isinstance(thread, HoleThread | LeverThread)
+    # one part for all of a short voyage, or several evenly spread
+    end_s = float(voyage.time_s[-1])
+    parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
+    starts = np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
     return {
         'lines': [
             {
                 'name': part.name,
-                'x': _thinned(part.x),
-                'y': _thinned(part.y),
+                'x': _rounded(part.x),
+                'y': _rounded(part.y),
                 'colour': part.colour,
                 'area': part.kind == 'area',
                 'with': part.moves_with,
@@ -86,20 +88,14 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         ],
         'note': drawn.note,
         'roll_step_s': _ROLL_STEP_S,
-        'parts': [_part(voyage, size, from_s) for from_s in _starts(float(voyage.time_s[-1]))],
+        'parts': [_part(voyage, size, from_s) for from_s in starts],
         'hangs': weight and not fixed_end and hung is None,
         'fixed_end': fixed_end,
         'winding': _winding(scene),
-        'pivot': None if hung is None else [0.0, _MM * hung.depth],
+        'pivot': None if hung is None else [0.0, MM * hung.depth],
         'lever': _lever(machine, drawn) if isinstance(machine, LeverMachine) else None,
         'curve': _curve(machine.curve) if isinstance(machine, FluidPendulum) else None,
     }
-
-
-def _starts(end_s: float) -> FloatArray:
-    """Return the beginnings of the parts [s]: one for all of the voyage, or evenly spread."""
-    parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
-    return np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
 
 
 def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
@@ -116,11 +112,11 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
     return {
         'from_s': round(began_s, 3),
         'length_s': round(length_s, 3),
-        'time_s': _thinned(time_s, 3),
-        'phase_rad': _thinned(voyage.phase_rad[shown], 4),
-        'amplitude_rad': _thinned(size[shown], 4),
+        'time_s': _rounded(time_s, 3),
+        'phase_rad': _rounded(voyage.phase_rad[shown], 4),
+        'amplitude_rad': _rounded(size[shown], 4),
         **{
-            name: _thinned(np.interp(grid, ship.time_s - began_s, values), 5)
+            name: _rounded(np.interp(grid, ship.time_s - began_s, values), 5)
             for name, values in tilts.items()
         },
     }
@@ -136,10 +132,10 @@ def _winding(scene: Scene) -> dict[str, Any] | None:
     arm = cam.lever_arm(angle)
     rise = np.concatenate(([0.0], np.cumsum(0.5 * (arm[1:] + arm[:-1]) * np.diff(angle))))
     return {
-        'angle_rad': _thinned(angle, 4),
-        'x': _thinned(_MM * x),
-        'y': _thinned(_MM * y),
-        'rise': _thinned(_MM * rise),
+        'angle_rad': _rounded(angle, 4),
+        'x': _rounded(MM * x),
+        'y': _rounded(MM * y),
+        'rise': _rounded(MM * rise),
     }
 
 
@@ -149,10 +145,10 @@ def _lever(machine: LeverMachine, drawn: Drawing) -> dict[str, Any]:
     low, high = (0.999 * side for side in machine.sides)
     angle = np.linspace(low, high, 201)
     return {
-        'x': -_MM * machine.geometry.arm,
+        'x': -MM * machine.geometry.arm,
         'y': float(thread.y[-1]),
-        'angle_rad': _thinned(angle, 4),
-        'beta_rad': _thinned(machine.beta(angle), 5),
+        'angle_rad': _rounded(angle, 4),
+        'beta_rad': _rounded(machine.beta(angle), 5),
     }
 
 
@@ -161,12 +157,12 @@ def _curve(curve: DescentCurve) -> dict[str, Any]:
     cusp = curve.descent_cusp
     arc = np.linspace(-min(-curve.ascent_cusp, cusp), cusp, 201)
     height, level = coordinates(curve, arc)
-    return {'arc_m': _thinned(arc, 5), 'x': _thinned(_MM * level), 'y': _thinned(_MM * height)}
+    return {'arc_m': _rounded(arc, 5), 'x': _rounded(MM * level), 'y': _rounded(MM * height)}
 
 
-def _thinned(values: FloatArray, digits: int = 3) -> list[float]:
-    rounded: list[float] = np.round(values, digits).tolist()
-    return rounded
+def _rounded(values: FloatArray, digits: int = 3) -> list[float]:
+    listed: list[float] = np.round(values, digits).tolist()
+    return listed
 
 
 # -----------------------------------------------------------------------------
@@ -228,48 +224,50 @@ def page(voyage: Voyage, command: str) -> str:
     from bokeh.embed import components
     from bokeh.resources import Resources
 
-    charts, missing = _charts(voyage)
+    charts, missing = {}, []
+    for name in PICTURES:
+        try:
+            charts[name] = chart(voyage, name)
+        except UsageError as error:  # the voyage lacks its data
+            missing.append(f'Not drawn: {error}.')
     models: dict[str, Model] = {name: interactive(of) for name, of in charts.items()}
     script, divs = components(models)
     parts = []
     for name, of in charts.items():
-        notes = _note(' '.join(panel.note for panel in of.panels if panel.note))
+        words = ' '.join(panel.note for panel in of.panels if panel.note)
+        notes = f'<p class="note">{escape(words)}</p>' if words else ''
         head = f'<section id="{name}"><h2>{escape(of.title)}</h2>'
         parts.append(f'{head}{divs[name]}{notes}</section>')
     parts += [f'<p class="note">{escape(why)}</p>' for why in missing]
+    rows = []
+    for name, content in groups(voyage.result):
+        rows.append(f'<tr><th colspan="3" scope="rowgroup">{escape(name)}</th></tr>')
+        for label, value, unit in content:
+            cells = f'<td>{escape(label)}</td><td class="value">{escape(value)}</td>'
+            rows.append(f'<tr>{cells}<td>{escape(unit)}</td></tr>')
+    programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
+    made = [
+        f'tauto_core {tauto_version()} (code {code()})',
+        f'Python {platform.python_version()}',
+        *(f'{name} {version(name)}' for name in programs),
+    ]
+    damage = escape(not_whole(voyage.result))
     seconds = voyage.result.get('duration_s')
     template = Template((files('tauto_core') / 'report_page.html').read_text(encoding='utf-8'))
     return template.substitute(
         title=escape(voyage.scene.name),
         length='' if seconds is None else escape(f': {span(seconds)}'),
-        damage=_damage(voyage),
+        damage=f'<p class="damage" role="alert">{damage}</p>' if damage else '',
         answer=escape(voyage.answer),
         signs=escape(SIGNS),
-        figures=_figures(voyage),
+        figures='\n'.join(rows),
         library=Resources(mode='inline', components=['bokeh']).render_js(),
         charts='\n'.join(parts),
         script=script,
         animation=json.dumps(animation(voyage), separators=(',', ':'), allow_nan=False),
         scene=escape(scene_yaml(voyage.scene)),
-        made=_made(command),
+        made=f'<code>{escape(command)}</code><br>{escape(", ".join(made))}',
     )
-
-
-def _damage(voyage: Voyage) -> str:
-    """Return the banner of a voyage from a bag that is not whole."""
-    words = not_whole(voyage.result)
-    return f'<p class="damage" role="alert">{escape(words)}</p>' if words else ''
-
-
-def _charts(voyage: Voyage) -> tuple[dict[str, Chart], list[str]]:
-    """Return the pictures for which the voyage has data, and why others are left out."""
-    found, missing = {}, []
-    for name in PICTURES:
-        try:
-            found[name] = chart(voyage, name)
-        except UsageError as error:
-            missing.append(f'Not drawn: {error}.')
-    return found, missing
 
 
 def interactive(of: Chart) -> Any:
@@ -357,30 +355,3 @@ def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
 def _short(values: FloatArray) -> Any:
     """Return numbers in single precision, which is finer than any screen."""
     return np.asarray(values, np.float32)
-
-
-def _figures(voyage: Voyage) -> str:
-    rows = []
-    for name, content in groups(voyage.result):
-        rows.append(f'<tr><th colspan="3" scope="rowgroup">{escape(name)}</th></tr>')
-        rows += [_row(each) for each in content]
-    return '\n'.join(rows)
-
-
-def _row(cells: Sequence[str]) -> str:
-    label, value, unit = (escape(cell) for cell in cells)
-    return f'<tr><td>{label}</td><td class="value">{value}</td><td>{unit}</td></tr>'
-
-
-def _note(words: str) -> str:
-    return f'<p class="note">{escape(words)}</p>' if words else ''
-
-
-def _made(command: str) -> str:
-    programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
-    said = [
-        f'tauto_core {tauto_version()} (code {code()})',
-        f'Python {platform.python_version()}',
-        *(f'{name} {version(name)}' for name in programs),
-    ]
-    return f'<code>{escape(command)}</code><br>{escape(", ".join(said))}'
