@@ -601,7 +601,10 @@ def fade(
     """
     per_s, length = 1e9 / length_ns, float(length_ns)
     for k in range(-(-len(old[0]) // SIZE)):
-        u = _since((first + SIZE * k) * step_ns - begin_ns, step_ns) / length
+        begin, times = (first + SIZE * k) * step_ns - begin_ns, splat(0.0)
+        for r in range(SIZE):  # each time is exact, or rounded by itself
+            times = with_lane(times, r, float(begin + r * step_ns))
+        u = times / length
         v = 1.0 - u
         s = (u * u) * (u * u) * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u)))
         turning = (0.5 * math.pi * 140.0 * per_s) * ((u * v) * (u * v) * (u * v))
@@ -621,12 +624,3 @@ def fade(
             along = c * eight(old[2], k) + d * eight(new[2], k)
             turned = bending * q - turning * turning * p
             store(acceleration, k, (along + 2.0 * turning * across) + turned)
-
-
-@inlined
-def _since(time_ns: int, step_ns: int) -> Any:
-    """Return eight times, a step apart, as floats: each is exact, or rounded by itself."""
-    times = splat(0.0)
-    for r in range(SIZE):
-        times = with_lane(times, r, float(time_ns + r * step_ns))
-    return times

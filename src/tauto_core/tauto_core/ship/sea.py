@@ -311,7 +311,23 @@ def operator_answer(
     energy = waves.amplitude**2
     left_out = float(np.sum(energy[~inside]) / np.sum(energy))
     if left_out > NEGLIGIBLE_ENERGY:
-        raise _uncovered(scene_name, left_out, (omega, np.abs(met)), rao, course)
+        size = np.abs(met)
+        under_way = (
+            ''
+            if course.speed == 0.0
+            else f', met at {np.min(size):.4g} to {np.max(size):.4g} rad/s by a ship at '
+            f'{course.speed:g} m/s'
+        )
+        raise SceneError(
+            scene_name,
+            'ship.rao.angular_frequency',
+            [low, high],
+            f'covers {low:.4g} to {high:.4g} rad/s, but the waves have {np.min(omega):.4g} to '
+            f'{np.max(omega):.4g} rad/s{under_way}: {100.0 * left_out:.3g} % of their energy lies '
+            f'outside, where at most {100.0 * NEGLIGIBLE_ENERGY:g} % may be left out',
+            'Give an operator that reaches further, or another sea, heading or speed; it is not '
+            'extrapolated.',
+        )
     kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
     omega, met = omega[inside], met[inside]
     roll = _at(rao, rao.roll_real, rao.roll_imaginary, np.abs(met)) * (omega / met) ** 2
@@ -331,30 +347,3 @@ def _at(
     frequency = np.array(rao.angular_frequency)
     parts = [akima(frequency, np.array(part), omega) for part in (real, imaginary)]
     return np.asarray(parts[0] + 1j * parts[1])
-
-
-def _uncovered(
-    name: str,
-    share: float,
-    of_waves: tuple[FloatArray, FloatArray],
-    rao: Rao,
-    course: Encounter,
-) -> SceneError:
-    omega, met = of_waves
-    low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
-    encounter = (
-        ''
-        if course.speed == 0.0
-        else f', met at {np.min(met):.4g} to {np.max(met):.4g} rad/s by a ship at '
-        f'{course.speed:g} m/s'
-    )
-    return SceneError(
-        name,
-        'ship.rao.angular_frequency',
-        [low, high],
-        f'covers {low:.4g} to {high:.4g} rad/s, but the waves have {np.min(omega):.4g} to '
-        f'{np.max(omega):.4g} rad/s{encounter}: {100.0 * share:.3g} % of their energy lies '
-        f'outside, where at most {100.0 * NEGLIGIBLE_ENERGY:g} % may be left out',
-        'Give an operator that reaches further, or another sea, heading or speed; it is not '
-        'extrapolated.',
-    )

@@ -262,7 +262,28 @@ def _of_buoy(asked: SpectrumFile) -> tuple[Columns, str]:
     """Return one spectrum of a buoy's file, and its time."""
     data = _read_with_library(asked)
     stamps = [str(each) for each in data['time'].values.astype('datetime64[s]').reshape(-1)]
-    chosen = _chosen(asked, stamps)
+    told = f'{len(stamps)} spectra from {min(stamps)} to {max(stamps)}' if stamps else 'none'
+    if asked.time is not None:
+        wanted = utc(asked.path, 'time', asked.time).replace(tzinfo=None)
+        apart = {stamp: abs(datetime.fromisoformat(stamp) - wanted) for stamp in stamps}
+        found = [i for i, stamp in enumerate(stamps) if not apart[stamp]]
+        if len(found) > 1:
+            problem, remedy = (
+                f'names {len(found)} spectra of the file',
+                'Cut the file to one of them.',
+            )
+            raise SceneError(asked.path, 'time', asked.time, problem, remedy)
+        if not found:
+            problem = f'is not a time of the file, which holds {told}'
+            remedy = f'Use {" or ".join(sorted(stamps, key=apart.__getitem__)[:2])}.'
+            raise SceneError(asked.path, 'time', asked.time, problem, remedy)
+        chosen = found[0]
+    elif len(stamps) == 1:
+        chosen = 0
+    else:
+        problem = f'is missing, and the file holds {told}'
+        remedy = 'Give ship.sea.time, for example ' + (stamps[0] if stamps else '…') + '.'
+        raise SceneError(asked.path, 'time', ABSENT, problem, remedy)
     # the shortest digits, since the float32 nearest to 0.1 means 0.1
     frequency = np.array([float(str(each)) for each in data['freq'].values])
     density = data.transpose('time', 'freq').values[chosen].astype(np.float64)
@@ -271,27 +292,6 @@ def _of_buoy(asked: SpectrumFile) -> tuple[Columns, str]:
     places = [f'{each:g} Hz' for each in frequency.tolist()]
     values = {'frequency': frequency, 'energy density': density}
     return Columns(asked.path, values, places, 'at'), stamps[chosen]
-
-
-def _chosen(asked: SpectrumFile, stamps: list[str]) -> int:
-    """Return the number of the one spectrum that is asked for."""
-    told = f'{len(stamps)} spectra from {min(stamps)} to {max(stamps)}' if stamps else 'none'
-    if asked.time is None:
-        if len(stamps) == 1:
-            return 0
-        problem = f'is missing, and the file holds {told}'
-        remedy = 'Give ship.sea.time, for example ' + (stamps[0] if stamps else '…') + '.'
-        raise SceneError(asked.path, 'time', ABSENT, problem, remedy)
-    wanted = utc(asked.path, 'time', asked.time).replace(tzinfo=None)
-    found = [i for i, stamp in enumerate(stamps) if datetime.fromisoformat(stamp) == wanted]
-    if len(found) == 1:
-        return found[0]
-    if found:
-        problem = f'names {len(found)} spectra of the file'
-        raise SceneError(asked.path, 'time', asked.time, problem, 'Cut the file to one of them.')
-    near = sorted(stamps, key=lambda stamp: abs(datetime.fromisoformat(stamp) - wanted))[:2]
-    problem = f'is not a time of the file, which holds {told}'
-    raise SceneError(asked.path, 'time', asked.time, problem, f'Use {" or ".join(near)}.')
 
 
 def _read_with_library(asked: SpectrumFile) -> Any:

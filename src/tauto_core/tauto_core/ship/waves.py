@@ -81,6 +81,12 @@ class SampledHarmonics:
         )
         angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
         angle = angle.reshape(len(steps), SUM_BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
+        # cosines and sines by turns, a row of eight in one line of the cache
+        spare = np.empty(2 * angle.size + TOGETHER)
+        first = -(spare.ctypes.data // spare.itemsize) % TOGETHER
+        table = spare[first : first + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
+        np.cos(angle, out=table[:, :, 0])
+        np.sin(angle, out=table[:, :, 1])
         middles = [
             (2 * e * d + (SUM_BLOCK - 1) * n * b, 2 * b * d)
             for (e, b), (n, d) in zip(phases, steps, strict=True)
@@ -90,7 +96,7 @@ class SampledHarmonics:
             _units([(SUM_BLOCK * n, d) for n, d in steps]),
             np.array(harmonics.amplitude),
             np.array(harmonics.angular_frequency),
-            _table(np.asarray(angle, np.float64)),
+            table.reshape(-1, TOGETHER),
         )
         self._kept: dict[tuple[int, ...], tuple[int, list[FloatArray]]] = {}
 
@@ -115,20 +121,6 @@ class SampledHarmonics:
             blocks = [out.reshape(-1) for out in outputs if out is not None]
             self._kept[orders] = end - SUM_BLOCK, [x[-SUM_BLOCK:].copy() for x in blocks]
         return [x[first - begin : last - begin] for x in blocks]
-
-
-def _table(angle: FloatArray) -> FloatArray:
-    """Return cosines and sines by turns, shape (.., 8), a row in one line of the cache.
-
-    Args:
-        angle: shape (.., components, 8).
-    """
-    spare = np.empty(2 * angle.size + TOGETHER)
-    first = -(spare.ctypes.data // spare.itemsize) % TOGETHER
-    table = spare[first : first + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
-    np.cos(angle, out=table[:, :, 0])
-    np.sin(angle, out=table[:, :, 1])
-    return table.reshape(-1, TOGETHER)
 
 
 def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
