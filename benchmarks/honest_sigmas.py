@@ -40,10 +40,10 @@ from tauto_core.navigation.stability import stability
 from tauto_core.navigation.verdict import TOO_SHORT
 from tauto_core.samples import (
     CORRECTED,
+    DAY_S,
     NS_PER_S,
     OBSERVATION,
     READING,
-    SECONDS_PER_DAY,
     SHIP_IMU,
     FloatArray,
     ImuSamples,
@@ -218,7 +218,7 @@ def drawn(seed: int) -> float:
     # the sensor's noise acts as a constant rate, which belongs to the true rate
     told = walk[-1, 1] + k[0] * NOISE**2 / (8.0 * scene.gravity**2)
     truth = np.array([error[-1], told, *k])
-    units = np.array([1.0, SECONDS_PER_DAY, 1.0, 1.0])
+    units = np.array([1.0, DAY_S, 1.0, 1.0])
     wrong = units * (means(now, model.names)[0, at_names] - truth)
     p = covariance(now, model.names)[0][np.ix_(at_names, at_names)] * np.outer(units, units)
     return float(wrong @ np.linalg.solve(p, wrong))
@@ -427,8 +427,8 @@ def of_estimator(name: str, seeds: int, prior: float | None) -> dict[str, Any]:
         wrong, covariance, rate = errors(scene)
         joint.append(wrong @ np.linalg.solve(covariance, wrong))
         alone.append(wrong**2 / np.diag(covariance))
-        rates.append(SECONDS_PER_DAY * rate)
-        sigmas.append(SECONDS_PER_DAY * np.sqrt(covariance[1, 1]))
+        rates.append(DAY_S * rate)
+        sigmas.append(DAY_S * np.sqrt(covariance[1, 1]))
     low, high = chi2.ppf([0.025, 0.975], 2 * seeds) / seeds
     offset, speed = np.mean(alone, axis=0)
     mean = float(np.mean(joint))

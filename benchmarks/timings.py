@@ -31,7 +31,7 @@ import numpy as np
 from tauto_core import fleet
 from tauto_core.navigation import ClockModel, Known, filter_phases, prior
 from tauto_core.navigation.drift import Track
-from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY
+from tauto_core.samples import DAY_S, NS_PER_S
 from tauto_core.scene import Scene, load_scene
 from tauto_core.ship import ShipMotion
 
@@ -113,8 +113,6 @@ def start(words: list[str]) -> None:
 # Fleet: wall time and the processor time of all processes.
 #
 # The load of the machine at the start shows whether others used it, too.
-
-DAY_S = 86_400.0
 
 
 def second_cam() -> Scene:
@@ -239,11 +237,11 @@ COUNT, ONE_BY_ONE, RUNS = 100_000, 10_000, 5
 def drift_filter(words: list[str]) -> None:
     """Print a line for each number of states."""
     argparse.ArgumentParser('timings.py drift').parse_args(words)
-    day_ns = round(SECONDS_PER_DAY) * NS_PER_S
+    day_ns = round(DAY_S) * NS_PER_S
     stamps = [day_ns * (k + 1) for k in range(COUNT)]
     phases = np.random.default_rng(1).normal(0.0, 0.5, COUNT).tolist()
     for states in (2, 3):
-        model = ClockModel(0.5, 10.0 / SECONDS_PER_DAY, states, gate=5.0)
+        model = ClockModel(0.5, 10.0 / DAY_S, states, gate=5.0)
         start = Known(0, prior(model))
         many, single = [], []
         for _ in range(RUNS):

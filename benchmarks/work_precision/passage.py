@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.work_precision.peers.tauto import Tauto
 from benchmarks.work_precision.problems import PASSAGE_S, problems
-from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.samples import DAY_S
 
 SETTING = '10 Hz 1e-12'
 ROUNDS = 3
@@ -37,7 +37,7 @@ def passage(duration_s: float = PASSAGE_S) -> dict[str, Any]:
     }
 
 
-def two_at_once(duration_s: float = SECONDS_PER_DAY) -> dict[str, Any]:
+def two_at_once(duration_s: float = DAY_S) -> dict[str, Any]:
     """Return the ratio of the times of two runs of problem c in two threads and of one.
 
     The same for two processes, which share nothing but the machine, gives the limit for threads.

@@ -26,14 +26,14 @@ from typing import TypeAlias
 
 from tauto_core.machines import compile_ideal
 from tauto_core.machines.axle_pendulum import modes
-from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.samples import DAY_S, FloatArray
 from tauto_core.scene import Scene, SeaShip
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motions.sea import sea_motion
 
-PASSAGE_S = 81.0 * SECONDS_PER_DAY
+PASSAGE_S = 81.0 * DAY_S
 """The passage to Jamaica of 1761 [s]."""
-TEN_DAYS_S = 10.0 * SECONDS_PER_DAY
+TEN_DAYS_S = 10.0 * DAY_S
 
 QUALITY = 200.0
 """Quality factor of problem e: I omega/c."""

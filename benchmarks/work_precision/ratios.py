@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.work_precision.problems import Problem, problems
-from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.samples import DAY_S
 
 LAND_ERROR_RAD = 1e-9
 UNIT_ROUNDING = 2.0**-53
@@ -56,7 +56,7 @@ def _land_error(problem: Problem) -> float:
     """Return 1e-9 rad and the rounding of the phase at the end, as a clock's rate [s/day]."""
     omega, length = problem.numbers.frequency, problem.duration_s
     error = LAND_ERROR_RAD + UNIT_ROUNDING * omega * length
-    return error / omega / length * SECONDS_PER_DAY
+    return error / omega / length * DAY_S
 
 
 def cheapest(

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.work_precision.problems import CaseProblem, Problem, WheelProblem, problems
-from tauto_core.samples import SECONDS_PER_DAY
+from tauto_core.samples import DAY_S
 from tauto_core.scene.errors import TautoError
 
 DURATIONS_S = (60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 864_000.0, 6_998_400.0)
@@ -98,7 +98,7 @@ def error_rad(problem: Problem, angle: float, rate: float, true: Reference) -> f
 
 def rad_to_s_per_day(problem: Problem, error: float, duration_s: float) -> float:
     """Return a phase error [rad] at the end of a run as the rate of a clock [s/day]."""
-    return error / problem.numbers.frequency / duration_s * SECONDS_PER_DAY
+    return error / problem.numbers.frequency / duration_s * DAY_S
 
 
 def _closed(problem: WheelProblem, times_s: Sequence[float]) -> list[dict[str, Any]]:

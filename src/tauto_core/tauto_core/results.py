@@ -22,6 +22,7 @@ from tauto_core.navigation import (
 from tauto_core.navigation.covariates import dial_model, expected_walk_per_s
 from tauto_core.navigation.drift import has_mean_rate, mean_rate
 from tauto_core.samples import (
+    DAY_S,
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
@@ -30,7 +31,6 @@ from tauto_core.samples import (
     OBSERVATION,
     PHASE,
     READING,
-    SECONDS_PER_DAY,
     FixSamples,
     JointSamples,
     Samples,
@@ -194,7 +194,7 @@ class Summary:
             true = _rate(start, end)
             # a random walk with the density q departs from its mean over T by √(qT/3)
             density, elapsed_s = expected_walk_per_s(self._scene), (end[0] - start[0]) / NS_PER_S
-            wandered = SECONDS_PER_DAY * math.sqrt(density * elapsed_s / 3.0)
+            wandered = DAY_S * math.sqrt(density * elapsed_s / 3.0)
             found['rate_error_sigmas'] = (rate - true) / math.hypot(sigma, wandered)
             found['rate_compared_from_s'] = (start[0] - first[0]) / NS_PER_S
             found['rate_compared_s_per_day'] = true
@@ -236,7 +236,7 @@ def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:
     """Return what a dial gains from one stamp and reading to another [s/day], 0 for the same."""
     (start, dial_start), (end, dial_end) = first, last
     elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
-    return gained / NS_PER_S / elapsed * SECONDS_PER_DAY if elapsed else 0.0
+    return gained / NS_PER_S / elapsed * DAY_S if elapsed else 0.0
 
 
 def _named(samples: JointSamples) -> dict[str, float]:
@@ -283,7 +283,7 @@ def _answer(result: Mapping[str, Any]) -> str:
     raw_nmi = longitude.get('raw_error_nmi')
     if raw_nmi is None:
         return 'The longitude is not known: no reading of the clock could be compared.'
-    at_s, unchecked_s = longitude['at_s'], longitude['unchecked_days'] * SECONDS_PER_DAY
+    at_s, unchecked_s = longitude['at_s'], longitude['unchecked_days'] * DAY_S
     if at_s == 0.0:
         when = 'At the start'
     elif unchecked_s == 0.0:

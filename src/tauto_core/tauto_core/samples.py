@@ -20,7 +20,7 @@ FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 
 NS_PER_S = 1_000_000_000
-SECONDS_PER_DAY = 86_400.0
+DAY_S = 86_400.0
 
 SCENE = 'scene'
 SHIP_IMU = 'ship/imu'

@@ -56,7 +56,7 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.samples import SECONDS_PER_DAY as DAY
+from tauto_core.samples import DAY_S as DAY
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import walk_per_s

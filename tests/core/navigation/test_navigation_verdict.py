@@ -21,11 +21,11 @@ from tauto_core.navigation import (
 )
 from tauto_core.results import Summary
 from tauto_core.samples import (
+    DAY_S,
     ESTIMATE,
     NS_PER_S,
     OBSERVATION,
     READING,
-    SECONDS_PER_DAY,
     FloatArray,
     TimeSamples,
     same,
@@ -236,7 +236,7 @@ def remembering(clocks: int, memory_s: float) -> tuple[FloatArray, float]:
     later = np.arange(1, LENGTH_S)
     variance = (LENGTH_S + 2.0 * np.sum((LENGTH_S - later) * a**later)) / LENGTH_S**2
     rates: FloatArray = 1e-3 * lfilter([1.0], [1.0, -a], noise)
-    return rates, 1e-3 * float(np.sqrt(variance)) * SECONDS_PER_DAY
+    return rates, 1e-3 * float(np.sqrt(variance)) * DAY_S
 
 
 def rms(values: FloatArray) -> float:
@@ -303,7 +303,7 @@ def test_jitter_of_the_readings_counts_at_both_ends_and_not_in_every_part() -> N
     """
     jitter = 1e-3 * np.random.default_rng(1727).standard_normal((200, LENGTH_S + 1))
     sigmas = stated(np.zeros((200, LENGTH_S)), jitter)
-    true = 2.0**0.5 * 1e-3 / LENGTH_S * SECONDS_PER_DAY
+    true = 2.0**0.5 * 1e-3 / LENGTH_S * DAY_S
     assert len(sigmas) == 200
     assert true < rms(sigmas) < 1.6 * true
 
@@ -311,14 +311,14 @@ def test_jitter_of_the_readings_counts_at_both_ends_and_not_in_every_part() -> N
 def test_a_start_that_has_died_away_counts_by_what_it_does_to_the_mean() -> None:
     time = np.arange(LENGTH_S) + 0.5
     (sigma,) = stated(1e-3 * np.exp(-time / 20.0)[None])
-    bias = 1e-3 * 20.0 / LENGTH_S * SECONDS_PER_DAY
+    bias = 1e-3 * 20.0 / LENGTH_S * DAY_S
     assert bias < sigma < 2.0 * bias
 
 
 # -----------------------------------------------------------------------------
 # Since when the estimated rate has been one and the same, where the dial changes its rate.
 
-DAY_NS = int(SECONDS_PER_DAY) * NS_PER_S
+DAY_NS = int(DAY_S) * NS_PER_S
 
 
 def _voyage(observed_days: list[int]) -> dict[str, Any]:
@@ -362,16 +362,16 @@ def test_a_changed_rate_is_held_against_that_of_the_time_since() -> None:
     assert drift['rate_s_per_day'] == pytest.approx(-40.0, abs=0.1)
     assert abs(drift['rate_error_sigmas']) < 1.0
     assert drift['rate_compared_s_per_day'] == pytest.approx(-40.0, rel=1e-9)
-    assert drift['rate_compared_from_s'] == 30 * SECONDS_PER_DAY
+    assert drift['rate_compared_from_s'] == 30 * DAY_S
 
 
 def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> None:
     """The mean square over 60 seeds; that of independent errors is within 0.55 of 1 (3 sigma)."""
     sections = {
-        'duration': 20 * SECONDS_PER_DAY,
+        'duration': 20 * DAY_S,
         'log': {'interval': 21_600.0},
         'clock': {'random_walk_fm': 3.0},
-        'drift': {'observation_interval': SECONDS_PER_DAY},
+        'drift': {'observation_interval': DAY_S},
     }
     squares = [
         sail(load_scene('ideal', seed=seed, **sections)).result['drift']['rate_error_sigmas'] ** 2
@@ -381,7 +381,7 @@ def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> Non
 
 
 def test_a_walk_that_is_expected_only_is_not_simulated_and_widens_the_estimate() -> None:
-    sections = {'duration': SECONDS_PER_DAY, 'log': {'interval': 3600.0}}
+    sections = {'duration': DAY_S, 'log': {'interval': 3600.0}}
     known = load_scene('ideal', **sections, drift={'observation_interval': 3600.0})
     assumed = {'observation_interval': 3600.0, 'random_walk_fm': 3.0}
     found = sail(load_scene('ideal', **sections, drift=assumed)).result

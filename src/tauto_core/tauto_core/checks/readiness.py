@@ -21,7 +21,7 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_propagator, propagator_name
-from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY
+from tauto_core.samples import DAY_S, NS_PER_S
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import (
     ABSENT,
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
 # a log or observations of any size: these are warned of. Numbers that double precision cannot
 # compute with are refused elsewhere (`magnitudes`).
 
-DAY_S = 86_400.0
 _LENGTH = (('millimetres', 1e-3), ('centimetres', 1e-2), ('inches', 0.0254), ('feet', 0.3048))
 _MASS = (('grams', 1e-3), ('pounds', 0.45359237))
 _TIME = (('milliseconds', 1e-3), ('minutes', 60.0), ('hours', 3600.0), ('days', DAY_S))
@@ -303,7 +302,7 @@ def oddities(scene: Scene) -> list[str]:
         found.append(
             f'voyage.{key} = {value:g}: makes the ship sail at {speed:.3g} m/s, more than '
             f'{FASTEST_M_S:g} m/s, the most of any known ship. If the times are in days, write '
-            f'{key}: {value * SECONDS_PER_DAY:.6g}.'
+            f'{key}: {value * DAY_S:.6g}.'
         )
     return found
 

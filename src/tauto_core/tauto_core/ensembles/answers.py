@@ -14,7 +14,7 @@ import numpy as np
 
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
-from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.samples import DAY_S, FloatArray
 from tauto_core.wording import span
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class Answers:
         days = self.unchecked_days or (0.0, 0.0)
         if not any(days):
             return 'checked to the end'
-        spans = dict.fromkeys(span(each * SECONDS_PER_DAY) for each in days)
+        spans = dict.fromkeys(span(each * DAY_S) for each in days)
         return f'{" to ".join(spans)} unchecked'
 
 

@@ -21,7 +21,7 @@ from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each
 from tauto_core.files import write_figure
 from tauto_core.results import Summary
-from tauto_core.samples import NS_PER_S, READING, SECONDS_PER_DAY, FloatArray, Samples, TimeSamples
+from tauto_core.samples import DAY_S, NS_PER_S, READING, FloatArray, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
 from tauto_core.ship.waves import Harmonics
@@ -322,7 +322,7 @@ class ErrorTrace:
 
     def rate_spread(self) -> float | None:
         """Return the standard deviation of the rates of the pieces [s/day]; None for one piece."""
-        rates = np.diff(self.error_s) / self.piece_s * SECONDS_PER_DAY
+        rates = np.diff(self.error_s) / self.piece_s * DAY_S
         return float(np.std(rates, ddof=1)) if len(rates) > 1 else None
 
 
@@ -578,10 +578,10 @@ def side_by_side(result: Comparison) -> Figure:
 def _errors(axes: Axes, rows: Sequence[Row]) -> None:
     for row in rows:
         style = _STYLES[row.suspended]
-        axes.plot([time / SECONDS_PER_DAY for time in row.time_s], row.trace_s, **style)
+        axes.plot([time / DAY_S for time in row.time_s], row.trace_s, **style)
         if row.stopped is not None:
             last = row.trace_s[-1] if row.trace_s else 0.0
-            axes.plot(row.stopped.at_s / SECONDS_PER_DAY, last, 'x', color=style['color'])
+            axes.plot(row.stopped.at_s / DAY_S, last, 'x', color=style['color'])
 
 
 def _rates(axes: Axes, rows: Sequence[Row]) -> None:

@@ -19,7 +19,7 @@ from tauto_core.machines.sections import (
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError
-from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.samples import DAY_S, FloatArray
 from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, UsageError, naming
 from tauto_core.wording import printed
 
@@ -94,7 +94,7 @@ def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
         period_s: T, of a full swing in true time [s], > 0.
         nominal_period_s: T₀, time by which the dial advances in a full swing [s], > 0.
     """
-    return SECONDS_PER_DAY * (nominal_period_s - period_s) / period_s
+    return DAY_S * (nominal_period_s - period_s) / period_s
 
 
 def isochronism(

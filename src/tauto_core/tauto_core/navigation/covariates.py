@@ -26,9 +26,9 @@ from tauto_core.navigation.kalman import (
 )
 from tauto_core.navigation.longitude import BEFORE_ALL, in_order
 from tauto_core.samples import (
+    DAY_S,
     NS_PER_S,
     READING,
-    SECONDS_PER_DAY,
     SHIP_IMU,
     FloatArray,
     ImuSamples,
@@ -375,7 +375,7 @@ def dial_model(scene: Scene) -> ClockModel:
     drift, clock = scene.drift, scene.clock
     return ClockModel(
         observation_sigma_s=drift.observation_sigma,
-        prior_rate_sigma=drift.prior_rate_sigma / SECONDS_PER_DAY,
+        prior_rate_sigma=drift.prior_rate_sigma / DAY_S,
         states=drift.states,
         white_fm_s=max(WHITE_FM_FLOOR_S, clock.white_fm_s, white_s(drift.white_fm or 0.0)),
         random_walk_fm_per_s=max(RANDOM_WALK_FM_FLOOR_PER_S, expected_walk_per_s(scene)),
@@ -627,7 +627,7 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
     density = float(np.mean(np.square(bent))) / (2.0 / 3.0 * (half * SEA_LOG_S) ** 3)
     return Fit(
         math.sqrt(float(np.mean(np.square(left))) / float(np.mean(allowed))) if names else 0.0,
-        math.sqrt(density * SECONDS_PER_DAY) * SECONDS_PER_DAY,
+        math.sqrt(density * DAY_S) * DAY_S,
     )
 
 

@@ -37,11 +37,11 @@ from tauto_core.navigation.kalman import (
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
 from tauto_core.samples import (
     CORRECTED,
+    DAY_S,
     ESTIMATE,
     NS_PER_S,
     OBSERVATION,
     READING,
-    SECONDS_PER_DAY,
     Batches,
     FloatArray,
     IntArray,
@@ -140,7 +140,7 @@ def estimate_values(
         covariates: the covariates of the model.
         passed: with covariates, time and integrals since the first reading.
     """
-    clock = [now.x, np.sqrt(now.xx), now.y * SECONDS_PER_DAY, np.sqrt(now.yy) * SECONDS_PER_DAY]
+    clock = [now.x, np.sqrt(now.xx), now.y * DAY_S, np.sqrt(now.yy) * DAY_S]
     if passed is None:
         return np.column_stack(clock)
     known, names = now._asdict(), ('y', *covariates)
@@ -155,7 +155,7 @@ def estimate_values(
     for (i, j), field in zip(pairs(len(names)), covariances(names), strict=True):
         variance = variance + (1.0 if i == j else 2.0) * weights[i] * weights[j] * known[field]
     sigma = np.sqrt(np.maximum(variance, 0.0))
-    mean = rate * SECONDS_PER_DAY, sigma * SECONDS_PER_DAY
+    mean = rate * DAY_S, sigma * DAY_S
     return np.column_stack((*clock, *mean, *learned, passed.integrals_s))
 
 

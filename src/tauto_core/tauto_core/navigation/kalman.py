@@ -31,7 +31,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.samples import NS_PER_S, SECONDS_PER_DAY, FloatArray, IntArray
+from tauto_core.samples import DAY_S, NS_PER_S, FloatArray, IntArray
 from tauto_core.scene.errors import EstimationError
 from tauto_core.ship.source import LUNAR
 
@@ -144,13 +144,13 @@ def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
 
 Number = TypeVar('Number', float, FloatArray)
 
-WHITE_FM_FLOOR_S = 0.01**2 / SECONDS_PER_DAY
+WHITE_FM_FLOOR_S = 0.01**2 / DAY_S
 """Least q1 of a real clock [s]: a random walk of the phase by 0.01 s in a day."""
 
-RANDOM_WALK_FM_FLOOR_PER_S = (0.001 / SECONDS_PER_DAY) ** 2 / SECONDS_PER_DAY
+RANDOM_WALK_FM_FLOOR_PER_S = (0.001 / DAY_S) ** 2 / DAY_S
 """Least q2 of a real clock [1/s]: a random walk of the rate by 0.001 s/day in a day."""
 
-AGEING_TIME_S = 100.0 * SECONDS_PER_DAY
+AGEING_TIME_S = 100.0 * DAY_S
 """Time in which ageing may change the rate by one prior sigma of the rate [s]."""
 
 

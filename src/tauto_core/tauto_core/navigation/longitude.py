@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from tauto_core.clockwork.dial import DialSetting
 from tauto_core.samples import (
     CORRECTED,
+    DAY_S,
     ESTIMATE,
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
     NS_PER_S,
     READING,
-    SECONDS_PER_DAY,
     SHIP_FIX,
     Batches,
     FixSamples,
@@ -141,7 +141,7 @@ ARCMIN_PER_S = 15.0 / 60.0
 
 HALF_TURN_ARCMIN = 180.0 * 60.0
 
-EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / SECONDS_PER_DAY
+EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / DAY_S
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
 
 AHEAD_NS = 3600 * NS_PER_S

@@ -21,8 +21,8 @@ from tauto_core.navigation.longitude import (
     required_rate_s_per_day,
 )
 from tauto_core.samples import (
+    DAY_S,
     NS_PER_S,
-    SECONDS_PER_DAY,
     FixSamples,
     FloatArray,
     IntArray,
@@ -208,7 +208,7 @@ class RateScatter:
             )
         # c_j [s/day] for j = 1 to COSINES, the rate being constant in each part
         elapsed, gained = kept[:, 0] - kept[0, 0], kept[:, 1] - kept[:, 0]
-        rate = np.diff(gained) / np.diff(elapsed) * SECONDS_PER_DAY
+        rate = np.diff(gained) / np.diff(elapsed) * DAY_S
         turns = math.pi * np.arange(1, COSINES + 1)[:, None]
         weights = np.diff(np.sin(turns * (elapsed / elapsed[-1])), axis=1) / turns
         squares = (math.sqrt(2.0) * np.sum(weights * rate, axis=1)) ** 2
@@ -239,7 +239,7 @@ PROJECTED_DAYS = (42.0, 81.0)
 that H4 went between its comparisons at Portsmouth and in Jamaica, 1761 to 1762.
 """
 
-HALF_TURN_S = 0.5 * SECONDS_PER_DAY
+HALF_TURN_S = 0.5 * DAY_S
 """Error of a clock that is half a turn of longitude; no place is farther off."""
 
 FORGOTTEN = 10.0
@@ -289,7 +289,7 @@ def forgets_its_start(
         least = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
         amplitude = abs(machine.release_angle)
         less, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
-        depends = abs(less / full - 1.0) * SECONDS_PER_DAY > least
+        depends = abs(less / full - 1.0) * DAY_S > least
         if depends and drag is None:
             why = (
                 f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, '
@@ -348,13 +348,13 @@ def projection(
     if error.standard_error_s_per_day is None:
         return {'projection': [], 'not_projected': error.why_unknown}
     nmi_per_s = ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
-    scatter = (error.standard_error_s_per_day / SECONDS_PER_DAY) ** 2
+    scatter = (error.standard_error_s_per_day / DAY_S) ** 2
     estimated, sigma = mean_rate(estimate)
-    known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (sigma / SECONDS_PER_DAY) ** 2, 0.0, 0.0)
+    known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (sigma / DAY_S) ** 2, 0.0, 0.0)
     rows: list[dict[str, Any]] = []
     missing: dict[str, str] = {}
     for days in PROJECTED_DAYS:
-        time_s = days * SECONDS_PER_DAY
+        time_s = days * DAY_S
         of_rate = scatter * (time_s + error.length_s) * time_s
         of_rate += random_walk_fm_per_s * error.length_s * time_s**2 / 3.0
         dial = of_rate + random_walk_fm_per_s * time_s**3 / 3.0
@@ -521,7 +521,7 @@ class LongitudeTally:
         stamp, values = row
         errors = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
         since = self._first_ns if checked_ns is None else checked_ns
-        days = max(stamp - since, 0) / NS_PER_S / SECONDS_PER_DAY
+        days = max(stamp - since, 0) / NS_PER_S / DAY_S
         tried = days >= LEAST_UNCHECKED_DAYS
         degrees = None if latitude is None else float(latitude[1][0])
         required = None

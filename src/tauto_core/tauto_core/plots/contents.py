@@ -23,9 +23,9 @@ from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
 from tauto_core.plots.machine import cam_lines, draw_machine
 from tauto_core.results import not_whole
 from tauto_core.samples import (
+    DAY_S,
     NS_PER_S,
     READING,
-    SECONDS_PER_DAY,
     SHIP_IMU,
     FloatArray,
     ImuSamples,
@@ -154,14 +154,14 @@ def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> Window:
     if not 0.0 <= from_s < to_s <= end_s:
         raise UsageError(
             f'from {from_s:.9g} to {to_s:.9g} s: is not a part of the voyage, which lasts '
-            f'{end_s:.9g} s ({end_s / SECONDS_PER_DAY:.6g} days). Give a beginning and a later '
+            f'{end_s:.9g} s ({end_s / DAY_S:.6g} days). Give a beginning and a later '
             'end within it'
         )
     most_s = MOST_SAMPLES * voyage.scene.step_ns * 1e-9
     if to_s - from_s > most_s:
         raise UsageError(
             f'from {from_s:.9g} to {to_s:.9g} s: has more than {MOST_SAMPLES} samples of the '
-            f'motion. Show at most {most_s:.6g} s ({most_s / SECONDS_PER_DAY:.4g} days)'
+            f'motion. Show at most {most_s:.6g} s ({most_s / DAY_S:.4g} days)'
         )
     return Window(from_s, to_s)
 
@@ -349,7 +349,7 @@ def _band(name: str, x: FloatArray, middle: FloatArray, sigma: FloatArray) -> Li
 
 def time_unit(length_s: float) -> tuple[float, str]:
     """Return the unit of the time axis of a picture of some length [s], and its name."""
-    for size, unit in ((SECONDS_PER_DAY, 'days'), (3600.0, 'hours'), (60.0, 'minutes')):
+    for size, unit in ((DAY_S, 'days'), (3600.0, 'hours'), (60.0, 'minutes')):
         if length_s >= 2.0 * size:
             return size, unit
     return 1.0, 's'
@@ -460,7 +460,7 @@ def _rate(voyage: Voyage) -> Chart:
     for begin, end in pairwise([*cuts, last]):
         pieces = min(max(round(PIECES * (end - begin) / last), 1), end - begin)
         edges += np.linspace(begin, end, pieces + 1).round().astype(int)[1:].tolist()
-    measured = np.diff(error[edges]) / np.diff(time[edges]) * SECONDS_PER_DAY
+    measured = np.diff(error[edges]) / np.diff(time[edges]) * DAY_S
     estimated, sigma = voyage.mean_rate_s_per_day, voyage.mean_rate_sigma_s_per_day
     return _over_time(
         voyage,

@@ -14,11 +14,12 @@ from pydantic_core import PydanticCustomError
 
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
+from tauto_core.samples import DAY_S
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import OneOf, Positive, Section, Text
 from tauto_core.scene.refuse import SECTIONS, Times, out_of_proportion
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage
-from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
+from tauto_core.scene.times import LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip

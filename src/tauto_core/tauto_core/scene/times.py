@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from tauto_core.samples import NS_PER_S
+
 # -----------------------------------------------------------------------------
 # Default numbers of scenes, apart from the models so that using them loads no pydantic.
 
 STANDARD_GRAVITY = 9.80665
 """Standard gravity [m/s2]; exact by definition (3rd CGPM, 1901)."""
 
-DAY_S = 86_400.0
-
 LEGIBLE = 0.25
 """Error of a reading, in periods, above which the phase is lost."""
 
 
-NS_PER_S = 1_000_000_000
 # builtin_interfaces/Time has whole seconds in 32 bits, including the sign.
 LAST_STAMP_S = 2**31 - 1
 # Number of samples that interpolation needs beyond the end of a motion.

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.files import write_whole
-from tauto_core.samples import SECONDS_PER_DAY, FloatArray
+from tauto_core.samples import DAY_S, FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
 from tauto_core.ship.sea import spline
 
@@ -852,7 +852,7 @@ def rate_by_place(
     if omega is None:
         omega = math.sqrt(hull.gravity / hull.coefficients.length) * np.geomspace(0.05, 20.0, 4000)
     density = spectrum(omega)
-    scale = SECONDS_PER_DAY / hull.gravity**2
+    scale = DAY_S / hull.gravity**2
     places = list(places)
     for place in places:
         hull.check_place(place)

@@ -13,10 +13,10 @@ from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
 from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes
-from tauto_core.samples import FloatArray, IntArray
+from tauto_core.samples import NS_PER_S, FloatArray, IntArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import HIGHEST_LATITUDE_DEG, WIDEST_AWARD_NMI, Voyage, key_of_place
-from tauto_core.scene.times import NS_PER_S, nanoseconds
+from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.motion_kind import Surroundings
 
 # -----------------------------------------------------------------------------

@@ -6,9 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, TimeSamples
+from tauto_core.samples import (
+    NS_PER_S,
+    FloatArray,
+    ImuSamples,
+    IntArray,
+    PlanarImu,
+    State,
+    TimeSamples,
+)
 from tauto_core.scene import Scene
-from tauto_core.scene.times import NS_PER_S, nanoseconds
+from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.imu import SQUARABLE, imu_from_roll, message
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics

@@ -10,9 +10,10 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, Strict
 
+from tauto_core.samples import DAY_S, NS_PER_S
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag, Instant, Positive, Section
-from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
+from tauto_core.scene.times import LAST_STAMP_S, nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import (
