@@ -54,7 +54,7 @@ from tauto_core.motion.system import (
     mode_of,
     planes_of,
 )
-from tauto_core.motion.wells import ArcShape, angles_of, arc_of, ride_along
+from tauto_core.motion.wells import ArcShape, angles_of, arc_of
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
@@ -216,16 +216,20 @@ def _last_coefficient(
     if machine.cam.kinked:
         within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
         x, y = x[within], y[within]
-    d1, d2 = _disturbance(machine, shape, omega, x, y)
+    d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
     slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
     tails = [np.max(np.abs(slope @ constants.projection[-1]), initial=0.0) for slope in slopes]
     return angle / omega * float(max(tails)) / abs(amplitude)
 
 
-def _disturbance(
+def disturbance_on_land(
     machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return d₁ and d₂ of the equations of `stages`, on land."""
+    """Return d₁ and d₂ of a wheel on land, as `Wheel.disturb` does, at any number of x and y.
+
+    In NumPy, for the steps of all phases at once, without compiling. Drag is taken by the momentum
+    w, which is no less than the speed, and along the arc it is left out: the error is estimated.
+    """
     q = angles_of(x, shape.k) if shape is not None else x
     edge = machine.cam.range_rad
     q = np.clip(q, -edge, edge)
@@ -309,7 +313,7 @@ class StepResult(NamedTuple):
 @compiled
 def _move_held(run: Run, place: Place) -> StepResult:
     """Move a wheel held by friction with the case, over the step or until it breaks loose."""
-    loose = ride_along(run, place)
+    loose = run.system.ride_along(run, place)
     work = run.work
     watch = WatchRide(run.state.held_angle, place, work)
     found = passages(watch, place.size * place.length, loose, loose, work)

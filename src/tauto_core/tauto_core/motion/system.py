@@ -239,6 +239,10 @@ class System(Protocol):
         """Set the state at θ = angle, θ̇ = 0: held by friction, or the direction it moves in."""
         raise TypeError('nothing happens to this system on its way')
 
+    def ride_along(self, run: Run, place: Place) -> float:
+        """Move the held wheel with the case; return the fraction of the step where it goes."""
+        raise TypeError('friction does not hold this system')
+
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the motion surely leaves a kink from the beginning of the step on."""
         return True

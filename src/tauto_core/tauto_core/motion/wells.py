@@ -1,6 +1,6 @@
 """The equation of motion of a wheel with one degree of freedom, term by term.
 
-The arc as its coordinate, the lever arm of the thread, the well, and Coulomb's friction at rest.
+The arc as its coordinate, the lever arm of the thread, and the terms over the inertia.
 
 The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
 w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (theory E2) no second derivative of the ship's
@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -41,8 +41,7 @@ from tauto_core.curves.numerics import bracketed_newton
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.machines.parts import DragLaw, Ebb
-from tauto_core.motion.events import is_due
-from tauto_core.motion.gauss_step import Omega, sine_versine
+from tauto_core.motion.gauss_step import sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
     filled,
@@ -55,13 +54,8 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.outside import Outside, Place, outside_at
-from tauto_core.motion.system import Mode, Run, State, mode_of
+from tauto_core.motion.system import Mode
 from tauto_core.samples import FloatArray
-
-if TYPE_CHECKING:
-    from tauto_core.motion.wheel import Wheel
-
 
 # -----------------------------------------------------------------------------
 # The arc as the coordinate of a wheel that lifts a heavy weight by a linear lever arm.
@@ -235,6 +229,9 @@ def _polynomial(nodes: FloatArray, values: FloatArray) -> FloatArray:
 # `arc_length` defines them and fits polynomials in u = s²/limit to them; beyond the limit they
 # are computed by their definitions.
 
+Number: TypeAlias = Any
+"""A float, or lanes of them."""
+
 SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
 """Rows of `ArcShape.terms`."""
 
@@ -272,6 +269,16 @@ def angle_along(shape: ArcShape, arc: float) -> float:
     if u <= 1.0:
         return arc * _even(shape.terms, ANGLE, u)
     return angle_of(arc, shape.k)
+
+
+@inlined
+def shortening_and_angle(shape: ArcShape, s: Number) -> tuple[Number, Number]:
+    """Return n and ϑ at the arc s; of one s, n by its definition."""
+    if is_lanes(s):
+        found = on_arc(shape, s)
+        return found.n, found.angle
+    q = angle_along(shape, s)
+    return 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q)), q
 
 
 @compiled
@@ -337,9 +344,6 @@ def _next(
 #
 # The laws are those of `curves.levers`, as plain numbers. A `Number` is a float or `Lanes`; one
 # formula serves both wherever it can.
-
-Number: TypeAlias = Any
-"""A float, or lanes of them."""
 
 
 class Arm(NamedTuple):
@@ -504,22 +508,6 @@ class PerInertia(NamedTuple):
     law: DragLaw | None = None
 
 
-class Well(Protocol):
-    """A wheel in its potential well."""
-
-    @property
-    def per_inertia(self) -> PerInertia:
-        """What acts on it."""
-
-    @property
-    def lever(self) -> LeverArm:
-        """Law of the lever arm."""
-
-    @property
-    def shape(self) -> ArcShape | None:
-        """The functions of the arc, or None where the angle is the coordinate."""
-
-
 @inlined
 def term(coefficient: float | None, value: Number) -> Number:
     """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
@@ -566,53 +554,6 @@ def ride(mu: float | None, t: Number, t_prime: Number, speed: Number) -> Number:
     return term(mu, t * t_prime * (speed * speed))
 
 
-@inlined
-def angle_at(well: Well, x: float) -> float:
-    """Return ϑ at the coordinate x."""
-    return x if well.shape is None else angle_along(well.shape, x)
-
-
-@inlined
-def angle_and_speed(
-    well: Well, x: float, w: float, line_rate: float, side: float
-) -> tuple[float, float]:
-    """Return ϑ and ϑ̇ from coordinate and momentum."""
-    if well.shape is None:
-        t = lever_arm(well.lever, side, x).t
-        return x, speed_of(well.per_inertia.carried, t, w, line_rate)
-    k = well.shape.k
-    q = angle_along(well.shape, x)
-    n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
-    return q, n * (w - line_rate * n)
-
-
-@inlined
-def coordinate_and_momentum(
-    well: Well, q: float, speed: float, line_rate: float, side: float
-) -> tuple[float, float]:
-    """Return coordinate and momentum from ϑ and ϑ̇: the inverse of `angle_and_speed`."""
-    if well.shape is None:
-        t = lever_arm(well.lever, side, q).t
-        return q, speed * mass_of(well.per_inertia.carried, t) + line_rate
-    k = well.shape.k
-    per_n = math.sqrt(1.0 + (k * q) * (k * q))
-    return arc_of(q, k), speed * per_n + line_rate / per_n
-
-
-@compiled
-def holding_torque(well: Well, mode: Mode, angle: float, at: Outside) -> float:
-    """Return the torque over I that keeps the wheel at θ = angle in the moving case.
-
-    There ϑ̇ = −τ̇ and ϑ̈ = −τ̈: with ψ̈ = α̈ = γ̈ − τ̈ of the wheel and the acceleration
-    t′τ̇² − tτ̈ of the mass on the thread, the torque is ψ̈ + μt(t′τ̇² − tτ̈) + pull · t + R s/I.
-    """
-    per_inertia, tilt = well.per_inertia, at.tilt
-    t, t_prime, lift = lever_arm(well.lever, mode.side, angle - tilt.value)
-    carried = term(per_inertia.carried, t * (t_prime * tilt.rate * tilt.rate - t * tilt.bend))
-    pulled = carried + pull_of(per_inertia, lift, at.gravity) * t
-    return at.line.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
-
-
 @compiled
 def kick(
     impulse: Impulse, mu: float | None, t: float, rate: float, direction: float, given: int
@@ -630,67 +571,3 @@ def kick(
     strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
     energy = impulse.energy * strength
     return direction * math.sqrt(rate * rate + energy / mass_of(mu, t)) - rate
-
-
-# -----------------------------------------------------------------------------
-# Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
-
-BISECTIONS = 60
-"""As many as leave no doubt in a double."""
-
-
-@compiled
-def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
-    """Set the state at θ = angle, θ̇ = 0: held if the torque allows, or the way it sets off."""
-    coulomb = wheel.per_inertia.coulomb
-    q = angle - at.tilt.value
-    state.side = 1 if q > 0.0 or (q == 0.0 and state.side > 0) else -1
-    torque = holding_torque(wheel, mode_of(state), angle, at)
-    _place_at_rest(wheel, omega, angle, at, state)
-    if coulomb is not None and abs(torque) <= coulomb:
-        state.held, state.held_angle = True, angle
-        return
-    state.held = False
-    if torque != 0.0:
-        state.direction = -1 if torque > 0.0 else 1
-    state.armed = is_due(wheel, state, float(state.direction), angle)
-
-
-@compiled
-def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
-    """Put the wheel at rest in the moving case at θ = angle."""
-    q, plane = angle - at.tilt.value, state.planes[0]
-    x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
-    plane.x, plane.x_rest = x, 0.0
-    plane.y, plane.y_rest = w / omega[0], 0.0
-
-
-@compiled
-def ride_along(run: Run, place: Place) -> float:
-    """Move the held wheel with the case; return the fraction of the step at which it breaks loose.
-
-    1 if it does not. The torque is looked at twice as often as a step has nodes, or at the end
-    alone where it is constant.
-    """
-    wheel: Wheel = run.system  # type: ignore[assignment]
-    state, work = run.state, run.work
-    angle, mode, coulomb = state.held_angle, mode_of(state), term(wheel.per_inertia.coulomb, 1.0)
-    probes = (
-        1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work.fractions)
-    )
-    for i in range(1, probes + 1):
-        b = i / probes
-        at = outside_at(place.terms, place.begin + b * place.size, work)
-        if abs(holding_torque(wheel, mode, angle, at)) > coulomb:
-            a = (i - 1) / probes
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (a + b)
-                at = outside_at(place.terms, place.begin + middle * place.size, work)
-                loose = abs(holding_torque(wheel, mode, angle, at)) > coulomb
-                a, b = (a, middle) if loose else (middle, b)
-            at = outside_at(place.terms, place.begin + b * place.size, work)
-            set_off_or_hold(wheel, run.omega, angle, at, state)
-            return b
-    at = outside_at(place.terms, place.begin + place.size, work)
-    _place_at_rest(wheel, run.omega, angle, at, state)
-    return 1.0

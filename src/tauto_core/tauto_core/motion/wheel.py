@@ -12,10 +12,10 @@ from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.motion import stepping
-from tauto_core.motion.events import BEYOND, SPARE, phase_to
+from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
 from tauto_core.motion.gauss_step import Omega, Planes, Work
-from tauto_core.motion.lanes import SIZE, Lanes, fma, larger, largest, least, load, store
+from tauto_core.motion.lanes import SIZE, Lanes, fma, larger, largest, least, load, store, width
 from tauto_core.motion.outside import (
     GRAVITY,
     LINE_RATE,
@@ -32,15 +32,26 @@ from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
 from tauto_core.motion.stepping import error_factor, longest_step, reference_frequency, stages_of
-from tauto_core.motion.system import NOWHERE, Beyond, Instant, Mode, Plane, State, first_below
+from tauto_core.motion.system import (
+    NOWHERE,
+    Beyond,
+    Instant,
+    Mode,
+    Plane,
+    Run,
+    State,
+    first_below,
+    mode_of,
+)
 from tauto_core.motion.wells import (
     ArcShape,
+    Arm,
     Impulse,
+    Number,
     PerInertia,
-    angle_and_speed,
-    angle_at,
+    angle_along,
+    arc_of,
     arc_shape,
-    coordinate_and_momentum,
     excess,
     kick,
     lever_arm,
@@ -49,7 +60,7 @@ from tauto_core.motion.wells import (
     pull_of,
     resistance,
     ride,
-    set_off_or_hold,
+    shortening_and_angle,
     speed_of,
     term,
 )
@@ -111,33 +122,6 @@ ALL_AGAINST = Mode(1.0, 1.0, 1.0)
 
 
 @compiled
-def _motion_at_nodes(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> tuple[Lanes, Lanes]:
-    """Return ϑ and ϑ̇ at the nodes."""
-    line_rate = row_or_zero(wheel.felt.line, work.nodes.line_rate)
-    if wheel.shape is None:
-        q, w = load(work.x), omega[0] * load(work.y)
-        t = lever_arm(wheel.lever, mode.side, q).t
-        return q, speed_of(wheel.per_inertia.carried, t, w, line_rate)
-    n, _, _, angle = on_arc(wheel.shape, load(work.x))
-    return angle, n * (omega[0] * load(work.y) - line_rate * n)
-
-
-@compiled
-def _tension(wheel: Wheel, mode: Mode, q: Lanes, speed: Lanes, work: Work) -> Lanes:
-    """Return the thread's tension over I at the nodes, as `_instant` does."""
-    per_inertia, felt = wheel.per_inertia, wheel.felt
-    mu = per_inertia.carried
-    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
-    rate = speed + row_or_zero(felt.tilt, work.nodes.tilt_rate)
-    pull = pull_of(per_inertia, lift, row_or_zero(felt.gravity, work.nodes.gravity))
-    against = pull * t + resistance(per_inertia, rate, mode) + ride(mu, t, t_prime, speed)
-    line_bend = row_or_zero(felt.line, work.nodes.line_bend)
-    acceleration = -(against + line_bend) / mass_of(mu, t)
-    # adding 0·q makes lanes of a tension that is one number for all nodes
-    return 0.0 * q + (pull + term(mu, t_prime * (speed * speed) + t * acceleration))
-
-
-@compiled
 def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
     """Return whether rough bounds show that no node is past the edge, and the thread taut.
 
@@ -168,11 +152,19 @@ def beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     within = reach <= SURELY_WITHIN * wheel.range
     if _surely_within(wheel, omega, work):
         return Beyond(edge, slack, within, reach)
-    q, speed = _motion_at_nodes(wheel, mode, omega, work)
+    felt, nodes = wheel.felt, work.nodes
+    line_rate = row_or_zero(felt.line, nodes.line_rate)
+    q, speed = angle_and_speed(wheel, load(work.x), omega[0] * load(work.y), line_rate, mode.side)
     if largest(q) > wheel.range:
         edge = first_below(wheel.range - larger(q, q), work)
     if wheel.has_weight:
-        slack = first_below(_tension(wheel, mode, q, speed, work), work)
+        arm = lever_arm(wheel.lever, mode.side, q)
+        rate = speed + row_or_zero(felt.tilt, nodes.tilt_rate)
+        line_bend = row_or_zero(felt.line, nodes.line_bend)
+        gravity = row_or_zero(felt.gravity, nodes.gravity)
+        _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity)
+        # adding 0·q makes lanes of a tension that is one number for all nodes
+        slack = first_below(0.0 * q + tension, work)
     return Beyond(edge, slack, within, reach)
 
 
@@ -180,11 +172,14 @@ def beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
 # The wheel as a system of one rotating plane: X is the coordinate of `wells`, ωY its momentum.
 #
 # The coordinate is the angle ϑ, or the arc s where the lever arm is linear and a weight moves
-# with the thread. The equation of motion stands here twice, since it is asked for at two places.
-# At the stages of a step (`_along_the_angle`, `_along_the_arc`) it is written as the small
-# disturbance of an oscillator, in which nothing cancels, and by polynomials. At an instant
-# (`_instant`, `_drift`) the accelerations and the tension are wanted, too.
-# `test_kernels_wheel_equations` compares both with the printed equation.
+# with the thread.
+#
+# `_pushed` is the equation of motion solved for ϑ̈ and the tension, at the nodes of a step and at
+# an instant alike. Its terms (`pull_of`, `resistance`, `ride`) are put together in another way
+# where the rounding matters: `Wheel.disturb` writes them as the small disturbance of an
+# oscillator, in which nothing cancels; `Wheel.drift` as the rate of the momentum, which needs no
+# γ̈; `holding_torque` for a wheel at rest in the case. `test_kernels_wheel_equations` holds all of
+# them, and the trial steps of `stepping`, to the printed equation.
 
 
 class Wheel(NamedTuple):
@@ -257,10 +252,33 @@ class Wheel(NamedTuple):
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the plane."""
-        if self.shape is not None:
-            _along_the_arc(self, self.shape, mode, omega, work)
+        per_inertia, felt, nodes = self.per_inertia, self.felt, work.nodes
+        square, per_omega = omega[0] * omega[0], 1.0 / omega[0]
+        x, w = load(work.x), omega[0] * load(work.y)
+        line_rate = row_or_zero(felt.line, nodes.line_rate)
+        tilt_rate = row_or_zero(felt.tilt, nodes.tilt_rate)
+        gravity = row_or_zero(felt.gravity, nodes.gravity)
+        if self.shape is None:
+            # d₁ = q̇ − w and d₂ = (ẇ + ω²q)/ω
+            t, t_prime, lift = lever_arm(self.lever, mode.side, x)
+            speed = speed_of(per_inertia.carried, t, w, line_rate)
+            pull = pull_of(per_inertia, lift, gravity)
+            pushed = excess(self.lever, x, t, pull, square)
+            pushed = pushed + ride(per_inertia.carried, t, t_prime, speed)
+            pushed = pushed - resistance(per_inertia, speed + tilt_rate, mode)
+            store(work.d1, 0, speed - w)
         else:
-            _along_the_angle(self, mode, omega, work)
+            # d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω where, with nt = s(b − deficit),
+            # ṗ + ω²s = s (ω² − b·pull + pull·deficit + ṡγ̇ (dn/ds)/s) − n·resistance
+            n, n_slope, lever_deficit, _ = on_arc(self.shape, x)
+            arc_speed = fma(-line_rate, n, w)
+            rate = fma(n, arc_speed, tilt_rate)
+            pull = pull_of(per_inertia, 0.0, gravity)
+            excess_square = fma(pull, lever_deficit, square - self.shape.rate * pull)
+            pushed = x * fma(arc_speed, line_rate * n_slope, excess_square)
+            pushed = fma(-n, resistance(per_inertia, rate, mode), pushed)
+            store(work.d1, 0, -(line_rate * n))
+        store(work.d2, 0, pushed * per_omega)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return ϑ, or the arc, at the nodes."""
@@ -296,11 +314,36 @@ class Wheel(NamedTuple):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the wheel at an instant."""
-        return _instant(self, mode, planes[0].x, omega[0] * planes[0].y, at)
+        tilt, w = at.tilt, omega[0] * planes[0].y
+        q, speed = angle_and_speed(self, planes[0].x, w, at.line.rate, mode.side)
+        rate, arm = speed + tilt.rate, lever_arm(self.lever, mode.side, q)
+        acceleration, tension = _pushed(
+            self.per_inertia, arm, mode, speed, rate, at.line.bend, at.gravity
+        )
+        return Instant(
+            angle=q + tilt.value,
+            rate=rate,
+            bend=acceleration + tilt.bend,
+            tension=tension,
+            margin=self.range - abs(q),
+            torque=-tension * arm.t,
+            coordinate=q,
+            speed=speed,
+            acceleration=acceleration,
+        )
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
-        """Return the time derivatives of coordinate and momentum."""
-        return _drift(self, mode, at, now)
+        """Return the time derivatives of coordinate and momentum: q̇ and ẇ, or ṡ and ṗ."""
+        per_inertia, q, speed = self.per_inertia, now.coordinate, now.speed
+        t, t_prime, lift = lever_arm(self.lever, mode.side, q)
+        pull = pull_of(per_inertia, lift, at.gravity)
+        against = pull * t + resistance(per_inertia, now.rate, mode)
+        if self.shape is None:
+            return (Plane(speed, ride(per_inertia.carried, t, t_prime, speed) - against),)
+        k = self.shape.k
+        n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
+        n_slope = -(k * k) * q * (n * n) * (n * n)
+        return (Plane(speed / n, speed / n * at.line.rate * n_slope - n * against),)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ = ϑ + τ."""
@@ -309,6 +352,10 @@ class Wheel(NamedTuple):
     def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
         """Put the wheel at rest at θ = angle, held by friction or about to go."""
         set_off_or_hold(self, omega, angle, at, state)
+
+    def ride_along(self, run: Run, place: Place) -> float:
+        """Move the held wheel with the case until friction no longer holds it."""
+        return _ride_along(self, run, place)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
@@ -363,85 +410,133 @@ class Wheel(NamedTuple):
 
 
 @inlined
-def _along_the_angle(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> None:
-    """Fill d₁ = q̇ − w and d₂ = (ẇ + ω²q)/ω of the first equations of `wells`."""
-    per_inertia, lever, felt = wheel.per_inertia, wheel.lever, wheel.felt
-    q, w = load(work.x), omega[0] * load(work.y)
-    line_rate = row_or_zero(felt.line, work.nodes.line_rate)
-    t, t_prime, lift = lever_arm(lever, mode.side, q)
-    speed = speed_of(per_inertia.carried, t, w, line_rate)
-    rate = speed + row_or_zero(felt.tilt, work.nodes.tilt_rate)
-    pull = pull_of(per_inertia, lift, row_or_zero(felt.gravity, work.nodes.gravity))
-    per_omega = 1.0 / omega[0]
-    pushed = excess(lever, q, t, pull, omega[0] * omega[0])
-    pushed = pushed + ride(per_inertia.carried, t, t_prime, speed)
-    pushed = pushed - resistance(per_inertia, rate, mode)
-    store(work.d1, 0, speed - w)
-    store(work.d2, 0, pushed * per_omega)
-
-
-@inlined
-def _along_the_arc(wheel: Wheel, shape: ArcShape, mode: Mode, omega: Omega, work: Work) -> None:
-    """Fill d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω, where, with nt = s(b − deficit),
-
-    ṗ + ω²s = s (ω² − b·pull + pull·deficit + ṡγ̇ (dn/ds)/s) − n·resistance.
-    """
-    per_inertia, felt = wheel.per_inertia, wheel.felt
-    s, p = load(work.x), omega[0] * load(work.y)
-    n, n_slope, lever_deficit, _ = on_arc(shape, s)
-    line_rate = row_or_zero(felt.line, work.nodes.line_rate)
-    arc_speed = fma(-line_rate, n, p)
-    rate = fma(n, arc_speed, row_or_zero(felt.tilt, work.nodes.tilt_rate))
-    pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
-    per_omega = 1.0 / omega[0]
-    excess_square = fma(pull, lever_deficit, omega[0] * omega[0] - shape.rate * pull)
-    pushed = s * fma(arc_speed, line_rate * n_slope, excess_square)
-    pushed = fma(-n, resistance(per_inertia, rate, mode), pushed)
-    store(work.d1, 0, -(line_rate * n))
-    store(work.d2, 0, pushed * per_omega)
-
-
-@compiled
-def _instant(wheel: Wheel, mode: Mode, x: float, w: float, at: Outside) -> Instant:
-    """Return the wheel at an instant.
+def _pushed(
+    per_inertia: PerInertia,
+    arm: Arm,
+    mode: Mode,
+    speed: Number,
+    rate: Number,
+    line_bend: Number,
+    gravity: Number,
+) -> tuple[Number, Number]:
+    """Return ϑ̈ and the tension over I, from ϑ̇ (`speed`), θ̇ (`rate`), γ̈ and g_eff.
 
     (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − μtt′ϑ̇²; the tension is F + m d²h/dt², with
     d²h/dt² = t′ϑ̇² + tϑ̈.
     """
-    per_inertia, tilt = wheel.per_inertia, at.tilt
-    q, speed = angle_and_speed(wheel, x, w, at.line.rate, mode.side)
-    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
-    mu, rate = per_inertia.carried, speed + tilt.rate
-    pull = pull_of(per_inertia, lift, at.gravity)
-    against = at.line.bend + resistance(per_inertia, rate, mode) + pull * t
+    t, t_prime, lift = arm
+    mu, pull = per_inertia.carried, pull_of(per_inertia, lift, gravity)
+    against = line_bend + resistance(per_inertia, rate, mode) + pull * t
     acceleration = -(against + ride(mu, t, t_prime, speed)) / mass_of(mu, t)
-    tension = pull + term(mu, t_prime * (speed * speed) + t * acceleration)
-    margin = wheel.range - abs(q)
-    return Instant(
-        angle=q + tilt.value,
-        rate=rate,
-        bend=acceleration + tilt.bend,
-        tension=tension,
-        margin=margin,
-        torque=-tension * t,
-        coordinate=q,
-        speed=speed,
-        acceleration=acceleration,
-    )
+    return acceleration, pull + term(mu, t_prime * (speed * speed) + t * acceleration)
+
+
+@inlined
+def angle_at(wheel: Wheel, x: float) -> float:
+    """Return ϑ at the coordinate x."""
+    return x if wheel.shape is None else angle_along(wheel.shape, x)
+
+
+@inlined
+def angle_and_speed(
+    wheel: Wheel, x: Number, w: Number, line_rate: Number, side: float
+) -> tuple[Number, Number]:
+    """Return ϑ and ϑ̇ from coordinate and momentum, at the nodes of a step or at an instant."""
+    if wheel.shape is None:
+        t = lever_arm(wheel.lever, side, x).t
+        return x, speed_of(wheel.per_inertia.carried, t, w, line_rate)
+    n, q = shortening_and_angle(wheel.shape, x)
+    return q, n * (w - line_rate * n)
+
+
+@inlined
+def coordinate_and_momentum(
+    wheel: Wheel, q: float, speed: float, line_rate: float, side: float
+) -> tuple[float, float]:
+    """Return coordinate and momentum from ϑ and ϑ̇: the inverse of `angle_and_speed`."""
+    if wheel.shape is None:
+        t = lever_arm(wheel.lever, side, q).t
+        return q, speed * mass_of(wheel.per_inertia.carried, t) + line_rate
+    k = wheel.shape.k
+    per_n = math.sqrt(1.0 + (k * q) * (k * q))
+    return arc_of(q, k), speed * per_n + line_rate / per_n
 
 
 @compiled
-def _drift(wheel: Wheel, mode: Mode, at: Outside, now: Instant) -> tuple[Plane, ...]:
-    """Return q̇ and ẇ, or ṡ and ṗ, of the equations of `wells`."""
-    per_inertia, q, speed = wheel.per_inertia, now.coordinate, now.speed
-    t, t_prime, lift = lever_arm(wheel.lever, mode.side, q)
-    against = pull_of(per_inertia, lift, at.gravity) * t + resistance(per_inertia, now.rate, mode)
-    if wheel.shape is None:
-        return (Plane(speed, ride(per_inertia.carried, t, t_prime, speed) - against),)
-    k = wheel.shape.k
-    n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
-    n_slope = -(k * k) * q * (n * n) * (n * n)
-    return (Plane(speed / n, speed / n * at.line.rate * n_slope - n * against),)
+def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float:
+    """Return the torque over I that keeps the wheel at θ = angle in the moving case.
+
+    There ϑ̇ = −τ̇ and ϑ̈ = −τ̈: with ψ̈ = α̈ = γ̈ − τ̈ of the wheel and the acceleration
+    t′τ̇² − tτ̈ of the mass on the thread, the torque is ψ̈ + μt(t′τ̇² − tτ̈) + pull · t + R s/I.
+    """
+    per_inertia, tilt = wheel.per_inertia, at.tilt
+    t, t_prime, lift = lever_arm(wheel.lever, mode.side, angle - tilt.value)
+    carried = term(per_inertia.carried, t * (t_prime * tilt.rate * tilt.rate - t * tilt.bend))
+    pulled = carried + pull_of(per_inertia, lift, at.gravity) * t
+    return at.line.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
+
+
+# -----------------------------------------------------------------------------
+# Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
+
+BISECTIONS = 60
+"""As many as leave no doubt in a double."""
+
+
+@compiled
+def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    """Set the state at θ = angle, θ̇ = 0: held if the torque allows, or the way it sets off."""
+    coulomb = wheel.per_inertia.coulomb
+    q = angle - at.tilt.value
+    state.side = 1 if q > 0.0 or (q == 0.0 and state.side > 0) else -1
+    torque = holding_torque(wheel, mode_of(state), angle, at)
+    _place_at_rest(wheel, omega, angle, at, state)
+    if coulomb is not None and abs(torque) <= coulomb:
+        state.held, state.held_angle = True, angle
+        return
+    state.held = False
+    if torque != 0.0:
+        state.direction = -1 if torque > 0.0 else 1
+    state.armed = is_due(wheel, state, float(state.direction), angle)
+
+
+@compiled
+def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    """Put the wheel at rest in the moving case at θ = angle."""
+    q, plane = angle - at.tilt.value, state.planes[0]
+    x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
+    plane.x, plane.x_rest = x, 0.0
+    plane.y, plane.y_rest = w / omega[0], 0.0
+
+
+@compiled
+def _ride_along(wheel: Wheel, run: Run, place: Place) -> float:
+    """Move the held wheel with the case; return the fraction of the step at which it breaks loose.
+
+    1 if it does not. The torque is looked at twice as often as a step has nodes, or at the end
+    alone where it is constant.
+    """
+    state, work = run.state, run.work
+    angle, mode, coulomb = state.held_angle, mode_of(state), term(wheel.per_inertia.coulomb, 1.0)
+    probes = (
+        1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work.fractions)
+    )
+    for i in range(1, probes + 1):
+        b = i / probes
+        at = outside_at(place.terms, place.begin + b * place.size, work)
+        if abs(holding_torque(wheel, mode, angle, at)) > coulomb:
+            a = (i - 1) / probes
+            for _ in range(BISECTIONS):
+                middle = 0.5 * (a + b)
+                at = outside_at(place.terms, place.begin + middle * place.size, work)
+                loose = abs(holding_torque(wheel, mode, angle, at)) > coulomb
+                a, b = (a, middle) if loose else (middle, b)
+            at = outside_at(place.terms, place.begin + b * place.size, work)
+            set_off_or_hold(wheel, run.omega, angle, at, state)
+            return b
+    at = outside_at(place.terms, place.begin + place.size, work)
+    _place_at_rest(wheel, run.omega, angle, at, state)
+    return 1.0
 
 
 # -----------------------------------------------------------------------------

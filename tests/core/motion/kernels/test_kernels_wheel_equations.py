@@ -1,10 +1,10 @@
-"""The equation of motion that the wheel's kernels hold twice, against the printed one (E2).
+"""The forms in which the wheel's kernels hold its equation of motion, against the printed one.
 
     (I + m t²) ϑ̈ + m t t′ ϑ̇² + F t = −I γ̈ − c₁θ̇ − c₂ θ̇|θ̇| − c₀ sgn θ̇ − R s
 
-with t = h′(ϑ) the lever arm of the machine's cam, F = P + κh + m g_eff. The coordinate of the
-kernels is ϑ, its momentum (1 + μt²)ϑ̇ + γ̇; or the arc s and ṡ + γ̇n. Their time derivatives are
-those of the chain rule.
+(E2 of docs/theory/machine_at_sea.md), with t = h′(ϑ) the lever arm of the machine's cam and
+F = P + κh + m g_eff. The coordinate of the kernels is ϑ, its momentum (1 + μt²)ϑ̇ + γ̇; or the arc s
+and ṡ + γ̇n. Their time derivatives are those of the chain rule.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ from tauto_core.motion import Forcing
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.outside import Channel, Outside
+from tauto_core.motion.stepping import disturbance_on_land
 from tauto_core.motion.system import Mode, Plane
-from tauto_core.motion.wheel import NODES, Collocation
+from tauto_core.motion.wheel import NODES, Collocation, holding_torque
 
 HEAVY = {
     'cam': {'kind': 'involute', 'base_radius': 0.012},
@@ -66,6 +67,16 @@ def derivatives(wheel: Any, mode: Any, omega: Any, at: Any, work: Any, out: Any)
         out[i, 7] = now.tension
 
 
+@entry
+def torque_that_holds(wheel: Any, mode: Any, angle: Any, at: Any) -> float:
+    return holding_torque(wheel, mode, angle, at)
+
+
+@entry
+def disturbed(wheel: Any, mode: Any, omega: Any, work: Any) -> None:
+    wheel.disturb(mode, omega, work)
+
+
 def acceleration(machine: Machine, q: Any, speed: Any, at: Outside, mode: Mode) -> Any:
     """ϑ̈ by the printed equation, and the tension of the thread."""
     t, slope = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
@@ -83,10 +94,8 @@ def acceleration(machine: Machine, q: Any, speed: Any, at: Outside, mode: Mode) 
     return found, pull + m * (slope * speed**2 + t * found)
 
 
-@pytest.mark.parametrize('name', WHEELS)
-def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
-    machine = compile_machine(scene_of(**WHEELS[name]))
-    engine = Collocation(machine)
+def system_of(machine: Machine) -> Any:
+    """The wheel with all channels of the ship's motion, and ω."""
     sea = np.zeros((1, 2))
     forcing = Forcing(
         length_s=np.ones(1),
@@ -98,7 +107,13 @@ def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
         tilt=sea,
         gravity=sea if machine.pulling_mass else None,
     )
-    wheel, omega = engine._moved(forcing)
+    return Collocation(machine)._moved(forcing)
+
+
+@pytest.mark.parametrize('name', WHEELS)
+def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
+    machine = compile_machine(scene_of(**WHEELS[name]))
+    wheel, omega = system_of(machine)
     assert (wheel.shape is not None) == (name in ON_ARC)
     random = np.random.default_rng(5)
     work, out = make_work(1, NODES), np.empty((SIZE, 8))
@@ -134,3 +149,38 @@ def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
             np.testing.assert_allclose(out[:, first + 1], w_rate / omega[0], **close)
         np.testing.assert_allclose(out[:, 4:7].T, [q, speed, bend], **close)
         np.testing.assert_allclose(out[:, 7], tension / machine.inertia, rtol=1e-12)
+
+
+@pytest.mark.parametrize('name', WHEELS)
+def test_the_torque_that_holds_a_wheel_is_what_is_missing_to_its_rest_in_the_case(name):
+    """With ϑ̇ = −τ̇ and θ̇ = 0, so that only the recoil drags, it lifts ϑ̈ to −τ̈."""
+    machine = compile_machine(scene_of(**WHEELS[name]))
+    wheel, _ = system_of(machine)
+    random = np.random.default_rng(6)
+    for _ in range(20):
+        line, tilt = (Channel(*random.normal(0.0, 0.3, 3)) for _ in range(2))
+        at = Outside(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
+        side, pallet = random.choice([-1.0, 1.0], 2)
+        q = side * random.uniform(0.02, 1.2)
+        mode = Mode(side, 0.0, pallet)
+        bend, _ = acceleration(machine, q, -tilt.rate, at, mode)
+        missing = machine.mass(q) / machine.inertia * (-tilt.bend - bend)
+        found = torque_that_holds(wheel, mode, float(q + tilt.value), at)
+        assert found == pytest.approx(missing, rel=2e-13, abs=2e-12)
+
+
+@pytest.mark.parametrize('name', ['arc', 'cheek', 'spring', 'spring, viscous'])
+def test_trial_steps_on_land_are_disturbed_as_steps_are(name):
+    drag = {'drag': {'viscous': 3e-4}} if 'viscous' in name else {}
+    kinds = {'arc': HEAVY, 'cheek': CHEEK, 'spring': SPRING}
+    machine = compile_machine(scene_of(trochlea=kinds[name.split(',')[0]], **drag))
+    wheel, omega = system_of(machine)
+    random = np.random.default_rng(7)
+    work = make_work(1, NODES)
+    work['nodes']['gravity'] = machine.gravity
+    for side in (1.0, -1.0):
+        work['x'], work['y'] = side * random.uniform(0.02, 1.2, SIZE), random.normal(0, 1, SIZE)
+        disturbed(wheel, Mode(side, side, side), omega, work)
+        found = disturbance_on_land(machine, wheel.shape, omega[0], work['x'][0], work['y'][0])
+        np.testing.assert_allclose(found[0], work['d1'][0], rtol=2e-13, atol=2e-12)
+        np.testing.assert_allclose(found[1], work['d2'][0], rtol=2e-13, atol=2e-12)
