@@ -244,7 +244,7 @@ class Nodes(Protocol):
     g_across: FloatArray
 
 
-class OnArc(NamedTuple):
+class LeverOnArc(NamedTuple):
     """The functions of the arc at one s, or at lanes of it: n, w, χ', cos β and sin β."""
 
     n: Number
@@ -287,14 +287,15 @@ class Lever(_Numbers, ThreadSystem):
         """Fill what (P.3) adds to the rotation of the plane."""
         s, p = load(work.x), omega[0] * load(work.y)
         nodes: Nodes = work.nodes
-        n, w, chi_slope, cosine, sine = _near_nodes(self.shape, s)
+        at = _near_nodes(self.shape, s)
         alpha_rate = load(nodes.alpha_rate)
-        carried = alpha_rate * fma(self.root_j, w, n)
+        carried = alpha_rate * fma(self.root_j, at.w, at.n)
         speed = p - carried
-        gravity = load(nodes.g_up) * cosine + load(nodes.g_across) * sine
-        pushed = (omega[0] * omega[0]) * s - (self.kappa * w) * gravity
-        turned = speed * alpha_rate * chi_slope * (self.root_j * n - w)
-        more = pushed + turned - n * resistance(self.on_wheel, mode, n * speed)
+        gravity = load(nodes.g_up) * at.cosine + load(nodes.g_across) * at.sine
+        # ṗ + ω²s: with ω²s first, the two large terms cancel before anything is added
+        pushed = (omega[0] * omega[0]) * s - (self.kappa * at.w) * gravity
+        more = pushed + _turned(self, at, speed, alpha_rate)
+        more = more - at.n * resistance(self.on_wheel, mode, at.n * speed)
         store(work.d1, 0, -carried)
         store(work.d2, 0, more * (1.0 / omega[0]))
 
@@ -302,17 +303,14 @@ class Lever(_Numbers, ThreadSystem):
         """Return whether the step leaves the geometry, or the thread goes slack."""
         s, p = load(work.x), omega[0] * load(work.y)
         nodes: Nodes = work.nodes
-        n, w, chi_slope, cosine, sine = _near_nodes(self.shape, s)
-        a = fma(self.root_j, w, n)
+        at = _near_nodes(self.shape, s)
+        a = fma(self.root_j, at.w, at.n)
         speed = p - load(nodes.alpha_rate) * a
-        gravity = load(nodes.g_up) * cosine + load(nodes.g_across) * sine
-        alpha_bend = load(nodes.alpha_bend)
-        push = (self.kappa * w) * gravity + n * resistance(self.on_wheel, mode, n * speed)
-        acceleration = -(push + a * alpha_bend)
-        lifted = w * acceleration + n * chi_slope * (speed * speed) + self.root_j * alpha_bend
+        gravity = load(nodes.g_up) * at.cosine + load(nodes.g_across) * at.sine
+        _, tension, _ = _pushed(self, mode, at, a, speed, load(nodes.alpha_bend), gravity)
         whole = self.shape.whole
         x = (s - whole.middle) * (1.0 / whole.half)
-        return beyond_by(lifted + self.kappa * gravity, 1.0 - x * x, s, work)
+        return beyond_by(tension, 1.0 - x * x, s, work)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return s at the nodes."""
@@ -337,14 +335,34 @@ class Lever(_Numbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the lever at an instant."""
-        return _instant(self, mode, planes[0].x, omega[0] * planes[0].y, at)
+        line, tilt, shape, s = at.line, at.tilt, self.shape, planes[0].x
+        arc, angle = _on_arc(shape, s)
+        a = arc.n + self.root_j * arc.w
+        alpha_bend = line.bend - tilt.bend
+        speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
+        sine, cosine = math.sin(tilt.value), math.cos(tilt.value)
+        gravity = at.gravity * (arc.cosine * cosine + arc.sine * sine)
+        acceleration, tension, drag = _pushed(self, mode, arc, a, speed, alpha_bend, gravity)
+        bend = arc.n * acceleration - arc.w * arc.chi_slope * speed * speed
+        x = (s - shape.whole.middle) / shape.whole.half
+        return Instant(
+            angle=angle,
+            rate=arc.n * speed,
+            bend=bend,
+            tension=tension,
+            margin=1.0 - x * x,
+            torque=bend + alpha_bend + drag,
+            coordinate=s,
+            speed=speed,
+            acceleration=acceleration,
+        )
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return ṡ and ṗ = s̈ + Aα̈ + ṡα̇ dA/ds."""
-        (n, w, chi_slope, _, _), _ = _on_arc(self.shape, now.coordinate)
+        arc, _ = _on_arc(self.shape, now.coordinate)
         alpha_rate, alpha_bend = at.line.rate - at.tilt.rate, at.line.bend - at.tilt.bend
-        turned = now.speed * alpha_rate * chi_slope * (self.root_j * n - w)
-        return (Plane(now.speed, now.acceleration + (n + self.root_j * w) * alpha_bend + turned),)
+        pushed = now.acceleration + (arc.n + self.root_j * arc.w) * alpha_bend
+        return (Plane(now.speed, pushed + _turned(self, arc, now.speed, alpha_rate)),)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ."""
@@ -356,6 +374,34 @@ class Lever(_Numbers, ThreadSystem):
         struck = mode.direction * math.sqrt(speed * speed + self.on_wheel.energy)
         plane.y += (struck - speed) / omega[0]
         plane.y_rest = 0.0
+
+
+@inlined
+def _pushed(
+    lever: Lever,
+    mode: Mode,
+    arc: LeverOnArc,
+    a: Number,
+    speed: Number,
+    alpha_bend: Number,
+    gravity: Number,
+) -> tuple[Number, Number, Number]:
+    """Return s̈, the tension and the drag of ṡ and α̈, at the nodes of a step or at an instant.
+
+    s̈ = −κ w g_eff cos(β − τ) − n · drag − Aα̈, as (P.3) has it. `a` is A, and `gravity` is g_eff
+    cos(β − τ). The tension is a quantity of its sign.
+    """
+    n, w = arc.n, arc.w
+    drag = resistance(lever.on_wheel, mode, n * speed)
+    acceleration = -(lever.kappa * w * gravity + n * drag + a * alpha_bend)
+    lifted = w * acceleration + n * arc.chi_slope * speed * speed + lever.root_j * alpha_bend
+    return acceleration, lifted + lever.kappa * gravity, drag
+
+
+@inlined
+def _turned(lever: Lever, arc: LeverOnArc, speed: Number, alpha_rate: Number) -> Number:
+    """Return ṡα̇ dA/ds, with dA/ds = χ′(√j n − w)."""
+    return speed * alpha_rate * arc.chi_slope * (lever.root_j * arc.n - arc.w)
 
 
 Six: TypeAlias = tuple[Number, Number, Number, Number, Number, Number]
@@ -391,7 +437,7 @@ def _horner(terms: FloatArray, x: Number, zero: Number) -> Six:
 
 
 @inlined
-def _at(series: Series | Powers, s: Number, zero: Number) -> tuple[OnArc, Number]:
+def _at(series: Series | Powers, s: Number, zero: Number) -> tuple[LeverOnArc, Number]:
     """Return the functions of the arc and θ.
 
     Args:
@@ -404,11 +450,12 @@ def _at(series: Series | Powers, s: Number, zero: Number) -> tuple[OnArc, Number
         found = _horner(series.terms, x, zero)
     else:
         found = _clenshaw(series.terms, x, zero)
-    return OnArc(found[N], found[W], found[CHI_SLOPE], found[COSINE], found[SINE]), found[ANGLE]
+    n, w, chi_slope, cosine, sine, angle = found
+    return LeverOnArc(n, w, chi_slope, cosine, sine), angle
 
 
 @compiled
-def _near_nodes(shape: LeverShape, s: Lanes) -> OnArc:
+def _near_nodes(shape: LeverShape, s: Lanes) -> LeverOnArc:
     """Return the functions of the arc at lanes of s."""
     if largest(s - shape.near.middle) <= shape.near.half:
         return _at(shape.near, s, filled(s, 0.0))[0]
@@ -416,35 +463,8 @@ def _near_nodes(shape: LeverShape, s: Lanes) -> OnArc:
 
 
 @compiled
-def _on_arc(shape: LeverShape, s: float) -> tuple[OnArc, float]:
+def _on_arc(shape: LeverShape, s: float) -> tuple[LeverOnArc, float]:
     """Return the functions of the arc and θ at s."""
     if abs(s - shape.near.middle) <= shape.near.half:
         return _at(shape.near, s, 0.0)
     return _at(shape.whole, s, 0.0)
-
-
-@compiled
-def _instant(lever: Lever, mode: Mode, s: float, p: float, at: Outside) -> Instant:
-    """Return the lever at an instant: as `Lever.beyond`, and the torque of the thread."""
-    line, tilt, shape = at.line, at.tilt, lever.shape
-    (n, w, chi_slope, cosine, sine), angle = _on_arc(shape, s)
-    a = n + lever.root_j * w
-    alpha_bend = line.bend - tilt.bend
-    speed = p - a * (line.rate - tilt.rate)
-    gravity = at.gravity * (cosine * math.cos(tilt.value) + sine * math.sin(tilt.value))
-    drag = resistance(lever.on_wheel, mode, n * speed)
-    acceleration = -(lever.kappa * w * gravity + n * drag + a * alpha_bend)
-    lifted = w * acceleration + n * chi_slope * speed * speed + lever.root_j * alpha_bend
-    bend = n * acceleration - w * chi_slope * speed * speed
-    x = (s - shape.whole.middle) / shape.whole.half
-    return Instant(
-        angle=angle,
-        rate=n * speed,
-        bend=bend,
-        tension=lifted + lever.kappa * gravity,
-        margin=1.0 - x * x,
-        torque=bend + alpha_bend + drag,
-        coordinate=s,
-        speed=speed,
-        acceleration=acceleration,
-    )

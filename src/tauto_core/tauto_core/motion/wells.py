@@ -236,7 +236,7 @@ SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
 """Rows of `ArcShape.terms`."""
 
 
-class OnArc(NamedTuple):
+class CamOnArc(NamedTuple):
     """The functions of the arc s at the stages.
 
     Attributes:
@@ -282,7 +282,7 @@ def shortening_and_angle(shape: ArcShape, s: Number) -> tuple[Number, Number]:
 
 
 @compiled
-def _on_arc_exactly(shape: ArcShape, s: Lanes) -> OnArc:
+def _on_arc_exactly(shape: ArcShape, s: Lanes) -> CamOnArc:
     """Return the functions of the arc by their definitions: where the polynomials end."""
     n_all = n_slope = lever_deficit = q_all = filled(s, 0.0)
     for i in range(width(s)):
@@ -294,11 +294,11 @@ def _on_arc_exactly(shape: ArcShape, s: Lanes) -> OnArc:
         n_slope = with_lane(n_slope, i, -(shape.k * shape.k) * ratio * (n * n) * (n * n))
         lever_deficit = with_lane(lever_deficit, i, shape.rate * (1.0 - n * ratio))
         q_all = with_lane(q_all, i, q)
-    return OnArc(n_all, n_slope, lever_deficit, q_all)
+    return CamOnArc(n_all, n_slope, lever_deficit, q_all)
 
 
 @inlined
-def on_arc(shape: ArcShape, s: Lanes) -> OnArc:
+def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
     """Return the functions of the arc at the stages."""
     u = (s * s) * shape.per_limit
     if negative(1.0 - u) != 0:
@@ -317,7 +317,7 @@ def on_arc(shape: ArcShape, s: Lanes) -> OnArc:
         lever, lever_odd = _next(terms, LEVER, j, square, lever, lever_odd)
         angle, angle_odd = _next(terms, ANGLE, j, square, angle, angle_odd)
     lever = fma(lever_odd, u, lever)
-    return OnArc(
+    return CamOnArc(
         fma(n_odd, u, n),
         fma(n_slope_odd, u, n_slope),
         -(u * lever),

@@ -1,0 +1,61 @@
+"""The two forms in which the lever's kernels hold (P.3) of docs/theory/propagators.md.
+
+At the stages of a step it is the disturbance of an oscillator, at an instant s̈ and the rate of the
+momentum. `test_motion_real_threads` compares the motion with an independent integrator.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+
+from tauto_core.kernels import entry
+from tauto_core.machines import compile_machine
+from tauto_core.motion.gauss_step import make_work
+from tauto_core.motion.lanes import SIZE
+from tauto_core.motion.lever import NODES
+from tauto_core.motion.outside import Channel, Outside
+from tauto_core.motion.real_threads import RealThreads
+from tauto_core.motion.system import Mode, Plane
+
+LEVER = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+
+
+@entry
+def rates(lever: Any, mode: Any, omega: Any, at: Any, work: Any, out: Any) -> None:
+    """Fill a row for each stage: the rates of s and p by the stages, then by the instant."""
+    lever.disturb(mode, omega, work)
+    for i in range(len(out)):
+        x, y = work.x[i], work.y[i]
+        now = lever.instant(mode, omega, (Plane(x, y),), at)
+        drift = lever.drift(mode, omega, at, now)
+        out[i, 0] = omega[0] * y + work.d1[i]
+        out[i, 1] = omega[0] * (-omega[0] * x + work.d2[i])
+        out[i, 2], out[i, 3] = drift[0].x, drift[0].y
+
+
+@pytest.mark.parametrize('drag', [{}, {'viscous': 3e-4, 'quadratic': 2e-4}])
+def test_stages_and_instants_of_the_lever_have_the_same_rates(drag):
+    machine = compile_machine(scene_of(trochlea=LEVER, drag=drag))
+    engine = RealThreads(machine)
+    lever, omega = engine._model
+    random = np.random.default_rng(8)
+    work, out = make_work(1, NODES), np.empty((SIZE, 4))
+    edge = float(machine.arc(machine.release_angle)) / np.sqrt(machine.inertia)
+    for _ in range(20):
+        line, tilt = (Channel(*random.normal(0.0, 0.3, 3)) for _ in range(2))
+        at = Outside(line, tilt, 9.8 + random.normal())
+        work['x'], work['y'] = random.uniform(-edge, edge, SIZE), random.normal(0.0, 1.0, SIZE)
+        nodes = work['nodes']
+        nodes['alpha_rate'], nodes['alpha_bend'] = line.rate - tilt.rate, line.bend - tilt.bend
+        nodes['g_up'] = at.gravity * np.cos(tilt.value)
+        nodes['g_across'] = at.gravity * np.sin(tilt.value)
+        rates(lever, Mode(1.0, random.choice([-1.0, 1.0]), 1.0), omega, at, work, out)
+        np.testing.assert_allclose(out[:, :2], out[:, 2:], rtol=2e-12, atol=2e-11)
