@@ -21,18 +21,20 @@ from tauto_core.motion.gauss_step import (
     finish,
 )
 from tauto_core.motion.lanes import largest, least
-from tauto_core.motion.outside import Outside, Place, outside_at
 from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
     Instant,
     Mode,
+    Outside,
+    Place,
     Plane,
     Run,
     State,
     System,
     Watch,
     mode_of,
+    outside_at,
     planes_of,
 )
 

@@ -14,22 +14,26 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import Lanes, filled, fma, largest, least, load, store
-from tauto_core.motion.outside import (
+from tauto_core.motion.passages import CLEAR
+from tauto_core.motion.system import (
     GRAVITY,
     LINE_BEND,
     LINE_RATE,
     TILT,
     TILT_BEND,
     TILT_RATE,
+    Beyond,
+    Instant,
+    Mode,
     Outside,
     Pieces,
     Place,
+    Plane,
+    State,
     column,
     difference,
     nodes_of,
 )
-from tauto_core.motion.passages import CLEAR
-from tauto_core.motion.system import Beyond, Instant, Mode, Plane, State
 from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, resistance
 from tauto_core.motion.wells import Number
 from tauto_core.samples import FloatArray

@@ -28,8 +28,17 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.outside import Pieces, Place, outside_at, set_piece
-from tauto_core.motion.system import Mode, Run, Watch, mode_of, planes_of
+from tauto_core.motion.system import (
+    Mode,
+    Pieces,
+    Place,
+    Run,
+    Watch,
+    mode_of,
+    outside_at,
+    planes_of,
+    set_piece,
+)
 from tauto_core.samples import FloatArray
 
 APART = 0.1

@@ -19,10 +19,16 @@ from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import Lever, lever_shape
-from tauto_core.motion.outside import Pieces
 from tauto_core.motion.phase import polar, polar_rate
-from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
-from tauto_core.motion.stepping import ERROR_OF_LAST_STRONG, MARGIN, MIN_ANGLE
+from tauto_core.motion.stepping import (
+    ERROR_OF_LAST_STRONG,
+    MARGIN,
+    MIN_ANGLE,
+    Moved,
+    Stepped,
+    tolerance_of,
+)
+from tauto_core.motion.system import Pieces
 from tauto_core.motion.threads import Hanging, OnWheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError

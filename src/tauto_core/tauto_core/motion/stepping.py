@@ -8,14 +8,14 @@ range and a slack thread end the run. What moves is known by the methods of `sys
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import AnyMachine
 from tauto_core.motion.events import (
     AT_EDGE,
     AT_SLACK,
@@ -27,46 +27,47 @@ from tauto_core.motion.events import (
     lay_out,
     step_to_event,
 )
+from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.gauss_step import (
     PART_STEP,
     SETTLED,
+    TERMS,
     WHOLE_STEP,
-    Gauss,
     Omega,
     Step,
     Work,
     collocate,
     copy_planes,
     finish,
-    gauss,
+    make_work,
     sum_exactly,
 )
-from tauto_core.motion.lanes import SIZE, WIDE_SIZE
-from tauto_core.motion.outside import Outside, Pieces, Place, outside_at, set_piece
 from tauto_core.motion.passages import APART, WatchRide, ahead, count, in_step, passages
+from tauto_core.motion.phase import since_start
 from tauto_core.motion.system import (
     Instant,
     Mode,
+    Outside,
+    Pieces,
+    Place,
     Run,
     State,
     System,
     Tolerance,
     mode_of,
+    outside_at,
     planes_of,
+    restore_record,
+    set_piece,
+    state_of,
+    state_type,
 )
-from tauto_core.motion.wells import ArcShape, angles_of, arc_of
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import CamRangeError
+from tauto_core.samples import State as Saved
+from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
-# The reference frequency of the rotating frame and the longest step that meets a tolerance.
-
-LONGEST_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
-"""Longest step by its number of stages, as the angle ωh [rad].
-
-`events.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
-`events.BEYOND`, with sixteen it stays within `gauss_step.MAX_ANGLE`.
-"""
+# The accuracy of steps.
 
 MIN_ANGLE = 0.005
 """Longest step that is laid out whatever the error, as the angle ωh [rad]."""
@@ -87,63 +88,6 @@ The step is of twice the order of its polynomial, whence the square. The factor 
 (benchmarks/stress.json): 0.002 to 0.03 where the disturbance is weak, up to 0.8 for a weight or a
 spring that makes the well strongly anharmonic.
 """
-
-WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_GROWTH = 0.003, 0.05
-"""The same for sixteen stages, and its increase with the growth of the inertia, k²ϑ²."""
-
-MOST_DISTURBED = 1.0
-"""Growth of the inertia k²ϑ², or damping c₁/(Iω), up to which sixteen stages are worth it."""
-
-_PHASES = 12
-"""Phases of the swing at which steps are tried."""
-
-
-def reference_frequency(machine: Machine) -> float:
-    """Return the frequency of the rotating frame [rad/s]: that of the released swing, if any.
-
-    Any frequency would do; with this one the disturbance has no mean, and is smallest.
-    """
-    try:
-        return math.tau / machine.period(machine.release_angle)
-    except (CamRangeError, SlackThreadError):
-        return machine.frequency
-
-
-def stages_of(machine: Machine, shape: ArcShape | None) -> int:
-    """Return how many stages a step has: sixteen where little disturbs the swing, else eight.
-
-    Steps end at a kink and at the joints of a spline, and are short where the well is strongly
-    anharmonic or damped: longer ones would be of no use there.
-    """
-    drag = machine.drag
-    abrupt = drag is not None and not drag.is_linear
-    cam = machine.cam
-    if abrupt or cam.kinked or cam.joints.size:
-        return SIZE
-    damped = drag.viscous / (machine.inertia * machine.frequency) if drag is not None else 0.0
-    smooth = shape is not None or machine.is_linear
-    disturbed = max(_inertia_growth(machine, shape), damped)
-    return WIDE_SIZE if smooth and disturbed <= MOST_DISTURBED else SIZE
-
-
-def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
-    """Return the relative growth of the inertia from ϑ = 0 to the release, k²ϑ² (`arc_length`)."""
-    return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
-
-
-def error_factor(machine: Machine, shape: ArcShape | None) -> float:
-    """Return the error of a step over the square of its last coefficient.
-
-    0 for a cam with joints, where derivatives of the law jump: there the square does not hold, and
-    the error is the coefficient itself.
-    """
-    if machine.cam.joints.size:
-        return 0.0
-    if stages_of(machine, shape) == WIDE_SIZE:
-        return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_GROWTH * _inertia_growth(machine, shape)
-    weak = shape is not None or machine.is_linear
-    weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
-    return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
 
 
 def settled_at(tolerance: float) -> float:
@@ -171,78 +115,8 @@ def step_error(factor: float, last: float, newton: bool) -> float:
     return last if newton or factor == 0.0 else factor * last * last
 
 
-def longest_step(
-    machine: Machine, shape: ArcShape | None, omega: float, *, factor: float, tolerance: float
-) -> float:
-    """Return the longest step [s] whose error on land is within the tolerance, at any phase.
-
-    The disturbance is taken along the undisturbed motion at the release amplitude.
-    """
-    amplitude = machine.release_angle
-    if shape is not None:
-        amplitude = arc_of(amplitude, shape.k)
-    stages = stages_of(machine, shape)
-    # an impulse may come every half swing
-    most = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
-    constants, angles = gauss(stages), [most]
-    while angles[-1] > MIN_ANGLE:
-        angles.append(0.97 * angles[-1])
-
-    def is_within(angle: float) -> bool:
-        last = _last_coefficient(machine, shape, constants, omega, amplitude, angle)
-        return step_error(factor, last, False) <= MARGIN * tolerance
-
-    # the coefficient falls with the length of the step; the shortest is taken whatever its error
-    return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
-
-
-def _last_coefficient(
-    machine: Machine,
-    shape: ArcShape | None,
-    constants: Gauss,
-    omega: float,
-    amplitude: float,
-    angle: float,
-) -> float:
-    """Return the largest last Legendre coefficient of steps of ωh = angle, relative to the state.
-
-    Steps at all phases are tried, but for those over a kink.
-    """
-    if amplitude == 0.0:
-        return 0.0
-    phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
-    turned = constants.nodes * angle
-    x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
-    if machine.cam.kinked:
-        within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
-        x, y = x[within], y[within]
-    d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
-    slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
-    tails = [np.max(np.abs(slope @ constants.projection[-1]), initial=0.0) for slope in slopes]
-    return angle / omega * float(max(tails)) / abs(amplitude)
-
-
-def disturbance_on_land(
-    machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return d₁ and d₂ of a wheel on land, as `Wheel.disturb` does, at any number of x and y.
-
-    In NumPy, for the steps of all phases at once, without compiling. Drag is taken by the momentum
-    w, which is no less than the speed, and along the arc it is left out: the error is estimated.
-    """
-    q = angles_of(x, shape.k) if shape is not None else x
-    edge = machine.cam.range_rad
-    q = np.clip(q, -edge, edge)
-    t, t_prime = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
-    mass = machine.mass(q) / machine.inertia
-    force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
-    if shape is not None:
-        return np.zeros(x.shape), omega * x - force / np.sqrt(mass) / omega
-    w = omega * y
-    ride = machine.carried_mass / machine.inertia * t * t_prime * (w / mass) ** 2
-    viscous = machine.drag.viscous / machine.inertia if machine.drag else 0.0
-    return w / mass - w, omega * x + (ride - force - viscous * w) / omega
-
+# -----------------------------------------------------------------------------
+# The driver.
 
 OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
 """How a run ends: at the end of the spans, of the range, with a slack thread, or not solved."""
@@ -513,3 +387,145 @@ def advance(
             _write(run, outside_at(terms, spans.end[k], run.work), rows[written])
             written += 1
     return OK, 0, 0.0
+
+
+# -----------------------------------------------------------------------------
+# The base class of the propagators that take steps.
+
+
+class Moved(NamedTuple):
+    """What moves: a `system.System` with its numbers, and ω of each of its planes [rad/s]."""
+
+    system: Any
+    omega: Omega
+
+
+def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance:
+    """Return the accuracy of steps.
+
+    Args:
+        step: error allowed in a step, relative to the state; None: the default.
+        factor: as in `Tolerance`.
+        coarsen: share of the error allowed below which steps double.
+    """
+    step = TOLERANCE if step is None else step
+    return Tolerance(step, factor, settled_at(step), carried_within(step), step * coarsen)
+
+
+class Stepped(ABC):
+    """A propagator that takes steps; a derived class turns a machine into a system.
+
+    Args:
+        machine: the machine.
+        planes: number of rotating planes.
+        nodes: names of the rows that its system keeps at the nodes of a step.
+        stages: number of stages of a step.
+        tolerance: accuracy of steps.
+    """
+
+    name = 'collocation'
+    longest_step_s: float
+
+    def __init__(
+        self,
+        machine: AnyMachine,
+        planes: int,
+        nodes: tuple[str, ...],
+        stages: int,
+        tolerance: Tolerance,
+    ) -> None:
+        self._inertia, self._release_angle = machine.inertia, machine.release_angle
+        self.order = 2 * stages
+        self._tolerance = tolerance
+        self._state = np.zeros((), state_type(planes))
+        self._work = make_work(planes, nodes, stages)
+        self._start_angle = 0.0
+
+    @abstractmethod
+    def _moved(self, forcing: Forcing) -> Moved:
+        """Return the system for the channels that the forcing has."""
+
+    @abstractmethod
+    def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
+        """Return the phase within a turn (phase.polar)."""
+
+    @abstractmethod
+    def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
+        """Return φ̇ [rad/s]."""
+
+    @abstractmethod
+    def _failure(self, code: int, time_s: float) -> PropagationError:
+        """Return the error of a run that ends early."""
+
+    def _outside(self, forcing: Forcing) -> Pieces:
+        """Return the pieces of the forcing, of which none may have too many powers."""
+        check_powers(forcing, TERMS)
+        return Pieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
+
+    def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
+        """Set the state; return the row at the start and the tension there."""
+        row = np.empty(1, ROW)
+        tension = release(
+            *self._moved(forcing),
+            self._release_angle,
+            self._outside(forcing),
+            float(forcing.begin[0]),
+            self._state,
+            self._work,
+            row.reshape(()),
+        )
+        self._start_angle = float(self._within_turn(row)[0])
+        return row, tension
+
+    def _run(
+        self, forcing: Forcing, moved: Moved, tolerance: Tolerance, longest_s: float
+    ) -> tuple[NDArray[np.void], int, int, float]:
+        """Advance; return rows of the logged ends, a code, and the span and place it ended in."""
+        rows = np.empty(int(np.count_nonzero(forcing.logged)), ROW)
+        code, span, x = advance(
+            *moved,
+            tolerance,
+            longest_s,
+            self._outside(forcing),
+            Spans(forcing.begin, forcing.end, forcing.logged),
+            self._state,
+            self._work,
+            rows,
+        )
+        return rows, code, span, x
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at their logged ends.
+
+        Raises:
+            PropagationError: slack thread, end of the range, or no convergence.
+        """
+        moved = self._moved(forcing)
+        rows, code, span, x = self._run(forcing, moved, self._tolerance, self.longest_step_s)
+        if code != OK:
+            left = (forcing.end[span] - x) * forcing.length_s[span]
+            raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
+        return self._motion(rows) if len(rows) else no_motion()
+
+    def _motion(self, rows: NDArray[np.void]) -> Motion:
+        half_turns, fraction = since_start(
+            rows['turns'], self._within_turn(rows), self._start_angle
+        )
+        return Motion(
+            angle=rows['angle'],
+            rate=rows['rate'],
+            torque=self._inertia * rows['torque'],
+            half_turns=half_turns,
+            fraction=fraction,
+            phase_rate=self._phase_rate(rows),
+            beats=rows['beats'].copy(),
+        )
+
+    def state(self) -> Saved:
+        """Return the running state by its names, and the phase at the start."""
+        return {**state_of(self._state), 'start_angle': self._start_angle}
+
+    def restore(self, state: Saved) -> None:
+        """Go on from a state."""
+        restore_record(self._state, state)
+        self._start_angle = float(state['start_angle'])

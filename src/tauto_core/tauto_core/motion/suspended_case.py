@@ -28,17 +28,22 @@ from tauto_core.motion.linear import (
     responses,
     sorted_out,
 )
-from tauto_core.motion.outside import GRAVITY, LINE, Outside, Pieces, Place, column, nodes_of
 from tauto_core.motion.phase import DIGITS
-from tauto_core.motion.stepped import tolerance_of
-from tauto_core.motion.stepping import TOLERANCE
+from tauto_core.motion.stepping import TOLERANCE, tolerance_of
 from tauto_core.motion.system import (
+    GRAVITY,
+    LINE,
     Beyond,
     Instant,
     Mode,
+    Outside,
+    Pieces,
+    Place,
     Plane,
     System,
+    column,
     first_below,
+    nodes_of,
     restore_record,
     state_of,
     state_type,

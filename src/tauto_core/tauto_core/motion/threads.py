@@ -10,29 +10,27 @@ from tauto_core.machines.parts import DragLaw
 from tauto_core.motion.events import BEYOND, is_due, phase_to
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import Lanes, fma, largest, least, load, store
-from tauto_core.motion.outside import (
+from tauto_core.motion.passages import CLEAR
+from tauto_core.motion.system import (
     GRAVITY,
     LINE,
     LINE_RATE,
     TILT_RATE,
-    Outside,
-    Pieces,
-    Place,
-    column,
-    difference,
-    nodes_of,
-    outside_at,
-)
-from tauto_core.motion.passages import CLEAR
-from tauto_core.motion.system import (
     Beyond,
     Instant,
     Mode,
+    Outside,
+    Pieces,
+    Place,
     Plane,
     State,
     System,
+    column,
+    difference,
     first_below,
     mode_of,
+    nodes_of,
+    outside_at,
     planes_of,
 )
 from tauto_core.motion.wells import Number, law_torque, term

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -10,38 +11,55 @@ from numpy.typing import NDArray
 
 from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
-from tauto_core.machines import Machine
+from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion import stepping
 from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
-from tauto_core.motion.gauss_step import Omega, Planes, Work
-from tauto_core.motion.lanes import SIZE, Lanes, fma, larger, largest, least, load, store, width
-from tauto_core.motion.outside import (
-    GRAVITY,
-    LINE_RATE,
-    TILT_RATE,
-    Outside,
-    Pieces,
-    Place,
-    column,
-    columns,
-    nodes_of,
-    outside_at,
+from tauto_core.motion.gauss_step import Gauss, Omega, Planes, Work, gauss
+from tauto_core.motion.lanes import (
+    SIZE,
+    WIDE_SIZE,
+    Lanes,
+    fma,
+    larger,
+    largest,
+    least,
+    load,
+    store,
+    width,
 )
 from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.phase import phase_rate, within_turn
-from tauto_core.motion.stepped import Moved, Stepped, tolerance_of
-from tauto_core.motion.stepping import error_factor, longest_step, reference_frequency, stages_of
+from tauto_core.motion.stepping import (
+    ERROR_OF_LAST,
+    ERROR_OF_LAST_STRONG,
+    MARGIN,
+    MIN_ANGLE,
+    Moved,
+    Stepped,
+    step_error,
+    tolerance_of,
+)
 from tauto_core.motion.system import (
+    GRAVITY,
+    LINE_RATE,
     NOWHERE,
+    TILT_RATE,
     Beyond,
     Instant,
     Mode,
+    Outside,
+    Pieces,
+    Place,
     Plane,
     Run,
     State,
+    column,
+    columns,
     first_below,
     mode_of,
+    nodes_of,
+    outside_at,
 )
 from tauto_core.motion.wells import (
     ArcShape,
@@ -50,6 +68,7 @@ from tauto_core.motion.wells import (
     Number,
     PerInertia,
     angle_along,
+    angles_of,
     arc_of,
     arc_shape,
     excess,
@@ -65,7 +84,7 @@ from tauto_core.motion.wells import (
     term,
 )
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.errors import CamRangeError, PropagationError
 
 # -----------------------------------------------------------------------------
 # What the ship does at the nodes of a step, as far as the wheel feels it.
@@ -537,6 +556,147 @@ def _ride_along(wheel: Wheel, run: Run, place: Place) -> float:
     at = outside_at(place.terms, place.begin + place.size, work)
     _place_at_rest(wheel, run.omega, angle, at, state)
     return 1.0
+
+
+# -----------------------------------------------------------------------------
+# The reference frequency of the rotating frame, and the longest step that meets a tolerance.
+
+LONGEST_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
+"""Longest step by its number of stages, as the angle ωh [rad].
+
+`events.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
+`events.BEYOND`, with sixteen it stays within `gauss_step.MAX_ANGLE`.
+"""
+
+WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_GROWTH = 0.003, 0.05
+"""The same for sixteen stages, and its increase with the growth of the inertia, k²ϑ²."""
+
+MOST_DISTURBED = 1.0
+"""Growth of the inertia k²ϑ², or damping c₁/(Iω), up to which sixteen stages are worth it."""
+
+_PHASES = 12
+"""Phases of the swing at which steps are tried."""
+
+
+def reference_frequency(machine: Machine) -> float:
+    """Return the frequency of the rotating frame [rad/s]: that of the released swing, if any.
+
+    Any frequency would do; with this one the disturbance has no mean, and is smallest.
+    """
+    try:
+        return math.tau / machine.period(machine.release_angle)
+    except (CamRangeError, SlackThreadError):
+        return machine.frequency
+
+
+def stages_of(machine: Machine, shape: ArcShape | None) -> int:
+    """Return how many stages a step has: sixteen where little disturbs the swing, else eight.
+
+    Steps end at a kink and at the joints of a spline, and are short where the well is strongly
+    anharmonic or damped: longer ones would be of no use there.
+    """
+    drag = machine.drag
+    abrupt = drag is not None and not drag.is_linear
+    cam = machine.cam
+    if abrupt or cam.kinked or cam.joints.size:
+        return SIZE
+    damped = drag.viscous / (machine.inertia * machine.frequency) if drag is not None else 0.0
+    smooth = shape is not None or machine.is_linear
+    disturbed = max(_inertia_growth(machine, shape), damped)
+    return WIDE_SIZE if smooth and disturbed <= MOST_DISTURBED else SIZE
+
+
+def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
+    """Return the relative growth of the inertia from ϑ = 0 to the release, k²ϑ² (`arc_length`)."""
+    return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
+
+
+def error_factor(machine: Machine, shape: ArcShape | None) -> float:
+    """Return the error of a step over the square of its last coefficient.
+
+    0 for a cam with joints, where derivatives of the law jump: there the square does not hold, and
+    the error is the coefficient itself.
+    """
+    if machine.cam.joints.size:
+        return 0.0
+    if stages_of(machine, shape) == WIDE_SIZE:
+        return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_GROWTH * _inertia_growth(machine, shape)
+    weak = shape is not None or machine.is_linear
+    weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
+    return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
+
+
+def longest_step(
+    machine: Machine, shape: ArcShape | None, omega: float, *, factor: float, tolerance: float
+) -> float:
+    """Return the longest step [s] whose error on land is within the tolerance, at any phase.
+
+    The disturbance is taken along the undisturbed motion at the release amplitude.
+    """
+    amplitude = machine.release_angle
+    if shape is not None:
+        amplitude = arc_of(amplitude, shape.k)
+    stages = stages_of(machine, shape)
+    # an impulse may come every half swing
+    most = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
+    constants, angles = gauss(stages), [most]
+    while angles[-1] > MIN_ANGLE:
+        angles.append(0.97 * angles[-1])
+
+    def is_within(angle: float) -> bool:
+        last = _last_coefficient(machine, shape, constants, omega, amplitude, angle)
+        return step_error(factor, last, False) <= MARGIN * tolerance
+
+    # the coefficient falls with the length of the step; the shortest is taken whatever its error
+    return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
+
+
+def _last_coefficient(
+    machine: Machine,
+    shape: ArcShape | None,
+    constants: Gauss,
+    omega: float,
+    amplitude: float,
+    angle: float,
+) -> float:
+    """Return the largest last Legendre coefficient of steps of ωh = angle, relative to the state.
+
+    Steps at all phases are tried, but for those over a kink.
+    """
+    if amplitude == 0.0:
+        return 0.0
+    phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
+    turned = constants.nodes * angle
+    x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
+    if machine.cam.kinked:
+        within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
+        x, y = x[within], y[within]
+    d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
+    slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
+    tails = [np.max(np.abs(slope @ constants.projection[-1]), initial=0.0) for slope in slopes]
+    return angle / omega * float(max(tails)) / abs(amplitude)
+
+
+def disturbance_on_land(
+    machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return d₁ and d₂ of a wheel on land, as `Wheel.disturb` does, at any number of x and y.
+
+    In NumPy, for the steps of all phases at once, without compiling. Drag is taken by the momentum
+    w, which is no less than the speed, and along the arc it is left out: the error is estimated.
+    """
+    q = angles_of(x, shape.k) if shape is not None else x
+    edge = machine.cam.range_rad
+    q = np.clip(q, -edge, edge)
+    t, t_prime = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
+    mass = machine.mass(q) / machine.inertia
+    force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
+    if shape is not None:
+        return np.zeros(x.shape), omega * x - force / np.sqrt(mass) / omega
+    w = omega * y
+    ride = machine.carried_mass / machine.inertia * t * t_prime * (w / mass) ** 2
+    viscous = machine.drag.viscous / machine.inertia if machine.drag else 0.0
+    return w / mass - w, omega * x + (ride - force - viscous * w) / omega
 
 
 # -----------------------------------------------------------------------------

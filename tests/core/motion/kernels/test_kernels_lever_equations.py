@@ -17,9 +17,8 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import NODES
-from tauto_core.motion.outside import Channel, Outside
 from tauto_core.motion.real_threads import RealThreads
-from tauto_core.motion.system import Mode, Plane
+from tauto_core.motion.system import Channel, Mode, Outside, Plane
 
 LEVER = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},

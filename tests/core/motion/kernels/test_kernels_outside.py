@@ -11,7 +11,7 @@ from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.gauss_step import TERMS, make_work
-from tauto_core.motion.outside import Pieces, outside_at, set_piece
+from tauto_core.motion.system import Pieces, outside_at, set_piece
 from tauto_core.motion.wheel import Collocation
 from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, newton_basis
 

@@ -21,10 +21,8 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.outside import Channel, Outside
-from tauto_core.motion.stepping import disturbance_on_land
-from tauto_core.motion.system import Mode, Plane
-from tauto_core.motion.wheel import NODES, Collocation, holding_torque
+from tauto_core.motion.system import Channel, Mode, Outside, Plane
+from tauto_core.motion.wheel import NODES, Collocation, disturbance_on_land, holding_torque
 
 HEAVY = {
     'cam': {'kind': 'involute', 'base_radius': 0.012},
