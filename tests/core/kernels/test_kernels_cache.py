@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from tauto_core.kernels import KernelCacheWarning, entries, optimised, source
+from tauto_core.kernels import KernelCacheWarning, entries, marks, optimised
 from tauto_core.kernels.marks import listening
 
 LAWS = """
@@ -76,7 +76,7 @@ def program(tmp_path, monkeypatch):
 
 def forget_sources():
     """Files are read once a process: a change is seen by the next."""
-    for known in (source._definitions, source._plan_of, source.contents, source.digest):
+    for known in (marks._definitions, marks._plan_of, marks.contents, marks.digest):
         known.cache_clear()
 
 
@@ -115,9 +115,9 @@ def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
     """No file has changed, but the value that a name stands for is part of the code."""
     assert program.run() == (19.0, 1)
     header = kept_header()
-    assert source.is_as_it_was(header['files'], header['names'])
+    assert marks.is_as_it_was(header['files'], header['names'])
     monkeypatch.setattr(sys.modules['laws_of_a_test'], 'FACTOR', 4.0)
-    assert not source.is_as_it_was(header['files'], header['names'])
+    assert not marks.is_as_it_was(header['files'], header['names'])
 
 
 def test_a_file_cut_short_is_compiled_anew(program):
@@ -212,7 +212,7 @@ def test_the_compiler_itself_is_a_source(program, monkeypatch):
     own = {Path(path).name for path in header['files'] if '/kernels/' in path}
     assert {'translation.py', 'operations.py', 'program.py', 'values.py'} <= own
     other = dict.fromkeys(header['files'], 'another')
-    assert not source.is_as_it_was(other, header['names'])
+    assert not marks.is_as_it_was(other, header['names'])
 
 
 def test_what_has_run_for_a_while_is_optimised_once(program, monkeypatch):

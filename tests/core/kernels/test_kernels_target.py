@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry, program
-from tauto_core.kernels.arguments import structure_of, unpacker
+from tauto_core.kernels.entries import structure_of, unpacker
 from tauto_core.kernels.program import Program
 from tauto_core.motion.lanes import combined, fma, largest, load, root, store, total
 

@@ -1,13 +1,18 @@
-"""How a function is marked as a kernel; errors, warnings, and listeners to what compiles.
+"""How a function is marked as a kernel, its source, and what its compiled code depends on.
 
 Nothing of LLVM is imported here.
 """
 
 from __future__ import annotations
 
+import ast
+import hashlib
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FunctionType
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from tauto_core.scene.errors import TautoError
@@ -113,3 +118,200 @@ def compiling(name: str) -> Iterator[Callable[[float], Any]]:
         yield lambda left_s: say(name, left_s)
     finally:
         say(None, 0.0)
+
+
+# -----------------------------------------------------------------------------
+# The dependencies of compiled code, which is valid as long as none of them changes.
+
+
+@cache
+def contents(path: str) -> bytes:
+    """Return a file as it is when first asked for: what is translated is what is hashed."""
+    try:
+        return Path(path).read_bytes()
+    except OSError:
+        return b''
+
+
+@cache
+def digest(path: str) -> str:
+    """Return the hash of a file."""
+    return hashlib.sha256(contents(path)).hexdigest()
+
+
+def token(x: Any) -> str:
+    """Return what a name stood for when a kernel was compiled, as text."""
+    if isinstance(x, ModuleType):
+        return f'module {x.__name__}'
+    if isinstance(x, type) and hasattr(x, '_fields'):
+        return f'{x.__module__}.{x.__qualname__}{x._fields}'
+    if isinstance(x, tuple):
+        return f'({", ".join(token(item) for item in x)})'
+    if x is None or isinstance(x, (bool, int, float, str)):
+        return repr(x)
+    name = getattr(x, '__qualname__', None) or getattr(x, '__name__', None)
+    return f'{getattr(x, "__module__", "")}.{name}' if name else repr(x)
+
+
+class Used:
+    """The files and the values of names that a kernel was translated from.
+
+    Attributes:
+        files: hash of each, by its path.
+        names: what each stood for, by module and name.
+    """
+
+    def __init__(self) -> None:
+        self.files: dict[str, str] = {}
+        self.names: dict[str, dict[str, str]] = {}
+
+    def file(self, function: Any) -> None:
+        """Note where a function comes from."""
+        path = function.__code__.co_filename
+        self.files[path] = digest(path)
+
+    def type(self, named: type) -> None:
+        """Note what a NamedTuple's fields are."""
+        self.constant(named.__module__, named.__qualname__, named)
+
+    def constant(self, module: str, name: str, value: Any) -> None:
+        """Note what a name of a module means."""
+        self.names.setdefault(module, {})[name] = token(value)
+
+
+def is_as_it_was(files: dict[str, str], names: dict[str, dict[str, str]]) -> bool:
+    """Return whether files and names are what they were."""
+    if any(digest(path) != wanted for path, wanted in files.items()):
+        return False
+    for module, known in names.items():
+        now = vars(sys.modules[module]) if module in sys.modules else {}
+        for name, wanted in known.items():
+            if name not in now or token(now[name]) != wanted:
+                return False
+    return True
+
+
+# -----------------------------------------------------------------------------
+# The syntax trees of kernels, and what they show before values are known.
+
+SIMPLE = 60
+"""A function without loops that has fewer nodes in its syntax tree is inlined."""
+
+_LOOPS = (ast.For, ast.While)
+
+
+@cache
+def _definitions(path: str) -> dict[tuple[str, int], list[Any]]:
+    """Return the functions of a file by what they are and their first line."""
+    tree = ast.parse(contents(path))
+    found: dict[tuple[str, int], list[Any]] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
+            found.setdefault((node.name, first), []).append(node)
+        elif isinstance(node, ast.Lambda):
+            found.setdefault(('<lambda>', node.lineno), []).append(node)
+    return found
+
+
+class Plan:
+    """The source of a function.
+
+    Attributes:
+        arguments: names of its arguments.
+        body: statements.
+        simple: whether it is short and has no loop.
+    """
+
+    def __init__(self, code: CodeType) -> None:
+        nodes = _definitions(code.co_filename).get((code.co_name, code.co_firstlineno), [])
+        if len(nodes) > 1:
+            # several lambdas in one line: the one that its instructions come from
+            begins = {(p[0], p[2]) for p in code.co_positions() if p[3] and p[3] > (p[2] or 0)}
+            nodes = [n for n in nodes if (n.body.lineno, n.body.col_offset) in begins]
+        if len(nodes) != 1:
+            raise KernelError(
+                f'the source of {code.co_qualname} is not in {code.co_filename}:'
+                f'{code.co_firstlineno}. Has the file changed since it was imported?'
+            )
+        node = nodes[0]
+        kind = node.args
+        if kind.vararg or kind.kwarg or kind.kwonlyargs:
+            raise KernelError(f'{code.co_qualname} has arguments with * or by keyword only')
+        self.arguments = [each.arg for each in (*kind.posonlyargs, *kind.args)]
+        if isinstance(node, ast.Lambda):
+            self.body: list[Any] = [ast.copy_location(ast.Return(value=node.body), node)]
+        else:
+            first = node.body[0]
+            documented = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+            self.body = node.body[1:] if documented else node.body
+        inside = [each for statement in self.body for each in ast.walk(statement)]
+        looped = any(isinstance(each, _LOOPS) for each in inside)
+        self.simple = not looped and len(inside) < SIMPLE
+
+
+@cache
+def _plan_of(code: CodeType) -> Plan:
+    return Plan(code)
+
+
+def plan_of(function: FunctionType) -> Plan:
+    """Return the source of a function."""
+    return _plan_of(function.__code__)
+
+
+def is_inlined(function: FunctionType) -> bool:
+    """Return whether a function is translated where it is called."""
+    return function in IS_INLINED or plan_of(function).simple
+
+
+def arguments_of(
+    function: FunctionType, args: list[Any], keywords: dict[str, Any]
+) -> dict[str, Any]:
+    """Return the arguments of a call by their names.
+
+    Raises:
+        KernelError: there are too many, too few, or others.
+    """
+    names, defaults = plan_of(function).arguments, function.__defaults__ or ()
+    given = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
+    given.update(zip(names, args, strict=False))
+    given.update(keywords)
+    if len(args) > len(names) or set(given) != set(names):
+        raise KernelError(
+            f'{function.__qualname__} takes {", ".join(names)}; '
+            f'{len(args)} and {", ".join(keywords) or "none"} by name are given'
+        )
+    return given
+
+
+@cache
+def assigned_in(loop: Any) -> tuple[str, ...]:
+    """Return the names that a loop sets, in the order of the first time."""
+    return tuple(
+        dict.fromkeys(
+            node.id
+            for node in ast.walk(loop)
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        )
+    )
+
+
+@cache
+def leaves_early(loop: Any) -> bool:
+    """Return whether a loop has a break or continue of its own or of a loop within."""
+    return any(isinstance(node, (ast.Break, ast.Continue)) for node in ast.walk(loop))
+
+
+@cache
+def indexed_by(loop: Any) -> frozenset[str]:
+    """Return the names of what is indexed by a loop's variable."""
+    if not isinstance(loop.target, ast.Name):
+        return frozenset()
+    return frozenset(
+        node.value.id
+        for node in ast.walk(loop)
+        if isinstance(node, ast.Subscript)
+        and isinstance(node.value, ast.Name)
+        and any(isinstance(n, ast.Name) and n.id == loop.target.id for n in ast.walk(node.slice))
+    )

@@ -421,7 +421,13 @@ def item(out: Emission, base: Any, where: Any) -> Any:
     """Return an item of an array or behind a pointer; a row or rows, where indices are missing."""
     if isinstance(base, Array):
         if isinstance(where, slice):
-            return _slice(out, base, where)
+            b, first = out.b, base.shape[0]
+            stop = first if where.stop is None else _index(out, where.stop, first)
+            if where.start is None:
+                return Array(base.kind, base.data, [stop, *base.shape[1:]], base.room)
+            start = _index(out, where.start, first)
+            data = _rows(out, base, [Value(INT, start)]).data
+            return Array(base.kind, data, [b.sub(stop, start), *base.shape[1:]])
         if len(where) < len(base.shape):
             return _rows(out, base, where)
     return out.load(*place_of(out, base, where))
@@ -452,16 +458,6 @@ def fill(out: Emission, part: Any, value: Any) -> None:
     i.add_incoming(b.add(i, ir.Constant(WORD, 1)), body)
     out.go_on([body], head)
     b.position_at_end(after)
-
-
-def _slice(out: Emission, base: Array, where: slice) -> Array:
-    b, first = out.b, base.shape[0]
-    stop = first if where.stop is None else _index(out, where.stop, first)
-    if where.start is None:
-        return Array(base.kind, base.data, [stop, *base.shape[1:]], base.room)
-    start = _index(out, where.start, first)
-    data = _rows(out, base, [Value(INT, start)]).data
-    return Array(base.kind, data, [b.sub(stop, start), *base.shape[1:]])
 
 
 def _rows(out: Emission, base: Array, where: list[Any]) -> Array:

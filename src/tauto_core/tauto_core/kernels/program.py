@@ -16,9 +16,8 @@ import llvmlite
 import llvmlite.binding as llvm
 from llvmlite import ir
 
-from tauto_core.kernels.arguments import DATA, DIMENSIONS, FLAGS, NEEDED_FLAGS, Rows, Tuple
-from tauto_core.kernels.marks import KernelError
-from tauto_core.kernels.source import Used, arguments_of, plan_of
+from tauto_core.kernels.entries import DATA, DIMENSIONS, FLAGS, NEEDED_FLAGS, Rows, Tuple
+from tauto_core.kernels.marks import KernelError, Used, arguments_of, plan_of
 from tauto_core.kernels.translation import Frame
 from tauto_core.kernels.values import (
     BIT,
@@ -57,11 +56,6 @@ class Instance:
         program.count += 1
         name = f'{function.__name__.strip("<>")}.{program.count}'
         self.f = ir.Function(program.module, kind, name)
-        self._translate(program, function, args)
-        self.f.linkage = 'internal'
-        self.f.attributes.add('nounwind')
-
-    def _translate(self, program: Program, function: FunctionType, args: list[Any]) -> None:
         out = Emission(program.module, self.f)
         head = out.b.block
         out.b.position_at_end(out.block('body'))
@@ -71,6 +65,8 @@ class Instance:
         self._return(out)
         out.b.position_at_end(head)
         out.b.branch(first)
+        self.f.linkage = 'internal'
+        self.f.attributes.add('nounwind')
 
     def _return(self, out: Emission) -> None:
         b = out.b

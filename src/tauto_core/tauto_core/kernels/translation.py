@@ -15,7 +15,17 @@ from typing import Any
 
 from llvmlite import ir
 
-from tauto_core.kernels.marks import Intrinsic, KernelError, plain_function
+from tauto_core.kernels.marks import (
+    Intrinsic,
+    KernelError,
+    arguments_of,
+    assigned_in,
+    indexed_by,
+    is_inlined,
+    leaves_early,
+    plain_function,
+    plan_of,
+)
 from tauto_core.kernels.operations import (
     FUNCTIONS,
     IN_PYTHON,
@@ -32,14 +42,6 @@ from tauto_core.kernels.operations import (
     power_at_run_time,
     unary,
     whole_power,
-)
-from tauto_core.kernels.source import (
-    arguments_of,
-    assigned_in,
-    indexed_by,
-    is_inlined,
-    leaves_early,
-    plan_of,
 )
 from tauto_core.kernels.values import (
     BIT,
@@ -258,7 +260,15 @@ class Scope:
         """Return the result of a call; the function is known when compiling."""
         if isinstance(callee, Method):
             if isinstance(callee.owner, Array):
-                return self._of_array(callee.owner, callee.function, args)
+                array, name = callee.owner, callee.function
+                if name != 'reshape' or args != [-1]:
+                    raise KernelError(
+                        f'arrays in kernels have no {name}({", ".join(map(described, args))})'
+                    )
+                size = array.shape[0]
+                for n in array.shape[1:]:
+                    size = self.out.b.mul(size, n)
+                return Array(array.kind, array.data, [size], array.room)
             return self.call(callee.function, [callee.owner, *args], keywords)
         if isinstance(callee, Intrinsic):
             self.program.used.file(callee.function)
@@ -276,14 +286,6 @@ class Scope:
         if known is None:
             raise KernelError(f'kernels cannot call {callee!r}')
         return known(self.out, *args, **keywords)
-
-    def _of_array(self, array: Array, name: str, args: list[Any]) -> Any:
-        if name == 'reshape' and args == [-1]:
-            size = array.shape[0]
-            for n in array.shape[1:]:
-                size = self.out.b.mul(size, n)
-            return Array(array.kind, array.data, [size], array.room)
-        raise KernelError(f'arrays in kernels have no {name}({", ".join(map(described, args))})')
 
 
 UNROLLED, UNROLLED_TO_PICK = 2, 16
@@ -454,17 +456,13 @@ class Frame(Scope):
             raise KernelError('the step of a range must be known when compiling, and not 0')
         if isinstance(start, int) and isinstance(stop, int):
             rounds = range(start, stop, step)
-            if self._is_unrolled(s, len(rounds)):
-                self._unroll(s, rounds)
-                return
+            if len(rounds) <= UNROLLED_TO_PICK and not leaves_early(s):
+                known = {**self.function.__globals__, **self.free, **self.variables}
+                picks = (isinstance(known.get(n), (tuple, Group)) for n in indexed_by(s))
+                if len(rounds) <= UNROLLED or any(picks):
+                    self._unroll(s, rounds)
+                    return
         self._loop(s, (self.out.int(start), self.out.int(stop), step))
-
-    def _is_unrolled(self, s: Any, rounds: int) -> bool:
-        if leaves_early(s) or rounds > UNROLLED_TO_PICK:
-            return False
-        known = {**self.function.__globals__, **self.free, **self.variables}
-        picked = [known.get(name) for name in indexed_by(s)]
-        return rounds <= UNROLLED or any(isinstance(x, (tuple, Group)) for x in picked)
 
     def _unroll(self, s: Any, items: Any) -> None:
         """Translate the body of a loop once for each item."""

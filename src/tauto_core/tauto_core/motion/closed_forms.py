@@ -213,25 +213,21 @@ class ActionAngle(ClosedForm):
         slope = machine.pull(lift) * machine.cam.lever_arm(angle)
         return angle, np.sqrt(2.0 * self._top * machine.mass(angle)) * cosine / slope
 
-    def _w_at(self, time: FloatArray) -> FloatArray:
-        """Return W in [0, π/2] at times since the top, 0 ≤ t ≤ a quarter swing [s]."""
-        part = np.clip(np.searchsorted(self._times, time, 'right') - 1, 0, len(self._parts) - 1)
-        result = np.empty_like(time)
-        for index, risen in enumerate(self._parts):
-            rows = part == index
-            if rows.any():
-                a, b = self._edges[index], self._edges[index + 1]
-                x = inverse(risen, time[rows] - self._times[index])
-                result[rows] = a + 0.5 * (b - a) * (1.0 + x)
-        return result
-
     def motion_at(self, time_ns: IntArray) -> Motion:
         """Return the motion at times since the release [ns], (n,)."""
         machine = self._machine
         half, fraction = half_turns(time_ns, self._per_ns)
         falling = fraction <= 0.5
         quarter = np.where(falling, fraction, 1.0 - fraction) * 2.0
-        w = self._w_at(quarter * self._times[-1])
+        time = quarter * self._times[-1]
+        part = np.clip(np.searchsorted(self._times, time, 'right') - 1, 0, len(self._parts) - 1)
+        w = np.empty_like(time)
+        for index, risen in enumerate(self._parts):
+            rows = part == index
+            if rows.any():
+                a, b = self._edges[index], self._edges[index + 1]
+                x = inverse(risen, time[rows] - self._times[index])
+                w[rows] = a + 0.5 * (b - a) * (1.0 + x)
         size, _ = self._curve(w)
         sign = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
         angle = sign * np.where(falling, size, -size)
@@ -378,21 +374,17 @@ class UnevenWell(ClosedForm):
         angle = machine.geometry.theta(tau)
         x, speed = machine.arc(angle), np.sqrt(mass) * rate
         pushed = -weight * np.cos(beta) * slope / np.sqrt(mass)
+        side = self._sign * np.where(there, 1.0, -1.0)
+        turned_by = np.arctan2(0.0 - side * speed / machine.frequency, side * x) / math.pi
         return Motion(
             angle=angle,
             rate=rate,
             torque=machine.inertia * acceleration,
             half_turns=half,
-            fraction=self._fraction(x, speed, half, fraction),
+            # the turning point itself, from either side, is where the half turns join
+            fraction=np.where(
+                fraction < 0.5, np.maximum(turned_by, 0.0), np.minimum(turned_by, BELOW_ONE)
+            ),
             phase_rate=polar_rate(x, speed, pushed, machine.frequency),
             beats=half + (away * angle > 0.0),
         )
-
-    def _fraction(
-        self, x: FloatArray, speed: FloatArray, half: IntArray, time: FloatArray
-    ) -> FloatArray:
-        """Return the phase since the last turning point, in half turns, within [0, 1)."""
-        side = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
-        turned = np.arctan2(0.0 - side * speed / self._machine.frequency, side * x) / math.pi
-        # the turning point itself, from either side, is where the half turns join
-        return np.where(time < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE))

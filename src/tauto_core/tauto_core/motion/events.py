@@ -334,12 +334,6 @@ def _inside(beyond: Beyond) -> bool:
     return min(beyond.edge, beyond.slack) > 1.0
 
 
-@inlined
-def _watches_turning(run: Run) -> bool:
-    """Return whether anything depends on the direction of θ̇."""
-    return run.system.turns_abruptly or run.system.feels_impulse
-
-
 @compiled
 def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bool:
     """Reverse the direction if the step has a turning point and, at most, an impulse after it.
@@ -482,7 +476,8 @@ def _back_to(kind: int, run: Run, mode: Mode, length: float, after: Instant) -> 
 def _is_watched(kind: int, run: Run) -> bool:
     """Return whether events of a kind can happen now."""
     if kind == TURNING:
-        return _watches_turning(run)
+        # does anything depend on the direction of θ̇?
+        return run.system.turns_abruptly or run.system.feels_impulse
     if kind == KINK:
         return run.system.kinked
     if kind == IMPULSE:

@@ -80,7 +80,9 @@ class SwingTable:
 
         found = complete_series(series, _COUNTS, TAIL, last=3, scale=1.0)
         if found is not None:
-            self._excess, self._ratio = map(_trimmed, found)
+            # down to the last coefficient that counts, highest first
+            kept = (chebyshev.chebtrim(row, 2.0**-56) for row in found)
+            self._excess, self._ratio = (row.tolist()[::-1] for row in kept)
             return
         raise PropagationError(
             f'half swings from {widest:.6g} m take more than {LARGEST_DEGREE} Chebyshev '
@@ -165,12 +167,6 @@ def swing_law(machine: FluidPendulum) -> EulerLaw | SymmetricLaw:
     return SymmetricLaw(machine)
 
 
-def _trimmed(series: FloatArray) -> list[float]:
-    """Return the coefficients down to the last that counts, highest first."""
-    kept: list[float] = chebyshev.chebtrim(series, 2.0**-56).tolist()
-    return kept[::-1]
-
-
 def _sum(series: list[float], x: float) -> float:
     """Return a Chebyshev series by Clenshaw's recurrence."""
     last = before = 0.0
@@ -222,7 +218,13 @@ class HalfSwings:
     def __init__(self, machine: FluidPendulum) -> None:
         self._machine = machine
         self._law = swing_law(machine)
-        self._half_ns, self._half_rest = _half_period(machine)
+        with localcontext() as context:
+            context.prec = DIGITS
+            # π √(f/g) [ns] as a whole number and a fraction
+            length = Decimal(machine.curve.pendulum_length)
+            half = PI * (length / Decimal(machine.gravity)).sqrt() * 10**9
+            self._half_ns = int(half)
+            self._half_rest = float(half - self._half_ns)
         self._now = _Now(0, machine.release_arc, 0, 0.0)
         self._course = self._law.course(machine.release_arc)
 
@@ -257,19 +259,6 @@ class HalfSwings:
             count[row], start[row] = now.count, now.start
             time[row] = max((instant - now.begin_ns) - now.begin_rest, 0.0) * 1e-9
         arc, rate = self._law.place(start, time)
-        return self._motion(count, start, arc, rate)
-
-    def _next(self, now: _Now, course: Course) -> _Now:
-        """Return the half swing after the one under way."""
-        rest = now.begin_rest + self._half_rest + course.excess * self._half_ns
-        whole = math.floor(rest)
-        begin = now.begin_ns + self._half_ns + whole
-        return _Now(now.count + 1, course.end, begin, rest - whole)
-
-    def _motion(
-        self, count: IntArray, start: FloatArray, arc: FloatArray, rate: FloatArray
-    ) -> Motion:
-        """Return the motion from half swings, arcs and their rates, (n,)."""
         machine, curve = self._machine, self._machine.curve
         omega, slope = machine.frequency, curve.slope(arc)
         drag = curve.kappa * rate * np.abs(rate)
@@ -289,12 +278,9 @@ class HalfSwings:
             beats=count + (x < 0.0),
         )
 
-
-def _half_period(machine: FluidPendulum) -> tuple[int, float]:
-    """Return π √(f/g) [ns] as a whole number and a fraction."""
-    with localcontext() as context:
-        context.prec = DIGITS
-        length = Decimal(machine.curve.pendulum_length)
-        half = PI * (length / Decimal(machine.gravity)).sqrt() * 10**9
-        whole = int(half)
-        return whole, float(half - whole)
+    def _next(self, now: _Now, course: Course) -> _Now:
+        """Return the half swing after the one under way."""
+        rest = now.begin_rest + self._half_rest + course.excess * self._half_ns
+        whole = math.floor(rest)
+        begin = now.begin_ns + self._half_ns + whole
+        return _Now(now.count + 1, course.end, begin, rest - whole)

@@ -579,11 +579,25 @@ class ForcedHarmonic:
         Raises:
             PropagationError: the edge of the cam.
         """
-        spans = self._spans(forcing)
-        path = propagate(self._well.of, spans, self._wheel)
+        of, window, neutral = self._well.of, forcing.window, forcing.neutral
+        nodes: tuple[float, ...] = ()
+        width, sampled = 0, np.zeros(len(forcing.end), np.bool_)
+        # the time between the samples of a window; where there are none it is not asked for
+        step_s = 1.0
+        if window is not None:
+            nodes, width, sampled = window.nodes, 2 * len(window.nodes), window.line.first >= 0
+            if sampled.any():
+                step_s = (nodes[1] - nodes[0]) * float(forcing.length_s[np.argmax(sampled)])
+        elif neutral is not None:
+            width = neutral.shape[1]
+        shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
+        shapes = [Shape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
+        made = responses(self._law, shapes, nodes, width)
+        spans = Spans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
+        path = propagate(of, spans, self._wheel)
         counts = np.empty((np.count_nonzero(forcing.logged), 3), np.int64)
         code, k, at = count_passages(
-            self._well, spans, _step_s(forcing), path, forcing.logged, self._wheel, counts
+            self._well, spans, step_s, path, forcing.logged, self._wheel, counts
         )
         if code != OK:
             left = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
@@ -591,29 +605,12 @@ class ForcedHarmonic:
         self._time_ns = int(forcing.end_ns[-1])
         if not len(counts):
             return no_motion()
-        angle, rate, acceleration = self._swing(path, np.flatnonzero(forcing.logged))
-        return self._motion(angle, rate, acceleration, counts)
-
-    def _spans(self, forcing: Forcing) -> Spans:
-        """Return the spans with the constants of their shapes."""
-        window, neutral = forcing.window, forcing.neutral
-        sampled = (
-            np.zeros(len(forcing.end), np.bool_) if window is None else window.line.first >= 0
-        )
-        shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
-        nodes = () if window is None else window.nodes
-        width = 2 * len(nodes) if window else 0 if neutral is None else neutral.shape[1]
-        shapes = [Shape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
-        made = responses(self._law, shapes, nodes, width)
-        return Spans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
-
-    def _swing(self, path: Path, which: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return θ, θ̇ and θ̈ at the ends of some spans."""
-        of, (re, im), ends = self._well.of, path.z(which), path.span[which]
+        which = np.flatnonzero(forcing.logged)
+        (re, im), ends = path.z(which), path.span[which]
         tilt, tilt_rate, tilt_acceleration = ends[:, U : U_BEND + 1].T
         psi = im / of.omega
         rate = re - of.delta * psi - tilt_rate
-        return self._with_acceleration(psi - tilt, rate, tilt_acceleration)
+        return self._motion(*self._with_acceleration(psi - tilt, rate, tilt_acceleration), counts)
 
     def _with_acceleration(
         self, angle: FloatArray, rate: FloatArray, tilt_acceleration: FloatArray
@@ -663,13 +660,3 @@ def _polynomials(forcing: Forcing) -> Polynomials | None:
     if neutral is None:
         return None
     return Polynomials(np.empty(0), np.empty(0), -1 - np.arange(len(neutral)), neutral)
-
-
-def _step_s(forcing: Forcing) -> float:
-    """Return the time between the samples of a window [s]; 1 where there are none."""
-    window = forcing.window
-    sampled = np.zeros(1, np.bool_) if window is None else window.line.first >= 0
-    if window is None or not sampled.any():
-        return 1.0
-    length_s = float(forcing.length_s[np.argmax(sampled)])
-    return (window.nodes[1] - window.nodes[0]) * length_s

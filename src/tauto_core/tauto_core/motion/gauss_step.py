@@ -409,15 +409,6 @@ class Step(NamedTuple):
     work: Work
 
 
-@inlined
-def _short_of_one(cosine: float, sine: float) -> float:
-    """Return 1 − cos² − sin² of rounded numbers, to a relative error of about one rounding."""
-    first, first_rest = multiply_exactly(cosine, cosine)
-    second, second_rest = multiply_exactly(sine, sine)
-    square, rest = sum_exactly(first, second)
-    return (1.0 - square) - (rest + first_rest + second_rest)
-
-
 @compiled
 def fill_rotations(step: Step) -> None:
     """Fill the rotations to the stages and to the end of a step, unless they are there.
@@ -442,7 +433,11 @@ def fill_rotations(step: Step) -> None:
             over.sin, over.sin_rest = sine
         else:
             rounded_cosine, rounded_sine = rotation(angle)
-            stretch = 0.5 * _short_of_one(rounded_cosine, rounded_sine)
+            # half of 1 − cos² − sin² of the rounded numbers, to about one rounding of itself
+            first_square, first_rest = multiply_exactly(rounded_cosine, rounded_cosine)
+            second_square, second_rest = multiply_exactly(rounded_sine, rounded_sine)
+            square, rest = sum_exactly(first_square, second_square)
+            stretch = 0.5 * ((1.0 - square) - (rest + first_rest + second_rest))
             over.cos, over.cos_rest = rounded_cosine, stretch * rounded_cosine
             over.sin, over.sin_rest = rounded_sine, stretch * rounded_sine
 

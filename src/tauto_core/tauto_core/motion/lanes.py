@@ -209,10 +209,6 @@ def _larger(out: Emission, a: Any, b: Any) -> Any:
     return out.b.select(out.b.fcmp_ordered('>', a, b), a, b)
 
 
-def _smaller(out: Emission, a: Any, b: Any) -> Any:
-    return out.b.select(out.b.fcmp_ordered('<', a, b), a, b)
-
-
 def _folded(out: Emission, vector: Any, pair: Callable[[Any, Any], Any]) -> Any:
     """Fold halves onto each other until one number is left; the order is fixed."""
     count = vector.type.count
@@ -254,7 +250,11 @@ def larger(out: Emission, a: Any, b: Any) -> Any:
 @intrinsic
 def least(out: Emission, lanes: Any) -> Any:
     """Return the least of the lanes; a NaN may be ignored."""
-    return _folded(out, out.lanes(lanes), lambda a, b: _smaller(out, a, b))
+
+    def smaller(a: Any, b: Any) -> Any:
+        return out.b.select(out.b.fcmp_ordered('<', a, b), a, b)
+
+    return _folded(out, out.lanes(lanes), smaller)
 
 
 @intrinsic

@@ -186,24 +186,17 @@ def _series(
             if np.max(np.abs(change)) <= 1e-12 * (high - low):
                 # convergence is quadratic, so that the next change would be rounding
                 break
-        return _functions(machine, tau)
+        shape = machine.geometry
+        ratio, ratio_slope = shape.slopes(tau)
+        root_j = math.sqrt(machine.turned_inertia / machine.inertia)
+        # with b = dβ/dθ: n = 1/√(1 + jb²), w = √j bn and χ′ = √j n³ db/dθ
+        n = 1.0 / np.hypot(1.0, root_j * ratio)
+        w, beta = root_j * ratio * n, shape.pose(tau).beta
+        chi_slope = root_j * ratio_slope * n**3
+        return np.stack([n, w, chi_slope, np.cos(beta), np.sin(beta), shape.theta(tau)])
 
     terms = _complete(functions, begin, end, MOST_TERMS)
     return None if terms is None else Series(0.5 * (begin + end), 0.5 * (end - begin), terms)
-
-
-def _functions(machine: LeverMachine, tau: FloatArray) -> FloatArray:
-    """Return n, w, χ', cos β, sin β and θ, (6, n).
-
-    With b = dβ/dθ, n = 1/√(1 + jb²), w = √j bn and χ' = √j n³ db/dθ.
-    """
-    shape = machine.geometry
-    ratio, ratio_slope = shape.slopes(tau)
-    root_j = math.sqrt(machine.turned_inertia / machine.inertia)
-    n = 1.0 / np.hypot(1.0, root_j * ratio)
-    w, beta = root_j * ratio * n, shape.pose(tau).beta
-    chi_slope = root_j * ratio_slope * n**3
-    return np.stack([n, w, chi_slope, np.cos(beta), np.sin(beta), shape.theta(tau)])
 
 
 def _complete(

@@ -269,21 +269,16 @@ def _basis(
 ) -> FloatArray:
     """Return the factors of the numbers that determine u in u, u̇ and ü at x, (3, …, width)."""
     if nodes is None:
-        rows = _powers(x, width)
+        # x^j and its first two derivatives in x
+        rows = np.zeros((3, *x.shape, width))
+        rows[0] = x[..., None] ** np.arange(width)
+        for n in (1, 2):
+            rows[n, ..., 1:] = np.arange(1, width) * rows[n - 1, ..., :-1]
     else:
         rows = _cardinals(x, np.array(nodes))
         rows[..., len(nodes) :] *= length_s
     per_time = (1.0 / length_s) ** np.arange(3)
     return rows * per_time.reshape(3, *(1,) * (rows.ndim - 1))
-
-
-def _powers(x: FloatArray, width: int) -> FloatArray:
-    """Return x^j and its first two derivatives in x, (3, …, width)."""
-    rows = np.zeros((3, *x.shape, width))
-    rows[0] = x[..., None] ** np.arange(width)
-    for n in (1, 2):
-        rows[n, ..., 1:] = np.arange(1, width) * rows[n - 1, ..., :-1]
-    return rows
 
 
 def _cardinals(x: FloatArray, nodes: FloatArray) -> FloatArray:
@@ -416,8 +411,12 @@ def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
 @entry
 def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
     """Fill in the path: b and the frame of each span by itself, then Y from span to span."""
-    _fill_frames(of, spans.begin_ns, spans.end_ns, path.frame)
     k, n = 0, len(spans.end_ns)
+    turns = np.empty(n + 1, np.uint64)
+    turns[0] = turns_at(spans.begin_ns, of.turns_per_ns, of.turns_per_ns_low)
+    for i in range(n):
+        turns[i + 1] = turns_at(spans.end_ns[i], of.turns_per_ns, of.turns_per_ns_low)
+    cosine_sine(turns, path.frame[0], path.frame[1])
     while k < n:
         if k + 4 <= n and _are_alike(spans, k):
             _four_products(spans, k, path.span)
@@ -426,17 +425,6 @@ def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
             store(path.span, k, product(spans, spans.shape[k], k))
             k += 1
     _sum_up(spans, state, path)
-
-
-@compiled
-def _fill_frames(of: Oscillator, begin_ns: int, end_ns: IntArray, frame: FloatArray) -> None:
-    """Fill in cos ωt and sin ωt."""
-    high, low = of.turns_per_ns, of.turns_per_ns_low
-    turns = np.empty(len(end_ns) + 1, np.uint64)
-    turns[0] = turns_at(begin_ns, high, low)
-    for k in range(len(end_ns)):
-        turns[k + 1] = turns_at(end_ns[k], high, low)
-    cosine_sine(turns, frame[0], frame[1])
 
 
 @compiled

@@ -18,7 +18,6 @@ from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.machines import AnyMachine
 from tauto_core.motion.events import (
     AT_EDGE,
-    AT_SLACK,
     CROWDED,
     NO_EVENT,
     expects_events,
@@ -185,17 +184,6 @@ class StepResult(NamedTuple):
 
 
 @compiled
-def _move_held(run: Run, place: Place) -> StepResult:
-    """Move a wheel held by friction with the case, over the step or until it breaks loose."""
-    loose = run.system.ride_along(run, place)
-    work = run.work
-    watch = WatchRide(run.state.held_angle, place, work)
-    found = passages(watch, place.size * place.length, loose, loose, work)
-    count(False, found, run, place.terms, place.begin + loose * place.size)
-    return StepResult(NO_EVENT, loose, 0.0)
-
-
-@compiled
 def _move(
     run: Run, place: Place, stalled: bool, clear_square: float, pieces: Pieces, k: int
 ) -> StepResult:
@@ -210,7 +198,12 @@ def _move(
     """
     system, omega, state, work = run.system, run.omega, run.state, run.work
     if system.sticks and state.held:
-        return _move_held(run, place)
+        # friction holds the wheel: it moves with the case, over the step or until it breaks loose
+        loose = system.ride_along(run, place)
+        watch = WatchRide(state.held_angle, place, work)
+        found = passages(watch, place.size * place.length, loose, loose, work)
+        count(False, found, run, place.terms, place.begin + loose * place.size)
+        return StepResult(NO_EVENT, loose, 0.0)
     tolerance, mode, h = run.tolerance, mode_of(state), place.size * place.length
     expected = expects_events(system)
     kind = PART_STEP if expected and system.feels_tilt else WHOLE_STEP
@@ -290,12 +283,6 @@ def release(
     return now.tension
 
 
-@inlined
-def _outcome(event: int) -> int:
-    """Return the code of a run that an event ends."""
-    return EDGE if event == AT_EDGE else SLACK if event == AT_SLACK else OK
-
-
 @compiled
 def _span(
     k: int, run: Run, longest_s: float, pieces: Pieces, spans: Spans, logged: bool
@@ -336,7 +323,7 @@ def _span(
         at_end = last and step == steps
         x = end if at_end else start + (start_rest + (step + done) / steps * stretch)
         if result.event >= AT_EDGE:
-            return _outcome(result.event), x, terms
+            return EDGE if result.event == AT_EDGE else SLACK, x, terms
         if result.event != NO_EVENT and not at_end:
             stretch *= (step + done) / steps
             steps, step, last = 0, 0, False

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from tauto_core.kernels import inlined
-from tauto_core.machines.axle_pendulum import Modes, exact_lengths, modes
+from tauto_core.machines.axle_pendulum import exact_lengths, modes
 from tauto_core.motion import stepping
 from tauto_core.motion.forcing import Polynomials, lifted_off, turned_over
 from tauto_core.motion.gauss_step import Omega, Work, make_work, sine_versine
@@ -395,7 +395,15 @@ class AxleSwing:
         )
         if code != stepping.OK:
             at_s = float(bearing.begin_ns[piece[part]] * 1e-9 + x * length[part])
-            raise _failure(code, self._tolerance.step, at_s)
+            if code == stepping.SLACK:
+                raise lifted_off(at_s)
+            if code == stepping.EDGE:
+                raise turned_over(at_s)
+            raise PropagationError(
+                f'no convergence to the tolerance {self._tolerance.step:g} of the suspended case. '
+                'Raise ship.rate, or give the case a larger gyration_radius',
+                at_s,
+            )
         names = 'angle', 'coordinate', 'rate', 'speed'
         return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
 
@@ -406,18 +414,6 @@ class AxleSwing:
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         restore_record(self._state, state)
-
-
-def _failure(code: int, tolerance: float, time_s: float) -> PropagationError:
-    if code == stepping.SLACK:
-        return lifted_off(time_s)
-    if code == stepping.EDGE:
-        return turned_over(time_s)
-    return PropagationError(
-        f'no convergence to the tolerance {tolerance:g} of the suspended case. Raise '
-        'ship.rate, or give the case a larger gyration_radius',
-        time_s,
-    )
 
 
 # -----------------------------------------------------------------------------
@@ -442,19 +438,6 @@ class _Mode(NamedTuple):
     share: float
 
 
-def _both_modes(own: Modes, e: float, c: float, k: float, gravity: float) -> tuple[_Mode, _Mode]:
-    """Return the slow and the fast mode; ec = −BB′, so that ec + B² = B (B − B′)."""
-    with localcontext() as context:
-        context.prec = DIGITS
-        lengths = exact_lengths(Decimal(e), Decimal(c), Decimal(k) ** 2)
-        slow, fast = ((Decimal(gravity) / length).sqrt() for length in lengths)
-    apart = own.B - own.B_prime
-    return (
-        _Mode(oscillator(slow), 1.0 / (own.B * apart)),
-        _Mode(oscillator(fast), -1.0 / (own.B_prime * apart)),
-    )
-
-
 class AxleModes:
     """The case as a sum of two modes.
 
@@ -467,7 +450,16 @@ class AxleModes:
 
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
         self._own = modes(e, c, k * k)
-        self._modes = _both_modes(self._own, e, c, k, gravity)
+        with localcontext() as context:
+            context.prec = DIGITS
+            lengths = exact_lengths(Decimal(e), Decimal(c), Decimal(k) ** 2)
+            slow, fast = ((Decimal(gravity) / length).sqrt() for length in lengths)
+        # ec = −BB′, so that ec + B² = B (B − B′)
+        apart = self._own.B - self._own.B_prime
+        self._modes = (
+            _Mode(oscillator(slow), 1.0 / (self._own.B * apart)),
+            _Mode(oscillator(fast), -1.0 / (self._own.B_prime * apart)),
+        )
         self._c, self._gravity = c, gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
 

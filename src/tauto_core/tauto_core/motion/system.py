@@ -105,16 +105,6 @@ def _set_channel(
         above, above_rate = coefficient, rate
 
 
-@inlined
-def _set_gravity(gravity: FloatArray | None, k: int, terms: int, work: Work) -> None:
-    """Fill the column of the apparent gravity."""
-    if gravity is None:
-        return
-    own, size = gravity.shape[1], width(work.piece)
-    for j in range(terms):
-        work.piece[j * size + GRAVITY] = gravity[k, j] if j < own else 0.0
-
-
 @compiled
 def set_piece(pieces: Pieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
     """Lay out piece k, of at most `work.TERMS` powers; return its length [s] and its powers.
@@ -134,7 +124,10 @@ def set_piece(pieces: Pieces, k: int, tilted: bool, work: Work) -> tuple[float, 
     _set_channel(line, k, LINE, per_s, terms, work)
     if tilted:
         _set_channel(tilt, k, TILT, per_s, terms, work)
-    _set_gravity(gravity, k, terms, work)
+    if gravity is not None:
+        own, size = gravity.shape[1], width(work.piece)
+        for j in range(terms):
+            work.piece[j * size + GRAVITY] = gravity[k, j] if j < own else 0.0
     return pieces.length_s[k], terms
 
 

@@ -257,7 +257,26 @@ class Hanging(_Numbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and thread at an instant."""
-        return _instant(self, mode, omega, planes, at)
+        line, tilt = at.line, at.tilt
+        psi, delta = _angles(self, planes[0].x, planes[1].x)
+        rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
+        rate = rates[0] - (line.rate - tilt.rate)
+        drag = resistance(self.on_wheel, mode, rate)
+        lean = delta - line.value
+        psi_bend, delta_bend, tension, free = _pushed(
+            self, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
+        )
+        return Instant(
+            angle=psi - (line.value - tilt.value),
+            rate=rate,
+            bend=psi_bend - (line.bend - tilt.bend),
+            tension=tension,
+            margin=free - self.least,
+            torque=psi_bend + drag,
+            coordinate=psi - delta,
+            speed=rates[0] - rates[1],
+            acceleration=psi_bend - delta_bend,
+        )
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return Ẋ and ωẎ of each mode."""
@@ -352,30 +371,3 @@ def _at_stages(
     drag = resistance(system.on_wheel, mode, rates[0] - load(nodes.alpha_rate))
     gravity = load(nodes.gravity)
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
-
-
-@compiled
-def _instant(
-    system: Hanging, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
-) -> Instant:
-    """Return wheel and thread at an instant: as `_at_stages`, and the torque of the thread."""
-    line, tilt = at.line, at.tilt
-    psi, delta = _angles(system, planes[0].x, planes[1].x)
-    rates = _angles(system, omega[0] * planes[0].y, omega[1] * planes[1].y)
-    rate = rates[0] - (line.rate - tilt.rate)
-    drag = resistance(system.on_wheel, mode, rate)
-    lean = delta - line.value
-    psi_bend, delta_bend, tension, free = _pushed(
-        system, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
-    )
-    return Instant(
-        angle=psi - (line.value - tilt.value),
-        rate=rate,
-        bend=psi_bend - (line.bend - tilt.bend),
-        tension=tension,
-        margin=free - system.least,
-        torque=psi_bend + drag,
-        coordinate=psi - delta,
-        speed=rates[0] - rates[1],
-        acceleration=psi_bend - delta_bend,
-    )

@@ -173,15 +173,14 @@ def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
         rows = [_polynomial(nodes, values) for values in _functions(nodes, limit, k, rate)]
         found = [np.asarray(polyval(_CHECKED, row), np.float64) for row in rows]
         wanted = _functions(_CHECKED, limit, k, rate)
-        if all(_agree(a, b) for a, b in zip(found, wanted, strict=True)):
+        if all(
+            np.all(np.abs(a - b) <= _AGREED * np.max(np.abs(b)))
+            for a, b in zip(found, wanted, strict=True)
+        ):
             slope = np.append(rows[0][1:] * np.arange(1, terms), 0.0) * (2.0 / limit)
             padded = np.pad([rows[0], slope, *rows[1:]], ((0, 0), (0, terms % 2)))
             return ArcShape(rate, k, limit, 1.0 / limit, np.ascontiguousarray(padded))
     return None
-
-
-def _agree(found: FloatArray, wanted: FloatArray) -> bool:
-    return bool(np.all(np.abs(found - wanted) <= _AGREED * np.max(np.abs(wanted))))
 
 
 def _functions(u: FloatArray, limit: float, k: float, rate: float) -> tuple[FloatArray, ...]:
@@ -252,22 +251,16 @@ class CamOnArc(NamedTuple):
     angle: Lanes
 
 
-@inlined
-def _even(terms: FloatArray, row: int, u: float) -> float:
-    """Return a row of `ArcShape.terms`, a polynomial, at u = s²/limit."""
-    last = terms.shape[1] - 1
-    value = fma(u, terms[row, last], terms[row, last - 1])
-    for j in range(last - 2, -1, -1):
-        value = fma(value, u, terms[row, j])
-    return value
-
-
 @compiled
 def angle_along(shape: ArcShape, arc: float) -> float:
     """Return ϑ at the arc s."""
     u = arc * arc / shape.limit
     if u <= 1.0:
-        return arc * _even(shape.terms, ANGLE, u)
+        terms, last = shape.terms, shape.terms.shape[1] - 1
+        value = fma(u, terms[ANGLE, last], terms[ANGLE, last - 1])
+        for j in range(last - 2, -1, -1):
+            value = fma(value, u, terms[ANGLE, j])
+        return arc * value
     return angle_of(arc, shape.k)
 
 
@@ -421,16 +414,6 @@ def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
     return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
 
 
-@inlined
-def _spring(lever: SpringLever, q: Number) -> Arm:
-    """Return the arm of a spring's own cam: t = q·rate/√(1 + bend·q²)."""
-    square = q * q
-    stretched = 1.0 + lever.bend * square
-    stretched_root = root(stretched)
-    t_over_q = lever.rate / stretched_root
-    return Arm(q * t_over_q, t_over_q / stretched, lever.rate * square / (1.0 + stretched_root))
-
-
 @compiled
 def _arc(lever: ArcLever, side: float, q: Number) -> Arm:
     """Return the arm of a cheek of circular arc; `side` is the sign of ϑ that is felt."""
@@ -455,7 +438,13 @@ def lever_arm(lever: LeverArm, side: float, q: Number) -> Arm:
     if isinstance(lever, ArcLever):
         return _arc(lever, side, q)
     if isinstance(lever, SpringLever):
-        return _spring(lever, q)
+        # a spring's own cam: t = q·rate/√(1 + bend·q²)
+        square = q * q
+        stretched = 1.0 + lever.bend * square
+        stretched_root = root(stretched)
+        t_over_q = lever.rate / stretched_root
+        lift = lever.rate * square / (1.0 + stretched_root)
+        return Arm(q * t_over_q, t_over_q / stretched, lift)
     if isinstance(lever, SmoothLever):
         return _smooth(lever, q) if is_lanes(q) else _smooth_at(lever, q)
     return _splines(lever, q) if is_lanes(q) else _spline(lever, q)

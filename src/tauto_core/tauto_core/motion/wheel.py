@@ -269,6 +269,7 @@ class Wheel(NamedTuple):
         """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
         fill_nodes(self.felt, self.feels_drag, place, work)
 
+    @inlined
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the plane."""
         per_inertia, felt, nodes = self.per_inertia, self.felt, work.nodes
@@ -373,8 +374,38 @@ class Wheel(NamedTuple):
         set_off_or_hold(self, omega, angle, at, state)
 
     def ride_along(self, run: Run, place: Place) -> float:
-        """Move the held wheel with the case until friction no longer holds it."""
-        return _ride_along(self, run, place)
+        """Move the held wheel with the case; return the fraction at which it breaks loose, or 1.
+
+        The torque is looked at twice as often as a step has nodes, or at the end alone where it is
+        constant.
+        """
+        state, work = run.state, run.work
+        angle, mode, coulomb = (
+            state.held_angle,
+            mode_of(state),
+            term(self.per_inertia.coulomb, 1.0),
+        )
+        probes = (
+            1
+            if self.felt.line is None and self.felt.gravity is None
+            else 2 * width(work.fractions)
+        )
+        for i in range(1, probes + 1):
+            b = i / probes
+            at = outside_at(place.terms, place.begin + b * place.size, work)
+            if abs(holding_torque(self, mode, angle, at)) > coulomb:
+                a = (i - 1) / probes
+                for _ in range(BISECTIONS):
+                    middle = 0.5 * (a + b)
+                    at = outside_at(place.terms, place.begin + middle * place.size, work)
+                    loose = abs(holding_torque(self, mode, angle, at)) > coulomb
+                    a, b = (a, middle) if loose else (middle, b)
+                at = outside_at(place.terms, place.begin + b * place.size, work)
+                set_off_or_hold(self, run.omega, angle, at, state)
+                return b
+        at = outside_at(place.terms, place.begin + place.size, work)
+        _place_at_rest(self, run.omega, angle, at, state)
+        return 1.0
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
@@ -526,36 +557,6 @@ def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state:
     x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
     plane.x, plane.x_rest = x, 0.0
     plane.y, plane.y_rest = w / omega[0], 0.0
-
-
-@compiled
-def _ride_along(wheel: Wheel, run: Run, place: Place) -> float:
-    """Move the held wheel with the case; return the fraction of the step at which it breaks loose.
-
-    1 if it does not. The torque is looked at twice as often as a step has nodes, or at the end
-    alone where it is constant.
-    """
-    state, work = run.state, run.work
-    angle, mode, coulomb = state.held_angle, mode_of(state), term(wheel.per_inertia.coulomb, 1.0)
-    probes = (
-        1 if wheel.felt.line is None and wheel.felt.gravity is None else 2 * width(work.fractions)
-    )
-    for i in range(1, probes + 1):
-        b = i / probes
-        at = outside_at(place.terms, place.begin + b * place.size, work)
-        if abs(holding_torque(wheel, mode, angle, at)) > coulomb:
-            a = (i - 1) / probes
-            for _ in range(BISECTIONS):
-                middle = 0.5 * (a + b)
-                at = outside_at(place.terms, place.begin + middle * place.size, work)
-                loose = abs(holding_torque(wheel, mode, angle, at)) > coulomb
-                a, b = (a, middle) if loose else (middle, b)
-            at = outside_at(place.terms, place.begin + b * place.size, work)
-            set_off_or_hold(wheel, run.omega, angle, at, state)
-            return b
-    at = outside_at(place.terms, place.begin + place.size, work)
-    _place_at_rest(wheel, run.omega, angle, at, state)
-    return 1.0
 
 
 # -----------------------------------------------------------------------------
